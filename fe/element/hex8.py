@@ -1,0 +1,47 @@
+"""Eight-node hexahedron: trilinear, 2 x 2 x 2 Gauss points (CalculiX C3D8).
+
+Fully integrated, it locks in bending by parasitic shear; that is what the first rows of the paper's Table 1 show.
+"""
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.element.table import Element, ReferencePoints
+from fe.quadrature import gauss_hexahedron
+
+CORNERS = np.array(
+    [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]], dtype=float
+)
+#: Faces x-, x+, y-, y+, z-, z+ by corner, anticlockwise from outside.
+CORNER_FACES = ((0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4), (3, 7, 6, 2), (0, 3, 2, 1), (4, 5, 6, 7))
+
+
+def shape(points: ReferencePoints) -> Float[NDArray[np.float64], "point 8"]:
+    """Shape functions (1 + xi xi_a)(1 + eta eta_a)(1 + zeta zeta_a) / 8."""
+    factors = 1 + points[:, None, :] * CORNERS
+    return np.asarray(factors.prod(axis=2) / 8)
+
+
+def gradient(points: ReferencePoints) -> Float[NDArray[np.float64], "point 8 3"]:
+    """Derivatives of the shape functions with respect to xi, eta, zeta."""
+    factors = 1 + points[:, None, :] * CORNERS
+    result = np.empty(factors.shape)
+    for axis in range(3):
+        first, second = (other for other in range(3) if other != axis)
+        result[..., axis] = CORNERS[:, axis] * factors[..., first] * factors[..., second] / 8
+    return result
+
+
+HEX8 = Element(
+    name="hex8",
+    cell_type="hexahedron",
+    calculix="C3D8",
+    nodes=CORNERS,
+    n_corner=8,
+    shape=shape,
+    gradient=gradient,
+    faces=CORNER_FACES,
+    rule=gauss_hexahedron(2),
+    degree=1,
+)

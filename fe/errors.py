@@ -1,0 +1,15 @@
+"""What can be wrong with a mesh or its supports; the whole tree is drawn in `geometry.errors`."""
+
+from geometry.errors import InputError
+
+
+class MeshError(InputError):
+    """A mesh, or a mesh file, that cannot be used."""
+
+
+class InvertedCell(MeshError):
+    """At least one cell is turned inside out."""
+
+
+class SupportError(InputError):
+    """Supports that name nothing, or leave a rigid-body motion free."""

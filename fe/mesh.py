@@ -1,0 +1,115 @@
+"""A finite-element mesh: points, cells, and names for parts of both."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+
+from fe.element import ELEMENTS
+from fe.errors import MeshError
+
+Points = Float[NDArray[np.float64], "node 3"]
+Cells = Int[NDArray[np.int64], "cell corner"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Mesh:
+    """Points and cells with named sets; arrays are copied in and read-only.
+
+    Node order within a cell is VTK's (which is also Abaqus' and CalculiX' for these cells). Cells are numbered through
+    the blocks in the order of `cells`; a face is a pair (cell number, local face number of its element).
+
+    Parameters
+    ----------
+    points
+        Coordinates, shape (n_node, 3) [m].
+    cells
+        Node numbers by meshio cell type ("hexahedron", "hexahedron20"), each of shape (n_cell, n_node_of_cell) [-].
+    node_sets
+        Node numbers by name, each of shape (k,) [-].
+    face_sets
+        Faces by name, each of shape (k, 2): cell number and local face [-].
+    cell_sets
+        Cell numbers by name, each of shape (k,) [-]; materials are assigned to these.
+
+    Raises
+    ------
+    MeshError
+        A cell type that is no element here, or a number that points at nothing.
+    """
+
+    points: Points
+    cells: Mapping[str, Cells]
+    node_sets: Mapping[str, Int[NDArray[np.int64], " k"]] = field(default_factory=dict)
+    face_sets: Mapping[str, Int[NDArray[np.int64], "k 2"]] = field(default_factory=dict)
+    cell_sets: Mapping[str, Int[NDArray[np.int64], " k"]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        points = np.array(self.points, dtype=np.float64, order="C")
+        points.setflags(write=False)
+        object.__setattr__(self, "points", points)
+        for name in ("cells", "node_sets", "face_sets", "cell_sets"):
+            frozen = {key: _read_only(value) for key, value in getattr(self, name).items()}
+            object.__setattr__(self, name, MappingProxyType(frozen))
+        for cell_type, nodes in self.cells.items():
+            if cell_type not in ELEMENTS:
+                raise MeshError(
+                    f'cells of type "{cell_type}" are not supported: mesh with one of {", ".join(sorted(ELEMENTS))}'
+                )
+            if nodes.size and (nodes.min() < 0 or nodes.max() >= len(points)):
+                raise MeshError(f'a "{cell_type}" cell names node {nodes.max()}, but the mesh has {len(points)} nodes')
+        for name, node_set in self.node_sets.items():
+            if node_set.size and (node_set.min() < 0 or node_set.max() >= len(points)):
+                raise MeshError(
+                    f'node set "{name}" names node {node_set.max()}, but the mesh has {len(points)} nodes'
+                )
+
+    @property
+    def n_node(self) -> int:
+        """Number of points [-]."""
+        return len(self.points)
+
+    @property
+    def n_cell(self) -> int:
+        """Number of cells of all types [-]."""
+        return sum(len(nodes) for nodes in self.cells.values())
+
+    def nodes(self, name: str) -> Int[NDArray[np.int64], " k"]:
+        """Sorted node numbers of a node set, or of all nodes on a face set.
+
+        Raises
+        ------
+        MeshError
+            No set of that name; the message lists those that exist.
+        """
+        if name in self.node_sets:
+            return np.unique(self.node_sets[name])
+        if name in self.face_sets:
+            return self._face_nodes(self.face_sets[name])
+        known = ", ".join(sorted({*self.node_sets, *self.face_sets})) or "none"
+        raise MeshError(f'the mesh has no node set or face set "{name}": it has {known}')
+
+    def corner_nodes(self) -> Int[NDArray[np.int64], " k"]:
+        """Sorted numbers of the nodes that are a vertex of some cell (midside nodes are not)."""
+        corners = [nodes[:, : ELEMENTS[cell_type].n_corner].ravel() for cell_type, nodes in self.cells.items()]
+        return np.unique(np.concatenate(corners))
+
+    def _face_nodes(self, faces: Int[NDArray[np.int64], "k 2"]) -> Int[NDArray[np.int64], " m"]:
+        found = []
+        start = 0
+        for cell_type, nodes in self.cells.items():
+            here = (faces[:, 0] >= start) & (faces[:, 0] < start + len(nodes))
+            for local, corners in enumerate(ELEMENTS[cell_type].faces):
+                cells = faces[here & (faces[:, 1] == local), 0] - start
+                found.append(nodes[cells][:, list(corners)].ravel())
+            start += len(nodes)
+        return np.unique(np.concatenate(found))
+
+
+def _read_only(values: NDArray[np.int64]) -> NDArray[np.int64]:
+    copy = np.array(values, dtype=np.int64, order="C")
+    copy.setflags(write=False)
+    return copy

@@ -1,0 +1,25 @@
+"""Quadrature rules on the reference cells."""
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+Rule = tuple[Float[NDArray[np.float64], "point 3"], Float[NDArray[np.float64], " point"]]
+
+
+def gauss_hexahedron(n: int) -> Rule:
+    """Gauss-Legendre product rule on [-1, 1]^3, exact to degree 2 n - 1 in each direction.
+
+    Parameters
+    ----------
+    n
+        Points a direction [-], at least 1.
+
+    Returns
+    -------
+    Points, shape (n^3, 3) [-], x fastest, and weights, shape (n^3,) [-], which sum to 8.
+    """
+    x, w = np.polynomial.legendre.leggauss(n)
+    points = np.array([(a, b, c) for c in x for b in x for a in x])
+    weights = np.array([wa * wb * wc for wc in w for wb in w for wa in w])
+    return points, weights

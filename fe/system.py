@@ -1,0 +1,53 @@
+"""The linear system that assembly, supports and damping make: sparse M, C, K on the free degrees of freedom."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LinearSystem:
+    """Mass, damping and stiffness on the free degrees of freedom of a mesh.
+
+    A degree of freedom of the whole mesh has the number 3 * node + direction.
+
+    Parameters
+    ----------
+    mass, damping, stiffness
+        Symmetric sparse matrices (CSR, both triangles), shape (n, n) [kg, N s/m, N/m].
+    free
+        Mesh degree of freedom of each row, ascending, shape (n,) [-].
+    n_node
+        Nodes of the mesh [-]; the whole mesh has 3 n_node degrees of freedom.
+    """
+
+    mass: sp.csr_array
+    damping: sp.csr_array
+    stiffness: sp.csr_array
+    free: Int[NDArray[np.int64], " n"]
+    n_node: int
+
+    def __post_init__(self) -> None:
+        free = np.array(self.free, dtype=np.int64)
+        free.setflags(write=False)
+        object.__setattr__(self, "free", free)
+
+    @property
+    def n_dof(self) -> int:
+        """Number of free degrees of freedom [-]."""
+        return len(self.free)
+
+    def rows(self, nodes: Int[NDArray[np.int64], " k"], directions: tuple[int, ...] = (0, 1, 2)) -> NDArray[np.int64]:
+        """Row of each (node, direction), nodes outermost, shape (k * n_direction,); -1 where it is fixed."""
+        dofs = (3 * np.asarray(nodes)[:, None] + np.asarray(directions)).ravel()
+        place = np.searchsorted(self.free, dofs).clip(max=self.n_dof - 1)
+        return np.where(self.free[place] == dofs, place, -1)
+
+    def on_mesh(self, vectors: Float[NDArray[np.float64], "n m"]) -> Float[NDArray[np.float64], "node 3 m"]:
+        """Vectors on the free degrees of freedom as fields on all nodes, zero where fixed, shape (n_node, 3, m)."""
+        full = np.zeros((3 * self.n_node, vectors.shape[1]), dtype=vectors.dtype)
+        full[self.free] = vectors
+        return full.reshape(self.n_node, 3, -1)

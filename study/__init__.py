@@ -1,0 +1,1 @@
+"""Case files, command line, run folders, figures and reports."""
