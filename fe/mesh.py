@@ -63,9 +63,7 @@ class Mesh:
                 raise MeshError(f'a "{cell_type}" cell names node {nodes.max()}, but the mesh has {len(points)} nodes')
         for name, node_set in self.node_sets.items():
             if node_set.size and (node_set.min() < 0 or node_set.max() >= len(points)):
-                raise MeshError(
-                    f'node set "{name}" names node {node_set.max()}, but the mesh has {len(points)} nodes'
-                )
+                raise MeshError(f'node set "{name}" names node {node_set.max()}, but the mesh has {len(points)} nodes')
 
     @property
     def n_node(self) -> int:

@@ -22,9 +22,7 @@ def _edge_node(a: int, b: int) -> int:
     return 8 + next(k for k, edge in enumerate(EDGES) if set(edge) == {a, b})
 
 
-FACES = tuple(
-    face + tuple(_edge_node(face[k], face[(k + 1) % 4]) for k in range(4)) for face in CORNER_FACES
-)
+FACES = tuple(face + tuple(_edge_node(face[k], face[(k + 1) % 4]) for k in range(4)) for face in CORNER_FACES)
 
 
 def shape(points: ReferencePoints) -> Float[NDArray[np.float64], "point 20"]:

@@ -1,0 +1,229 @@
+"""Mapped hexahedra for the rig's blade, with pads that follow the conical groove and its contact line."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from fe.hex_blocks import Block, Lattice, mesh_blocks
+from fe.mesh import Mesh
+from fe.mesh_rule import MeshRule, count
+from fe.node_sets import with_named_points, with_stations
+from geometry.blade import Blade, contact_lines
+
+#: Columns of blocks across the chord, from leading to trailing edge; the inner three carry the pads.
+COLUMNS = ("root_left", "bevel_left", "lip_left", "groove", "lip_right", "bevel_right", "root_right")
+PAD_COLUMNS = ("lip_left", "groove", "lip_right")
+#: How much of the pad's width its three columns keep at the top of the pad and at the foot of the band below it.
+TOP_WIDTH, FOOT_WIDTH = 0.8, 0.36
+
+
+@dataclass(frozen=True, kw_only=True)
+class PadMesh:
+    """Elements of the pads; the same in every model of a study, so that contact and local compliance are the same.
+
+    Parameters
+    ----------
+    along_contact
+        Along the contact line [-]; a multiple of 6 puts the 7 stations on corner nodes.
+    across_groove, across_lip
+        Across the groove and across each lip beside it [-].
+    above_groove
+        From the groove to the top of the pad [-].
+    band, band_height
+        Elements [-] and height [m] of the band below the pad, in which the columns straighten.
+    """
+
+    along_contact: int = 6
+    across_groove: int = 6
+    across_lip: int = 2
+    above_groove: int = 4
+    band: int = 2
+    band_height: float = 0.006
+
+
+def mesh_blade(blade: Blade, rule: MeshRule, pads: PadMesh | None = None) -> Mesh:
+    """Mesh the blade: t / n through the thickness, h along span, chord and root block outside the pads.
+
+    Parameters
+    ----------
+    blade
+        Its dimensions [m].
+    rule
+        Element and sizes outside the pads.
+    pads
+        Elements in the pads.
+
+    Returns
+    -------
+    Mesh with the face sets "clamp" (the block's two faces normal to y), "root_bottom", "tip", "groove_positive" and
+    "groove_negative", and the node sets "excitation", "response", "contact_positive" and "contact_negative".
+
+    Raises
+    ------
+    MeshError
+        The contact stations are not on corner nodes.
+    """
+    layout = _Layout(blade, rule, pads or PadMesh())
+    mesh = mesh_blocks([*layout.planform(), *layout.root_layers(), *layout.pads()], rule.element)
+    points = {
+        "excitation": np.array([0.0, blade.thickness / 2, blade.excitation_height]),
+        "response": np.array([0.0, blade.thickness / 2, blade.length]),
+    }
+    mesh = with_named_points(mesh, points)
+    lines = contact_lines(blade)
+    return with_stations(mesh, {name: line.stations for name, line in lines.items()})
+
+
+PlanMap = Callable[[Lattice, Lattice], tuple[Lattice, Lattice]]
+
+
+class _Layout:
+    """The blocks, from a plan in x and z that is extruded through the thickness."""
+
+    def __init__(self, blade: Blade, rule: MeshRule, pads: PadMesh) -> None:
+        self.blade, self.pad = blade, pads
+        self.through = rule.through_thickness
+        h = rule.size(blade.thickness)
+        self.band_foot = blade.pad_bottom - pads.band_height
+        half_flat, half_chord, half_root = blade.flat_width / 2, blade.chord / 2, blade.root_chord / 2
+        self.edges = {
+            "root_left": (-half_root, -half_chord),
+            "bevel_left": (-half_chord, -half_flat),
+            "bevel_right": (half_flat, half_chord),
+            "root_right": (half_chord, half_root),
+        }
+        self.column_counts = {name: count(x[1] - x[0], h) for name, x in self.edges.items()}
+        self.column_counts |= {"lip_left": pads.across_lip, "groove": pads.across_groove, "lip_right": pads.across_lip}
+        self.rows = {
+            "root": (-blade.root_height, 0.0),
+            "lower": (0.0, self.band_foot),
+            "band": (self.band_foot, blade.pad_bottom),
+            "pad": (blade.pad_bottom, blade.pad_top),
+            "upper": (blade.pad_top, blade.length),
+        }
+        self.row_counts = {name: count(z[1] - z[0], h) for name, z in self.rows.items()}
+        self.row_counts |= {"band": pads.band, "pad": pads.above_groove}
+        layer = blade.thickness / rule.through_thickness
+        self.root_layer_count = count((blade.root_thickness - blade.thickness) / 2, layer)
+        self.columns = [c for c in COLUMNS if c in PAD_COLUMNS or self.edges[c][1] - self.edges[c][0] > 0]
+
+    def planform(self) -> list[Block]:
+        """Blade and core of the root block, one element row through the thickness a layer."""
+        blocks = []
+        for column, row in product(self.columns, self.rows):
+            if column.startswith("root") and row != "root":
+                continue
+            plan = self.plan(column, row, self.blade.thickness / 2)
+
+            def shape(u: Lattice, v: Lattice, w: Lattice, plan: PlanMap = plan) -> tuple[Lattice, Lattice, Lattice]:
+                x, z = plan(u, v)
+                return x, (2 * w - 1) * self.half_thickness(x), z
+
+            counts = (self.column_counts[column], self.row_counts[row], self.through)
+            faces = {"root": {"v0": "root_bottom"}, "upper": {"v1": "tip"}}.get(row, {})
+            blocks.append(Block(shape=shape, counts=counts, faces=faces))
+        return blocks
+
+    def root_layers(self) -> list[Block]:
+        """The parts of the root block in front of and behind the blade's section."""
+        blocks = []
+        for column, side in product(self.columns, (1, -1)):
+            plan = self.plan(column, "root", self.blade.thickness / 2)
+
+            def shape(
+                u: Lattice, v: Lattice, w: Lattice, plan: PlanMap = plan, side: int = side
+            ) -> tuple[Lattice, Lattice, Lattice]:
+                x, z = plan(u, v)
+                inner = self.half_thickness(x)
+                return x, side * (inner + (self.blade.root_thickness / 2 - inner) * w), z
+
+            counts = (self.column_counts[column], self.row_counts["root"], self.root_layer_count)
+            blocks.append(Block(shape=shape, counts=counts, faces={"v0": "root_bottom", "w1": "clamp"}))
+        return blocks
+
+    def pads(self) -> list[Block]:
+        """Both pads: the plan of the pad row, swept outward while the groove's radius grows."""
+        blade = self.blade
+        stretches = (
+            (blade.thickness / 2, blade.contact_start, 1),
+            (blade.contact_start, blade.pad_face, self.pad.along_contact),
+        )
+        blocks = []
+        for (name, side), column, (near, far, n) in product(
+            (("positive", 1), ("negative", -1)), PAD_COLUMNS, stretches
+        ):
+
+            def shape(
+                u: Lattice,
+                v: Lattice,
+                w: Lattice,
+                column: str = column,
+                side: int = side,
+                near: float = near,
+                far: float = far,
+            ) -> tuple[Lattice, Lattice, Lattice]:
+                y = near + (far - near) * w
+                x, z = self.pad_plan(column, u, v, self.blade.groove_radius_at(y))
+                return x, side * y, z
+
+            faces = {"w1": f"pad_{name}"} if far == blade.pad_face else {}
+            if column == "groove":
+                faces["v0"] = f"groove_{name}"
+            counts = (self.column_counts[column], self.pad.above_groove, n)
+            blocks.append(Block(shape=shape, counts=counts, faces=faces))
+        return blocks
+
+    def half_thickness(self, x: Lattice) -> Lattice:
+        """Half of the blade's thickness at x: bevelled edges, and the edge's thickness beyond the chord."""
+        blade = self.blade
+        return np.interp(
+            np.abs(x), [blade.flat_width / 2, blade.chord / 2], [blade.thickness / 2, blade.edge_thickness / 2]
+        )
+
+    def plan(self, column: str, row: str, y: float) -> PlanMap:
+        """Map of u, v to x, z for one block of the plan."""
+        bottom, top = self.rows[row]
+        if column not in PAD_COLUMNS:
+            left, right = self.edges[column]
+            return lambda u, v: (left + (right - left) * u, bottom + (top - bottom) * v)
+        if row == "pad":
+            radius = self.blade.groove_radius_at(np.asarray(y))
+            return lambda u, v: self.pad_plan(column, u, v, radius)
+        if row == "band":
+            return lambda u, v: self.band_plan(column, u, v)
+        width = TOP_WIDTH if row == "upper" else FOOT_WIDTH
+        return lambda u, v: (self.straight(column, u, width), bottom + (top - bottom) * v)
+
+    def straight(self, column: str, u: Lattice, width: float) -> Lattice:
+        """Chordwise position in a column whose groove part takes `width` of the pad."""
+        half = self.blade.flat_width / 2
+        left, right = {
+            "lip_left": (-half, -width * half),
+            "groove": (-width * half, width * half),
+            "lip_right": (width * half, half),
+        }[column]
+        return left + (right - left) * u
+
+    def groove_line(self, column: str, u: Lattice, radius: Lattice) -> tuple[Lattice, Lattice]:
+        """The lower edge of the pad: lip, arc of the groove, lip."""
+        blade = self.blade
+        half = blade.flat_width / 2
+        lip = np.sqrt(radius**2 - blade.lip_above_axis**2)
+        if column == "groove":
+            angle = (2 * u - 1) * np.arcsin(lip / radius)
+            return radius * np.sin(angle), blade.groove_axis + radius * np.cos(angle)
+        x = -half + (half - lip) * u if column == "lip_left" else lip + (half - lip) * u
+        return x, np.full_like(u, blade.pad_bottom)
+
+    def pad_plan(self, column: str, u: Lattice, v: Lattice, radius: Lattice) -> tuple[Lattice, Lattice]:
+        """x, z between the groove line and the top of the pad."""
+        x, z = self.groove_line(column, u, radius)
+        return x + (self.straight(column, u, TOP_WIDTH) - x) * v, z + (self.blade.pad_top - z) * v
+
+    def band_plan(self, column: str, u: Lattice, v: Lattice) -> tuple[Lattice, Lattice]:
+        """x, z between the foot of the band and the groove line on the blade's face."""
+        x, z = self.groove_line(column, u, self.blade.groove_radius_at(np.asarray(self.blade.thickness / 2)))
+        foot = self.straight(column, u, FOOT_WIDTH)
+        return foot + (x - foot) * v, self.band_foot + (z - self.band_foot) * v

@@ -1,0 +1,54 @@
+"""Rayleigh damping, C = alpha M + beta K."""
+
+from dataclasses import dataclass
+from math import pi
+
+from geometry.errors import InputError
+
+
+@dataclass(frozen=True, kw_only=True)
+class RayleighDamping:
+    """Damping proportional to mass and stiffness.
+
+    Parameters
+    ----------
+    mass_factor
+        alpha [1/s].
+    stiffness_factor
+        beta [s].
+    """
+
+    mass_factor: float
+    stiffness_factor: float
+
+    def damping_ratio(self, angular_frequency: float) -> float:
+        """Damping ratio alpha / (2 omega) + beta omega / 2 [-], at an angular frequency [rad/s]."""
+        return self.mass_factor / (2 * angular_frequency) + self.stiffness_factor * angular_frequency / 2
+
+
+def rayleigh_damping(damping_ratio: float, frequency: float) -> RayleighDamping:
+    """Rayleigh damping with a given ratio on one mode, half of it from mass and half from stiffness.
+
+    alpha = zeta omega, beta = zeta / omega: that is where zeta(omega) has its minimum, so neighbours of the mode are
+    damped at least as much, and a frequency that is off by a little is damped the same.
+
+    Parameters
+    ----------
+    damping_ratio
+        zeta [-], in [0, 1).
+    frequency
+        Of the mode [Hz], positive.
+
+    Raises
+    ------
+    InputError
+        A value outside its range.
+    """
+    if not 0 <= damping_ratio < 1:
+        raise InputError(f"damping_ratio = {damping_ratio:g} must lie in [0, 1): 0.002 is 0.2 %")
+    if not frequency > 0:
+        raise InputError(f"frequency = {frequency:g} Hz must be positive: give that of the damped mode")
+    angular_frequency = 2 * pi * frequency
+    return RayleighDamping(
+        mass_factor=damping_ratio * angular_frequency, stiffness_factor=damping_ratio / angular_frequency
+    )

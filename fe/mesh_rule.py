@@ -1,0 +1,55 @@
+"""The meshing rule of the blades: how many elements go along a length, from the number through the thickness."""
+
+from dataclasses import dataclass
+from math import ceil, isfinite
+
+from fe.element import Element
+from fe.errors import MeshError
+
+#: A length that is a whole number of elements must not gain one by round-off.
+COUNT_GUARD = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshRule:
+    """Element size h = min(a t / n, c), with t the thickness and n the elements through it.
+
+    Parameters
+    ----------
+    element
+        The element.
+    through_thickness
+        n [-], at least 1.
+    length_ratio
+        a: element length over element thickness [-]. Parasitic shear of the 8-node brick depends on the element's
+        length, so a decides how far its frequencies are off.
+    length_cap
+        c: elements are never longer than this [m].
+
+    Raises
+    ------
+    MeshError
+        A count below one, or a ratio or cap that is not positive.
+    """
+
+    element: Element
+    through_thickness: int
+    length_ratio: float
+    length_cap: float
+
+    def __post_init__(self) -> None:
+        if self.through_thickness < 1:
+            raise MeshError(f"elements_through_thickness = {self.through_thickness}: give at least 1")
+        if not (isfinite(self.length_ratio) and self.length_ratio > 0):
+            raise MeshError(f"length_ratio = {self.length_ratio:g} must be positive: 2.4 is a usual value")
+        if not (isfinite(self.length_cap) and self.length_cap > 0):
+            raise MeshError(f"length_cap = {self.length_cap * 1e3:g} mm must be positive: 8 mm is a usual value")
+
+    def size(self, thickness: float) -> float:
+        """Element length h for a blade of the given thickness [m]."""
+        return min(self.length_ratio * thickness / self.through_thickness, self.length_cap)
+
+
+def count(length: float, size: float) -> int:
+    """Elements of at most `size` that fill `length`, at least one [-]."""
+    return max(1, ceil(length / size - COUNT_GUARD))

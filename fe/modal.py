@@ -1,0 +1,103 @@
+"""Natural frequencies and mode shapes of a sparse system, by shift-invert Lanczos on one factorisation."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sp
+from jaxtyping import Float
+from numpy.typing import NDArray
+from scipy.sparse.linalg import LinearOperator, eigsh
+
+from fe.errors import SupportError
+from fe.sparse_solver import Definiteness, Factor, SingularMatrix, factorise
+from fe.system import LinearSystem
+from geometry.errors import InputError
+
+#: Below this size a dense solve is faster than Lanczos, and cannot miss a mode.
+DENSE = 600
+#: Relative accuracy of the eigenvalues asked of ARPACK; two digits above round-off, ten below what a mesh is worth.
+TOLERANCE = 1e-13
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ModeSet:
+    """Modes in ascending order of frequency.
+
+    Parameters
+    ----------
+    angular_frequency
+        Shape (m,) [rad/s].
+    damping_ratio
+        Modal, phi^T C phi / (2 omega), shape (m,) [-].
+    mode_shapes
+        Mass-normalised, phi^T M phi = 1, shape (n, m) [kg^-1/2]; the largest component of each is positive.
+    """
+
+    angular_frequency: Float[NDArray[np.float64], " m"]
+    damping_ratio: Float[NDArray[np.float64], " m"]
+    mode_shapes: Float[NDArray[np.float64], "n m"]
+
+    @property
+    def frequency(self) -> Float[NDArray[np.float64], " m"]:
+        """Natural frequencies, shape (m,) [Hz]."""
+        return np.asarray(self.angular_frequency / (2 * np.pi))
+
+
+def modes(system: LinearSystem, n_mode: int, factor: Factor | None = None) -> ModeSet:
+    """The lowest modes of K phi = omega^2 M phi.
+
+    Parameters
+    ----------
+    system
+        A supported system: its stiffness is positive definite.
+    n_mode
+        How many modes [-]; at most the number of degrees of freedom.
+    factor
+        Of the system's stiffness, if there is one already.
+
+    Raises
+    ------
+    InputError
+        Fewer than one mode, or more than degrees of freedom.
+    SupportError
+        The stiffness is singular: a rigid-body motion or a mechanism is left.
+    """
+    lambda_, shapes = lowest_eigenpairs(system.stiffness, system.mass, n_mode, factor)
+    angular_frequency = np.sqrt(lambda_.clip(min=0))
+    modal_damping = np.einsum("nm,nm->m", shapes, system.damping @ shapes)
+    damping_ratio = np.divide(
+        modal_damping, 2 * angular_frequency, out=np.zeros_like(modal_damping), where=angular_frequency > 0
+    )
+    return ModeSet(angular_frequency=angular_frequency, damping_ratio=damping_ratio, mode_shapes=shapes)
+
+
+def lowest_eigenpairs(
+    stiffness: sp.csr_array, mass: sp.csr_array, n_mode: int, factor: Factor | None = None
+) -> tuple[Float[NDArray[np.float64], " m"], Float[NDArray[np.float64], "n m"]]:
+    """Lowest eigenvalues [rad^2/s^2], ascending, and mass-normalised eigenvectors; arguments as in `modes`."""
+    n = stiffness.shape[0]
+    if not 1 <= n_mode <= n:
+        raise InputError(f"{n_mode} modes were asked of a system with {n} degrees of freedom: ask for 1 to {n}")
+    if n <= DENSE or n_mode > n // 3:
+        dense_mass = mass.toarray()
+        lambda_, shapes = scipy.linalg.eigh(stiffness.toarray(), dense_mass, subset_by_index=(0, n_mode - 1))
+    else:
+        if factor is None:
+            try:
+                factor = factorise(stiffness, Definiteness.POSITIVE)
+            except SingularMatrix as error:
+                raise SupportError(
+                    "the stiffness is singular: the supports leave a rigid-body motion or a mechanism"
+                ) from error
+        # A LinearOperator without a dtype calls its function once with a random vector of unknown type.
+        inverse = LinearOperator((n, n), matvec=factor.solve, dtype=np.float64)
+        start = np.random.default_rng(0).standard_normal(n)  # a fixed start makes two runs agree to the last bit
+        lambda_, shapes = eigsh(
+            stiffness, k=n_mode, M=mass, sigma=0.0, OPinv=inverse, tol=TOLERANCE, v0=start, ncv=max(2 * n_mode + 1, 20)
+        )
+        order = np.argsort(lambda_)
+        lambda_, shapes = lambda_[order], shapes[:, order]
+    shapes = shapes / np.sqrt(np.einsum("nm,nm->m", shapes, mass @ shapes))
+    peak = shapes[np.abs(shapes).argmax(axis=0), np.arange(n_mode)]
+    return lambda_, shapes * np.sign(peak)

@@ -1,0 +1,50 @@
+"""Naming nodes by where they are."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from fe.errors import MeshError
+from fe.mesh import Mesh
+
+
+def with_named_points(mesh: Mesh, points: Mapping[str, Float[NDArray[np.float64], "3"]]) -> Mesh:
+    """The mesh with a node set of one node for each point: the corner node nearest to it.
+
+    Corner nodes alone are taken: the local compliance at a midside node differs by a factor of two. How far the node
+    is from its point is at most half an element, and depends on the mesh.
+    """
+    corners = mesh.corner_nodes()
+    tree = cKDTree(mesh.points[corners])
+    nearest = np.atleast_1d(tree.query(np.stack(list(points.values())))[1])
+    found = {name: corners[[place]] for name, place in zip(points, nearest, strict=True)}
+    return replace(mesh, node_sets={**mesh.node_sets, **found})
+
+
+def with_stations(
+    mesh: Mesh, stations: Mapping[str, Float[NDArray[np.float64], "station 3"]], within: float = 1e-9
+) -> Mesh:
+    """The mesh with a node set for each list of stations, one corner node a station, in the order of the stations.
+
+    Raises
+    ------
+    MeshError
+        A station is farther than `within` [m] from every corner node: the mesh does not follow the line.
+    """
+    corners = mesh.corner_nodes()
+    tree = cKDTree(mesh.points[corners])
+    found = {}
+    for name, places in stations.items():
+        distance, nearest = (np.atleast_1d(part) for part in tree.query(places))
+        if distance.max() > within:
+            worst = int(distance.argmax())
+            raise MeshError(
+                f'station {worst + 1} of "{name}" is {distance[worst] * 1e6:.3g} um from the nearest corner node: '
+                "give the contact line a number of elements that is a multiple of the stations' intervals"
+            )
+        found[name] = corners[nearest]
+    return replace(mesh, node_sets={**mesh.node_sets, **found})

@@ -1,0 +1,67 @@
+"""Mapped hexahedra for the plain blade: straight blocks, all cells affine."""
+
+from itertools import product
+
+import numpy as np
+
+from fe.hex_blocks import Block, Lattice, mesh_blocks
+from fe.mesh import Mesh
+from fe.mesh_rule import MeshRule, count
+from fe.node_sets import with_named_points
+from geometry.plain_blade import PlainBlade
+
+Interval = tuple[float, float]
+
+
+def mesh_plain_blade(blade: PlainBlade, rule: MeshRule) -> Mesh:
+    """Mesh the plain blade with the rule: t / n through the thickness (also beside it), h along span and chord.
+
+    Parameters
+    ----------
+    blade
+        Its dimensions [m].
+    rule
+        Element and sizes.
+
+    Returns
+    -------
+    Mesh with the face sets "clamp" (the block's two faces normal to y), "root_bottom" and "tip", and the node sets
+    "excitation" and "response".
+    """
+    h = rule.size(blade.thickness)
+    layer = blade.thickness / rule.through_thickness
+    half, half_root = blade.thickness / 2, blade.root_thickness / 2
+    overhang = (blade.root_chord - blade.chord) / 2
+    span = {"root": (-blade.root_height, 0.0), "blade": (0.0, blade.length)}
+    chord: list[Interval] = [(-blade.chord / 2, blade.chord / 2)]
+    if overhang > 0:
+        chord = [(-blade.root_chord / 2, -blade.chord / 2), *chord, (blade.chord / 2, blade.root_chord / 2)]
+    depth: list[Interval] = [(-half_root, -half), (-half, half), (half, half_root)]
+    middle = len(chord) // 2
+    blocks = []
+    for part, (i, x), (j, y) in product(span, enumerate(chord), enumerate(depth)):
+        in_section = i == middle and j == 1
+        if part == "blade" and not in_section:
+            continue
+        counts = (
+            count(x[1] - x[0], h),
+            rule.through_thickness if j == 1 else count(y[1] - y[0], layer),
+            count(span[part][1] - span[part][0], h),
+        )
+        faces = {"w0": "root_bottom"} if part == "root" else {"w1": "tip"}
+        if part == "root" and j != 1:
+            faces["v0" if j == 0 else "v1"] = "clamp"
+        blocks.append(_box(x, y, span[part], counts, faces))
+    mesh = mesh_blocks(blocks, rule.element)
+    points = {
+        "excitation": np.array([0.0, half, blade.excitation_height]),
+        "response": np.array([0.0, half, blade.length]),
+    }
+    return with_named_points(mesh, points)
+
+
+def _box(x: Interval, y: Interval, z: Interval, counts: tuple[int, int, int], faces: dict[str, str]) -> Block:
+    def shape(u: Lattice, v: Lattice, w: Lattice) -> tuple[Lattice, Lattice, Lattice]:
+        return x[0] + (x[1] - x[0]) * u, y[0] + (y[1] - y[0]) * v, z[0] + (z[1] - z[0]) * w
+
+    return Block(shape=shape, counts=counts, faces=faces)
