@@ -38,7 +38,7 @@ def assemble(mesh: Mesh, materials: Material | Mapping[str, Material]) -> tuple[
     InvertedCell
         A cell is turned inside out.
     """
-    lame, shear, density = _per_cell(mesh, materials)
+    lame, shear, density = cell_elasticity(mesh, materials)
     keys, blocks, masses = [], [], []
     for element, nodes, number in _batches(mesh):
         stiffness, mass = element_matrices(element, mesh.points[nodes], lame[number], shear[number], density[number])
@@ -85,8 +85,8 @@ def _batches(mesh: Mesh) -> Iterator[tuple[Element, NDArray[np.int64], NDArray[n
         start += len(nodes)
 
 
-def _per_cell(mesh: Mesh, materials: Material | Mapping[str, Material]) -> NDArray[np.float64]:
-    """First Lamé constant, shear modulus and density of every cell, shape (3, n_cell)."""
+def cell_elasticity(mesh: Mesh, materials: Material | Mapping[str, Material]) -> Float[NDArray[np.float64], "3 cell"]:
+    """First Lamé constant, shear modulus and density of every cell, shape (3, n_cell) [Pa, Pa, kg/m^3]."""
     if isinstance(materials, Material):
         materials, cell_sets = {"all": materials}, {"all": np.arange(mesh.n_cell)}
     else:
