@@ -1,0 +1,233 @@
+"""What a mesh file says in its own terms, and how it becomes a mesh of solid cells with named sets."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+
+from fe.element import ELEMENTS
+from fe.errors import MeshError
+from fe.mesh import Mesh
+
+Indices = Int[NDArray[np.int64], " k"]
+Faces = Int[NDArray[np.int64], "k 2"]
+
+#: Cell types of points, curves and surfaces by how their name begins: they carry sets and are then dropped.
+LOWER_DIMENSIONAL = ("vertex", "line", "triangle", "quad", "polygon")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FileMesh:
+    """Points, blocks of cells of any dimension and named sets, as one file lists them.
+
+    Parameters
+    ----------
+    points
+        Coordinates in the file's unit of length, shape (n_point, 3).
+    blocks
+        Pairs of meshio cell type and node numbers (n_cell, n_node_of_cell), in the order of the file.
+    node_sets, cell_sets
+        Node numbers, and cell numbers through all blocks, by name [-].
+    face_sets
+        Cell number through all blocks and local face by name, each (k, 2) [-].
+    labels
+        The number that the file itself gives to each cell, if it gives one, shape (n_cell,) [-].
+    """
+
+    points: Float[NDArray[np.float64], "point 3"]
+    blocks: tuple[tuple[str, Int[NDArray[np.int64], "cell node"]], ...]
+    node_sets: Mapping[str, Indices] = field(default_factory=dict)
+    cell_sets: Mapping[str, Indices] = field(default_factory=dict)
+    face_sets: Mapping[str, Faces] = field(default_factory=dict)
+    labels: Indices | None = None
+
+
+def solid_mesh(file_mesh: FileMesh, *, source: str, length_unit_in_metre: float) -> tuple[Mesh, Indices | None]:
+    """Keep the solid cells and their nodes, and turn sets of surface, curve and point cells into face or node sets.
+
+    Nodes that no solid cell uses are dropped, and all sets renumbered. A named set of surface cells becomes a face set
+    if each one of them is a face of a solid cell, else the set of its nodes.
+
+    Parameters
+    ----------
+    file_mesh
+        What the file says.
+    source
+        Name of the file, for refusals.
+    length_unit_in_metre
+        The file's unit of length [m].
+
+    Returns
+    -------
+    The mesh, and the file's own number of each of its cells, if there is one.
+
+    Raises
+    ------
+    MeshError
+        Cells of a type that is no element here, no solid cells, linear and quadratic cells that touch, or node numbers
+        that point at nothing.
+    """
+    _refuse_other_solids(file_mesh, source)
+    _refuse_wild_numbers(file_mesh, source)
+    cells, number = _solid_cells(file_mesh)
+    _refuse_mixed_order(cells, source)
+
+    used = np.unique(np.concatenate([nodes.ravel() for nodes in cells.values()]))
+    new_node = np.full(len(file_mesh.points), -1)
+    new_node[used] = np.arange(len(used))
+
+    node_sets = {name: _kept(new_node, nodes) for name, nodes in file_mesh.node_sets.items()}
+    face_sets = {
+        name: np.column_stack([number[faces[:, 0]], faces[:, 1]])[number[faces[:, 0]] >= 0]
+        for name, faces in file_mesh.face_sets.items()
+    }
+    cell_sets = {}
+    for name, members in file_mesh.cell_sets.items():
+        cell_sets[name] = _kept(number, members)
+        lower = members[number[members] < 0]
+        if lower.size:
+            carried = _cells_by_number(file_mesh, lower)
+            found = _matching_faces(cells, carried)
+            if found is not None:
+                face_sets[name] = found
+            else:
+                node_sets[name] = _kept(new_node, np.concatenate([np.ravel(nodes) for _, nodes in carried]))
+    mesh = Mesh(
+        points=file_mesh.points[used] * length_unit_in_metre,
+        cells={cell_type: new_node[nodes] for cell_type, nodes in cells.items()},
+        node_sets={name: nodes for name, nodes in node_sets.items() if nodes.size},
+        face_sets={name: faces for name, faces in face_sets.items() if faces.size},
+        cell_sets={name: members for name, members in cell_sets.items() if members.size},
+    )
+    labels = None
+    if file_mesh.labels is not None:
+        labels = np.empty(mesh.n_cell, dtype=np.int64)
+        labels[number[number >= 0]] = file_mesh.labels[number >= 0]
+    return mesh, labels
+
+
+def _is_solid(cell_type: str) -> bool:
+    return not cell_type.startswith(LOWER_DIMENSIONAL)
+
+
+def _kept(new: Indices, old: Indices) -> Indices:
+    """New numbers of those that have one, each once, in their order: the order of stations on a line has a meaning."""
+    _, first = np.unique(old, return_index=True)
+    kept = new[old[np.sort(first)]]
+    return np.asarray(kept[kept >= 0])
+
+
+def _refuse_other_solids(file_mesh: FileMesh, source: str) -> None:
+    count: dict[str, int] = {}
+    for cell_type, nodes in file_mesh.blocks:
+        count[cell_type] = count.get(cell_type, 0) + len(nodes)
+    wanted = " or ".join(sorted(ELEMENTS))
+    foreign = {t: n for t, n in count.items() if _is_solid(t) and t not in ELEMENTS and n}
+    if foreign:
+        listed = ", ".join(f"{n} {cell_type}" for cell_type, n in foreign.items())
+        raise MeshError(f"mesh file {source} has cells that are not supported ({listed}): remesh with {wanted} only")
+    if not any(count.get(cell_type) for cell_type in ELEMENTS):
+        listed = ", ".join(f"{n} {cell_type}" for cell_type, n in count.items() if n) or "no cells at all"
+        raise MeshError(f"mesh file {source} has no solid cells ({listed}): export the volume mesh, {wanted}")
+
+
+def _refuse_wild_numbers(file_mesh: FileMesh, source: str) -> None:
+    n_point = len(file_mesh.points)
+    for cell_type, nodes in file_mesh.blocks:
+        if cell_type in ELEMENTS and nodes.shape[1] != ELEMENTS[cell_type].n_node:
+            raise MeshError(
+                f"mesh file {source} gives {nodes.shape[1]} nodes to a {cell_type}, which has "
+                f"{ELEMENTS[cell_type].n_node}: it may be cut short or damaged, so write it again"
+            )
+        if nodes.size and (nodes.min() < 0 or nodes.max() >= n_point):
+            wild = nodes.max() if nodes.max() >= n_point else nodes.min()
+            raise MeshError(
+                f"mesh file {source} has a {cell_type} with node {wild} of {n_point} (counted from 0): "
+                "it may be cut short or damaged, so write it again"
+            )
+    if not np.isfinite(file_mesh.points).all():
+        node = int(np.flatnonzero(~np.isfinite(file_mesh.points).all(axis=1))[0])
+        raise MeshError(f"mesh file {source} gives node {node} (counted from 0) no finite place: write it again")
+
+
+def _refuse_mixed_order(cells: Mapping[str, Int[NDArray[np.int64], "cell node"]], source: str) -> None:
+    """Linear and quadratic cells that share a face leave its midside nodes hanging: the model would tear open there."""
+    types = list(cells)
+    for k, first in enumerate(types):
+        for second in types[k + 1 :]:
+            shared = np.intersect1d(cells[first], cells[second])
+            if shared.size:
+                raise MeshError(
+                    f"mesh file {source} joins {first} and {second} cells at {shared.size} nodes, where midside nodes "
+                    "would hang: remesh with one of the two only"
+                )
+
+
+def _solid_cells(file_mesh: FileMesh) -> tuple[dict[str, Int[NDArray[np.int64], "cell node"]], Indices]:
+    """Solid cells gathered by type, and the mesh's number of each cell of the file (-1 for the others).
+
+    A cell that the file repeats, node by node, is one cell: MSH 2 writes it once for each group that it belongs to.
+    """
+    starts = np.cumsum([0, *(len(nodes) for _, nodes in file_mesh.blocks)])
+    number = np.full(starts[-1], -1)
+    cells = {}
+    n_cell = 0
+    for cell_type in dict.fromkeys(t for t, nodes in file_mesh.blocks if t in ELEMENTS and len(nodes)):
+        gathered, places = [], []
+        for (block_type, nodes), start in zip(file_mesh.blocks, starts, strict=False):
+            if block_type == cell_type:
+                gathered.append(nodes)
+                places.append(start + np.arange(len(nodes)))
+        kept, which = _once(np.concatenate(gathered))
+        number[np.concatenate(places)] = n_cell + which
+        n_cell += len(kept)
+        cells[cell_type] = kept
+    return cells, number
+
+
+def _once(cells: Int[NDArray[np.int64], "cell node"]) -> tuple[Int[NDArray[np.int64], "kept node"], Indices]:
+    """Each row once, in the order of first appearance, and the place of every row among them."""
+    rows = np.ascontiguousarray(cells).view(f"V{cells.dtype.itemsize * cells.shape[1]}").ravel()
+    _, first, which = np.unique(rows, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return cells[first[order]], rank[which]
+
+
+def _cells_by_number(file_mesh: FileMesh, members: Indices) -> list[tuple[str, Int[NDArray[np.int64], "cell node"]]]:
+    starts = np.cumsum([0, *(len(nodes) for _, nodes in file_mesh.blocks)])
+    found = []
+    for (cell_type, nodes), start in zip(file_mesh.blocks, starts, strict=False):
+        here = members[(members >= start) & (members < start + len(nodes))] - start
+        if here.size:
+            found.append((cell_type, nodes[here]))
+    return found
+
+
+def _matching_faces(
+    cells: Mapping[str, Int[NDArray[np.int64], "cell node"]],
+    surfaces: list[tuple[str, Int[NDArray[np.int64], "cell node"]]],
+) -> Faces | None:
+    """The face of a solid cell under each surface cell, or None if one of them lies on none."""
+    if not all(cell_type.startswith("quad") for cell_type, _ in surfaces):
+        return None
+    quads = np.sort(np.concatenate([nodes[:, :4] for _, nodes in surfaces]), axis=1)
+    near = np.unique(quads)
+    known: dict[tuple[int, ...], tuple[int, int]] = {}
+    start = 0
+    for cell_type, nodes in cells.items():
+        touched = np.isin(nodes, near)
+        for local, face in enumerate(ELEMENTS[cell_type].faces):
+            corners = [node for node in face if node < ELEMENTS[cell_type].n_corner]
+            here = np.flatnonzero(touched[:, corners].all(axis=1))
+            for cell, key in zip(here.tolist(), np.sort(nodes[here][:, corners], axis=1).tolist(), strict=True):
+                # A face inside the body belongs to two cells: the first one keeps it.
+                known.setdefault(tuple(key), (start + cell, local))
+        start += len(nodes)
+    found = [known.get(tuple(quad)) for quad in quads.tolist()]
+    if None in found:
+        return None
+    return np.array(found, dtype=np.int64)

@@ -1,0 +1,52 @@
+"""meshio kept in bounds: what it prints becomes a refusal, and it cannot end the program."""
+
+import contextlib
+import io
+import warnings
+from pathlib import Path
+from typing import Any
+
+from fe.errors import MeshError
+
+FORMATS = {"vtu": "VTK unstructured grid (.vtu)", "gmsh": "Gmsh mesh (.msh)"}
+
+
+def read_with_meshio(path: Path, file_format: str) -> Any:
+    """Read one file as meshio's own mesh.
+
+    Parameters
+    ----------
+    path
+        The file.
+    file_format
+        "vtu" or "gmsh": meshio's guess from ".msh" would be ANSYS.
+
+    Raises
+    ------
+    MeshError
+        The file cannot be read, or meshio warns that it left something out.
+    """
+    # Imported here because it takes half a second and half the numerical work needs no file.
+    import meshio
+
+    said = io.StringIO()
+    try:
+        with warnings.catch_warnings(), contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
+            # numpy only warns where a text file ends in the middle of its numbers.
+            warnings.filterwarnings("error", message=".*string or file could not be read")
+            found = getattr(meshio, file_format).read(str(path))
+    # Damaged files raise anything from AssertionError to zlib.error, and some readers leave through SystemExit.
+    except (Exception, SystemExit) as error:
+        raise _refusal(path, file_format, f"{type(error).__name__} {error}".strip()) from error
+    if said.getvalue().strip():
+        raise _refusal(path, file_format, said.getvalue())
+    return found
+
+
+def _refusal(path: Path, file_format: str, reason: str) -> MeshError:
+    # One line, without the frames and colours of a terminal message.
+    said = " ".join(reason.split())[:200].rstrip(" .:")
+    return MeshError(
+        f"mesh file {path} cannot be read as {FORMATS[file_format]} ({said}): "
+        "it may be cut short or damaged, so write it again"
+    )
