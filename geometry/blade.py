@@ -1,19 +1,90 @@
-"""The rig's blade: a slender tapered-edge plate on a root block, with a grooved pad on each face at mid-span."""
+"""The rig's blade: a slender plate with bevelled edges on a root block, with a grooved pad on each face at mid-span."""
 
-from dataclasses import dataclass
-from math import radians, tan
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from math import degrees, isfinite, radians, sqrt, tan
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from geometry.dimension import SMALLEST, in_millimetres, order_problems, raise_geometry_error, range_problems
+from geometry.interface import N_STATION, ContactLine, straight_contact_line
+from geometry.part import Part
+
+# A flatter cone is replaced by a cylinder in the CAD kernel (seen below 0.01 deg), which moves the contact line.
+FLATTEST_CONE = radians(0.05)
+STEEPEST_CONE = radians(45.0)
+# Of each pair the first must not exceed the second: bevels thin the edges, pads stand on the flat, the blade stands
+# inside its root block.
+AT_MOST = (
+    ("edge_thickness", "thickness"),
+    ("flat_width", "chord"),
+    ("chord", "root_chord"),
+    ("thickness", "root_thickness"),
+)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Blade:
-    """Dimensions of the rig's blade [m, rad where said].
+    """Dimensions of the rig's blade [m; rad where said].
 
     Axes: x chord, y thickness (the direction of vibration), z span; z = 0 where the blade leaves its root block.
-    The paper publishes no dimensions: these are ours, chosen so that the physics matches.
+    It is symmetric about x = 0 and y = 0. A pad stands on each flat face; a conical groove, open downwards, takes the
+    end of a bi-conical damper that lies along y.
+
+    The paper publishes no dimension of the rig, only the angle of its damper's cone and the measured first frequency:
+    these are ours, chosen so that the physics matches (122.25 Hz, second mode above twice the first). `docs/blade.md`
+    has a drawing.
+
+    Parameters
+    ----------
+    length
+        From root block to tip. Searched, together with the root block, so that the mesh study of Table 1 is
+        reproduced; many times the thickness, so that the first modes are those of a slender beam.
+    thickness
+        Of the flat middle. With the length it sets the first frequency (proportional to thickness / length^2).
+    edge_thickness
+        At the two long edges: a blade thins towards its edges, and bevels have exact areas and volumes.
+    chord
+        Width. Four thicknesses, so that edgewise bending lies about four times as high as the first mode, and the
+        second mode above twice the first.
+    flat_width
+        Width of the flat middle and of the pads on it: the groove's widest mouth and a lip of solid metal each side.
+    root_chord, root_thickness, root_height
+        Of the root block. Searched, together with the length, so that the mesh study of Table 1 is reproduced; larger
+        than the section, so that the blade stands inside it and the block's two faces normal to y can be clamped.
+    contact_height
+        Height z of the middle of a contact line: mid-span, where the first mode moves about a third as much as at the
+        tip: enough to make a damper slip, not enough for the pads' mass to govern the frequency.
+    contact_length
+        Of a contact line, measured along y: seven stations 2 mm apart, so that each is a corner node of 1 mm or 2 mm
+        elements.
+    pad_clearance
+        Between the blade's face and the inner end of a damper, which must never touch it; contact starts there.
+    pad_height_above_groove
+        Metal over the deepest crest of the groove: the pad must be stiff beside the contact, which is the spring.
+    lip_above_axis
+        Height of the pad's lower face above the groove's axis. Positive, so that the groove has no undercut: the
+        damper is put in from below and held by its load alone.
+    groove_radius
+        Of the groove where contact starts. The damper's cone has 4.05 mm there (radius 6 mm, 15 % taper over 13 mm)
+        and the groove 2 mm more with its axis 2 mm lower: equal cone angles on parallel axes touch along one
+        straight line, the crest, and nowhere else.
+    cone_half_angle
+        Of the groove [rad]: the damper's published 8.53 degrees, a taper of 15 %.
+    excitation_height
+        Height z of the point where the shaker's stinger pushes: near the root, where the blade moves least and the
+        shaker loads it least, and below the pads.
+
+    Raises
+    ------
+    GeometryError
+        One sentence with every dimension that is out of range or at odds with another, with its value and the remedy.
+
+    References
+    ----------
+    Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), sections 2.1 to 2.3 and Table 1.
     """
 
     length: float = 0.250
@@ -31,6 +102,20 @@ class Blade:
     lip_above_axis: float = 0.003
     groove_radius: float = 0.00605
     cone_half_angle: float = radians(8.53)
+    excitation_height: float = 0.020
+
+    def __post_init__(self) -> None:
+        dimensions = asdict(self)
+        del dimensions["cone_half_angle"]
+        unsound = range_problems(dimensions)
+        if not (isfinite(self.cone_half_angle) and FLATTEST_CONE <= self.cone_half_angle < STEEPEST_CONE):
+            angle = f"cone_half_angle = {degrees(self.cone_half_angle):.6g} deg"
+            unsound["cone_half_angle"] = f"{angle} is not between 0.05 and 45 deg (give radians)"
+        clauses = [*unsound.values(), *order_problems(dimensions, AT_MOST, unsound=unsound)]
+        if not unsound:
+            clauses += _pad_problems(self)
+        if clauses:
+            raise_geometry_error("blade", clauses)
 
     def groove_radius_at(self, y: Float[NDArray[np.float64], " k"]) -> Float[NDArray[np.float64], " k"]:
         """Radius of the conical groove at a distance |y| from the mid-plane [m]."""
@@ -52,6 +137,16 @@ class Blade:
         return self.contact_height - self.groove_radius - 0.5 * self.contact_length * tan(self.cone_half_angle)
 
     @property
+    def narrow_groove_radius(self) -> float:
+        """Radius of the groove where it meets the blade's face, its narrow end [m]."""
+        return self.groove_radius - self.pad_clearance * tan(self.cone_half_angle)
+
+    @property
+    def wide_groove_radius(self) -> float:
+        """Radius of the groove at the pad's outer face, its wide end [m]."""
+        return self.groove_radius + self.contact_length * tan(self.cone_half_angle)
+
+    @property
     def pad_bottom(self) -> float:
         """Height z of the lips of the groove [m]."""
         return self.groove_axis + self.lip_above_axis
@@ -59,6 +154,102 @@ class Blade:
     @property
     def pad_top(self) -> float:
         """Height z of the upper face of a pad [m]."""
-        return self.groove_axis + self.groove_radius + self.contact_length * tan(self.cone_half_angle) + (
-            self.pad_height_above_groove
+        return self.groove_axis + self.wide_groove_radius + self.pad_height_above_groove
+
+
+def contact_lines(blade: Blade, n_station: int = N_STATION) -> dict[str, ContactLine]:
+    """The crests of the two grooves, from the inner end of the damper to the face of the pad.
+
+    The normal points out of the blade, into the groove. The first tangent points away from the blade, the second along
+    x. One line mirrors the other at y = 0, so that the frame (normal, tangents) has opposite hands on the two.
+
+    Parameters
+    ----------
+    blade
+        Its dimensions.
+    n_station
+        Stations on each line, evenly spaced, ends included [-].
+
+    Returns
+    -------
+    The lines "contact_positive" (on the pad at +y) and "contact_negative".
+
+    Raises
+    ------
+    GeometryError
+        Fewer than two stations.
+    """
+    slope = tan(blade.cone_half_angle)
+    crest = blade.groove_axis + np.array([blade.groove_radius, blade.wide_groove_radius])
+    lines = {}
+    for side, name in ((1.0, "contact_positive"), (-1.0, "contact_negative")):
+        lines[name] = straight_contact_line(
+            name=name,
+            start=np.array([0.0, side * blade.contact_start, crest[0]]),
+            end=np.array([0.0, side * blade.pad_face, crest[1]]),
+            normal=np.array([0.0, side * slope, -1.0]) / sqrt(1 + slope**2),
+            across=np.array([1.0, 0.0, 0.0]),
+            n_station=n_station,
+        )
+    return lines
+
+
+def named_points(blade: Blade) -> dict[str, Float[NDArray[np.float64], " 3"]]:
+    """Where the shaker pushes ("excitation") and where the accelerometer sits ("response"), on the face at +y [m]."""
+    return {
+        "excitation": np.array([0.0, blade.thickness / 2, blade.excitation_height]),
+        "response": np.array([0.0, blade.thickness / 2, blade.length]),
+    }
+
+
+def blade_part(blade: Blade) -> Part:
+    """The blade as one solid with named faces, points and contact lines.
+
+    Returns
+    -------
+    A part with the faces "clamp" (the root block's two faces normal to y), "root_bottom", "tip", and on the side of
+    +y and -y "groove_positive", "groove_negative" (the cone alone) and "pad_positive", "pad_negative" (outer faces).
+
+    Raises
+    ------
+    GeometryError
+        The dimensions give no single valid solid.
+    """
+    from geometry.blade_solid import blade_faces, blade_solid
+
+    solid = blade_solid(blade)
+    return Part(
+        name="blade",
+        solid=solid,
+        faces=blade_faces(blade, solid),
+        points=named_points(blade),
+        contact_lines=contact_lines(blade),
+    )
+
+
+def _pad_problems(blade: Blade) -> Iterator[str]:
+    """What keeps pads and grooves from being one body with the blade, when each dimension is sound by itself."""
+    low, high = in_millimetres(blade.pad_bottom), in_millimetres(blade.pad_top)
+    height = f"contact_height = {in_millimetres(blade.contact_height)}"
+    if blade.pad_bottom < SMALLEST:
+        yield f"{height} puts the lower face of the pads at {low}, into the root block (raise it)"
+    if blade.pad_top > blade.length - SMALLEST:
+        yield (
+            f"{height} puts the upper face of the pads at {high}, not below the tip at length = "
+            f"{in_millimetres(blade.length)} (lower it)"
+        )
+    if blade.lip_above_axis > blade.narrow_groove_radius - SMALLEST:
+        yield (
+            f"lip_above_axis = {in_millimetres(blade.lip_above_axis)} closes the groove, whose radius is "
+            f"{in_millimetres(blade.narrow_groove_radius)} at the blade's face (lower it or raise groove_radius)"
+        )
+    elif (mouth := sqrt(blade.wide_groove_radius**2 - blade.lip_above_axis**2)) > blade.flat_width / 2 - SMALLEST:
+        yield (
+            f"flat_width = {in_millimetres(blade.flat_width)} lets the groove, {in_millimetres(2 * mouth)} wide at its "
+            "mouth, break through the sides of the pads (widen it or lower groove_radius)"
+        )
+    if blade.excitation_height > blade.pad_bottom - SMALLEST:
+        yield (
+            f"excitation_height = {in_millimetres(blade.excitation_height)} is not below the pads, which start at "
+            f"{low} (lower it)"
         )

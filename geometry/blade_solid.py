@@ -1,0 +1,68 @@
+"""The rig's blade in CAD: block, plate and two grooved pads fused into one solid, and its faces found by place."""
+
+import numpy as np
+
+from geometry.blade import Blade
+from geometry.part import FaceRegion, Shape
+from geometry.solid import Section, block, cone_along_y, curved_faces, face_region, plane_faces, prism, single_solid
+
+
+def blade_section(blade: Blade) -> Section:
+    """Outline (x, y) of the plate, counter-clockwise [m]."""
+    edge, flat = blade.chord / 2, blade.flat_width / 2
+    thin, thick = blade.edge_thickness / 2, blade.thickness / 2
+    lower = [(-edge, -thin), (-flat, -thick), (flat, -thick), (edge, -thin)]
+    return [*lower, *((-x, -y) for x, y in lower)]
+
+
+def grooved_pad(blade: Blade) -> Shape:
+    """Pad on the face at +y with its groove."""
+    face, half_width = blade.thickness / 2, blade.flat_width / 2
+    pad = block((-half_width, face, blade.pad_bottom), (half_width, blade.pad_face, blade.pad_top))
+    # The cutter reaches past the pad, so that no face of the two coincides where the groove is open.
+    past = blade.pad_face + blade.contact_length / 10
+    (end_radius,) = blade.groove_radius_at(np.array([past]))
+    cutter = cone_along_y(
+        start=face,
+        end=past,
+        start_radius=blade.narrow_groove_radius,
+        end_radius=float(end_radius),
+        axis_height=blade.groove_axis,
+    )
+    return pad.cut(cutter)
+
+
+def blade_solid(blade: Blade) -> Shape:
+    """The whole blade as one CadQuery solid, in millimetres.
+
+    Raises
+    ------
+    GeometryError
+        The dimensions give no single valid solid.
+    """
+    x, y = blade.root_chord / 2, blade.root_thickness / 2
+    root = block((-x, -y, -blade.root_height), (x, y, 0.0))
+    pad = grooved_pad(blade)
+    # Not simplified after the union: merging faces would wipe out the crest of each groove, which is an edge.
+    return single_solid("blade", prism(blade_section(blade), blade.length).fuse(root, pad, pad.mirror("XZ")))
+
+
+def blade_faces(blade: Blade, solid: Shape) -> dict[str, FaceRegion]:
+    """Named faces of the blade's solid; see `geometry.blade.blade_part`."""
+    half_root = blade.root_thickness / 2
+    found = {
+        # A pad's face can lie in the same plane as the root block's: their heights tell them apart.
+        "clamp": (
+            *plane_faces(solid, normal=(0, 1, 0), offset=half_root, where=lambda centre: centre[2] < 0),
+            *plane_faces(solid, normal=(0, -1, 0), offset=half_root, where=lambda centre: centre[2] < 0),
+        ),
+        "root_bottom": plane_faces(solid, normal=(0, 0, -1), offset=blade.root_height),
+        "tip": plane_faces(solid, normal=(0, 0, 1), offset=blade.length),
+        "groove_positive": curved_faces(solid, where=lambda centre: centre[1] > 0),
+        "groove_negative": curved_faces(solid, where=lambda centre: centre[1] < 0),
+        "pad_positive": plane_faces(solid, normal=(0, 1, 0), offset=blade.pad_face, where=lambda centre: centre[2] > 0),
+        "pad_negative": plane_faces(
+            solid, normal=(0, -1, 0), offset=blade.pad_face, where=lambda centre: centre[2] > 0
+        ),
+    }
+    return {name: face_region(name, faces) for name, faces in found.items()}
