@@ -1,0 +1,82 @@
+"""Parts to and from STEP files: millimetres, with the named faces as names of the file's faces."""
+
+import os
+from pathlib import Path
+
+from geometry.errors import InputError
+from geometry.part import Part, Shape
+
+FIRST_WORD, LAST_WORD = b"ISO-10303-21;", b"END-ISO-10303-21;"
+
+
+def write_step(part: Part, path: Path) -> None:
+    """Write a part to a STEP file in millimetres, whole or not at all.
+
+    Each named face carries its name, as do faces in CAD systems that read names of ADVANCED_FACE; points and contact
+    lines are not in the file. An existing file is replaced only when the new one is complete.
+
+    Parameters
+    ----------
+    part
+        The part; its solid is not changed.
+    path
+        The file; folders that are missing are made.
+
+    Raises
+    ------
+    InputError
+        The folder or the file cannot be written.
+    """
+    import cadquery as cq
+    from cadquery.occ_impl.exporters.assembly import exportAssembly
+
+    path = Path(path)
+    partial = path.with_name(f"{path.name}.{os.getpid()}.partial")
+    assembly = cq.Assembly(part.solid, name=part.name)
+    for name, region in part.faces.items():
+        for face in region.faces:
+            assembly.addSubshape(face, name=name)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        # The kernel only says whether it could write; opening the file first says why not.
+        partial.touch()
+        if not exportAssembly(assembly, str(partial)):
+            raise InputError(f"the STEP file {path} could not be written: make room on its disk")
+        partial.replace(path)
+    except OSError as error:
+        raise InputError(
+            f"the STEP file {path} cannot be written ({error.strerror}): give a path in a folder that you may write to"
+        ) from error
+    finally:
+        if partial.exists():
+            partial.unlink()
+
+
+def read_step(path: Path) -> Shape:
+    """Read the one solid of a STEP file, whatever its length unit, in millimetres.
+
+    Names of faces are not read back: whoever needs them has the part that was written.
+
+    Raises
+    ------
+    InputError
+        The file is missing, is no complete STEP file, or holds no or several solids.
+    """
+    path = Path(path)
+    try:
+        text = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"the STEP file {path} cannot be read ({error.strerror}): check the path") from error
+    # The kernel prints its complaints to the terminal: spare the user those about files that are not whole.
+    if not (text.lstrip().startswith(FIRST_WORD) and text.rstrip().endswith(LAST_WORD)):
+        raise InputError(f"{path} is not a complete STEP file: export it again")
+    import cadquery as cq
+
+    try:
+        bodies = cq.importers.importStep(str(path))
+    except ValueError as error:
+        raise InputError(f"{path} is a STEP file without a body that can be read: export it again") from error
+    solids = bodies.solids().vals()
+    if len(solids) != 1:
+        raise InputError(f"{path} holds {len(solids)} solids: export the one body that you mean")
+    return solids[0]
