@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fe.assembly import assemble
+from fe.blade_mesher import PadMesh, mesh_blade
 from fe.boundary import Support, supported_system
 from fe.calculix_inp import FrequencyOutput, write_calculix
 from fe.calculix_run import find_ccx, run_frequency, run_matrices
@@ -18,7 +19,9 @@ from fe.errors import MeshError
 from fe.hex_blocks import Block, mesh_blocks
 from fe.material import STEEL, Material
 from fe.mesh import Mesh
+from fe.mesh_rule import MeshRule
 from fe.modal import modes
+from geometry.blade import Blade
 from geometry.errors import InputError
 
 BOTH = pytest.mark.parametrize("element", [HEX8, HEX20], ids=lambda element: element.name)
@@ -85,6 +88,20 @@ def test_the_first_ten_frequencies_agree(element: Element) -> None:
     system = supported_system(mesh, *assemble(mesh, materials), [Support(nodes=foot)])
     theirs = run_frequency(mesh, materials, fixed_dofs(foot), 10)
     np.testing.assert_allclose(modes(system, 10).frequency, theirs, rtol=FREQUENCY)
+
+
+@WITNESS
+@BOTH
+def test_the_slotted_blade_agrees(element: Element) -> None:
+    rule = MeshRule(element=element, through_thickness=1, length_ratio=2.4, length_cap=0.02)
+    mesh = mesh_blade(Blade(), rule, PadMesh(across_groove=2, across_lip=1, above_groove=2, band=1))
+    clamp = mesh.nodes("clamp")
+    mass, stiffness = assemble(mesh, STEEL)
+    their_mass, their_stiffness = run_matrices(mesh, STEEL)
+    assert relative_difference(mass, their_mass) < DECK_DIGITS
+    assert relative_difference(stiffness, their_stiffness) < DECK_DIGITS
+    ours = modes(supported_system(mesh, mass, stiffness, [Support(nodes=clamp)]), 10).frequency
+    np.testing.assert_allclose(ours, run_frequency(mesh, STEEL, fixed_dofs(clamp), 10), rtol=FREQUENCY)
 
 
 @WITNESS
