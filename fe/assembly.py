@@ -34,14 +34,17 @@ def assemble(mesh: Mesh, materials: Material | Mapping[str, Material]) -> tuple[
     Raises
     ------
     MeshError
-        A material for an unknown cell set, or a cell with no material or with two.
+        No cells; a material for an unknown cell set; or a cell with no material or with two.
     InvertedCell
-        A cell is turned inside out.
+        A cell is turned inside out; the message has its number.
     """
+    if not mesh.n_cell:
+        raise MeshError("the mesh has no cells: nothing to assemble")
     lame, shear, density = cell_elasticity(mesh, materials)
     keys, blocks, masses = [], [], []
     for element, nodes, number in _batches(mesh):
-        stiffness, mass = element_matrices(element, mesh.points[nodes], lame[number], shear[number], density[number])
+        points = mesh.points[nodes]
+        stiffness, mass = element_matrices(element, points, lame[number], shear[number], density[number], number)
         # Sum within the batch first: neighbours share most of their node pairs.
         pair = (nodes[:, :, None] * mesh.n_node + nodes[:, None, :]).ravel()
         unique, place = np.unique(pair, return_inverse=True)

@@ -36,10 +36,19 @@ class Support:
         Node numbers, shape (k,) [-].
     directions
         Held directions: 0, 1, 2 for x, y, z.
+
+    Raises
+    ------
+    SupportError
+        A direction that is none of these.
     """
 
     nodes: Int[NDArray[np.int64], " k"]
     directions: tuple[int, ...] = (0, 1, 2)
+
+    def __post_init__(self) -> None:
+        if not self.directions or not set(self.directions) <= {0, 1, 2}:
+            raise SupportError(f"support directions {self.directions} must be some of 0, 1 and 2, for x, y and z")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -52,6 +61,11 @@ class GroundedSpring:
         Node numbers, shape (k,) [-].
     stiffness
         Of each node's spring in x, y and z [N/m], none negative.
+
+    Raises
+    ------
+    SupportError
+        A stiffness that is negative or not finite.
     """
 
     nodes: Int[NDArray[np.int64], " k"]
@@ -88,11 +102,16 @@ def supported_system(
     Raises
     ------
     SupportError
-        A support without nodes, or supports that leave a body of the mesh a rigid motion; the message names it.
+        A support without nodes or with nodes that the mesh has not; supports that leave a body of the mesh a rigid
+        motion, which the message names; or supports that leave nothing to move.
     """
     for support in supports:
         if not len(support.nodes):
             raise SupportError("a support holds no node: name a set that has nodes")
+    for nodes in [support.nodes for support in supports] + [spring.nodes for spring in springs]:
+        if np.size(nodes) and not 0 <= np.min(nodes) <= np.max(nodes) < mesh.n_node:
+            bad = np.max(nodes) if np.max(nodes) >= mesh.n_node else np.min(nodes)
+            raise SupportError(f"a support names node {bad}, but the mesh has the nodes 0 to {mesh.n_node - 1}")
     held = np.zeros((mesh.n_node, 3), dtype=bool)
     for support in supports:
         for direction in support.directions:
@@ -102,6 +121,8 @@ def supported_system(
         np.add.at(grounded, spring.nodes, np.asarray(spring.stiffness))
     _refuse_rigid_motion(mesh, stiffness, held, grounded)
     free = np.flatnonzero(~held.ravel())
+    if not free.size:
+        raise SupportError("the supports hold every degree of freedom of the mesh: leave some nodes to move")
     K = (stiffness + sp.diags_array(grounded.ravel())).tocsr()[free][:, free]
     M = mass[free][:, free]
     C = sp.csr_array(M.shape) if damping is None else damping.mass_factor * M + damping.stiffness_factor * K
@@ -110,12 +131,14 @@ def supported_system(
     )
 
 
-def rigid_motions(points: Float[NDArray[np.float64], "node 3"]) -> Float[NDArray[np.float64], "node 3 6"]:
-    """Three translations and three rotations about the centroid, shape (n_node, 3, 6) [- and m].
+def rigid_motions(
+    points: Float[NDArray[np.float64], "node 3"], centre: Float[NDArray[np.float64], " 3"] | None = None
+) -> Float[NDArray[np.float64], "node 3 6"]:
+    """Three translations and three rotations about a centre, by default the centroid, shape (n_node, 3, 6) [-].
 
-    Rotations are scaled by the size of the body, so that all six are of one magnitude.
+    Rotations are scaled by the largest distance from the centre, so that all six are of one magnitude.
     """
-    centred = points - points.mean(axis=0)
+    centred = points - (points.mean(axis=0) if centre is None else centre)
     size = max(float(np.linalg.norm(centred, axis=1).max()), np.finfo(float).tiny)
     motions = np.zeros((len(points), 3, 6))
     for axis in range(3):
@@ -130,22 +153,27 @@ def _refuse_rigid_motion(
     held: NDArray[np.bool_],
     grounded: Float[NDArray[np.float64], "node 3"],
 ) -> None:
+    # Whether a motion is resisted is a matter of geometry alone: a soft spring holds as a stiff one does.
+    resisting = held | (grounded > 0)
     # Rows of one node couple as a block, so the graph of the x rows is the graph of the bodies.
-    graph = stiffness[::3][:, ::3]
-    n_body, body_of_node = connected_components(graph, directed=False)
-    for body in range(n_body):
-        nodes = np.flatnonzero(body_of_node == body)
-        motions = rigid_motions(mesh.points[nodes])
-        spring_scale = grounded[nodes].max() or 1.0
-        weight = held[nodes] + grounded[nodes] / spring_scale
-        resisted = np.einsum("nik,ni,nil->kl", motions, weight, motions)
-        value, vector = np.linalg.eigh(resisted)
-        if value[0] > FREE_MOTION * max(value[-1], 1e-300):
+    n_body, body_of_node = connected_components(stiffness[::3][:, ::3], directed=False)
+    by_body = np.split(np.argsort(body_of_node, kind="stable"), np.cumsum(np.bincount(body_of_node))[:-1])
+    for body, nodes in enumerate(by_body):
+        if resisting[nodes].all():
             continue
-        free = [MOTIONS[k] for k in range(6) if resisted[k, k] <= FREE_MOTION * max(value[-1], 1e-300)]
+        if len(nodes) == 1:
+            raise SupportError(f"node {nodes[0]} belongs to no cell and is not held: remove it from the mesh")
+        # About the centre of what is held, a motion that the supports leave is a rotation alone more often than not.
+        where = nodes[resisting[nodes].any(axis=1)]
+        motions = rigid_motions(mesh.points[nodes], mesh.points[where].mean(axis=0) if where.size else None)
+        resisted = np.einsum("nik,ni,nil->kl", motions, resisting[nodes].astype(np.float64), motions)
+        value, vector = np.linalg.eigh(resisted)
+        if value[0] > FREE_MOTION * value[-1]:
+            continue
+        free = [MOTIONS[k] for k in range(6) if resisted[k, k] <= FREE_MOTION * value[-1]]
         motion = ", ".join(free) or f"a motion that is mostly {MOTIONS[int(np.abs(vector[:, 0]).argmax())]}"
         which = "the body" if n_body == 1 else f"body {body + 1} of {n_body} ({len(nodes)} nodes)"
         raise SupportError(
-            f"the supports leave {which} free in {motion}: hold {'nodes' if not held.any() else 'more nodes'} "
+            f"the supports leave {which} free in {motion}: hold {'more nodes' if resisting.any() else 'nodes'} "
             "or add grounded springs"
         )

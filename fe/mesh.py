@@ -59,11 +59,22 @@ class Mesh:
                 raise MeshError(
                     f'cells of type "{cell_type}" are not supported: mesh with one of {", ".join(sorted(ELEMENTS))}'
                 )
-            if nodes.size and (nodes.min() < 0 or nodes.max() >= len(points)):
-                raise MeshError(f'a "{cell_type}" cell names node {nodes.max()}, but the mesh has {len(points)} nodes')
+            n_node = ELEMENTS[cell_type].n_node
+            if nodes.ndim != 2 or nodes.shape[1] != n_node:
+                raise MeshError(f'"{cell_type}" cells have shape {nodes.shape}, but each must have {n_node} nodes')
+            _refuse_outside(f'a "{cell_type}" cell', "node", nodes, len(points))
         for name, node_set in self.node_sets.items():
-            if node_set.size and (node_set.min() < 0 or node_set.max() >= len(points)):
-                raise MeshError(f'node set "{name}" names node {node_set.max()}, but the mesh has {len(points)} nodes')
+            _refuse_outside(f'node set "{name}"', "node", node_set, len(points))
+        for name, cell_set in self.cell_sets.items():
+            _refuse_outside(f'cell set "{name}"', "cell", cell_set, self.n_cell)
+        n_face = max((len(ELEMENTS[cell_type].faces) for cell_type in self.cells), default=0)
+        for name, faces in self.face_sets.items():
+            if not faces.size:
+                continue
+            if faces.ndim != 2 or faces.shape[1] != 2:
+                raise MeshError(f'face set "{name}" has shape {faces.shape}, but each face is a cell and a local face')
+            _refuse_outside(f'face set "{name}"', "cell", faces[:, 0], self.n_cell)
+            _refuse_outside(f'face set "{name}"', "local face", faces[:, 1], n_face)
 
     @property
     def n_node(self) -> int:
@@ -105,6 +116,12 @@ class Mesh:
                 found.append(nodes[cells][:, list(corners)].ravel())
             start += len(nodes)
         return np.unique(np.concatenate(found))
+
+
+def _refuse_outside(who: str, kind: str, numbers: NDArray[np.int64], count: int) -> None:
+    outside = numbers[(numbers < 0) | (numbers >= count)]
+    if outside.size:
+        raise MeshError(f"{who} names {kind} {outside[0]}, but there are {count}, numbered from 0")
 
 
 def _read_only(values: NDArray[np.int64]) -> NDArray[np.int64]:

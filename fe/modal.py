@@ -14,8 +14,15 @@ from fe.sparse_solver import Definiteness, Factor, SingularMatrix, factorise
 from fe.system import LinearSystem
 from geometry.errors import InputError
 
+SINGULAR = (
+    "the stiffness is singular to working accuracy: the supports leave a rigid-body motion or a mechanism, or are too "
+    "soft to tell from none; hold more nodes or stiffen the grounded springs"
+)
 #: Below this size a dense solve is faster than Lanczos, and cannot miss a mode.
 DENSE = 600
+#: A mode whose strain energy is this small a part of what its degrees of freedom would store one by one is a motion
+#: without strain: round-off leaves rigid motions about 1e-16, a slender blade's first mode has 1e-9.
+STRAINLESS = 1e-13
 #: Relative accuracy of the eigenvalues asked of ARPACK; two digits above round-off, ten below what a mesh is worth.
 TOLERANCE = 1e-13
 
@@ -61,7 +68,8 @@ def modes(system: LinearSystem, n_mode: int, factor: Factor | None = None) -> Mo
     InputError
         Fewer than one mode, or more than degrees of freedom.
     SupportError
-        The stiffness is singular: a rigid-body motion or a mechanism is left.
+        The stiffness is singular to working accuracy: a rigid-body motion or a mechanism is left, or a support so soft
+        that round-off outweighs it.
     """
     lambda_, shapes = lowest_eigenpairs(system.stiffness, system.mass, n_mode, factor)
     angular_frequency = np.sqrt(lambda_.clip(min=0))
@@ -87,9 +95,7 @@ def lowest_eigenpairs(
             try:
                 factor = factorise(stiffness, Definiteness.POSITIVE)
             except SingularMatrix as error:
-                raise SupportError(
-                    "the stiffness is singular: the supports leave a rigid-body motion or a mechanism"
-                ) from error
+                raise SupportError(SINGULAR) from error
         # A LinearOperator without a dtype calls its function once with a random vector of unknown type.
         inverse = LinearOperator((n, n), matvec=factor.solve, dtype=np.float64)
         start = np.random.default_rng(0).standard_normal(n)  # a fixed start makes two runs agree to the last bit
@@ -99,5 +105,9 @@ def lowest_eigenpairs(
         order = np.argsort(lambda_)
         lambda_, shapes = lambda_[order], shapes[:, order]
     shapes = shapes / np.sqrt(np.einsum("nm,nm->m", shapes, mass @ shapes))
+    # A singular stiffness may pass its factorisation, for round-off decides about the last pivots; its modes tell.
+    first = shapes[:, 0]
+    if first @ (stiffness @ first) < STRAINLESS * (first @ (stiffness.diagonal() * first)):
+        raise SupportError(SINGULAR)
     peak = shapes[np.abs(shapes).argmax(axis=0), np.arange(n_mode)]
     return lambda_, shapes * np.sign(peak)

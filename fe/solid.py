@@ -1,18 +1,21 @@
 """One integral for all solid elements: stiffness and mass of a batch of cells from the element's table."""
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.element import Element
-from fe.errors import InvertedCell
+from fe.errors import InvertedCell, MeshError
 
 CellPoints = Float[NDArray[np.float64], "cell node 3"]
 PerCell = Float[NDArray[np.float64], " cell"]
 
 
 def jacobian(
-    element: Element, points: CellPoints, at: Float[NDArray[np.float64], "point 3"]
+    element: Element,
+    points: CellPoints,
+    at: Float[NDArray[np.float64], "point 3"],
+    number: Int[NDArray[np.int64], " cell"] | None = None,
 ) -> tuple[Float[NDArray[np.float64], "cell point"], Float[NDArray[np.float64], "cell point node 3"]]:
     """Determinants of the isoparametric map, and the shape gradients in physical space.
 
@@ -24,23 +27,44 @@ def jacobian(
         Node coordinates of each cell, shape (n_cell, n_node, 3) [m].
     at
         Reference points, shape (n_point, 3) [-].
+    number
+        What the cells are called in a refusal, shape (n_cell,) [-]; by default they count from 0.
 
     Returns
     -------
-    det J, shape (n_cell, n_point) [m^3], and dN/dx, shape (n_cell, n_point, n_node, 3) [1/m].
+    det J, positive, shape (n_cell, n_point) [m^3], and dN/dx, shape (n_cell, n_point, n_node, 3) [1/m].
+
+    Raises
+    ------
+    InvertedCell
+        det J is not positive at one of the points.
+    MeshError
+        A coordinate is not a finite number.
     """
     reference = element.gradient(at)
     # J[j, i] = dx_i / dxi_j, so that physical gradients are inv(J) applied to reference ones.
     J = np.einsum("eai,qaj->eqji", points, reference, optimize=True)
     determinant = np.linalg.det(J)
-    if (determinant == 0).any():
-        raise InvertedCell(f"cell {int(np.argmax((determinant == 0).any(axis=1)))} of the batch has no volume")
+    bad = np.flatnonzero(~(determinant > 0).all(axis=1))
+    if bad.size:
+        first = bad[0] if number is None else number[bad[0]]
+        if not np.isfinite(points[bad[0]]).all():
+            raise MeshError(f"{element.name} cell {first} has a node whose coordinates are not finite: mend the mesh")
+        raise InvertedCell(
+            f"{element.name} cell {first} is inverted or collapsed (det J {determinant[bad[0]].min():.3g} m^3): reorder "
+            "its nodes or remesh it"
+        )
     physical = np.matmul(reference, np.linalg.inv(J).swapaxes(-1, -2))
     return determinant, physical
 
 
 def element_matrices(
-    element: Element, points: CellPoints, lame: PerCell, shear: PerCell, density: PerCell
+    element: Element,
+    points: CellPoints,
+    lame: PerCell,
+    shear: PerCell,
+    density: PerCell,
+    number: Int[NDArray[np.int64], " cell"] | None = None,
 ) -> tuple[Float[NDArray[np.float64], "cell dof dof"], Float[NDArray[np.float64], "cell node node"]]:
     r"""Stiffness and consistent mass of isotropic solid cells, one quadrature rule for both.
 
@@ -55,6 +79,8 @@ def element_matrices(
         Node coordinates of each cell, shape (n_cell, n_node, 3) [m].
     lame, shear, density
         Of each cell, shape (n_cell,) [Pa, Pa, kg/m^3].
+    number
+        What the cells are called in a refusal, as in `jacobian`.
 
     Returns
     -------
@@ -64,17 +90,16 @@ def element_matrices(
     Raises
     ------
     InvertedCell
-        det J is not positive at a quadrature point.
+        det J is not positive at a quadrature point; the message names the first such cell.
+    MeshError
+        A coordinate is not a finite number.
 
     References
     ----------
     Zienkiewicz and Taylor, The Finite Element Method, vol. 1, ch. 6 and 8.
     """
     at, weights = element.rule
-    determinant, gradient = jacobian(element, points, at)
-    if determinant.min() <= 0:
-        bad = np.flatnonzero((determinant <= 0).any(axis=1))
-        raise InvertedCell(f"{len(bad)} {element.name} cells are inverted, the first is number {bad[0]} of its batch")
+    determinant, gradient = jacobian(element, points, at, number)
     n_cell, n_point, n_node = gradient.shape[:3]
     volume = determinant * weights
     B = gradient.reshape(n_cell, n_point, 3 * n_node)

@@ -66,7 +66,8 @@ def factorise(
     Raises
     ------
     SingularMatrix
-        A pivot vanished, or was negative in a matrix said to be positive definite.
+        A pivot vanished; PARDISO also notices a negative one in a matrix said to be positive definite. Round-off may
+        hide either in a large matrix, so this is no proof of the contrary.
     """
     if (backend or default_backend()) is Backend.PARDISO:
         return _Pardiso(matrix, definiteness)
