@@ -51,8 +51,8 @@ def jacobian(
         if not np.isfinite(points[bad[0]]).all():
             raise MeshError(f"{element.name} cell {first} has a node whose coordinates are not finite: mend the mesh")
         raise InvertedCell(
-            f"{element.name} cell {first} is inverted or collapsed (det J {determinant[bad[0]].min():.3g} m^3): reorder "
-            "its nodes or remesh it"
+            f"{element.name} cell {first} is inverted or collapsed (det J {determinant[bad[0]].min():.3g} m^3): "
+            "reorder its nodes or remesh it"
         )
     physical = np.matmul(reference, np.linalg.inv(J).swapaxes(-1, -2))
     return determinant, physical
