@@ -6,7 +6,8 @@ from itertools import product
 
 import numpy as np
 
-from fe.hex_blocks import Block, Lattice, mesh_blocks
+from fe.errors import MeshError
+from fe.hex_blocks import Block, Lattice, mesh_blocks, subdivide
 from fe.mesh import Mesh
 from fe.mesh_rule import MeshRule, count
 from fe.node_sets import with_named_points, with_stations
@@ -42,6 +43,11 @@ class PadMesh:
     band: int = 2
     band_height: float = 0.006
 
+    def __post_init__(self) -> None:
+        for name in ("along_contact", "across_groove", "across_lip", "above_groove", "band"):
+            if getattr(self, name) < 1:
+                raise MeshError(f"pads: {name} = {getattr(self, name)} elements: give at least 1")
+
 
 def mesh_blade(blade: Blade, rule: MeshRule, pads: PadMesh | None = None) -> Mesh:
     """Mesh the blade: t / n through the thickness, h along span, chord and root block outside the pads.
@@ -63,10 +69,11 @@ def mesh_blade(blade: Blade, rule: MeshRule, pads: PadMesh | None = None) -> Mes
     Raises
     ------
     MeshError
-        The contact stations are not on corner nodes.
+        The contact stations are not on corner nodes, or the band below the pads does not fit.
     """
     layout = _Layout(blade, rule, pads or PadMesh())
-    mesh = mesh_blocks([*layout.planform(), *layout.root_layers(), *layout.pads()], rule.element)
+    blocks = [*layout.planform(), *layout.root_layers(), *layout.pads()]
+    mesh = mesh_blocks(subdivide(blocks, rule.subdivisions), rule.element)
     points = {
         "excitation": np.array([0.0, blade.thickness / 2, blade.excitation_height]),
         "response": np.array([0.0, blade.thickness / 2, blade.length]),
@@ -87,6 +94,11 @@ class _Layout:
         self.through = rule.through_thickness
         h = rule.size(blade.thickness)
         self.band_foot = blade.pad_bottom - pads.band_height
+        if not 0 < self.band_foot < blade.pad_bottom:
+            raise MeshError(
+                f"band_height = {pads.band_height * 1e3:g} mm does not fit under the pad, whose lower face is "
+                f"{blade.pad_bottom * 1e3:g} mm above the root: give a height between, such as 8 mm"
+            )
         half_flat, half_chord, half_root = blade.flat_width / 2, blade.chord / 2, blade.root_chord / 2
         self.edges = {
             "root_left": (-half_root, -half_chord),

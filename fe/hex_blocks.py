@@ -1,7 +1,7 @@
 """A mesh from blocks: each block is a smooth map of the unit cube, sampled where the element has its nodes."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -37,6 +37,14 @@ class Block:
     shape: Map
     counts: tuple[int, int, int]
     faces: Mapping[str, str] = field(default_factory=dict)
+
+
+def subdivide(blocks: Sequence[Block], times: int) -> list[Block]:
+    """The same blocks with every cell cut into times^3: the meshes of 1, 2, 4, ... are nested."""
+    return [
+        replace(block, counts=(block.counts[0] * times, block.counts[1] * times, block.counts[2] * times))
+        for block in blocks
+    ]
 
 
 def mesh_blocks(blocks: Sequence[Block], element: Element, merge_within: float = 1e-9) -> Mesh:

@@ -25,6 +25,8 @@ class MeshRule:
         length, so a decides how far its frequencies are off.
     length_cap
         c: elements are never longer than this [m].
+    subdivisions
+        Each element that the rule gives is cut into this many along each edge [-]: 1, 2, 4, ... give nested meshes.
 
     Raises
     ------
@@ -36,10 +38,13 @@ class MeshRule:
     through_thickness: int
     length_ratio: float
     length_cap: float
+    subdivisions: int = 1
 
     def __post_init__(self) -> None:
         if self.through_thickness < 1:
             raise MeshError(f"elements_through_thickness = {self.through_thickness}: give at least 1")
+        if self.subdivisions < 1:
+            raise MeshError(f"subdivisions = {self.subdivisions}: give at least 1")
         if not (isfinite(self.length_ratio) and self.length_ratio > 0):
             raise MeshError(f"length_ratio = {self.length_ratio:g} must be positive: 2.4 is a usual value")
         if not (isfinite(self.length_cap) and self.length_cap > 0):

@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 
-from fe.hex_blocks import Block, Lattice, mesh_blocks
+from fe.hex_blocks import Block, Lattice, mesh_blocks, subdivide
 from fe.mesh import Mesh
 from fe.mesh_rule import MeshRule, count
 from fe.node_sets import with_named_points
@@ -52,7 +52,7 @@ def mesh_plain_blade(blade: PlainBlade, rule: MeshRule) -> Mesh:
         if part == "root" and j != 1:
             faces["v0" if j == 0 else "v1"] = "clamp"
         blocks.append(_box(x, y, span[part], counts, faces))
-    mesh = mesh_blocks(blocks, rule.element)
+    mesh = mesh_blocks(subdivide(blocks, rule.subdivisions), rule.element)
     points = {
         "excitation": np.array([0.0, half, blade.excitation_height]),
         "response": np.array([0.0, half, blade.length]),
