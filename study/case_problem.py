@@ -1,0 +1,211 @@
+"""What pydantic finds wrong with a case, in one sentence each with the key, the value and the remedy."""
+
+import difflib
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, get_args
+
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
+
+from study.errors import Problem
+from study.quantity import Dimension
+from study.toml_position import Path
+
+if TYPE_CHECKING:
+    from study.case import CaseSource
+
+# A value longer than this is cut in messages.
+LONGEST_VALUE = 60
+
+# These messages hold a number of the model, which is in SI.
+BOUND_ERRORS = {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}
+
+# How pydantic says it, and how we do.
+PLAIN_WORDS = (
+    (r"^Value error, ", ""),
+    (r"^Input should be a valid integer.*", "must be a whole number, without quotes"),
+    (r"^Input should be a valid number.*", "must be a number, without quotes"),
+    (r"^Input should be a valid boolean.*", "must be true or false"),
+    (r"^Input should be a valid string$", 'must be text in quotes, e.g. "name"'),
+    (r"^Input should be a valid (list|tuple)$", "must be a list in brackets, e.g. [1, 2]"),
+    (r"^Input should be a valid dictionary.*", "must be a table of keys"),
+    (r"^Input should be ", "must be "),
+    (r"^Input should ", "must "),
+)
+
+
+def problems(error: ValidationError, model: type[BaseModel], source: "CaseSource") -> list[Problem]:
+    """Every problem that pydantic found, each with its line.
+
+    Parameters
+    ----------
+    error
+        What pydantic raised.
+    model
+        The model that was validated.
+    source
+        The file that the data came from.
+    """
+    # A union reports its problem once for every branch.
+    return list(dict.fromkeys(_problem(details, model, source) for details in error.errors()))
+
+
+def dotted(path: Path) -> str:
+    """Path as a user writes it: ``excitation[1].force``."""
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
+    return text.removeprefix(".")
+
+
+def shown(data: Any, path: Path) -> str:
+    """`` = "250 kg"`` for a value, nothing for a table or a key that is not there."""
+    value = value_at(data, path)
+    is_list_of_tables = isinstance(value, list) and any(isinstance(item, Mapping) for item in value)
+    if value is None or isinstance(value, Mapping) or is_list_of_tables:
+        return ""
+    text = json.dumps(value, ensure_ascii=False, default=str)
+    return f" = {text if len(text) <= LONGEST_VALUE else text[: LONGEST_VALUE - 3] + '...'}"
+
+
+def value_at(data: Any, path: Path) -> Any:
+    """What stands at a path, None if nothing does (TOML has no null of its own)."""
+    for part in path:
+        in_table = isinstance(data, Mapping) and part in data
+        in_list = isinstance(data, list) and isinstance(part, int) and part < len(data)
+        if not (in_table or in_list):
+            return None
+        data = data[part]
+    return data
+
+
+def key_in_message(message: str, table: Any, keys: Mapping[str, str]) -> str | None:
+    """Key of the table that a message speaks of first, whether it writes ``root_height`` or "root height".
+
+    Parameters
+    ----------
+    message
+        Of an error raised by a numerical room.
+    table
+        The table as read.
+    keys
+        Case key by parameter name, where they differ.
+    """
+    if not isinstance(table, Mapping):
+        return None
+    names = {key: key for key in table} | dict(keys)
+    found: list[tuple[int, int, str]] = []
+    for name, key in names.items():
+        match = re.search(rf"(?<!\w){re.escape(name).replace('_', '[_ ]')}(?!\w)", message, re.IGNORECASE)
+        if match and key in table:
+            # Of two names that start together the longer is meant: "root height", not "root".
+            found.append((match.start(), -len(name), key))
+    return min(found)[2] if found else None
+
+
+def _problem(details: ErrorDetails, model: type[BaseModel], source: "CaseSource") -> Problem:
+    missing = details["type"] == "missing"
+    path = _path_in_file(details["loc"], source.data, keep_last=missing)
+    if missing:
+        return _missing(path, model, source)
+    if details["type"] == "extra_forbidden":
+        return source.problem(path, _unknown_key(path, model, source), show_value=False)
+    value = value_at(source.data, path)
+    if details["type"] in {"model_type", "model_attributes_type", "dict_type"}:
+        return source.problem(path, f"must be a table; write [{dotted(path)}] and its keys below it")
+    if details["type"] in {"list_type", "tuple_type"} and _models_at(model, path):
+        return source.problem(path, f"must be a list of tables; write [[{dotted(path)}]] above the keys of each")
+    text = details["msg"]
+    for pattern, plain in PLAIN_WORDS:
+        text = re.sub(pattern, plain, text)
+    if details["type"] in BOUND_ERRORS:
+        text += _si_unit(path, model)
+    if details["type"] in {"literal_error", "enum"}:
+        text = text.replace("'", '"')
+        choices = re.findall(r'"([^"]*)"', text)
+        text += _did_you_mean(value, choices) if isinstance(value, str) else ""
+    return source.problem(path, text)
+
+
+def _path_in_file(location: Sequence[str | int], data: Any, *, keep_last: bool) -> Path:
+    """Pydantic's location without the names of validators and union branches, which no file contains."""
+    path: Path = ()
+    for position, part in enumerate(location):
+        here = value_at(data, path)
+        in_mapping = isinstance(here, Mapping) and part in here
+        in_list = isinstance(here, list) and isinstance(part, int)
+        if in_mapping or in_list or (keep_last and position == len(location) - 1):
+            path = (*path, part)
+    return path
+
+
+def _missing(path: Path, model: type[BaseModel], source: "CaseSource") -> Problem:
+    key = str(path[-1])
+    if _models_at(model, path):
+        what = f"table [{dotted(path)}] is missing; add it"
+    else:
+        example = _example(path, model)
+        what = f"{dotted(path)} is missing; add {key} = {example}" if example else f"{dotted(path)} is missing; add it"
+    return replace(source.problem(path, ""), text=what)
+
+
+def _example(path: Path, model: type[BaseModel]) -> str:
+    for field in _fields_at(path, model):
+        if field.examples:
+            return json.dumps(field.examples[0], ensure_ascii=False)
+    return ""
+
+
+def _si_unit(path: Path, model: type[BaseModel]) -> str:
+    for field in _fields_at(path, model):
+        for validator in field.metadata:
+            dimension = getattr(getattr(validator, "func", None), "__self__", None)
+            if isinstance(dimension, Dimension) and dimension.si:
+                return f" {dimension.si}"
+    return ""
+
+
+def _fields_at(path: Path, model: type[BaseModel]) -> list[FieldInfo]:
+    fields = [_fields(parent).get(str(path[-1])) for parent in _models_at(model, path[:-1])] if path else []
+    return [field for field in fields if field is not None]
+
+
+def _unknown_key(path: Path, model: type[BaseModel], source: "CaseSource") -> str:
+    known = [name for parent in _models_at(model, path[:-1]) for name in _fields(parent)]
+    key = str(path[-1])
+    kind = "table" if isinstance(value_at(source.data, path), Mapping) else "key"
+    hint = _did_you_mean(key, known)
+    if hint:
+        return f"unknown {kind}{hint}"
+    return f"unknown {kind}; known here: {', '.join(known)}" if known else f"unknown {kind}; remove it"
+
+
+def _did_you_mean(word: str, known: Sequence[str]) -> str:
+    by_lower = {name.lower(): name for name in known}
+    close = difflib.get_close_matches(word.lower(), list(by_lower), 1, 0.5)
+    return f'; did you mean "{by_lower[close[0]]}"?' if close else ""
+
+
+def _fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
+    """Fields by the name that a file uses."""
+    return {field.alias or name: field for name, field in model.model_fields.items()}
+
+
+def _models_at(model: type[BaseModel], path: Path) -> list[type[BaseModel]]:
+    """Models that may describe the table at a path: several where the case allows a choice."""
+    here = [model]
+    for part in path:
+        if isinstance(part, int):
+            continue  # The elements of a list are described where the list is.
+        fields = [_fields(parent).get(part) for parent in here]
+        here = [nested for field in fields if field is not None for nested in _nested_models(field.annotation)]
+    return here
+
+
+def _nested_models(annotation: object) -> Iterator[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for argument in get_args(annotation):
+        yield from _nested_models(argument)

@@ -1,0 +1,157 @@
+"""The command line: finds the command, runs it, and turns what happened into an exit code and a message.
+
+Exit codes: 0 done; 1 a computation did not converge, or `doctor` found something missing; 2 an input that the user can
+mend; 3 interrupted; 70 a mistake of stickslip itself.
+
+Nothing heavy is imported here: each command is imported when it is called.
+"""
+
+import importlib.metadata
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from enum import IntEnum
+from types import FrameType
+from typing import TYPE_CHECKING
+
+from cyclopts import App, CycloptsError
+
+from study import console
+
+if TYPE_CHECKING:
+    from study.run_context import Answer
+
+
+class ExitCode(IntEnum):
+    """What the shell is told."""
+
+    DONE = 0
+    FAILED = 1
+    BAD_INPUT = 2
+    INTERRUPTED = 3
+    INTERNAL = 70
+
+
+# Name, where it is, and the line in the list of commands.
+COMMANDS = (
+    ("doctor", "study.command.doctor:app", "Show what this machine lacks, and the one line that installs it."),
+    ("cache", "study.command.cache:app", "Show how much the kept results take, or remove them."),
+)
+
+HELP = "From a CAD blade to reduced models and the response of friction-damped structures."
+
+EPILOGUE = """\
+Examples:
+
+    stickslip doctor
+    stickslip cache --clear
+    stickslip COMMAND --help
+
+Exit codes: 0 done, 1 not converged or something missing, 2 bad input, 3 interrupted (what was finished is kept), \
+70 internal error.
+"""
+
+
+def command_line() -> App:
+    """Make the app with all commands, none of them imported."""
+    app = App(
+        name="stickslip",
+        help=HELP,
+        help_epilogue=EPILOGUE,
+        version=lambda: importlib.metadata.version("stickslip"),
+        print_error=False,
+        exit_on_error=False,
+        suppress_keyboard_interrupt=False,
+        result_action="return_value",
+    )
+    for name, where, summary in COMMANDS:
+        app.command(where, name=name, help=summary)
+    return app
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Parameters
+    ----------
+    arguments
+        Without the program's name; those of the process by default.
+
+    Returns
+    -------
+    The exit code.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    with console.standard_output(as_json="--json" in words) as output:
+        return int(_guarded(lambda: command_line()(words), words, output))
+
+
+def _guarded(run: "Callable[[], Answer | None]", words: Sequence[str], output: console.Output) -> int:
+    """Run a command; whatever it raises becomes a message and an exit code."""
+    try:
+        with _terminated_as_interrupted():
+            answer = run()
+        # Help and version have been printed already and answer nothing.
+        return ExitCode.DONE if answer is None else output.answer(answer)
+    except CycloptsError as error:
+        return output.error(ExitCode.BAD_INPUT, "usage", f"{error} See `{_help_line(words)}`.")
+    except KeyboardInterrupt:
+        return output.error(
+            ExitCode.INTERRUPTED,
+            "interrupted",
+            "interrupted; what was finished is kept: the same command goes on from there",
+        )
+    except BrokenPipeError:
+        return output.abandon(ExitCode.DONE)  # The reader, such as `head`, has seen enough.
+    except MemoryError:
+        return output.error(
+            ExitCode.FAILED, "computation", "out of memory; take fewer elements, or a machine with more memory"
+        )
+    except Exception as error:
+        return _raised(error, words, output)
+
+
+def _raised(error: Exception, words: Sequence[str], output: console.Output) -> int:
+    # Imported here because the room that holds InputError may import numpy, which help has no use for.
+    from geometry.errors import InputError
+    from study.errors import CaseError, ComputationFailed
+
+    if isinstance(error, CaseError):
+        return output.error(ExitCode.BAD_INPUT, "case", str(error), error.problems)
+    if isinstance(error, InputError):
+        return output.error(ExitCode.BAD_INPUT, "input", str(error))
+    if isinstance(error, ComputationFailed):
+        return output.error(ExitCode.FAILED, "computation", str(error))
+    file = console.write_traceback(error, words)
+    kind = f"{type(error).__name__}: {error}".strip(": ")
+    return output.error(
+        ExitCode.INTERNAL, "internal", f"a mistake of stickslip itself ({kind}); please report it with the file {file}"
+    )
+
+
+def _help_line(words: Sequence[str]) -> str:
+    known = [name for name, _, _ in COMMANDS if words and words[0] == name]
+    return " ".join(["stickslip", *known, "--help"])
+
+
+@contextmanager
+def _terminated_as_interrupted() -> Iterator[None]:
+    """Let SIGTERM, by which batch systems end a job, do what Ctrl-C does."""
+
+    def interrupt(_number: int, _frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,45 @@
+"""``stickslip cache``: how much the kept results take, and how to remove them."""
+
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from study.run_context import DEFAULTS, Answer, Options, command_app
+
+app = command_app(
+    "cache",
+    "Every finished stage of a computation is kept, so that a second run is instant and an interrupted one goes on. "
+    "Removing them loses nothing but time.",
+    examples=["stickslip cache", "stickslip cache --clear", "stickslip cache --cache /scratch/results --json"],
+)
+
+
+@app.default
+def cache(
+    *,
+    clear: Annotated[bool, Parameter(negative="", help="Remove all kept results.")] = False,
+    options: Options = DEFAULTS,
+) -> Answer:
+    """Show or clear the cache."""
+    from study.errors import OutputError
+
+    folder = options.cache_folder
+    store = options.open().store
+    if store.folder is None:
+        raise OutputError(f"the cache {folder} cannot be written: name another folder with --cache")
+    count, size = store.size()
+    document = {"folder": str(folder), "results": count, "bytes": size, "cleared": clear}
+    if clear:
+        store.clear()
+        return Answer(document=document, text=f"removed {count} results ({spoken_size(size)}) from {folder}")
+    return Answer(document=document, text=f"{count} results, {spoken_size(size)}, in {folder}")
+
+
+def spoken_size(size: int) -> str:
+    """Size in decimal units: ``12.3 MB``."""
+    amount = float(size)
+    for unit in ("bytes", "kB", "MB"):
+        if amount < 1000:
+            return f"{amount:.3g} {unit}"
+        amount /= 1000
+    return f"{amount:.3g} GB"

@@ -1,0 +1,38 @@
+"""``stickslip doctor``: what this machine lacks."""
+
+from study.run_context import DEFAULTS, Answer, Options, command_app
+
+app = command_app(
+    "doctor",
+    "Looks for system libraries and Python packages, draws a test picture without a screen, and checks the folder of "
+    "kept results. Exit code 0 if all that is needed is here, 1 if something is missing.",
+    examples=["stickslip doctor", "stickslip doctor --json"],
+)
+
+
+@app.default
+def doctor(*, options: Options = DEFAULTS) -> Answer:
+    """Examine this machine."""
+    from study.doctor import examine, prescription
+
+    findings = examine(options.cache_folder)
+    repair = prescription(findings)
+    lines = [f"  {finding.verdict:8} {finding.subject}: {finding.detail}" for finding in findings]
+    if repair:
+        lines += ["", "To install what is missing:", "", f"  {repair}"]
+    healthy = not any(finding.is_needed for finding in findings if finding.verdict == "missing")
+    lines += ["", "All that is needed is here." if healthy else "Something that is needed is missing."]
+    document = {
+        "healthy": healthy,
+        "findings": [
+            {
+                "subject": finding.subject,
+                "verdict": finding.verdict,
+                "needed": finding.is_needed,
+                "detail": finding.detail,
+            }
+            for finding in findings
+        ],
+        "repair": repair,
+    }
+    return Answer(document=document, text="\n".join(lines), exit_code=0 if healthy else 1)

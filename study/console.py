@@ -1,0 +1,113 @@
+"""Standard output and standard error of a command: results on the one, everything else on the other."""
+
+import importlib.metadata
+import json
+import math
+import os
+import shlex
+import sys
+import tempfile
+import traceback
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, TextIO
+
+if TYPE_CHECKING:
+    from study.errors import Problem
+    from study.run_context import Answer
+
+
+class Output:
+    """Where a command's answer goes, as text or as one JSON document.
+
+    Parameters
+    ----------
+    stream
+        The real standard output.
+    as_json
+        Whether the user asked for JSON.
+    """
+
+    def __init__(self, stream: TextIO, *, as_json: bool) -> None:
+        self._stream = stream
+        self._as_json = as_json
+
+    def answer(self, answer: "Answer") -> int:
+        """Print what a command found, and return its exit code."""
+        if self._as_json:
+            self._document(answer.document)
+        else:
+            from rich.console import Console
+
+            # Text is printed as it is: brackets in it are no markup, and lines are not folded.
+            Console(file=self._stream, soft_wrap=isinstance(answer.text, str)).print(
+                answer.text, markup=False, highlight=False
+            )
+        self._stream.flush()
+        return answer.exit_code
+
+    def error(self, exit_code: int, kind: str, message: str, problems: "Sequence[Problem]" = ()) -> int:
+        """Say what went wrong, and return the exit code."""
+        # Problems of a case file stand alone, in the form that editors can follow: file:line: text.
+        sys.stderr.write(f"{message}\n" if problems else f"stickslip: {message}\n")
+        if self._as_json:
+            details: dict[str, Any] = {"kind": kind, "exit_code": int(exit_code), "message": message}
+            if problems:
+                details["problems"] = [
+                    {"file": problem.file, "line": problem.line, "key": problem.key, "message": problem.text}
+                    for problem in problems
+                ]
+            self._document({"error": details})
+        return exit_code
+
+    def abandon(self, exit_code: int) -> int:
+        """Write nothing more to a standard output that nobody reads."""
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, self._stream.fileno())
+        os.close(nowhere)
+        return exit_code
+
+    def _document(self, document: Mapping[str, Any]) -> None:
+        self._stream.write(json.dumps(_plain(document), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+        self._stream.flush()
+
+
+@contextmanager
+def standard_output(*, as_json: bool) -> Iterator[Output]:
+    """Standard output for results; with JSON all else that is printed, by compiled code too, goes to standard error."""
+    sys.stdout.flush()
+    if not as_json:
+        yield Output(sys.stdout, as_json=False)
+        return
+    kept = os.dup(1)
+    os.dup2(2, 1)
+    stream = os.fdopen(kept, "w", encoding="utf-8")
+    try:
+        yield Output(stream, as_json=True)
+    finally:
+        sys.stdout.flush()
+        os.dup2(stream.fileno(), 1)
+        stream.close()
+
+
+def write_traceback(error: BaseException, words: Sequence[str]) -> str:
+    """Write what is needed to find a mistake into a new file, and return its name."""
+    handle, name = tempfile.mkstemp(prefix="stickslip-error-", suffix=".txt")
+    with os.fdopen(handle, "w", encoding="utf-8") as stream:
+        stream.write(f"stickslip {importlib.metadata.version('stickslip')}, Python {sys.version}\n")
+        stream.write(f"$ stickslip {shlex.join(words)}\n\n")
+        stream.writelines(traceback.format_exception(error))
+    return name
+
+
+def _plain(value: Any) -> Any:
+    """Value as strict JSON: arrays become lists, numbers that are not finite become null."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if hasattr(value, "tolist"):  # numpy's arrays and numbers
+        return _plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value if value is None or isinstance(value, bool | int | float | str) else str(value)

@@ -1,0 +1,249 @@
+"""What this machine lacks, found with the standard library alone, and the one line that installs it.
+
+It matters before anything is imported: without its system libraries CadQuery fails to import with a riddle, and VTK
+ends the whole process with a segmentation fault, which no exception handler sees. Libraries are therefore looked for with
+`ctypes`, and drawing is tried in a process of its own.
+"""
+
+import ctypes
+import importlib.metadata
+import os
+import platform
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Literal
+
+Purpose = Literal["cad", "pictures"]
+
+# Shared libraries that the wheels load but do not bring: of a tuple within, any one will do.
+SYSTEM_LIBRARIES: dict[Purpose, tuple[tuple[str, ...], ...]] = {
+    "cad": (("libGL.so.1",), ("libX11.so.6",), ("libexpat.so.1",), ("libstdc++.so.6",)),
+    "pictures": (("libEGL.so.1", "libOSMesa.so.8"), ("libGL.so.1",), ("libX11.so.6",), ("libXrender.so.1",)),
+}
+DEBIAN_PACKAGE = {
+    "libGL.so.1": "libgl1",
+    "libX11.so.6": "libx11-6",
+    "libexpat.so.1": "libexpat1",
+    "libstdc++.so.6": "libstdc++6",
+    "libEGL.so.1": "libegl1",
+    "libXrender.so.1": "libxrender1",
+}
+MEANT_FOR = {"cad": "CAD geometry (cadquery)", "pictures": "off-screen pictures (pyvista)"}
+
+OLDEST_PYTHON = (3, 11)
+
+# A picture takes a few seconds; a driver that hangs should not hang the doctor.
+PICTURE_TIMEOUT = 120.0  # s
+
+# Draws a ball without a screen and looks whether any pixel changed.
+TEST_PICTURE = """
+import os
+os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+import vtkmodules.vtkRenderingOpenGL2
+from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtkmodules.vtkRenderingCore import (
+    vtkActor, vtkPolyDataMapper, vtkRenderer, vtkRenderWindow, vtkWindowToImageFilter,
+)
+sphere, mapper, actor = vtkSphereSource(), vtkPolyDataMapper(), vtkActor()
+renderer, window = vtkRenderer(), vtkRenderWindow()
+mapper.SetInputConnection(sphere.GetOutputPort())
+actor.SetMapper(mapper)
+renderer.AddActor(actor)
+window.SetOffScreenRendering(1)
+window.SetSize(64, 64)
+window.AddRenderer(renderer)
+window.Render()
+image = vtkWindowToImageFilter()
+image.SetInput(window)
+image.Update()
+low, high = image.GetOutput().GetPointData().GetScalars().GetRange()
+print("drawn by", window.GetClassName() if high > low else "nobody")
+"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finding:
+    """One thing that was looked for.
+
+    Parameters
+    ----------
+    subject
+        What.
+    verdict
+        Found, missing, or present but not working.
+    detail
+        What it is for, or what is wrong.
+    is_needed
+        False for what only some work needs.
+    apt, pip
+        Packages that would mend it.
+    """
+
+    subject: str
+    verdict: Literal["ok", "missing"]
+    detail: str
+    is_needed: bool = True
+    apt: tuple[str, ...] = ()
+    pip: tuple[str, ...] = ()
+
+
+def preflight(*purposes: Purpose) -> None:
+    """Refuse, before an import that could crash, to go on without a system library; it takes a millisecond.
+
+    Parameters
+    ----------
+    purposes
+        ``"cad"`` before CadQuery, ``"pictures"`` before PyVista or VTK.
+
+    Raises
+    ------
+    MissingSoftware
+        With the line that installs what is missing.
+    """
+    missing = {purpose: names for purpose in purposes if (names := missing_libraries(purpose))}
+    if not missing:
+        return
+    from study.errors import MissingSoftware
+
+    what = "; ".join(f"{MEANT_FOR[purpose]} needs {', '.join(names)}" for purpose, names in missing.items())
+    packages = sorted({DEBIAN_PACKAGE[name] for names in missing.values() for name in names})
+    raise MissingSoftware(f"{what}: install with `{_apt_line(packages)}`")
+
+
+@cache
+def missing_libraries(purpose: Purpose) -> tuple[str, ...]:
+    """Shared libraries that a purpose needs and the loader does not find."""
+    return tuple(names[0] for names in SYSTEM_LIBRARIES[purpose] if not any(_loads(name) for name in names))
+
+
+def examine(cache_folder: Path) -> list[Finding]:
+    """Look for everything.
+
+    Parameters
+    ----------
+    cache_folder
+        Where results would be kept.
+    """
+    return [_python(), *_libraries(), *_packages(), _picture(), _calculix(), _cache(cache_folder)]
+
+
+def prescription(findings: Iterable[Finding]) -> str:
+    """One line for the shell that installs all that is missing; empty if nothing is."""
+    ill = [finding for finding in findings if finding.verdict != "ok"]
+    apt = sorted({package for finding in ill for package in finding.apt})
+    pip = sorted({package for finding in ill for package in finding.pip})
+    parts = [_apt_line(apt)] if apt else []
+    if pip:
+        lock = Path(__file__).resolve().parents[1] / "requirements.lock"
+        # The lock holds the tested versions; it lies in a checkout but in no wheel.
+        what = ["-r", str(lock)] if lock.is_file() else [f"'{requirement}'" for requirement in pip]
+        parts.append(" ".join([sys.executable, "-m", "pip", "install", *what]))
+    return " && ".join(parts)
+
+
+def _apt_line(packages: Sequence[str]) -> str:
+    sudo = "" if os.geteuid() == 0 else "sudo "
+    return f"{sudo}apt-get update && {sudo}apt-get install -y --no-install-recommends {' '.join(packages)}"
+
+
+def _loads(name: str) -> bool:
+    try:
+        ctypes.CDLL(name)
+    except OSError:
+        return False
+    return True
+
+
+def _python() -> Finding:
+    version = platform.python_version()
+    detail = f"{version} on {platform.machine()} {platform.system()}"
+    if sys.version_info < OLDEST_PYTHON:
+        return Finding(subject="Python", verdict="missing", detail=f"{detail}; 3.11 or later is needed")
+    return Finding(subject="Python", verdict="ok", detail=detail)
+
+
+def _libraries() -> list[Finding]:
+    findings = []
+    for purpose in SYSTEM_LIBRARIES:
+        missing = missing_libraries(purpose)
+        findings.append(
+            Finding(
+                subject="system libraries",
+                verdict="missing" if missing else "ok",
+                detail=f"{', '.join(missing)} for {MEANT_FOR[purpose]}" if missing else MEANT_FOR[purpose],
+                apt=tuple(DEBIAN_PACKAGE[name] for name in missing),
+            )
+        )
+    return findings
+
+
+def _packages() -> list[Finding]:
+    """Python packages that stickslip itself declares; what these need in turn is pip's business."""
+    try:
+        declared = importlib.metadata.requires("stickslip") or []
+    except importlib.metadata.PackageNotFoundError:
+        detail = "is not installed in this environment"
+        return [Finding(subject="Python packages", verdict="missing", detail=f"stickslip {detail}", pip=("stickslip",))]
+    missing: list[tuple[str, str]] = []
+    present = 0
+    for line in declared:
+        requirement, _, marker = line.partition(";")
+        name = re.split(r"[^A-Za-z0-9._-]", requirement.strip(), maxsplit=1)[0]
+        if "extra ==" in marker or ("platform_machine" in marker and platform.machine() not in marker):
+            continue
+        try:
+            importlib.metadata.version(name)
+            present += 1
+        except importlib.metadata.PackageNotFoundError:
+            missing.append((name, requirement.strip()))
+    if not missing:
+        return [Finding(subject="Python packages", verdict="ok", detail=f"all {present} declared ones")]
+    return [
+        Finding(subject="Python package", verdict="missing", detail=name, pip=(requirement,))
+        for name, requirement in missing
+    ]
+
+
+def _picture() -> Finding:
+    subject = "off-screen picture"
+    if missing_libraries("pictures"):
+        return Finding(subject=subject, verdict="missing", detail="not tried, since its libraries are missing")
+    try:
+        trial = subprocess.run(
+            [sys.executable, "-c", TEST_PICTURE], capture_output=True, text=True, timeout=PICTURE_TIMEOUT, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return Finding(subject=subject, verdict="missing", detail=f"no picture within {PICTURE_TIMEOUT:.0f} s")
+    if trial.returncode == 0 and "drawn by" in trial.stdout and "nobody" not in trial.stdout:
+        return Finding(subject=subject, verdict="ok", detail=trial.stdout.strip().splitlines()[-1])
+    if trial.returncode < 0:
+        detail = f"drawing crashed with signal {-trial.returncode}"
+    else:
+        detail = (trial.stderr.strip().splitlines() or ["nothing was drawn"])[-1]
+    return Finding(subject=subject, verdict="missing", detail=detail, apt=("libegl1", "libgl1", "libgl1-mesa-dri"))
+
+
+def _calculix() -> Finding:
+    found = shutil.which("ccx")
+    detail = found or "ccx, the independent witness of some tests, is not there"
+    return Finding(
+        subject="CalculiX", verdict="ok" if found else "missing", detail=detail, is_needed=False, apt=("calculix-ccx",)
+    )
+
+
+def _cache(folder: Path) -> Finding:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        detail = f"{folder} cannot be written ({error.strerror}): set STICKSLIP_CACHE to a folder that can"
+        return Finding(subject="kept results", verdict="missing", detail=detail, is_needed=False)
+    return Finding(subject="kept results", verdict="ok", detail=str(folder))

@@ -1,0 +1,208 @@
+"""Values with units in case files: "8.5 N/um", "250 mm", "8.53 deg" become SI floats, and the way back.
+
+Each type is a `float` in SI that pydantic reads from text. It is checked by *root units*, not by dimension alone,
+because an angle has no dimension: "3 deg" is not a ratio, and 60 rpm is 1 Hz, not 6.28 Hz.
+"""
+
+import difflib
+import math
+import re
+from dataclasses import dataclass
+from decimal import Decimal
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, cast
+
+from pydantic import BeforeValidator, Field
+
+if TYPE_CHECKING:
+    import pint
+
+NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
+
+# What mechanics is written in; a misspelt unit is compared with these.
+FAMILIAR_UNITS = (
+    "m", "mm", "um", "µm", "nm", "cm", "km", "inch", "N", "mN", "kN", "MN", "Pa", "kPa", "MPa", "GPa", "kg", "g", "mg",
+    "tonne", "s", "ms", "us", "min", "Hz", "kHz", "rpm", "rad", "mrad", "deg", "percent", "J", "W",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """A physical quantity as a case file knows it.
+
+    Parameters
+    ----------
+    name
+        In plain words, with its article.
+    si
+        The SI unit that values are converted to.
+    example
+        How a user would write one.
+    """
+
+    name: str
+    si: str
+    example: str
+
+    def read(self, value: object) -> float:
+        """SI value of what stands in a case file: `read_quantity`, as pydantic calls it."""
+        return read_quantity(value, self)
+
+
+LENGTH = Dimension("a length", "m", "250 mm")
+AREA = Dimension("an area", "m^2", "20 mm^2")
+VOLUME = Dimension("a volume", "m^3", "20 mm^3")
+ANGLE = Dimension("an angle", "rad", "8.53 deg")
+MASS = Dimension("a mass", "kg", "27 g")
+TIME = Dimension("a time", "s", "20 ms")
+FORCE = Dimension("a force", "N", "10 N")
+PRESSURE = Dimension("a pressure or modulus", "Pa", "210 GPa")
+DENSITY = Dimension("a density", "kg/m^3", "7800 kg/m^3")
+STIFFNESS = Dimension("a stiffness", "N/m", "8.5 N/um")
+FREQUENCY = Dimension("a frequency", "Hz", "122.25 Hz")
+VELOCITY = Dimension("a velocity", "m/s", "20 mm/s")
+ACCELERATION = Dimension("an acceleration", "m/s^2", "9.81 m/s^2")
+RATIO = Dimension("a ratio", "", "0.2 %")
+DIMENSIONS = (
+    LENGTH, AREA, VOLUME, ANGLE, MASS, TIME, FORCE, PRESSURE, DENSITY, STIFFNESS, FREQUENCY, VELOCITY, ACCELERATION,
+    RATIO,
+)  # fmt: skip
+
+
+def read_quantity(value: object, dimension: Dimension) -> float:
+    """SI value of what stands in a case file.
+
+    Parameters
+    ----------
+    value
+        Text such as "250 mm"; for a ratio a bare number too.
+    dimension
+        What the value must be.
+
+    Returns
+    -------
+    A finite number [`dimension.si`].
+
+    Raises
+    ------
+    ValueError
+        No unit, an unreadable one, or one of another dimension; not a finite number.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise ValueError(f'{dimension.name} is written as text with a unit, e.g. "{dimension.example}"')
+    if isinstance(value, int | float):
+        if dimension is not RATIO:
+            raise ValueError(f'give a unit, e.g. "{dimension.example}"')
+        return _finite(float(value))
+    match = NUMBER_AND_UNIT.fullmatch(value)
+    if match is None:
+        comma = "; write a decimal point, not a comma" if re.match(r"\s*[+-]?\d*,\d", value) else ""
+        raise ValueError(f'is not a number with a unit{comma}; write e.g. "{dimension.example}"')
+    number, unit = match.groups()
+    if re.match(r",\d", unit):
+        raise ValueError(f'write a decimal point, not a comma, e.g. "{dimension.example}"')
+    if not unit and dimension is not RATIO:
+        raise ValueError(f'give a unit, e.g. "{dimension.example}"')
+    # Refused before Decimal sees it: float() overflows to inf on numbers that no unit could mend.
+    _finite(float(number))
+    return _finite(_si(Decimal(number), unit, dimension))
+
+
+def format_quantity(value: float, unit: str, digits: int = 4) -> str:
+    """Text of an SI value in a unit of choice: ``format_quantity(8.5e6, "N/um") == "8.5 N/um"``.
+
+    Parameters
+    ----------
+    value
+        In the SI unit of the same dimension; for ``Hz`` in Hz, for ``deg`` in rad.
+    unit
+        Any unit that a case file may use; empty for a bare number.
+    digits
+        Significant digits.
+    """
+    if not unit:
+        return f"{value:.{digits}g}"
+    factor, _ = _root(unit)
+    dimension_factor = Decimal(1000) ** _mass_exponent(unit)
+    # Root units count mass in grams, SI in kilograms; a Hz is a root unit already.
+    return f"{value * float(dimension_factor / factor):.{digits}g} {unit}"
+
+
+def _finite(value: float) -> float:
+    if not math.isfinite(value):
+        raise ValueError(f"{value} is not a finite number")
+    return value
+
+
+def _si(number: Decimal, unit: str, dimension: Dimension) -> float:
+    """Convert exactly in decimals, so that "0.1 mm" is the float 1e-4 and no neighbour of it."""
+    factor, root = _root(unit)
+    wanted_factor, wanted = _root(dimension.si)
+    if root == wanted:
+        return float(number * factor / wanted_factor)
+    if dimension is FREQUENCY and root == _root("rad/s")[1]:
+        return float(number * factor) / (2 * math.pi)
+    found = next((other for other in DIMENSIONS if _root(other.si)[1] == root), None)
+    what = found.name if found else ("a bare number" if not root else f"of another kind [{_readable(unit)}]")
+    raise ValueError(f'"{unit}" makes it {what}, but {dimension.name} is needed, e.g. "{dimension.example}"')
+
+
+@cache
+def _registry() -> "pint.UnitRegistry[Decimal]":
+    """One registry for the process: pint takes over half a second to import and to read its definitions."""
+    import pint
+
+    return pint.UnitRegistry(non_int_type=Decimal)
+
+
+@cache
+def _root(unit: str) -> tuple[Decimal, tuple[tuple[str, float], ...]]:
+    """Factor to root units, and those units as sorted (name, exponent) pairs."""
+    import pint
+
+    registry = _registry()
+    try:
+        parsed = registry.parse_units(unit)
+        factor, root = registry.get_root_units(parsed)
+    except pint.UndefinedUnitError as error:
+        names = cast("Any", error).unit_names
+        raise ValueError(_unknown(names if isinstance(names, str) else next(iter(names)), unit)) from None
+    except Exception:  # Pint raises tokenizer, attribute and arithmetic errors of many kinds on malformed text.
+        raise ValueError(f'cannot read the unit "{unit}"; write it like "N/um" or "kg/m^3"') from None
+    container = cast("Any", root)._units
+    return Decimal(str(factor)), tuple(sorted((name, float(exponent)) for name, exponent in container.items()))
+
+
+def _mass_exponent(unit: str) -> int:
+    return int(dict(_root(unit)[1]).get("gram", 0))
+
+
+def _readable(unit: str) -> str:
+    return f"{_registry().parse_units(unit):~P}"
+
+
+def _unknown(name: str, unit: str) -> str:
+    same_letters = [known for known in FAMILIAR_UNITS if known.lower() == name.lower()]
+    close = same_letters or difflib.get_close_matches(name, FAMILIAR_UNITS, 1, 0.5)
+    if not close:
+        return f'unknown unit "{name}"; units are written like N/um, kg/m^3, deg'
+    mended = re.sub(rf"(?<!\w){re.escape(name)}(?!\w)", close[0], unit)
+    return f'unknown unit "{name}"; did you mean "{mended}"?'
+
+
+Length = Annotated[float, BeforeValidator(LENGTH.read), Field(examples=[LENGTH.example])]
+Area = Annotated[float, BeforeValidator(AREA.read), Field(examples=[AREA.example])]
+Volume = Annotated[float, BeforeValidator(VOLUME.read), Field(examples=[VOLUME.example])]
+Angle = Annotated[float, BeforeValidator(ANGLE.read), Field(examples=[ANGLE.example])]
+Mass = Annotated[float, BeforeValidator(MASS.read), Field(examples=[MASS.example])]
+Time = Annotated[float, BeforeValidator(TIME.read), Field(examples=[TIME.example])]
+Force = Annotated[float, BeforeValidator(FORCE.read), Field(examples=[FORCE.example])]
+Pressure = Annotated[float, BeforeValidator(PRESSURE.read), Field(examples=[PRESSURE.example])]
+Density = Annotated[float, BeforeValidator(DENSITY.read), Field(examples=[DENSITY.example])]
+Stiffness = Annotated[float, BeforeValidator(STIFFNESS.read), Field(examples=[STIFFNESS.example])]
+Frequency = Annotated[float, BeforeValidator(FREQUENCY.read), Field(examples=[FREQUENCY.example])]
+Velocity = Annotated[float, BeforeValidator(VELOCITY.read), Field(examples=[VELOCITY.example])]
+Acceleration = Annotated[float, BeforeValidator(ACCELERATION.read), Field(examples=[ACCELERATION.example])]
+Ratio = Annotated[float, BeforeValidator(RATIO.read), Field(examples=[RATIO.example])]
+# TOML has real integers: "3", 3.0 and true are none.
+Count = Annotated[int, Field(strict=True, ge=1, examples=[3])]

@@ -1,0 +1,151 @@
+"""What every command is given, and what it gives back.
+
+A new command is one file under `study/command` and one line in `study.cli.COMMANDS`::
+
+    app = command_app("reduce", "Fixes the boundary ...", examples=["stickslip reduce my.toml --out reduced"])
+
+    @app.default
+    def reduce(case: Path, *, out: Out = Path("reduced"), options: Options = DEFAULTS) -> Answer:
+        from study.reduce_run import run_reduce            # heavy imports inside, so that help stays quick
+
+        run = options.open(out)                            # refuses an unwritable folder before anything is computed
+        with run.progress.step("modes", expected=20) as report:
+            model = run.store.run(reduced_model, load_case(case, ReduceCase), report=report)
+        return Answer(document={"n_dof": model.n}, text=f"{model.n} degrees of freedom")
+
+Commands print nothing themselves: `Answer` is printed as text, or as one JSON document with
+``--json``. They raise `InputError` for what the user can mend and `ComputationFailed` for what did not converge;
+`study.cli` turns these into exit codes.
+"""
+
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import App, Parameter
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+    from study.progress import Progress
+    from study.store import Store
+
+Out = Annotated[Path, Parameter(help="Output folder; created if need be.")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Answer:
+    """What a command found.
+
+    Parameters
+    ----------
+    document
+        For ``--json``: text, numbers, lists and dicts alone; a number that is not finite becomes null.
+    text
+        For people: text or anything that rich can print.
+    exit_code
+        0, or 1 if the command did its work and the finding is bad.
+    """
+
+    document: Mapping[str, Any]
+    text: "RenderableType"
+    exit_code: int = 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunContext:
+    """Where a command's run keeps, shows and writes things.
+
+    Parameters
+    ----------
+    output
+        Output folder, known to be writable; None for a command that writes no files.
+    store
+        Results of stages.
+    progress
+        Shows steps, or does not.
+    json, quiet
+        What the user asked for.
+    """
+
+    output: Path | None
+    store: "Store"
+    progress: "Progress"
+    json: bool
+    quiet: bool
+
+    @staticmethod
+    def warn(sentence: str) -> None:
+        """Tell the user something that does not stop the run, on standard error."""
+        sys.stderr.write(f"stickslip: warning: {sentence}\n")
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What every command understands."""
+
+    json: Annotated[bool, Parameter(negative="", help="Print one JSON document, and no progress.")] = False
+    quiet: Annotated[bool, Parameter(negative="", help="Show no progress.")] = False
+    cache: Annotated[
+        Path | None,
+        Parameter(help="Folder of kept results, instead of STICKSLIP_CACHE or the user's cache folder."),
+    ] = None
+
+    def open(self, output: Path | None = None) -> RunContext:
+        """Begin a run.
+
+        Parameters
+        ----------
+        output
+            Folder to write into, if the command writes files.
+
+        Raises
+        ------
+        OutputError
+            The folder cannot be written.
+        """
+        from study.output import prepare_output
+        from study.progress import BarProgress, Durations, LineProgress, Progress, SilentProgress
+        from study.store import Store
+
+        prepared = None if output is None else prepare_output(output)
+        store = Store(self.cache_folder, RunContext.warn)
+        durations = Durations(store.folder / "durations.json" if store.folder else None)
+        progress: Progress
+        if self.quiet or self.json:
+            progress = SilentProgress()
+        elif sys.stderr.isatty():
+            progress = BarProgress(durations)
+        else:
+            progress = LineProgress(durations=durations)
+        return RunContext(output=prepared, store=store, progress=progress, json=self.json, quiet=self.quiet)
+
+    @property
+    def cache_folder(self) -> Path:
+        """Where results are kept."""
+        from study.store import default_folder
+
+        return self.cache if self.cache is not None else default_folder()
+
+
+# Commands take it as their default: one object, since it cannot be changed.
+DEFAULTS = Options()
+
+
+def command_app(name: str, details: str, *, examples: Sequence[str]) -> App:
+    """Make the app of one command.
+
+    Parameters
+    ----------
+    name
+        As typed.
+    details
+        Shown by the command's own help, below the line of `study.cli.COMMANDS` and the options.
+    examples
+        Command lines that work as they are.
+    """
+    shown = "\n".join(f"    {example}" for example in examples)
+    return App(name=name, help_epilogue=f"{details}\n\nExamples:\n\n{shown}")
