@@ -40,7 +40,7 @@ class Blade:
     Parameters
     ----------
     length
-        From root block to tip. Searched, together with the root block, so that the mesh study of Table 1 is
+        From root block to tip. Searched, together with the root block's thickness, so that the mesh study of Table 1 is
         reproduced; many times the thickness, so that the first modes are those of a slender beam.
     thickness
         Of the flat middle. With the length it sets the first frequency (proportional to thickness / length^2).
@@ -52,8 +52,9 @@ class Blade:
     flat_width
         Width of the flat middle and of the pads on it: the groove's widest mouth and a lip of solid metal each side.
     root_chord, root_thickness, root_height
-        Of the root block. Searched, together with the length, so that the mesh study of Table 1 is reproduced; larger
-        than the section, so that the blade stands inside it and the block's two faces normal to y can be clamped.
+        Of the root block: larger than the section, so that the blade stands inside it and the block's two faces normal
+        to y can be clamped. The thickness was searched, together with the length, so that the mesh study of Table 1 is
+        reproduced; the height is three times the blade's thickness.
     contact_height
         Height z of the middle of a contact line: mid-span, where the first mode moves about a third as much as at the
         tip: enough to make a damper slip, not enough for the pads' mass to govern the frequency.
@@ -87,13 +88,13 @@ class Blade:
     Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), sections 2.1 to 2.3 and Table 1.
     """
 
-    length: float = 0.250
+    length: float = 0.2504
     thickness: float = 0.01004
     edge_thickness: float = 0.006
     chord: float = 0.040
     flat_width: float = 0.022
     root_chord: float = 0.060
-    root_thickness: float = 0.040
+    root_thickness: float = 0.016
     root_height: float = 0.030
     contact_height: float = 0.125
     contact_length: float = 0.012
