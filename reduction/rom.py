@@ -2,15 +2,26 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
+
+from fe.modal import ModeSet
+from fe.dense_modes import dense_modes
+from reduction.errors import RomError
+
+Reduced = Float[NDArray[np.float64], "r ..."] | Complex[NDArray[np.complex128], "r ..."]
+Field = Float[NDArray[np.float64], "node 3 ..."] | Complex[NDArray[np.complex128], "node 3 ..."]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ReducedModel:
     """A Craig-Bampton model: boundary degrees of freedom first, then fixed-interface modal coordinates.
+
+    Arrays are copied and read-only; `recovery`, which can be gigabytes, is shared and locked instead.
 
     Parameters
     ----------
@@ -43,3 +54,100 @@ class ReducedModel:
     free: Int[NDArray[np.int64], " n"]
     n_node: int
     provenance: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("mass", "damping", "stiffness", "fixed_interface_frequency"):
+            object.__setattr__(self, name, _locked(np.array(getattr(self, name), dtype=np.float64)))
+        for name in ("boundary_node", "boundary_direction", "free"):
+            object.__setattr__(self, name, _locked(np.array(getattr(self, name), dtype=np.int64)))
+        object.__setattr__(self, "recovery", _locked(np.asarray(self.recovery, dtype=np.float64).view()))
+        sets = {name: _locked(np.array(rows, dtype=np.int64)) for name, rows in self.boundary_sets.items()}
+        object.__setattr__(self, "boundary_sets", MappingProxyType(sets))
+        object.__setattr__(self, "provenance", MappingProxyType(dict(self.provenance)))
+
+    @property
+    def n_dof(self) -> int:
+        """Number of reduced coordinates r [-]."""
+        return len(self.mass)
+
+    @property
+    def n_boundary(self) -> int:
+        """Number of boundary degrees of freedom b; the other r - b coordinates are modal [-]."""
+        return len(self.boundary_node)
+
+    def rows(self, name: str, direction: int | None = None) -> Int[NDArray[np.int64], " k"]:
+        """Rows of a boundary set in the order in which it was given, or those of one direction (0, 1, 2 for x, y, z).
+
+        Raises
+        ------
+        RomError
+            No set of that name, or none of its degrees of freedom has that direction; the message lists both.
+        """
+        if name not in self.boundary_sets:
+            known = ", ".join(sorted(self.boundary_sets)) or "none"
+            raise RomError(f'the reduced model has no boundary set "{name}": it has {known}')
+        rows = self.boundary_sets[name]
+        if direction is None:
+            return rows
+        directions = self.boundary_direction[rows]
+        if direction not in directions:
+            kept = ", ".join(str(d) for d in np.unique(directions))
+            raise RomError(f'boundary set "{name}" has no degree of freedom in direction {direction}: it keeps {kept}')
+        return np.asarray(rows[directions == direction])
+
+    def modes(self, n_mode: int | None = None) -> ModeSet:
+        """The lowest modes (all by default), shapes in reduced coordinates; `displacement` takes them to the mesh.
+
+        Raises
+        ------
+        RomError
+            Fewer than one mode, or more than coordinates.
+        """
+        n_mode = self.n_dof if n_mode is None else n_mode
+        if not 1 <= n_mode <= self.n_dof:
+            raise RomError(f"{n_mode} modes were asked of a reduced model of {self.n_dof}: ask for 1 to {self.n_dof}")
+        found = dense_modes(self.mass, self.stiffness)
+        angular_frequency = np.sqrt(found.lambda_[:n_mode].clip(min=0))
+        shapes = found.shapes[:, :n_mode] / np.sqrt(found.mu[:n_mode])
+        shapes = shapes * np.sign(shapes[np.abs(shapes).argmax(axis=0), np.arange(n_mode)])
+        modal_damping = np.einsum("rm,rs,sm->m", shapes, self.damping, shapes, optimize=True)
+        damping_ratio = np.divide(
+            modal_damping, 2 * angular_frequency, out=np.zeros(n_mode), where=angular_frequency > 0
+        )
+        return ModeSet(angular_frequency=angular_frequency, damping_ratio=damping_ratio, mode_shapes=shapes)
+
+    def displacement(self, reduced: Reduced) -> Field:
+        """Reduced coordinates as a field on all nodes of the mesh, zero where fixed.
+
+        Parameters
+        ----------
+        reduced
+            Real or complex, shape (r,) or (r, ...).
+
+        Returns
+        -------
+        Shape (n_node, 3) or (n_node, 3, ...) [m].
+
+        Raises
+        ------
+        RomError
+            The first axis is not the model's.
+        """
+        shape = np.shape(reduced)
+        if not shape or shape[0] != self.n_dof:
+            raise RomError(
+                f"an array of shape {shape} cannot be recovered: its first axis must be the {self.n_dof} coordinates"
+            )
+        columns = np.reshape(reduced, (self.n_dof, -1))
+        full = np.zeros((3 * self.n_node, columns.shape[1]), dtype=np.result_type(columns, np.float64))
+        if np.iscomplexobj(columns):
+            # One product each: a complex product would first make a complex copy of the whole recovery.
+            full[self.free] = self.recovery @ columns.real + 1j * (self.recovery @ columns.imag)
+        else:
+            full[self.free] = self.recovery @ columns
+        return full.reshape(self.n_node, 3, *shape[1:])
+
+
+def _locked(values: NDArray[Any]) -> NDArray[Any]:
+    values.setflags(write=False)
+    return values

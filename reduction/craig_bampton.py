@@ -1,0 +1,138 @@
+"""Craig-Bampton reduction of a linear system."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.sparse_solver import SingularMatrix, factorise
+from fe.system import LinearSystem
+from reduction.constraint_modes import constraint_modes
+from reduction.errors import RomError
+from reduction.fixed_interface_modes import fixed_interface_modes, loose_interior
+from reduction.partition import Partition, Rows, partition
+from reduction.rom import ReducedModel
+
+Matrix = Float[NDArray[np.float64], "r r"]
+
+
+def craig_bampton(
+    system: LinearSystem,
+    boundary: Mapping[str, Rows],
+    n_mode: int = 150,
+    provenance: Mapping[str, str] | None = None,
+) -> ReducedModel:
+    r"""Keep the boundary as it is and the interior as static shapes and its lowest vibration shapes.
+
+    .. math::
+        T = \begin{bmatrix} I & 0 \\ \Psi & \Phi \end{bmatrix}, \quad
+        K_r = \begin{bmatrix} K_{bb} + K_{bi} \Psi & 0 \\ 0 & \Omega^2 \end{bmatrix}, \quad
+        M_r = \begin{bmatrix} T_b^T M T_b & P^T \Phi \\ \Phi^T P & I \end{bmatrix}, \quad
+        C_r = T^T C T
+
+    with constraint modes Psi, fixed-interface modes Phi (mass-normalised, squared frequencies Omega^2), the boundary
+    columns T_b of T and the interior rows P of M T_b. Statically the model is exact at the boundary; each of its
+    frequencies lies above the full model's of the same number.
+
+    Parameters
+    ----------
+    system
+        The full model; its stiffness may be singular as long as holding the boundary holds the interior.
+    boundary
+        Rows of the system by set name, each of shape (k,) [-], as `LinearSystem.rows` returns them. Sets may overlap.
+    n_mode
+        Fixed-interface modes to keep [-]; more than the interior has means all of them, which is the full model in
+        other coordinates. 0 is static (Guyan) condensation.
+    provenance
+        Where the model comes from; travels with it and its file.
+
+    Raises
+    ------
+    RomError
+        A boundary set that is empty, fixed or unknown; a negative n_mode; a boundary that does not hold the interior;
+        neither boundary nor modes.
+
+    References
+    ----------
+    Craig and Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6 (1968) 1313-1319.
+    """
+    if n_mode < 0:
+        raise RomError(f"n_mode = {n_mode} fixed-interface modes must not be negative: 150 is a usual value")
+    rows = partition(system, boundary)
+    n_boundary = len(rows.boundary)
+    n_mode = min(n_mode, len(rows.interior))
+    if n_boundary + n_mode == 0:
+        raise RomError("a reduced model without boundary and without modes is empty: name a boundary set or keep modes")
+    recovery, lambda_ = _basis(system, rows, n_mode)
+    return ReducedModel(
+        mass=_mass(system, rows, recovery),
+        damping=_damping(system, recovery),
+        stiffness=_stiffness(system, rows, recovery, lambda_),
+        boundary_node=system.free[rows.boundary] // 3,
+        boundary_direction=system.free[rows.boundary] % 3,
+        boundary_sets=rows.boundary_sets,
+        fixed_interface_frequency=np.sqrt(lambda_) / (2 * np.pi),
+        recovery=recovery,
+        free=system.free,
+        n_node=system.n_node,
+        provenance=provenance or {},
+    )
+
+
+def _basis(
+    system: LinearSystem, rows: Partition, n_mode: int
+) -> tuple[Float[NDArray[np.float64], "n r"], Float[NDArray[np.float64], " m"]]:
+    """T on the rows of the system, and the eigenvalues of the fixed-interface modes [rad^2/s^2]."""
+    b, i, n_boundary = rows.boundary, rows.interior, len(rows.boundary)
+    recovery = np.zeros((system.n_dof, n_boundary + n_mode))
+    recovery[b, np.arange(n_boundary)] = 1.0
+    lambda_ = np.zeros(0)
+    if len(i):
+        stiffness_interior = system.stiffness[i]
+        stiffness = stiffness_interior[:, i]
+        try:
+            factor = factorise(stiffness)
+        except SingularMatrix as error:
+            raise RomError(loose_interior(len(i))) from error
+        if n_mode:
+            lambda_, recovery[i, n_boundary:] = fixed_interface_modes(system.mass[i][:, i], stiffness, n_mode, factor)
+        recovery[i, :n_boundary] = constraint_modes(factor, stiffness_interior[:, b])
+    return recovery, lambda_
+
+
+def _mass(system: LinearSystem, rows: Partition, recovery: Float[NDArray[np.float64], "n r"]) -> Matrix:
+    n_boundary, n_reduced = len(rows.boundary), recovery.shape[1]
+    carried = system.mass @ recovery[:, :n_boundary]
+    mass = np.eye(n_reduced)
+    coupling = recovery[:, n_boundary:].T @ carried  # Phi is zero on the boundary: only P counts
+    mass[:n_boundary, :n_boundary] = _symmetric(recovery[:, :n_boundary].T @ carried)
+    mass[n_boundary:, :n_boundary] = coupling
+    mass[:n_boundary, n_boundary:] = coupling.T
+    return mass
+
+
+def _stiffness(
+    system: LinearSystem,
+    rows: Partition,
+    recovery: Float[NDArray[np.float64], "n r"],
+    lambda_: Float[NDArray[np.float64], " m"],
+) -> Matrix:
+    n_boundary, n_reduced = len(rows.boundary), recovery.shape[1]
+    stiffness = np.zeros((n_reduced, n_reduced))
+    # Rows of K on the boundary times T_b: K_bb + K_bi Psi.
+    condensed = system.stiffness[rows.boundary] @ recovery[:, :n_boundary]
+    stiffness[:n_boundary, :n_boundary] = _symmetric(condensed)
+    modal = np.arange(n_boundary, n_reduced)
+    stiffness[modal, modal] = lambda_
+    return stiffness
+
+
+def _damping(system: LinearSystem, recovery: Float[NDArray[np.float64], "n r"]) -> Matrix:
+    if not system.damping.nnz:
+        return np.zeros((recovery.shape[1],) * 2)
+    return _symmetric(recovery.T @ (system.damping @ recovery))
+
+
+def _symmetric(matrix: Matrix) -> Matrix:
+    return np.asarray((matrix + matrix.T) / 2)

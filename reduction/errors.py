@@ -1,0 +1,7 @@
+"""What can be wrong with a reduced model; the whole tree is drawn in `geometry.errors`."""
+
+from geometry.errors import InputError
+
+
+class RomError(InputError):
+    """A boundary, a reduced model or its file that cannot be used."""

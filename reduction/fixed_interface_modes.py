@@ -1,0 +1,53 @@
+"""Fixed-interface modes: how the interior vibrates while the boundary is held."""
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.modal import lowest_eigenpairs
+from fe.sparse_solver import Factor
+from reduction.errors import RomError
+
+#: A held interior whose lowest eigenvalue is this far below its highest moves as a rigid body: the ratio of a slender
+#: blade is 1e-10, that of a mechanism is round-off.
+RIGID = 1e-14
+
+
+def fixed_interface_modes(
+    mass: sp.csr_array, stiffness: sp.csr_array, n_mode: int, factor: Factor
+) -> tuple[Float[NDArray[np.float64], " m"], Float[NDArray[np.float64], "i m"]]:
+    r"""Lowest eigenpairs of the interior, :math:`K_{ii} \phi = \omega^2 M_{ii} \phi`.
+
+    Parameters
+    ----------
+    mass, stiffness
+        Of the interior, shape (i, i) [kg, N/m].
+    n_mode
+        How many [-], at least 1 and at most i.
+    factor
+        Of the interior stiffness.
+
+    Returns
+    -------
+    Eigenvalues, ascending, shape (m,) [rad^2/s^2], and mass-normalised shapes (i, m) [kg^-1/2].
+
+    Raises
+    ------
+    RomError
+        The interior can still move as a rigid body while the boundary is held.
+    """
+    lambda_, shapes = lowest_eigenpairs(stiffness, mass, n_mode, factor)
+    # The largest ratio of diagonals is a lower bound of the highest eigenvalue, and of its magnitude.
+    highest = float((stiffness.diagonal() / mass.diagonal()).max())
+    if lambda_[0] <= RIGID * highest:
+        raise RomError(loose_interior(len(shapes)))
+    return lambda_, shapes
+
+
+def loose_interior(n_interior: int) -> str:
+    """The sentence for an interior of n degrees of freedom that its boundary does not hold."""
+    return (
+        f"the {n_interior} interior degrees of freedom can still move as a rigid body while the boundary is held: "
+        "add supports, or boundary degrees of freedom at three nodes that are not in line"
+    )

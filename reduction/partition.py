@@ -1,0 +1,75 @@
+"""Splitting degrees of freedom into the boundary, which is kept, and the interior, which is condensed."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Int
+from numpy.typing import NDArray
+
+from fe.system import LinearSystem
+from reduction.errors import RomError
+
+Rows = Int[NDArray[np.int64], " k"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Partition:
+    """Boundary and interior rows of a linear system.
+
+    Parameters
+    ----------
+    boundary
+        Rows of the system that are kept, in the order in which the boundary sets first name them, shape (b,) [-].
+    interior
+        All other rows, ascending, shape (i,) [-].
+    boundary_sets
+        Places in `boundary` by set name, each of shape (k,) [-]; these are the rows of the reduced model.
+    """
+
+    boundary: Rows
+    interior: Rows
+    boundary_sets: Mapping[str, Rows]
+
+
+def partition(system: LinearSystem, boundary: Mapping[str, Rows]) -> Partition:
+    """Split the rows of a system; a degree of freedom that several sets name is kept once and shared.
+
+    Parameters
+    ----------
+    system
+        The full model.
+    boundary
+        Rows of the system by set name, each of shape (k,) [-], as `LinearSystem.rows` returns them.
+
+    Raises
+    ------
+    RomError
+        A set without rows, one with a row that the supports fix (-1), or one that the system does not have.
+    """
+    for name, rows in boundary.items():
+        _check(name, np.asarray(rows), system.n_dof)
+    named = np.concatenate([np.zeros(0, dtype=np.int64), *(np.asarray(rows).ravel() for rows in boundary.values())])
+    _, first = np.unique(named, return_index=True)
+    kept = named[np.sort(first)]
+    place = np.full(system.n_dof, -1)
+    place[kept] = np.arange(len(kept))
+    return Partition(
+        boundary=kept,
+        interior=np.flatnonzero(place < 0),
+        boundary_sets={name: place[np.asarray(rows).ravel()] for name, rows in boundary.items()},
+    )
+
+
+def _check(name: str, rows: Rows, n_dof: int) -> None:
+    if not rows.size:
+        raise RomError(f'boundary set "{name}" is empty: give it at least one degree of freedom, or leave it out')
+    fixed = np.flatnonzero(rows.ravel() == -1)
+    if fixed.size:
+        raise RomError(
+            f'boundary set "{name}" names {fixed.size} of {rows.size} degrees of freedom that the supports fix '
+            f"(first: entry {fixed[0]}): take them out of the set or out of the support"
+        )
+    if rows.min() < 0 or rows.max() >= n_dof:
+        wrong = rows.max() if rows.max() >= n_dof else rows.min()
+        raise RomError(f'boundary set "{name}" names row {wrong}: the system has rows 0 to {n_dof - 1}')
