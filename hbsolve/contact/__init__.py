@@ -1,0 +1,1 @@
+"""Contact laws: what a joint answers to a periodic motion."""

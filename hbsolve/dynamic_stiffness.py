@@ -1,0 +1,250 @@
+"""Receptance at any frequency from one modal decomposition."""
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Complex, Float, Int
+from numpy.typing import NDArray
+
+from hbsolve.errors import ForceError, ModelError
+from fe.dense_modes import DenseModes, dense_modes
+
+Matrix = Float[NDArray[np.float64], "r r"]
+Frequencies = Float[NDArray[np.float64], " p"]
+Amplitudes = Complex[NDArray[np.complex128], "p r"]
+Rows = Int[NDArray[np.int64], " k"]
+
+#: Relative asymmetry that still counts as round-off.
+ASYMMETRY = 1e-9
+#: Modal damping couples two modes if |c_ij| exceeds this share of sqrt(c_ii c_jj), ...
+COUPLED = 1e-6
+#: ... and this share of the largest |c_ij|: what projecting a large stiffness onto soft shapes leaves as round-off.
+ROUND_OFF = 1e-9
+#: lambda / (lambda + sigma) of a rigid-body motion; that of the lowest elastic mode is 1/2.
+RIGID = 1e-6
+#: |1 - (sigma + omega^2) mu| of a mode that is hit exactly: round-off.
+RESONANCE = 1e-14
+
+
+class LinearModel(Protocol):
+    """Anything with dense mass, damping and stiffness: a `reduction.rom.ReducedModel`, or a `DynamicStiffness`."""
+
+    @property
+    def mass(self) -> Matrix:
+        """Shape (r, r) [kg]."""
+        ...
+
+    @property
+    def damping(self) -> Matrix:
+        """Shape (r, r) [N s/m]."""
+        ...
+
+    @property
+    def stiffness(self) -> Matrix:
+        """Shape (r, r) [N/m]."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DynamicStiffness:
+    r"""Mass, damping and stiffness, and the receptance that inverts them.
+
+    .. math:: \alpha(\omega) = (K - \omega^2 M + i \omega C)^{-1}
+
+    The receptances of harmonics 0 to H of Omega are those at omega = k Omega.
+
+    With damping that does not couple the modes (Rayleigh, modal) one decomposition serves all frequencies: in the
+    coordinates of `fe.dense_modes` the bracket is diagonal. Any other damping takes one dense complex solve a
+    frequency; the results are the same to round-off.
+
+    Parameters
+    ----------
+    mass
+        Symmetric positive definite, shape (r, r) [kg].
+    damping
+        Shape (r, r) [N s/m].
+    stiffness
+        Symmetric positive semi-definite, shape (r, r) [N/m]: singular for a body that contacts alone hold.
+
+    Raises
+    ------
+    ModelError
+        Matrices of other shapes, not finite, not symmetric, or indefinite.
+
+    References
+    ----------
+    Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eq. 12.
+    """
+
+    mass: Matrix
+    damping: Matrix
+    stiffness: Matrix
+    _modes: DenseModes = field(init=False, repr=False)
+    _modal_damping: Matrix = field(init=False, repr=False)
+    #: Whether each frequency takes a dense solve, because the damping is not diagonal in the modes.
+    damping_couples_modes: bool = field(init=False)
+
+    def __post_init__(self) -> None:
+        for name in ("mass", "damping", "stiffness"):
+            matrix = np.array(getattr(self, name), dtype=np.float64)
+            matrix.setflags(write=False)
+            object.__setattr__(self, name, matrix)
+            _check(name, matrix, np.shape(self.mass))
+        for name in ("mass", "stiffness"):
+            _check_symmetry(name, getattr(self, name))
+        try:
+            modes = dense_modes(self.mass, self.stiffness)
+        except np.linalg.LinAlgError as error:
+            raise ModelError(
+                f"mass and stiffness have no modes ({error}): the mass must be positive definite and the stiffness "
+                "have no negative eigenvalue"
+            ) from error
+        object.__setattr__(self, "_modes", modes)
+        modal_damping = modes.shapes.T @ self.damping @ modes.shapes
+        object.__setattr__(self, "_modal_damping", modal_damping)
+        object.__setattr__(self, "damping_couples_modes", _is_coupled(modal_damping))
+
+    @classmethod
+    def of(cls, model: LinearModel) -> "DynamicStiffness":
+        """That of a reduced model, or the model itself if it is one already."""
+        if isinstance(model, cls):
+            return model
+        return cls(mass=model.mass, damping=model.damping, stiffness=model.stiffness)
+
+    @property
+    def n_dof(self) -> int:
+        """Number of degrees of freedom r [-]."""
+        return len(self.mass)
+
+    @property
+    def n_rigid(self) -> int:
+        """Number of rigid-body motions: directions in which the stiffness resists nothing [-]."""
+        return int(np.count_nonzero(1 - self._modes.shift * self._modes.mu < RIGID))
+
+    def receptance(
+        self, angular_frequency: Frequencies, rows: Rows | None = None, columns: Rows | None = None
+    ) -> Complex[NDArray[np.complex128], "p k l"]:
+        """Displacement of the rows for a unit force on each of the columns.
+
+        Parameters
+        ----------
+        angular_frequency
+            omega, shape (p,) [rad/s]; `hbsolve.fourier.harmonics` gives those of the harmonics of Omega.
+        rows, columns
+            Degrees of freedom, shapes (k,) and (l,) [-]; all by default.
+
+        Returns
+        -------
+        Shape (p, k, l) [m/N]; symmetric if the damping is.
+
+        Raises
+        ------
+        ForceError
+            A static receptance (omega = 0) of a body that nothing holds, or an undamped resonance.
+        ModelError
+            A row or column that the model does not have.
+        """
+        omega = np.asarray(angular_frequency, dtype=np.float64)
+        chosen_rows, chosen_columns = self._chosen(rows), self._chosen(columns)
+        if self.damping_couples_modes:
+            unit = np.eye(self.n_dof)[:, chosen_columns]
+            full = np.linalg.solve(self._matrices(omega), np.broadcast_to(unit, (len(omega), *unit.shape)))
+            return np.asarray(full[:, chosen_rows])
+        V = self._modes.shapes
+        return np.asarray((V[chosen_rows] / self._diagonal(omega)[:, None, :]) @ V[chosen_columns].T)
+
+    def response(self, angular_frequency: Frequencies, force: Amplitudes) -> Amplitudes:
+        """Displacement alpha(omega) f for one force vector at each frequency, without forming alpha.
+
+        Parameters
+        ----------
+        angular_frequency
+            omega, shape (p,) [rad/s].
+        force
+            Complex amplitudes, shape (p, r) [N].
+
+        Returns
+        -------
+        Shape (p, r) [m]; exactly zero where the force is, also statically for a body that nothing holds.
+
+        Raises
+        ------
+        ForceError
+            A static force on a body that nothing holds, or an undamped resonance.
+        """
+        omega = np.asarray(angular_frequency, dtype=np.float64)
+        displacement = np.zeros(force.shape, dtype=np.complex128)
+        loaded = np.any(force != 0, axis=1)
+        omega, force = omega[loaded], force[loaded]
+        if self.damping_couples_modes:
+            displacement[loaded] = np.linalg.solve(self._matrices(omega), force[..., None])[..., 0]
+        else:
+            V = self._modes.shapes
+            displacement[loaded] = (force @ V / self._diagonal(omega)) @ V.T
+        return displacement
+
+    def force(self, angular_frequency: Frequencies, displacement: Amplitudes) -> Amplitudes:
+        """The force (K - omega^2 M + i omega C) q that holds a motion; the inverse of `response`, shape (p, r) [N]."""
+        omega = np.asarray(angular_frequency, dtype=np.float64)[:, None]
+        elastic, inertial = displacement @ self.stiffness.T, displacement @ self.mass.T
+        return np.asarray(elastic - omega**2 * inertial + 1j * omega * (displacement @ self.damping.T))
+
+    def _diagonal(self, omega: Frequencies) -> Amplitudes:
+        """V^T (K - omega^2 M + i omega C) V, which is 1 - (sigma + omega^2) mu + i omega c, shape (p, r) [-]."""
+        self._refuse_free_static(omega)
+        damping = np.diag(self._modal_damping)
+        diagonal = 1 - np.outer(self._modes.shift + omega**2, self._modes.mu) + 1j * np.outer(omega, damping)
+        resonant = np.argwhere(np.abs(diagonal) < RESONANCE)
+        if resonant.size:
+            raise ForceError(
+                f"the force at {omega[resonant[0, 0]]:.6g} rad/s meets undamped mode {resonant[0, 1] + 1} exactly: "
+                "add damping, or shift the frequency"
+            )
+        return np.asarray(diagonal)
+
+    def _matrices(self, omega: Frequencies) -> Complex[NDArray[np.complex128], "p r r"]:
+        self._refuse_free_static(omega)
+        w = omega[:, None, None]
+        return np.asarray(self.stiffness - w**2 * self.mass + 1j * w * self.damping)
+
+    def _refuse_free_static(self, omega: Frequencies) -> None:
+        if self.n_rigid and np.any(omega == 0):
+            raise ForceError(
+                f"a static force finds no resistance: the stiffness leaves {self.n_rigid} rigid-body motions free; "
+                "hold the body, let a stuck contact's stiffness hold it, or leave the static force out"
+            )
+
+    def _chosen(self, rows: Rows | None) -> Rows:
+        chosen = np.arange(self.n_dof) if rows is None else np.asarray(rows, dtype=np.int64)
+        wrong = chosen[(chosen < 0) | (chosen >= self.n_dof)]
+        if wrong.size:
+            raise ModelError(f"row {wrong[0]} does not exist: the model has rows 0 to {self.n_dof - 1}")
+        return chosen
+
+
+def _is_coupled(modal_damping: Matrix) -> bool:
+    magnitude = np.abs(modal_damping)
+    own = np.sqrt(np.diag(magnitude))
+    allowed = np.maximum(COUPLED * np.outer(own, own), ROUND_OFF * magnitude.max())
+    return bool(np.any((magnitude > allowed) & ~np.eye(len(magnitude), dtype=bool)))
+
+
+def _check(name: str, matrix: Matrix, shape: tuple[int, ...]) -> None:
+    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or matrix.shape != shape or not matrix.size:
+        raise ModelError(
+            f"the {name} has shape {matrix.shape}, the mass {shape}: give three square matrices of one size"
+        )
+    if not np.isfinite(matrix).all():
+        row, column = np.argwhere(~np.isfinite(matrix))[0]
+        raise ModelError(f"the {name} holds {matrix[row, column]} at ({row}, {column}): give finite numbers")
+
+
+def _check_symmetry(name: str, matrix: Matrix) -> None:
+    skew = np.abs(matrix - matrix.T)
+    if skew.max() > ASYMMETRY * np.abs(matrix).max():
+        row, column = np.unravel_index(skew.argmax(), skew.shape)
+        raise ModelError(
+            f"the {name} is not symmetric: entries ({row}, {column}) and ({column}, {row}) are "
+            f"{matrix[row, column]:g} and {matrix[column, row]:g}"
+        )

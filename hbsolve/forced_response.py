@@ -1,0 +1,69 @@
+"""Response of a structure to a periodic force, frequency by frequency."""
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from hbsolve.branch import ResponseBranch
+from hbsolve.dynamic_stiffness import DynamicStiffness, LinearModel
+from hbsolve.errors import ForceError
+from hbsolve.fourier import Coefficients, harmonics
+from hbsolve.harmonic_force import HarmonicForce
+from hbsolve.residual import residual
+
+
+def forced_response(
+    model: LinearModel, force: HarmonicForce, angular_frequency: Float[NDArray[np.float64], " p"]
+) -> ResponseBranch:
+    """Periodic response in harmonics 0 to H at each excitation frequency.
+
+    Parameters
+    ----------
+    model
+        A reduced model, or a `DynamicStiffness` of plain matrices; give the latter if you call this more than once,
+        since it keeps its modes.
+    force
+        The excitation; its harmonics are those of the response.
+    angular_frequency
+        Omega, shape (p,) [rad/s], positive.
+
+    Raises
+    ------
+    ForceError
+        A force on another number of degrees of freedom, a frequency that is not positive, a static force on a body that
+        nothing holds, or an undamped resonance.
+    ModelError
+        Matrices that describe no vibrating structure.
+    """
+    structure = DynamicStiffness.of(model)
+    if force.coefficients.shape[1] != structure.n_dof:
+        raise ForceError(
+            f"the force acts on {force.coefficients.shape[1]} degrees of freedom, the model has {structure.n_dof}: "
+            "give coefficients of shape (n_harmonic, model's degrees of freedom)"
+        )
+    omega = np.atleast_1d(np.asarray(angular_frequency, dtype=np.float64))
+    wrong = omega[~(np.isfinite(omega) & (omega > 0))]
+    if wrong.size:
+        raise ForceError(
+            f"angular_frequency = {wrong[0]:g} rad/s must be positive: a static load is harmonic 0 of the force"
+        )
+    rest = np.zeros(force.coefficients.shape, dtype=np.complex128)
+    # Without contacts the Newton step from rest, q = 0 - R(0), is the solution.
+    motions = [rest - residual(structure, force, float(each), rest) for each in omega]
+    return ResponseBranch(
+        angular_frequency=omega,
+        coefficients=np.array(motions).reshape(len(omega), *rest.shape),
+        residual_norm=np.array(
+            [_unbalanced(structure, force, float(each), motion) for each, motion in zip(omega, motions, strict=True)]
+        ),
+        stop_reason=f"all {len(omega)} frequencies solved",
+    )
+
+
+def _unbalanced(
+    structure: DynamicStiffness, force: HarmonicForce, angular_frequency: float, motion: Coefficients
+) -> float:
+    """Force that is missing for balance over the force applied, from the matrices and not from the modes [-]."""
+    held = structure.force(harmonics(angular_frequency, force.n_harmonic), motion)
+    applied = float(np.linalg.norm(force.coefficients))
+    return float(np.linalg.norm(held - force.coefficients)) / applied if applied else 0.0
