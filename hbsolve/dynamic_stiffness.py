@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
-from hbsolve.errors import ForceError, ModelError
 from fe.dense_modes import DenseModes, dense_modes
+from hbsolve.errors import ForceError, ModelError
 
 Matrix = Float[NDArray[np.float64], "r r"]
 Frequencies = Float[NDArray[np.float64], " p"]

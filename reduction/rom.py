@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
-from fe.modal import ModeSet
 from fe.dense_modes import dense_modes
+from fe.modal import ModeSet
 from reduction.errors import RomError
 
 Reduced = Float[NDArray[np.float64], "r ..."] | Complex[NDArray[np.complex128], "r ..."]

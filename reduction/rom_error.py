@@ -6,9 +6,9 @@ import scipy.sparse as sp
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from fe.dense_modes import dense_modes
 from fe.sparse_solver import factorise
 from fe.system import LinearSystem
-from fe.dense_modes import dense_modes
 from reduction.errors import RomError
 from reduction.rom import ReducedModel
 

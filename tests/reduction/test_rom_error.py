@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from fe.dense_modes import dense_modes
 from fe.system import LinearSystem
 from reduction.craig_bampton import craig_bampton
-from fe.dense_modes import dense_modes
 from reduction.errors import RomError
 from reduction.rom_error import rom_error
 

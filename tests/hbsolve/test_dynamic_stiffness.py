@@ -1,0 +1,130 @@
+"""The receptance inverts the dynamic stiffness."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hbsolve.dynamic_stiffness import DynamicStiffness
+from hbsolve.errors import ForceError, ModelError
+
+# Damped a few per cent, so that the condition number at resonance stays below 1e5.
+ROUND_OFF = 1e-10
+
+
+def structure(seed: int, n: int = 7, *, rayleigh: bool = True, rank: int | None = None) -> DynamicStiffness:
+    rng = np.random.default_rng(seed)
+    a, b, c = rng.standard_normal((3, n, n))
+    mass, stiffness = a @ a.T + np.eye(n), b @ b.T + np.eye(n)
+    if rank is not None:
+        stiffness = b[:, :rank] @ b[:, :rank].T
+    damping = 0.05 * mass + 0.03 * stiffness if rayleigh else 0.05 * c @ c.T + 0.05 * np.eye(n)
+    return DynamicStiffness(mass=mass, damping=damping, stiffness=stiffness)
+
+
+def inverse(model: DynamicStiffness, omega: float) -> np.ndarray:
+    return np.linalg.inv(model.stiffness - omega**2 * model.mass + 1j * omega * model.damping)
+
+
+@given(seed=st.integers(0, 2**32 - 1), omega=st.floats(0, 20), rayleigh=st.booleans())
+@settings(deadline=None)
+def test_the_receptance_is_the_inverse(seed: int, omega: float, rayleigh: bool) -> None:
+    model = structure(seed, rayleigh=rayleigh)
+    assert model.damping_couples_modes is not rayleigh
+    alpha = model.receptance(np.array([omega]))[0]
+    expected = inverse(model, omega)
+    np.testing.assert_allclose(alpha, expected, atol=ROUND_OFF * np.abs(expected).max())
+    np.testing.assert_allclose(alpha, alpha.T, atol=ROUND_OFF * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("rayleigh", [True, False])
+def test_rows_columns_and_response_are_parts_of_the_same(rayleigh: bool) -> None:
+    model = structure(1, rayleigh=rayleigh)
+    omega = np.array([0.0, 0.7, 3.0])
+    alpha = model.receptance(omega)
+    part = model.receptance(omega, np.array([4, 1]), np.array([0, 0, 6]))
+    np.testing.assert_allclose(part, alpha[:, [4, 1]][:, :, [0, 0, 6]], rtol=ROUND_OFF)
+    real, imaginary = np.random.default_rng(2).standard_normal((2, 3, 7))
+    force = real + 1j * imaginary
+    response = model.response(omega, force)
+    np.testing.assert_allclose(response, np.einsum("prc,pc->pr", alpha, force), rtol=ROUND_OFF)
+    np.testing.assert_allclose(model.force(omega, response), force, rtol=1e-9)
+
+
+def test_one_mass_has_the_textbook_receptance() -> None:
+    m, c, k = 2.0, 0.3, 50.0
+    model = DynamicStiffness(mass=np.array([[m]]), damping=np.array([[c]]), stiffness=np.array([[k]]))
+    omega = np.linspace(0, 12, 50)
+    np.testing.assert_allclose(
+        model.receptance(omega)[:, 0, 0], 1 / (k - m * omega**2 + 1j * c * omega), rtol=ROUND_OFF
+    )
+
+
+def test_two_masses_have_the_textbook_antiresonance() -> None:
+    # A tuned absorber: the first mass stands still at sqrt(k2 / m2).
+    model = DynamicStiffness(
+        mass=np.diag([3.0, 0.5]),
+        damping=np.zeros((2, 2)),
+        stiffness=np.array([[30.0 + 8.0, -8.0], [-8.0, 8.0]]),
+    )
+    alpha = model.receptance(np.array([4.0]))[0]
+    np.testing.assert_allclose(alpha[0], [0, -1 / 8], atol=1e-15)
+
+
+def test_stiff_rows_do_not_spoil_soft_ones() -> None:
+    scale = np.array([1.0, 1e3, 1e6])
+    stiffness = (np.eye(3) + 0.3) * np.outer(scale, scale)
+    model = DynamicStiffness(mass=np.eye(3), damping=1e-3 * np.eye(3), stiffness=stiffness)
+    scaled = model.receptance(np.array([0.0]))[0].real * np.outer(scale, scale)
+    # Error is round-off of the largest compliance, that of the first row; the last row is 1e12 times stiffer.
+    np.testing.assert_allclose(scaled[0, :2], np.linalg.inv(np.eye(3) + 0.3)[0, :2], rtol=1e-10)
+
+
+def test_a_free_body_answers_dynamic_forces_and_refuses_static_ones() -> None:
+    model = structure(3, rank=5)
+    assert model.n_rigid == 2
+    expected = inverse(model, 0.4)
+    np.testing.assert_allclose(model.receptance(np.array([0.4]))[0], expected, atol=ROUND_OFF * np.abs(expected).max())
+    with pytest.raises(ForceError, match="2 rigid-body motions free"):
+        model.receptance(np.array([0.4, 0.0]))
+    force = np.zeros((2, 7), dtype=complex)
+    force[1, 0] = 1.0
+    response = model.response(np.array([0.0, 0.4]), force)  # no static force: no static answer to refuse
+    np.testing.assert_array_equal(response[0], 0)
+    force[0, 0] = 1.0
+    with pytest.raises(ForceError, match="leave the static force out"):
+        model.response(np.array([0.0, 0.4]), force)
+
+
+def test_an_undamped_resonance_is_refused() -> None:
+    model = DynamicStiffness(mass=np.eye(1), damping=np.zeros((1, 1)), stiffness=np.array([[9.0]]))
+    with pytest.raises(ForceError, match="at 3 rad/s meets undamped mode 1 exactly"):
+        model.receptance(np.array([2.0, 3.0]))
+
+
+GOOD = np.diag([1.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"mass": np.ones((2, 3))}, r"mass has shape \(2, 3\)"),
+        ({"damping": np.eye(3)}, r"damping has shape \(3, 3\), the mass \(2, 2\)"),
+        ({"stiffness": np.array([1.0, 2.0])}, r"stiffness has shape \(2,\)"),
+        (
+            {"stiffness": np.array([[1.0, 0.5], [0.4, 2.0]])},
+            r"stiffness is not symmetric: entries \(0, 1\)",
+        ),
+        ({"damping": np.array([[1.0, np.nan], [0.0, 1.0]])}, r"damping holds nan at \(0, 1\)"),
+        ({"mass": np.diag([1.0, -1.0])}, "the mass must be positive definite"),
+        ({"stiffness": np.diag([1.0, -1.0])}, "stiffness is indefinite: lowest eigenvalue -0.5"),
+    ],
+)
+def test_matrices_of_no_structure_are_refused(wrong: dict, message: str) -> None:
+    with pytest.raises(ModelError, match=message):
+        DynamicStiffness(**{"mass": GOOD, "damping": GOOD, "stiffness": GOOD, **wrong})
+
+
+def test_a_row_that_does_not_exist_is_refused() -> None:
+    with pytest.raises(ModelError, match="row 7 does not exist: the model has rows 0 to 6"):
+        structure(0).receptance(np.array([1.0]), rows=np.array([2, 7]))
