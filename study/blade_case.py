@@ -1,0 +1,149 @@
+"""The tables of a case file that describe a blade: dimensions, material, mesh, clamp, reduction and damping."""
+
+from dataclasses import replace
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from fe.blade_mesher import PadMesh, mesh_blade
+from fe.element import ELEMENTS
+from fe.material import Material
+from fe.mesh import Mesh
+from fe.mesh_rule import MeshRule
+from fe.plain_blade_mesher import mesh_plain_blade
+from geometry.blade import Blade
+from geometry.plain_blade import PlainBlade
+from study.case import CaseModel
+from study.quantity import Angle, Density, Length, Pressure, Ratio
+
+Count = Annotated[int, Field(ge=1, le=1000, strict=True)]
+ElementName = Literal["hex8", "hex20"]
+RootName = Literal["full", "relaxed"]
+
+BY_NAME = {element.name: element for element in ELEMENTS.values()}
+
+
+class RigBladeTable(CaseModel):
+    """The rig's blade with its grooved pads; the fields are those of `geometry.blade.Blade`."""
+
+    kind: Literal["rig"]
+    length: Length
+    thickness: Length
+    edge_thickness: Length
+    chord: Length
+    flat_width: Length
+    root_chord: Length
+    root_thickness: Length
+    root_height: Length
+    contact_height: Length
+    contact_length: Length
+    pad_clearance: Length
+    pad_height_above_groove: Length
+    lip_above_axis: Length
+    groove_radius: Length
+    cone_half_angle: Angle
+    excitation_height: Length
+
+    def blade(self) -> Blade:
+        """Its dimensions, checked as a whole."""
+        return Blade(**self.model_dump(exclude={"kind"}))
+
+
+class PlainBladeTable(CaseModel):
+    """The plain blade; the fields are those of `geometry.plain_blade.PlainBlade`."""
+
+    kind: Literal["plain"]
+    length: Length
+    thickness: Length
+    chord: Length
+    root_chord: Length
+    root_thickness: Length
+    root_height: Length
+    excitation_height: Length
+
+    def blade(self) -> PlainBlade:
+        """Its dimensions, checked as a whole."""
+        return PlainBlade(**self.model_dump(exclude={"kind"}))
+
+
+BladeTable = Annotated[RigBladeTable | PlainBladeTable, Field(discriminator="kind")]
+
+
+class MaterialTable(CaseModel):
+    """Isotropic elastic material."""
+
+    young: Pressure
+    poisson: Ratio
+    density: Density
+
+    def material(self) -> Material:
+        """The material, checked."""
+        return Material(young=self.young, poisson=self.poisson, density=self.density)
+
+
+class PadTable(CaseModel):
+    """Elements in the pads, as `fe.blade_mesher.PadMesh`."""
+
+    along_contact: Count = 6
+    across_groove: Count = 6
+    across_lip: Count = 2
+    above_groove: Count = 4
+    band: Count = 2
+    band_height: Length = 0.006
+
+    def pads(self) -> PadMesh:
+        """The counts, checked."""
+        return PadMesh(**self.model_dump())
+
+
+class MeshSizeTable(CaseModel):
+    """The meshing rule without element and count; `pads` concern the rig's blade alone."""
+
+    length_ratio: Ratio
+    length_cap: Length
+    pads: PadTable = PadTable()
+
+    def rule(self, element: str, through_thickness: int, subdivisions: int = 1) -> MeshRule:
+        """The rule for one element and one number of elements through the thickness."""
+        return MeshRule(
+            element=BY_NAME[element],
+            through_thickness=through_thickness,
+            length_ratio=self.length_ratio,
+            length_cap=self.length_cap,
+            subdivisions=subdivisions,
+        )
+
+
+class RootTable(CaseModel):
+    """How the relaxed clamp thins its nodes: every `drop_every`-th vertex node is left free."""
+
+    drop_every: Annotated[int, Field(ge=2, strict=True)]
+
+
+class ReductionTable(CaseModel):
+    """Craig-Bampton reduction."""
+
+    modes: Annotated[int, Field(ge=1, le=2000, strict=True)] = 150
+
+
+class DampingTable(CaseModel):
+    """Rayleigh damping, given by its ratio on the first mode."""
+
+    ratio: Annotated[Ratio, Field(ge=0, lt=1)] = 0.002
+
+
+def mesh_any(blade: Blade | PlainBlade, rule: MeshRule, pads: PadMesh) -> Mesh:
+    """Mesh of either blade."""
+    if isinstance(blade, Blade):
+        return mesh_blade(blade, rule, pads)
+    return mesh_plain_blade(blade, rule)
+
+
+def with_thickness(blade: Blade | PlainBlade, factor: float) -> Blade | PlainBlade:
+    """The blade with another thickness, edges in proportion, and the root block thicker by as much."""
+    thickness = blade.thickness * factor
+    root_thickness = blade.root_thickness + thickness - blade.thickness
+    if isinstance(blade, Blade):
+        edge_thickness = blade.edge_thickness * factor
+        return replace(blade, thickness=thickness, root_thickness=root_thickness, edge_thickness=edge_thickness)
+    return replace(blade, thickness=thickness, root_thickness=root_thickness)

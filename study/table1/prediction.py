@@ -1,0 +1,66 @@
+"""A row that nothing was tuned to, against the closed form and against CalculiX."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fe.calculix_run import run_frequency
+from fe.element import HEX20
+from study.blade_case import mesh_any
+from study.store import stage
+from study.table1.chain import ROOMS, RowInput, first_frequency
+from study.table1.theory import locking_factor
+
+#: The quadratic model that stands for the exact bending of a blade: model 5 of the table.
+REFERENCE_THROUGH_THICKNESS = 4
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prediction:
+    """First frequency of an untuned model three independent ways.
+
+    Parameters
+    ----------
+    frequency
+        By our elements [Hz].
+    theory
+        The quadratic model's frequency times the closed-form locking factor [Hz].
+    calculix
+        By CalculiX on the same mesh [Hz]; None if it is not installed.
+    n_dof
+        Free degrees of freedom [-].
+    """
+
+    frequency: float
+    theory: float
+    calculix: float | None
+    n_dof: int
+
+
+@stage("mesh-study prediction", rooms=ROOMS)
+def prediction(inputs: RowInput, ask_calculix: bool) -> Prediction:
+    """Compute a prediction of an 8-node model with a full clamp."""
+    mesh, frequency, n_dof = first_frequency(inputs)
+    quadratic = replace(inputs.rule, element=HEX20, through_thickness=REFERENCE_THROUGH_THICKNESS)
+    _, reference, _ = first_frequency(replace(inputs, rule=quadratic))
+    factor = locking_factor(inputs.blade, inputs.material, mesh, inputs.rule.through_thickness)
+    return Prediction(
+        frequency=frequency,
+        theory=reference * factor,
+        calculix=calculix_frequency(inputs) if ask_calculix else None,
+        n_dof=n_dof,
+    )
+
+
+@stage("mesh-study witness", rooms=ROOMS)
+def witness(inputs: RowInput) -> float:
+    """First frequency of a fully clamped row by CalculiX [Hz]."""
+    return calculix_frequency(inputs)
+
+
+def calculix_frequency(inputs: RowInput) -> float:
+    """First frequency of a fully clamped model by CalculiX [Hz]."""
+    mesh = mesh_any(inputs.blade, inputs.rule, inputs.pads)
+    nodes = mesh.nodes("clamp")
+    fixed = np.stack([np.repeat(nodes, 3), np.tile(np.arange(3), len(nodes))], axis=1)
+    return float(run_frequency(mesh, inputs.material, fixed, 1)[0])
