@@ -1,7 +1,7 @@
 """How a stage's value is saved into a folder and read back: as JSON, or as JSON beside a file of arrays.
 
-Both know text, numbers (complex ones too), None, lists, tuples, dicts and dataclasses of the product; `NPZ` knows
-numpy arrays and SciPy sparse matrices as well. A dataclass is rebuilt by its constructor, so its own checks run again. Nothing
+Both know text, numbers (complex ones too), None, lists, tuples, dicts and dataclasses of the product; `NPZ` also knows
+numpy arrays and SciPy sparse matrices. A dataclass is rebuilt by its constructor, so its own checks run again. Nothing
 is pickled: a cache entry can never run code.
 """
 
@@ -145,6 +145,6 @@ def _rebuild(module: str, name: str, fields: Mapping[str, Any], arrays: Mapping[
     kind: Any = import_module(module)
     for part in name.split("."):
         kind = getattr(kind, part)
-    if not hasattr(kind, "__dataclass_fields__"):
+    if not (isinstance(kind, type) and hasattr(kind, "__dataclass_fields__")):
         raise ValueError(f"a cache entry names {module}.{name}, which is no dataclass")
     return kind(**{field: _decode(value, arrays) for field, value in fields.items()})

@@ -13,6 +13,8 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
 
 if TYPE_CHECKING:
+    from rich.console import RenderableType
+
     from study.errors import Problem
     from study.run_context import Answer
 
@@ -36,13 +38,11 @@ class Output:
         """Print what a command found, and return its exit code."""
         if self._as_json:
             self._document(answer.document)
+        elif isinstance(answer.text, str):
+            # As it is: brackets are no markup, and long lines are not folded.
+            self._stream.write(f"{answer.text}\n")
         else:
-            from rich.console import Console
-
-            # Text is printed as it is: brackets in it are no markup, and lines are not folded.
-            Console(file=self._stream, soft_wrap=isinstance(answer.text, str)).print(
-                answer.text, markup=False, highlight=False
-            )
+            _print_rich(answer.text, self._stream)
         self._stream.flush()
         return answer.exit_code
 
@@ -98,6 +98,17 @@ def write_traceback(error: BaseException, words: Sequence[str]) -> str:
         stream.write(f"$ stickslip {shlex.join(words)}\n\n")
         stream.writelines(traceback.format_exception(error))
     return name
+
+
+def _print_rich(text: "RenderableType", stream: TextIO) -> None:
+    from rich.console import Console
+
+    class Quitter(Console):
+        def on_broken_pipe(self) -> None:
+            # Rich would end the process with exit code 1, but a reader that has seen enough is no error.
+            raise BrokenPipeError
+
+    Quitter(file=stream).print(text)
 
 
 def _plain(value: Any) -> Any:

@@ -1,8 +1,8 @@
 """What this machine lacks, found with the standard library alone, and the one line that installs it.
 
 It matters before anything is imported: without its system libraries CadQuery fails to import with a riddle, and VTK
-ends the whole process with a segmentation fault, which no exception handler sees. Libraries are therefore looked for with
-`ctypes`, and drawing is tried in a process of its own.
+ends the whole process with a segmentation fault, which no exception handler sees. Libraries are therefore looked for
+with `ctypes`, and drawing is tried in a process of its own.
 """
 
 import ctypes
@@ -10,6 +10,7 @@ import importlib.metadata
 import os
 import platform
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -143,8 +144,8 @@ def prescription(findings: Iterable[Finding]) -> str:
     if pip:
         lock = Path(__file__).resolve().parents[1] / "requirements.lock"
         # The lock holds the tested versions; it lies in a checkout but in no wheel.
-        what = ["-r", str(lock)] if lock.is_file() else [f"'{requirement}'" for requirement in pip]
-        parts.append(" ".join([sys.executable, "-m", "pip", "install", *what]))
+        what = ["-r", str(lock)] if lock.is_file() else pip
+        parts.append(shlex.join([sys.executable, "-m", "pip", "install", *what]))
     return " && ".join(parts)
 
 

@@ -110,6 +110,13 @@ def key(stage: str, inputs: Mapping[str, Any], rooms: tuple[str, ...]) -> str:
 
 
 def _source_files(room: str) -> list[tuple[str, Path]]:
+    if room == "__main__":
+        file = getattr(sys.modules[room], "__file__", None)
+        if file is None:
+            raise TypeError(
+                "a stage must be defined in a file: code that was typed in cannot be recognised on the next run"
+            )
+        return [(room, Path(file))]
     spec = importlib.util.find_spec(room)
     if spec is None:
         raise ModuleNotFoundError(f"a stage depends on the room {room!r}, which does not exist")

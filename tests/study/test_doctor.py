@@ -1,0 +1,83 @@
+"""The doctor finds what is missing without crashing on it, and its one line would mend it."""
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from study import doctor
+from study.errors import MissingSoftware
+
+
+@pytest.fixture
+def without_a_library(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Let one library of pictures be one that no machine has."""
+    monkeypatch.setitem(doctor.SYSTEM_LIBRARIES, "pictures", (("libNowhere.so.7", "libNeither.so.1"),))
+    monkeypatch.setitem(doctor.DEBIAN_PACKAGE, "libNowhere.so.7", "libnowhere7")
+    doctor.missing_libraries.cache_clear()
+    yield
+    doctor.missing_libraries.cache_clear()
+
+
+def test_preflight_names_the_library_and_the_line_that_installs_it(without_a_library: None) -> None:
+    with pytest.raises(MissingSoftware, match=r"libNowhere\.so\.7: install with `.*apt-get install .* libnowhere7`"):
+        doctor.preflight("cad", "pictures")
+
+
+def test_of_several_that_serve_one_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(doctor.SYSTEM_LIBRARIES, "pictures", (("libNowhere.so.7", "libc.so.6"),))
+    doctor.missing_libraries.cache_clear()
+    assert doctor.missing_libraries("pictures") == ()
+    doctor.missing_libraries.cache_clear()
+
+
+def test_what_is_missing_is_told_and_prescribed(without_a_library: None, tmp_path: Path) -> None:
+    findings = doctor.examine(tmp_path)
+    missing = {finding.subject: finding.detail for finding in findings if finding.verdict == "missing"}
+    assert missing["system libraries"] == "libNowhere.so.7 for off-screen pictures (pyvista)"
+    assert missing["off-screen picture"] == "not tried, since its libraries are missing"
+    assert "libnowhere7" in doctor.prescription(findings)
+
+
+def test_a_crash_while_drawing_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor, "TEST_PICTURE", "import os; os.kill(os.getpid(), 11)")
+    finding = doctor._picture()
+    assert (finding.verdict, finding.detail) == ("missing", "drawing crashed with signal 11")
+
+
+def test_a_driver_that_hangs_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor, "TEST_PICTURE", "import time; time.sleep(60)")
+    monkeypatch.setattr(doctor, "PICTURE_TIMEOUT", 0.1)
+    assert doctor._picture().detail == "no picture within 0 s"
+
+
+def test_a_cache_that_cannot_be_written_is_told_but_stops_nothing(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    finding = doctor._cache(tmp_path / "file" / "cache")
+    assert (finding.verdict, finding.is_needed) == ("missing", False)
+    assert "set STICKSLIP_CACHE" in finding.detail
+
+
+def test_this_machine_can_run_the_tests(tmp_path: Path) -> None:
+    findings = doctor.examine(tmp_path)
+    assert [finding for finding in findings if finding.is_needed and finding.verdict != "ok"] == []
+
+
+def test_it_needs_nothing_but_the_standard_library() -> None:
+    # -S leaves site-packages out, so any third-party import fails; the rooms themselves are put on the path.
+    root = Path(doctor.__file__).parents[1]
+    path = f"import sys; sys.path.insert(0, {str(root)!r})"
+    script = f"{path}; from study import doctor; print(doctor.missing_libraries('cad'))"
+    done = subprocess.run([sys.executable, "-S", "-c", script], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "()\n"), done.stderr
+
+
+def test_preflight_imports_nothing_heavy() -> None:
+    script = (
+        "import sys; from study.doctor import preflight; preflight('cad', 'pictures'); "
+        "print([m for m in ('numpy', 'vtkmodules', 'cadquery', 'pyvista') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
