@@ -105,7 +105,16 @@ class _Pardiso:
     def __init__(self, matrix: sp.csr_array, definiteness: Definiteness) -> None:
         import pypardiso
 
+        diagonal = matrix.diagonal()
+        if definiteness is Definiteness.POSITIVE and not (diagonal > 0).all():
+            raise SingularMatrix(f"the matrix of {matrix.shape[0]} rows is singular or not positive definite")
         upper = sp.csr_array(sp.triu(matrix, format="csr"))
+        if not diagonal.all():
+            # PARDISO wants every diagonal entry stored, zeros too, which `triu` drops.
+            above, row = sp.coo_array(sp.triu(matrix, k=1)), np.arange(len(diagonal))
+            values = np.concatenate([diagonal, above.data])
+            places = (np.concatenate([row, above.row]), np.concatenate([row, above.col]))
+            upper = sp.csr_array(sp.coo_array((values, places), shape=matrix.shape))
         upper.sort_indices()
         self._n = matrix.shape[0]
         self._values = np.ascontiguousarray(upper.data, dtype=np.float64)

@@ -1,0 +1,98 @@
+"""Both factorisations solve what they are given, and say when they cannot."""
+
+import importlib.util
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from fe.sparse_solver import Backend, Definiteness, SingularMatrix, default_backend, factorise
+
+BACKENDS = [
+    pytest.param(
+        each,
+        id=each.value,
+        marks=pytest.mark.skipif(
+            each is Backend.PARDISO and importlib.util.find_spec("pypardiso") is None,
+            reason="PARDISO's wheel is not installed (x86-64 only)",
+        ),
+    )
+    for each in Backend
+]
+N = 60
+
+
+def random_matrix(definiteness: Definiteness, seed: int = 0) -> sp.csr_array:
+    """A banded symmetric matrix with eigenvalues of either one sign or both."""
+    generator = np.random.default_rng(seed)
+    lower = sp.diags_array(
+        [generator.uniform(1, 2, N), generator.uniform(-1, 1, N - 1), generator.uniform(-1, 1, N - 7)],
+        offsets=[0, -1, -7],
+    )
+    signs = np.ones(N) if definiteness is Definiteness.POSITIVE else np.where(np.arange(N) % 3, 1.0, -1.0)
+    return sp.csr_array(lower @ sp.diags_array(signs) @ lower.T)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("definiteness", list(Definiteness), ids=lambda each: each.name.lower())
+@pytest.mark.parametrize("columns", [(), (1,), (5,)], ids=["vector", "one column", "five columns"])
+def test_the_solution_satisfies_the_equations(
+    backend: Backend, definiteness: Definiteness, columns: tuple[int, ...]
+) -> None:
+    matrix = random_matrix(definiteness)
+    b = np.random.default_rng(1).standard_normal((N, *columns))
+    factor = factorise(matrix, definiteness, backend)
+    for right_hand_side in (b, np.asfortranarray(b), 1e-9 * b):
+        x = factor.solve(right_hand_side)
+        assert x.shape == b.shape
+        # Round-off times a condition number of about 1e4.
+        scale = abs(matrix).max() * np.abs(x).max()
+        np.testing.assert_allclose(matrix @ x, right_hand_side, atol=1e-13 * N * scale)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_several_factors_live_side_by_side(backend: Backend) -> None:
+    b = np.ones(N)
+    matrices = [random_matrix(Definiteness.POSITIVE, seed) for seed in range(3)]
+    factors = [factorise(matrix, backend=backend) for matrix in matrices]
+    del factors[1]
+    for matrix, factor in zip([matrices[0], matrices[2]], factors, strict=True):
+        np.testing.assert_allclose(matrix @ factor.solve(b), b, rtol=1e-9)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_the_right_hand_side_and_the_matrix_are_left_as_they_were(backend: Backend) -> None:
+    matrix, b = random_matrix(Definiteness.POSITIVE), np.ones((N, 2))
+    before = matrix.copy()
+    factorise(matrix, backend=backend).solve(b)
+    assert (b == 1).all()
+    assert abs(matrix - before).max() == 0
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_singular_matrix_is_refused(backend: Backend) -> None:
+    matrix = sp.csr_array(sp.diags_array([1.0, 0.0, 2.0]))
+    with pytest.raises(SingularMatrix, match="the matrix of 3 rows is singular"):
+        factorise(matrix, Definiteness.POSITIVE, backend)
+
+
+def test_pardiso_refuses_a_negative_pivot_where_none_may_be() -> None:
+    pytest.importorskip("pypardiso", reason="PARDISO's wheel exists for x86-64 only")
+    with pytest.raises(SingularMatrix, match="singular or not positive definite"):
+        factorise(random_matrix(Definiteness.INDEFINITE), Definiteness.POSITIVE, Backend.PARDISO)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_an_indefinite_matrix_may_have_zeros_on_its_diagonal(backend: Backend) -> None:
+    # A saddle point: one spring and the force that holds it.
+    matrix = sp.csr_array(np.array([[2.0, 0.0, 1.0], [0.0, 3.0, 0.0], [1.0, 0.0, 0.0]]))
+    solution = factorise(matrix, Definiteness.INDEFINITE, backend).solve(np.array([1.0, 6.0, 5.0]))
+    np.testing.assert_allclose(solution, [5, 2, -9], rtol=1e-14)
+
+
+def test_scipy_alone_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
+    assert default_backend() is Backend.SUPERLU
+    b = np.ones(N)
+    matrix = random_matrix(Definiteness.POSITIVE)
+    np.testing.assert_allclose(matrix @ factorise(matrix).solve(b), b, rtol=1e-9)
