@@ -1,0 +1,1 @@
+"""Pictures: mode shapes drawn without a screen."""

@@ -1,0 +1,154 @@
+"""The outer faces of a mesh, each sampled finely enough that quadratic ones are drawn curved.
+
+Everything is a sparse matrix over nodes, so that one skin serves the body at rest, deformed and at every frame.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+
+from fe.element import ELEMENTS
+from fe.mesh import Mesh
+
+#: Facets along the side of a quadratic face: enough that a quarter circle of two elements looks round.
+FACETS = 4
+#: An edge between two outer faces whose normals differ by more than this is an edge of the body [degrees].
+FEATURE_ANGLE = 25.0
+
+#: Corners of the reference square, then the middles of its sides.
+SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [0, -1], [1, 0], [0, 1], [-1, 0]], dtype=float)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Skin:
+    """What is seen of a mesh.
+
+    Parameters
+    ----------
+    sample
+        Values at the skin's points from values at the nodes, sparse, shape (n_point, n_node) [-].
+    along_u, along_v
+        Derivatives along the two directions of each face: their cross product points outwards, same shape [-].
+    quads
+        Points of each facet, shape (n_facet, 4) [-].
+    edges
+        Points of each element edge as a polyline, shape (n_edge, n_point_of_edge) [-].
+    is_feature
+        Whether the edge is an edge of the body at rest, shape (n_edge,) [-].
+    """
+
+    sample: sp.csr_array
+    along_u: sp.csr_array
+    along_v: sp.csr_array
+    quads: Int[NDArray[np.int64], "facet 4"]
+    edges: Int[NDArray[np.int64], "edge point"]
+    is_feature: NDArray[np.bool_]
+
+    def normals(self, nodes: Float[NDArray[np.float64], "node 3"]) -> Float[NDArray[np.float64], "point 3"]:
+        """Outward unit normals at the skin's points for the given positions of the nodes."""
+        normal = np.cross(self.along_u @ nodes, self.along_v @ nodes)
+        return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny))
+
+
+def skin_of(mesh: Mesh) -> Skin:
+    """Find the faces that belong to one cell only, and sample them."""
+    faces = outer_faces(mesh)
+    samples: list[sp.csr_array] = []
+    along_u: list[sp.csr_array] = []
+    along_v: list[sp.csr_array] = []
+    quads, edges, sides = [], [], []
+    n_point = 0
+    # One number of facets for all, so that all edges have one number of points.
+    n = FACETS if any(nodes.shape[1] > 4 for nodes in faces) else 1
+    local = np.linspace(-1, 1, n + 1)
+    grid = np.array([(u, v) for v in local for u in local])
+    index = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
+    facets = np.stack([index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]], axis=-1).reshape(-1, 4)
+    rim = np.stack([index[0], index[:, -1], index[-1, ::-1], index[::-1, 0]])
+    for nodes in faces:
+        values, du, dv = _square_functions(nodes.shape[1], grid)
+        for weights, gathered in ((values, samples), (du, along_u), (dv, along_v)):
+            gathered.append(_spread(weights, nodes, mesh.n_node))
+        start = n_point + len(grid) * np.arange(len(nodes))[:, None, None]
+        quads.append((facets + start).reshape(-1, 4))
+        edges.append((rim + start).reshape(-1, n + 1))
+        sides.append(np.stack([nodes[:, :4], np.roll(nodes[:, :4], -1, axis=1)], axis=-1).reshape(-1, 2))
+        n_point += len(grid) * len(nodes)
+    sample, u, v = (sp.csr_array(sp.vstack(parts)) for parts in (samples, along_u, along_v))
+    every = Skin(
+        sample=sample,
+        along_u=u,
+        along_v=v,
+        quads=np.concatenate(quads),
+        edges=np.concatenate(edges),
+        is_feature=np.empty(0, dtype=bool),
+    )
+    kept, is_feature = _single_edges(every, np.concatenate(sides), every.normals(mesh.points))
+    return Skin(sample=sample, along_u=u, along_v=v, quads=every.quads, edges=every.edges[kept], is_feature=is_feature)
+
+
+def outer_faces(mesh: Mesh) -> list[Int[NDArray[np.int64], "face node"]]:
+    """Nodes of the faces that belong to one cell only, corners first and anticlockwise from outside, by cell type."""
+    nodes_of, keys = [], []
+    for cell_type, cells in mesh.cells.items():
+        nodes = np.concatenate([cells[:, list(face)] for face in ELEMENTS[cell_type].faces])
+        nodes_of.append(nodes)
+        keys.append(np.sort(nodes[:, :4], axis=1))
+    rows = np.ascontiguousarray(np.concatenate(keys)).view("V32").ravel()
+    _, which, count = np.unique(rows, return_inverse=True, return_counts=True)
+    is_outer = np.split(count[which] == 1, np.cumsum([len(nodes) for nodes in nodes_of])[:-1])
+    return [nodes[outer] for nodes, outer in zip(nodes_of, is_outer, strict=True)]
+
+
+def _single_edges(
+    skin: Skin, sides: Int[NDArray[np.int64], "side 2"], normals: Float[NDArray[np.float64], "point 3"]
+) -> tuple[Int[NDArray[np.int64], " edge"], NDArray[np.bool_]]:
+    """One of the two polylines of each edge, and whether the faces beside it meet at an angle."""
+    ordered = np.sort(sides, axis=1)
+    _, first, which = np.unique(ordered, axis=0, return_index=True, return_inverse=True)
+    which = which.ravel()
+    middle = skin.edges[:, skin.edges.shape[1] // 2]
+    total = np.zeros((len(first), 3))
+    np.add.at(total, which, normals[middle])
+    count = np.bincount(which)
+    # The mean of unit normals that differ by an angle a has the length cos(a / 2); a lone side is a rim.
+    flatness = np.linalg.norm(total, axis=1) / count
+    return first, (count == 1) | (flatness < np.cos(np.deg2rad(FEATURE_ANGLE) / 2))
+
+
+def _square_functions(n_node: int, at: Float[NDArray[np.float64], "point 2"]) -> tuple[NDArray[np.float64], ...]:
+    """Shape functions of a face with 4 or 8 nodes, and their two derivatives, each (n_point, n_node)."""
+    u, v = at[:, :1], at[:, 1:]
+    value, du, dv = np.empty((3, len(at), n_node))
+    corner = slice(0, 4)
+    a, b = SQUARE[corner].T
+    value[:, corner] = (1 + a * u) * (1 + b * v) / 4
+    du[:, corner] = a * (1 + b * v) / 4
+    dv[:, corner] = b * (1 + a * u) / 4
+    if n_node == 8:
+        for side, (a_side, b_side) in enumerate(SQUARE[4:], start=4):
+            if a_side == 0:
+                new = (1 - u**2) * (1 + b_side * v) / 2, -u * (1 + b_side * v), (1 - u**2) * b_side / 2
+            else:
+                new = (1 + a_side * u) * (1 - v**2) / 2, a_side * (1 - v**2) / 2, -v * (1 + a_side * u)
+            for array, column in zip((value, du, dv), new, strict=True):
+                array[:, side] = column.ravel()
+                # Each corner beside the side gives up half of what the middle takes.
+                for beside in (side - 4, (side - 3) % 4):
+                    array[:, beside] -= column.ravel() / 2
+    return value, du, dv
+
+
+def _spread(
+    weights: Float[NDArray[np.float64], "point node_of_face"], nodes: Int[NDArray[np.int64], "face node"], n_node: int
+) -> sp.csr_array:
+    """The same weights on every face, as rows over all nodes."""
+    n_face, per_face = nodes.shape
+    n_point = len(weights)
+    columns = np.repeat(nodes, n_point, axis=0).ravel()
+    values = np.tile(weights, (n_face, 1)).ravel()
+    starts = per_face * np.arange(n_face * n_point + 1)
+    return sp.csr_array((values, columns, starts), shape=(n_face * n_point, n_node))
