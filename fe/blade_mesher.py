@@ -9,7 +9,7 @@ import numpy as np
 from fe.errors import MeshError
 from fe.hex_blocks import Block, Lattice, mesh_blocks, subdivide
 from fe.mesh import Mesh
-from fe.mesh_rule import MeshRule, count
+from fe.mesh_rule import SMALLEST_STEP, MeshRule, count
 from fe.node_sets import with_named_points, with_stations
 from geometry.blade import Blade, contact_lines
 
@@ -29,7 +29,7 @@ class PadMesh:
     along_contact
         Along the contact line [-]; a multiple of 6 puts the 7 stations on corner nodes.
     across_groove, across_lip
-        Across the groove and across each lip beside it [-].
+        Across the groove, an even number so that its crest runs along nodes, and across each lip beside it [-].
     above_groove
         From the groove to the top of the pad [-].
     band, band_height
@@ -47,6 +47,11 @@ class PadMesh:
         for name in ("along_contact", "across_groove", "across_lip", "above_groove", "band"):
             if getattr(self, name) < 1:
                 raise MeshError(f"pads: {name} = {getattr(self, name)} elements: give at least 1")
+        if self.across_groove % 2:
+            raise MeshError(
+                f"pads: across_groove = {self.across_groove} elements: give an even number, so that the contact line "
+                "on the groove's crest runs along nodes"
+            )
 
 
 def mesh_blade(blade: Blade, rule: MeshRule, pads: PadMesh | None = None) -> Mesh:
@@ -63,14 +68,21 @@ def mesh_blade(blade: Blade, rule: MeshRule, pads: PadMesh | None = None) -> Mes
 
     Returns
     -------
-    Mesh with the face sets "clamp" (the block's two faces normal to y), "root_bottom", "tip", "groove_positive" and
-    "groove_negative", and the node sets "excitation", "response", "contact_positive" and "contact_negative".
+    Mesh with the face sets "clamp" (the block's two faces normal to y), "root_bottom", "tip", and on each side
+    "groove_positive", "pad_positive", "groove_negative", "pad_negative"; and the node sets "excitation", "response",
+    "contact_positive" and "contact_negative".
 
     Raises
     ------
     MeshError
-        The contact stations are not on corner nodes, or the band below the pads does not fit.
+        The contact stations are not on corner nodes; the band below the pads does not fit; or the root block is no
+        thicker than the blade, whose bevelled edges would then leave cells without thickness.
     """
+    if blade.root_thickness - blade.thickness < SMALLEST_STEP:
+        raise MeshError(
+            f"root_thickness = {blade.root_thickness * 1e3:g} mm leaves no metal beside the blade's thickness of "
+            f"{blade.thickness * 1e3:g} mm to mesh: give a thicker root block"
+        )
     layout = _Layout(blade, rule, pads or PadMesh())
     blocks = [*layout.planform(), *layout.root_layers(), *layout.pads()]
     mesh = mesh_blocks(subdivide(blocks, rule.subdivisions), rule.element)
@@ -119,7 +131,7 @@ class _Layout:
         self.row_counts |= {"band": pads.band, "pad": pads.above_groove}
         layer = blade.thickness / rule.through_thickness
         self.root_layer_count = count((blade.root_thickness - blade.thickness) / 2, layer)
-        self.columns = [c for c in COLUMNS if c in PAD_COLUMNS or self.edges[c][1] - self.edges[c][0] > 0]
+        self.columns = [c for c in COLUMNS if c in PAD_COLUMNS or self.edges[c][1] - self.edges[c][0] > SMALLEST_STEP]
 
     def planform(self) -> list[Block]:
         """Blade and core of the root block, one element row through the thickness a layer."""
@@ -190,6 +202,8 @@ class _Layout:
     def half_thickness(self, x: Lattice) -> Lattice:
         """Half of the blade's thickness at x: bevelled edges, and the edge's thickness beyond the chord."""
         blade = self.blade
+        if blade.chord - blade.flat_width < SMALLEST_STEP:
+            return np.full_like(x, blade.thickness / 2)
         return np.interp(
             np.abs(x), [blade.flat_width / 2, blade.chord / 2], [blade.thickness / 2, blade.edge_thickness / 2]
         )

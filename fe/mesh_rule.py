@@ -8,6 +8,8 @@ from fe.errors import MeshError
 
 #: A length that is a whole number of elements must not gain one by round-off.
 COUNT_GUARD = 1e-9
+#: Where one face stands out over another by less than this, no cells are made for the difference [m].
+SMALLEST_STEP = 1e-8
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,7 +6,7 @@ import numpy as np
 
 from fe.hex_blocks import Block, Lattice, mesh_blocks, subdivide
 from fe.mesh import Mesh
-from fe.mesh_rule import MeshRule, count
+from fe.mesh_rule import SMALLEST_STEP, MeshRule, count
 from fe.node_sets import with_named_points
 from geometry.plain_blade import PlainBlade
 
@@ -31,26 +31,28 @@ def mesh_plain_blade(blade: PlainBlade, rule: MeshRule) -> Mesh:
     h = rule.size(blade.thickness)
     layer = blade.thickness / rule.through_thickness
     half, half_root = blade.thickness / 2, blade.root_thickness / 2
-    overhang = (blade.root_chord - blade.chord) / 2
     span = {"root": (-blade.root_height, 0.0), "blade": (0.0, blade.length)}
     chord: list[Interval] = [(-blade.chord / 2, blade.chord / 2)]
-    if overhang > 0:
+    if blade.root_chord - blade.chord > SMALLEST_STEP:
         chord = [(-blade.root_chord / 2, -blade.chord / 2), *chord, (blade.chord / 2, blade.root_chord / 2)]
-    depth: list[Interval] = [(-half_root, -half), (-half, half), (half, half_root)]
-    middle = len(chord) // 2
+    depth: list[Interval] = [(-half, half)]
+    if blade.root_thickness - blade.thickness > SMALLEST_STEP:
+        depth = [(-half_root, -half), *depth, (half, half_root)]
+    middle_x, middle_y = len(chord) // 2, len(depth) // 2
     blocks = []
     for part, (i, x), (j, y) in product(span, enumerate(chord), enumerate(depth)):
-        in_section = i == middle and j == 1
+        in_section = i == middle_x and j == middle_y
         if part == "blade" and not in_section:
             continue
         counts = (
             count(x[1] - x[0], h),
-            rule.through_thickness if j == 1 else count(y[1] - y[0], layer),
+            rule.through_thickness if j == middle_y else count(y[1] - y[0], layer),
             count(span[part][1] - span[part][0], h),
         )
         faces = {"w0": "root_bottom"} if part == "root" else {"w1": "tip"}
-        if part == "root" and j != 1:
-            faces["v0" if j == 0 else "v1"] = "clamp"
+        if part == "root":
+            faces |= {"v0": "clamp"} if j == 0 else {}
+            faces |= {"v1": "clamp"} if j == len(depth) - 1 else {}
         blocks.append(_box(x, y, span[part], counts, faces))
     mesh = mesh_blocks(subdivide(blocks, rule.subdivisions), rule.element)
     points = {
