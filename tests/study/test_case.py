@@ -153,6 +153,21 @@ def test_an_error_of_the_geometry_shows_the_key_and_line_that_it_speaks_of(tmp_p
         Solid(length=case.blade.length, root_height=case.blade.root_height)
 
 
+@pytest.mark.parametrize(
+    ("message", "line"),
+    [
+        ("length 0.02 m is below root height 0.03 m", 3),
+        ("Root_height 0.03 m exceeds length 0.02 m", 4),
+        ("wavelength of the root height", 4),
+    ],
+)
+def test_of_several_keys_in_a_message_the_first_whole_word_is_shown(tmp_path: Path, message: str, line: int) -> None:
+    text = 'schema = 1\n[blade]\nlength = "20 mm"\nroot_height = "30 mm"'
+    case = load_case(written(tmp_path, text), StudyCase)
+    with pytest.raises(CaseError, match=rf"my\.toml:{line}: blade\."), located(case, "blade"):
+        raise GeometryError(message)
+
+
 def test_an_error_that_names_no_key_of_the_file_shows_the_table(tmp_path: Path) -> None:
     case = load_case(written(tmp_path, SOUND), StudyCase)
     with pytest.raises(CaseError, match=r"my\.toml:4: blade: the solid is empty"), located(case, "blade"):

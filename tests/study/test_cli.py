@@ -57,7 +57,9 @@ sys.exit(cli.main())
 def environment(tmp_path: Path) -> dict[str, str]:
     (tmp_path / "trial_command.py").write_text(COMMAND)
     (tmp_path / "run.py").write_text(RUNNER)
-    return os.environ | {"STICKSLIP_CACHE": str(tmp_path / "cache"), "TMPDIR": str(tmp_path), "COLUMNS": "80"}
+    # Unbuffered output would hide a broken pipe behind a partial write.
+    inherited = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    return inherited | {"STICKSLIP_CACHE": str(tmp_path / "cache"), "TMPDIR": str(tmp_path), "COLUMNS": "80"}
 
 
 def stickslip(environment: dict[str, str], *words: str) -> "subprocess.CompletedProcess[str]":
