@@ -1,6 +1,7 @@
 """Isotropic linear elastic material."""
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 from jaxtyping import Float
@@ -33,12 +34,12 @@ class Material:
     density: float
 
     def __post_init__(self) -> None:
-        if not self.young > 0:
-            raise InputError(f"young = {self.young:g} Pa must be positive: steel has 210e9 Pa")
+        if not 0 < self.young < inf:
+            raise InputError(f"young = {self.young:g} Pa must be positive and finite: steel has 210e9 Pa")
         if not -1 < self.poisson < 0.5:
             raise InputError(f"poisson = {self.poisson:g} must lie between -1 and 0.5: steel has 0.3")
-        if not self.density > 0:
-            raise InputError(f"density = {self.density:g} kg/m^3 must be positive: steel has 7800 kg/m^3")
+        if not 0 < self.density < inf:
+            raise InputError(f"density = {self.density:g} kg/m^3 must be positive and finite: steel has 7800 kg/m^3")
 
     @property
     def lame(self) -> float:

@@ -114,7 +114,7 @@ class Theory:
         return float(root + blade + self.section + 2 * (pad + areas["groove_positive"]))
 
 
-# Six parabolas across the groove miss 6e-5 of what it cuts out of the pads, six chords 4 %; that is 0.7 % of the volume.
+# Six parabolas across the groove miss 6e-5 of what it cuts out of the pads (0.7 % of the volume), six chords 4 %.
 CURVED = {"hex8": 5e-4, "hex20": 1e-6}
 
 
