@@ -20,7 +20,7 @@ Count = Annotated[int, Field(ge=1, le=1000, strict=True)]
 ElementName = Literal["hex8", "hex20"]
 RootName = Literal["full", "relaxed"]
 
-BY_NAME = {element.name: element for element in ELEMENTS.values()}
+ELEMENT_BY_NAME = {element.name: element for element in ELEMENTS.values()}
 
 
 class RigBladeTable(CaseModel):
@@ -106,7 +106,7 @@ class MeshSizeTable(CaseModel):
     def rule(self, element: str, through_thickness: int, subdivisions: int = 1) -> MeshRule:
         """The rule for one element and one number of elements through the thickness."""
         return MeshRule(
-            element=BY_NAME[element],
+            element=ELEMENT_BY_NAME[element],
             through_thickness=through_thickness,
             length_ratio=self.length_ratio,
             length_cap=self.length_cap,

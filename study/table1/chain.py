@@ -30,7 +30,7 @@ from hbsolve.peak import Peak, resonance_peak, undamped_from_peak
 from reduction.craig_bampton import craig_bampton
 from reduction.rom import ReducedModel
 from reduction.rom_error import rom_error
-from study.blade_case import mesh_any
+from study.blade_case import ELEMENT_BY_NAME, mesh_any
 from study.store import stage
 
 ROOMS = ("geometry", "fe", "reduction", "hbsolve")
@@ -50,8 +50,10 @@ class RowInput:
 
     Parameters
     ----------
-    blade, material, rule, pads
-        What is meshed, and how.
+    blade, material
+        What is meshed.
+    element, through_thickness, length_ratio, length_cap, subdivisions, pads
+        How: the name of the element and the numbers of `fe.mesh_rule.MeshRule` and `fe.blade_mesher.PadMesh`.
     drop_every
         Thinning of the clamp; 0 for the full clamp [-].
     n_mode
@@ -62,11 +64,26 @@ class RowInput:
 
     blade: Blade | PlainBlade
     material: Material
-    rule: MeshRule
+    element: str
+    through_thickness: int
+    length_ratio: float
+    length_cap: float
     pads: PadMesh
     drop_every: int
     n_mode: int
     damping_ratio: float
+    subdivisions: int = 1
+
+    @property
+    def rule(self) -> MeshRule:
+        """The meshing rule."""
+        return MeshRule(
+            element=ELEMENT_BY_NAME[self.element],
+            through_thickness=self.through_thickness,
+            length_ratio=self.length_ratio,
+            length_cap=self.length_cap,
+            subdivisions=self.subdivisions,
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -41,9 +41,9 @@ class Prediction:
 def prediction(inputs: RowInput, ask_calculix: bool) -> Prediction:
     """Compute a prediction of an 8-node model with a full clamp."""
     mesh, frequency, n_dof = first_frequency(inputs)
-    quadratic = replace(inputs.rule, element=HEX20, through_thickness=REFERENCE_THROUGH_THICKNESS)
-    _, reference, _ = first_frequency(replace(inputs, rule=quadratic))
-    factor = locking_factor(inputs.blade, inputs.material, mesh, inputs.rule.through_thickness)
+    quadratic = replace(inputs, element=HEX20.name, through_thickness=REFERENCE_THROUGH_THICKNESS)
+    _, reference, _ = first_frequency(quadratic)
+    factor = locking_factor(inputs.blade, inputs.material, mesh, inputs.through_thickness)
     return Prediction(
         frequency=frequency,
         theory=reference * factor,

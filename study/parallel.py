@@ -1,0 +1,137 @@
+"""Stages side by side, each in a process of its own: its peak memory is its own, and Ctrl-C loses only what runs."""
+
+import importlib
+import multiprocessing
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from study.errors import ComputationFailed
+from study.progress import Progress
+from study.store import Outcome, Stage, Store
+
+#: Two processes with two BLAS threads each are slower on two cores than with one each.
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+#: How often progress is shown while nothing ends [s].
+LOOK_EVERY = 1.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Task:
+    """One stage to run.
+
+    Parameters
+    ----------
+    stage
+        A stage at the top level of its module.
+    inputs
+        Its arguments by name.
+    label
+        Shown to the user.
+    weight
+        How much work it is, compared with the other tasks [-]; the heaviest start first.
+    """
+
+    stage: Stage[Any, Any]
+    inputs: Mapping[str, Any]
+    label: str
+    weight: float = 1.0
+
+
+def run_parallel(
+    tasks: Sequence[Task], store: Store, progress: Progress, title: str, workers: int | None = None
+) -> list[Outcome[Any]]:
+    """Results of all tasks, in their order; what is in the store is not computed again.
+
+    Parameters
+    ----------
+    tasks
+        What to run.
+    store
+        Where results are kept; each is there as soon as it is done.
+    progress, title
+        Shows the share of the weight that is done.
+    workers
+        Processes [-]; by default one for each core.
+
+    Raises
+    ------
+    ComputationFailed
+        A process was killed, most often for lack of memory.
+    InputError
+        As the stages raise it.
+    """
+    outcomes: dict[int, Outcome[Any]] = {}
+    total = sum(task.weight for task in tasks)
+    with progress.step(title) as report:
+        for number, task in enumerate(tasks):
+            if store.holds(task.stage, **task.inputs):
+                outcomes[number] = store.outcome(task.stage, **task.inputs)
+        missing = sorted(set(range(len(tasks))) - set(outcomes), key=lambda number: -tasks[number].weight)
+        if not missing:
+            return [outcomes[number] for number in range(len(tasks))]
+        folder = store.folder
+        with _single_threaded(), _pool(workers or os.cpu_count() or 1) as pool:
+            running = {pool.submit(_compute, *_reference(tasks[n].stage), folder, tasks[n].inputs): n for n in missing}
+            pending: set[Future[Outcome[Any]]] = set(running)
+            while pending:
+                done, pending = wait(pending, timeout=LOOK_EVERY, return_when=FIRST_COMPLETED)
+                for future in done:
+                    outcomes[running[future]] = _result(future, tasks[running[future]].label)
+                report(sum(tasks[n].weight for n in outcomes), total)
+    return [outcomes[number] for number in range(len(tasks))]
+
+
+@contextmanager
+def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    # A fresh process for each task: the peak memory that it reports is that of the task alone.
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(max_workers=workers, mp_context=context, max_tasks_per_child=1)
+    try:
+        yield pool
+    except BaseException:
+        processes = list((pool._processes or {}).values())
+        pool.shutdown(wait=False, cancel_futures=True)
+        for process in processes:  # on Ctrl-C nobody waits for work that is thrown away
+            process.terminate()
+        raise
+    pool.shutdown()
+
+
+@contextmanager
+def _single_threaded() -> Iterator[None]:
+    before = {name: os.environ.get(name) for name in ONE_THREAD}
+    os.environ.update(ONE_THREAD)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _reference(stage: Stage[Any, Any]) -> tuple[str, str]:
+    """Where the stage is: it cannot be pickled itself, because its name means the stage and not the function."""
+    return stage.compute.__module__, stage.compute.__name__
+
+
+def _compute(module: str, name: str, folder: Path | None, inputs: Mapping[str, Any]) -> Outcome[Any]:
+    stage: Stage[Any, Any] = getattr(importlib.import_module(module), name)
+    return Store(folder).outcome(stage, **inputs)
+
+
+def _result(future: "Future[Outcome[Any]]", label: str) -> Outcome[Any]:
+    try:
+        return future.result()
+    except BrokenProcessPool:
+        raise ComputationFailed(
+            f"{label} was killed, most often for lack of memory: close other programs, or take fewer elements; "
+            "what was finished is kept"
+        ) from None
