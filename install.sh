@@ -1,0 +1,77 @@
+#!/bin/sh
+# Install stickslip and everything it needs, system libraries included, into .venv beside this file.
+# Made for a bare Debian 12 or later (or Ubuntu with Python 3.11); safe to run again: what is there is left alone.
+set -eu
+cd "$(dirname "$0")"
+
+# What each library is for is shown by `stickslip doctor`; calculix-ccx is the independent witness of the tests.
+SYSTEM_PACKAGES="ca-certificates python3 python3-venv libgl1 libegl1 libx11-6 libxrender1 libexpat1 calculix-ccx"
+
+say() { printf '%s\n' "install.sh: $*" >&2; }
+
+as_root() {
+    if [ "$(id -u)" -eq 0 ]; then
+        "$@"
+    elif command -v sudo >/dev/null 2>&1; then
+        sudo "$@"
+    else
+        say "this needs root, and there is no sudo: run as root: $*"
+        exit 2
+    fi
+}
+
+missing_system_packages() {
+    for package in $SYSTEM_PACKAGES; do
+        # shellcheck disable=SC2016  # ${Status} is dpkg's, not the shell's
+        dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q '^install ok installed$' || printf '%s ' "$package"
+    done
+}
+
+install_system_packages() {
+    if ! command -v apt-get >/dev/null 2>&1; then
+        say "this is neither Debian nor Ubuntu: install the equivalents of \"$SYSTEM_PACKAGES\" with your own package manager"
+        return
+    fi
+    missing=$(missing_system_packages)
+    [ -n "$missing" ] || return 0
+    say "installing system packages: $missing"
+    as_root apt-get update -q
+    # shellcheck disable=SC2086  # a list of words on purpose
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $missing
+}
+
+find_python() {
+    for candidate in python3 python3.11 python3.12 python3.13; do
+        if command -v "$candidate" >/dev/null 2>&1 &&
+            "$candidate" -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then
+            printf '%s' "$candidate"
+            return
+        fi
+    done
+    say "no Python 3.11 or later with its venv module was found: install one (Debian: python3-venv) and run this again"
+    exit 2
+}
+
+install_python_packages() {
+    stamp=.venv/installed-from
+    wanted=$(cat requirements.lock pyproject.toml install.sh | sha256sum)
+    if [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ] && [ -x .venv/bin/stickslip ]; then
+        say "Python packages are up to date"
+        return
+    fi
+    # A virtual environment that was moved, or whose interpreter is gone, is made anew.
+    if ! .venv/bin/python -c 'import pip' 2>/dev/null; then
+        python=$(find_python)
+        say "creating .venv with $("$python" --version)"
+        "$python" -m venv --clear .venv
+    fi
+    say "installing the tested versions of requirements.lock (about 2 GB, a few minutes)"
+    .venv/bin/python -m pip install --disable-pip-version-check --progress-bar off --quiet -r requirements.lock
+    # The lock holds the build backend too, so nothing that is not in it is ever fetched.
+    .venv/bin/python -m pip install --disable-pip-version-check --quiet --no-deps --no-build-isolation -e .
+    printf '%s\n' "$wanted" >"$stamp"
+}
+
+install_system_packages
+install_python_packages
+.venv/bin/stickslip doctor
