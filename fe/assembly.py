@@ -1,6 +1,6 @@
 """Vectorised assembly of the sparse mass and stiffness of a mesh."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import scipy.sparse as sp
@@ -11,10 +11,12 @@ from fe.element import ELEMENTS, Element
 from fe.errors import MeshError
 from fe.material import Material
 from fe.mesh import Mesh
-from fe.solid import element_matrices
+from fe.solid import DIRECTIONS, element_blocks
 
-#: Cells integrated at once: enough to amortise numpy's calls, few enough to stay in the cache.
-BATCH = 256
+#: Cells integrated at once: enough to amortise numpy's calls, few enough that their matrices stay in the cache.
+BATCH = 64
+#: Node pairs whose values are interleaved at once: 600 kB.
+INTERLEAVED = 8192
 
 
 def assemble(mesh: Mesh, materials: Material | Mapping[str, Material]) -> tuple[sp.csr_array, sp.csr_array]:
@@ -41,32 +43,65 @@ def assemble(mesh: Mesh, materials: Material | Mapping[str, Material]) -> tuple[
     if not mesh.n_cell:
         raise MeshError("the mesh has no cells: nothing to assemble")
     lame, shear, density = cell_elasticity(mesh, materials)
-    keys, blocks, masses = [], [], []
+    keys, sums = [], []
     for element, nodes, number in _batches(mesh):
-        points = mesh.points[nodes]
-        stiffness, mass = element_matrices(element, points, lame[number], shear[number], density[number], number)
-        # Sum within the batch first: neighbours share most of their node pairs.
-        pair = (nodes[:, :, None] * mesh.n_node + nodes[:, None, :]).ravel()
-        unique, place = np.unique(pair, return_inverse=True)
-        n = element.n_node
-        node_blocks = stiffness.reshape(-1, n, 3, n, 3).transpose(2, 4, 0, 1, 3).reshape(9, -1)
-        summed = np.stack([np.bincount(place, values, len(unique)) for values in node_blocks], axis=1)
-        keys.append(unique)
-        blocks.append(summed.reshape(-1, 3, 3))
-        masses.append(np.bincount(place, mass.ravel(), len(unique)))
-    pattern = np.unique(np.concatenate(keys))
-    stiffness_blocks = np.zeros((len(pattern), 3, 3))
-    node_mass = np.zeros(len(pattern))
-    for unique, block, mass_values in zip(keys, blocks, masses, strict=True):
-        place = np.searchsorted(pattern, unique)
-        stiffness_blocks[place] += block
-        node_mass[place] += mass_values
+        blocks, mass = element_blocks(element, mesh.points[nodes], lame[number], shear[number], density[number], number)
+        key, values = _summed(nodes, mesh.n_node, [*blocks, mass])
+        keys.append(key)
+        sums.append(values)
+    key = np.concatenate(keys)
+    # The batches' keys are sorted already, and a stable sort merges sorted stretches in no time.
+    order = np.argsort(key, kind="stable")
+    key = key[order]
+    is_new = np.concatenate([[True], key[1:] != key[:-1]])
+    place = np.empty(len(key), dtype=np.int64)
+    place[order] = np.cumsum(is_new) - 1
+    pattern = key[is_new]
     row_start = np.searchsorted(pattern, np.arange(mesh.n_node + 1) * mesh.n_node).astype(np.int32)
     column = (pattern % mesh.n_node).astype(np.int32)
-    size = 3 * mesh.n_node
-    stiffness_matrix = sp.csr_array(sp.bsr_array((stiffness_blocks, column, row_start), shape=(size, size)))
-    mass_matrix = _same_in_each_direction(node_mass, column, row_start)
-    return mass_matrix, stiffness_matrix
+    node_shape = (mesh.n_node, mesh.n_node)
+    mirror = sp.csr_array((np.arange(len(pattern)), column, row_start), shape=node_shape).T.tocsr().data
+    stiffness = np.empty((9, len(pattern)))
+    for k, (i, j) in enumerate(DIRECTIONS):
+        block = np.bincount(place, np.concatenate([values[k] for values in sums]))
+        # Round-off alone separates the triangles; their mean makes the assembled matrix symmetric to the last bit.
+        stiffness[3 * i + j] = (block + block[mirror]) / 2 if i == j else block
+        if i != j:
+            stiffness[3 * j + i] = block[mirror]
+    node_mass = np.bincount(place, np.concatenate([values[-1] for values in sums]))
+    node_mass = (node_mass + node_mass[mirror]) / 2
+    size = (3 * mesh.n_node, 3 * mesh.n_node)
+    stiffness_matrix = sp.csr_array(sp.bsr_array((_interleaved(stiffness), column, row_start), shape=size))
+    return _same_in_each_direction(node_mass, column, row_start), stiffness_matrix
+
+
+def _summed(
+    nodes: Int[NDArray[np.int64], "cell node"],
+    n_node: int,
+    blocks: Sequence[Float[NDArray[np.float64], "cell node node"]],
+) -> tuple[Int[NDArray[np.int64], " pair"], list[Float[NDArray[np.float64], " pair"]]]:
+    """Blocks of a batch summed over its cells: sorted keys a * n_node + b of the node pairs, and their values."""
+    # Numbered within the batch, all pairs fit into one table: a look-up each, where sorting them would take longest.
+    used, local = np.unique(nodes, return_inverse=True)
+    local = local.reshape(nodes.shape).astype(np.int32)
+    pair = (local[:, :, None] * len(used) + local[:, None, :]).ravel()
+    exists = np.zeros(len(used) ** 2, dtype=bool)
+    exists[pair] = True
+    present = np.flatnonzero(exists)
+    table = np.empty(len(exists), dtype=np.int32)
+    table[present] = np.arange(len(present), dtype=np.int32)
+    place = table[pair]
+    row, column = np.divmod(present, len(used))
+    sums = [np.asarray(np.bincount(place, block.ravel(), len(present)), dtype=np.float64) for block in blocks]
+    return used[row] * n_node + used[column], sums
+
+
+def _interleaved(blocks: Float[NDArray[np.float64], "9 pair"]) -> Float[NDArray[np.float64], "pair 3 3"]:
+    """The nine values of each pair side by side; piece by piece in the cache, three times as fast as at once."""
+    result = np.empty((blocks.shape[1], 9))
+    for first in range(0, len(result), INTERLEAVED):
+        result[first : first + INTERLEAVED] = blocks[:, first : first + INTERLEAVED].T
+    return result.reshape(-1, 3, 3)
 
 
 def _same_in_each_direction(
@@ -74,9 +109,13 @@ def _same_in_each_direction(
     column: Int[NDArray[np.int32], " k"],
     row_start: Int[NDArray[np.int32], " rows"],
 ) -> sp.csr_array:
-    """Node matrix kron I_3."""
+    """Node matrix kron I_3: each row three times, its columns moved apart."""
     n = len(row_start) - 1
-    return sp.csr_array(sp.kron(sp.csr_array((values, column, row_start), shape=(n, n)), sp.eye_array(3), format="csr"))
+    length = np.repeat(np.diff(row_start), 3)
+    start = np.concatenate([[0], np.cumsum(length)]).astype(np.int32)
+    source = np.arange(start[-1], dtype=np.int32) - np.repeat(start[:-1] - np.repeat(row_start[:-1], 3), length)
+    direction = np.repeat(np.tile(np.arange(3, dtype=np.int32), n), length)
+    return sp.csr_array((values[source], 3 * column[source] + direction, start), shape=(3 * n, 3 * n))
 
 
 def _batches(mesh: Mesh) -> Iterator[tuple[Element, NDArray[np.int64], NDArray[np.int64]]]:

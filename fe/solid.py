@@ -1,5 +1,8 @@
 """One integral for all solid elements: stiffness and mass of a batch of cells from the element's table."""
 
+from functools import cache
+from itertools import product
+
 import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
@@ -9,6 +12,8 @@ from fe.errors import InvertedCell, MeshError
 
 CellPoints = Float[NDArray[np.float64], "cell node 3"]
 PerCell = Float[NDArray[np.float64], " cell"]
+#: Pairs of directions whose blocks make up a symmetric stiffness.
+DIRECTIONS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
 def jacobian(
@@ -41,11 +46,25 @@ def jacobian(
     MeshError
         A coordinate is not a finite number.
     """
-    reference = element.gradient(at)
-    # J[j, i] = dx_i / dxi_j, so that physical gradients are inv(J) applied to reference ones.
-    J = np.einsum("eai,qaj->eqji", points, reference, optimize=True)
-    with np.errstate(invalid="ignore"):  # a missing coordinate is reported below
-        determinant = np.linalg.det(J)
+    return _jacobian(element, points, element.gradient(at).swapaxes(1, 2), number)
+
+
+def _jacobian(
+    element: Element,
+    points: CellPoints,
+    reference: Float[NDArray[np.float64], "point 3 node"],
+    number: Int[NDArray[np.int64], " cell"] | None,
+) -> tuple[Float[NDArray[np.float64], "cell point"], Float[NDArray[np.float64], "cell point node 3"]]:
+    n_point, _, n_node = reference.shape
+    J = np.matmul(reference.reshape(-1, n_node), points).reshape(-1, n_point, 3, 3)
+    # J[j, i] = dx_i / dxi_j for all points and cells at a time: a loop over 3 x 3 matrices takes five times as long.
+    J = np.ascontiguousarray(J.transpose(2, 3, 1, 0))
+    cofactor = np.empty_like(J)
+    with np.errstate(invalid="ignore", over="ignore"):  # a missing coordinate is reported below
+        for j, i in product(range(3), repeat=2):
+            (j1, j2), (i1, i2) = ((k + 1) % 3 for k in (j, j + 1)), ((k + 1) % 3 for k in (i, i + 1))
+            cofactor[j, i] = J[j1, i1] * J[j2, i2] - J[j1, i2] * J[j2, i1]
+        determinant = (J[0] * cofactor[0]).sum(axis=0).T
     bad = np.flatnonzero(~(determinant > 0).all(axis=1))
     if bad.size:
         first = bad[0] if number is None else number[bad[0]]
@@ -55,18 +74,29 @@ def jacobian(
             f"{element.name} cell {first} is inverted or collapsed (det J {determinant[bad[0]].min():.3g} m^3): "
             "reorder its nodes or remesh it"
         )
-    physical = np.matmul(reference, np.linalg.inv(J).swapaxes(-1, -2))
-    return determinant, physical
+    inverse = (cofactor / determinant.T).transpose(2, 3, 1, 0).reshape(n_point, -1, 3)
+    physical = np.matmul(inverse, reference).reshape(n_point, -1, 3, n_node)
+    return determinant, physical.transpose(1, 0, 3, 2)
 
 
-def element_matrices(
+@cache
+def _at_quadrature(
+    element: Element,
+) -> tuple[Float[NDArray[np.float64], "point 3 node"], Float[NDArray[np.float64], "point pair"]]:
+    """Reference gradients, and products of two shape functions, at the element's quadrature points."""
+    at, _ = element.rule
+    shape = element.shape(at)
+    return element.gradient(at).swapaxes(1, 2), (shape[:, :, None] * shape[:, None, :]).reshape(len(at), -1)
+
+
+def element_blocks(
     element: Element,
     points: CellPoints,
     lame: PerCell,
     shear: PerCell,
     density: PerCell,
     number: Int[NDArray[np.int64], " cell"] | None = None,
-) -> tuple[Float[NDArray[np.float64], "cell dof dof"], Float[NDArray[np.float64], "cell node node"]]:
+) -> tuple[Float[NDArray[np.float64], "6 cell node node"], Float[NDArray[np.float64], "cell node node"]]:
     r"""Stiffness and consistent mass of isotropic solid cells, one quadrature rule for both.
 
     .. math:: K_{ai,bj} = \int \lambda\, N_{a,i} N_{b,j} + \mu\, (N_{a,j} N_{b,i} + \delta_{ij} N_{a,k} N_{b,k})\, dV,
@@ -85,8 +115,8 @@ def element_matrices(
 
     Returns
     -------
-    Stiffness, shape (n_cell, 3 n_node, 3 n_node), degree of freedom 3 a + i [N/m]; mass of one direction, shape
-    (n_cell, n_node, n_node) [kg]. Both exactly symmetric.
+    Stiffness between the directions `DIRECTIONS`, shape (6, n_cell, n_node, n_node) [N/m]; the other three follow from
+    K_{ai,bj} = K_{bj,ai}. Mass of one direction, shape (n_cell, n_node, n_node) [kg].
 
     Raises
     ------
@@ -99,20 +129,43 @@ def element_matrices(
     ----------
     Zienkiewicz and Taylor, The Finite Element Method, vol. 1, ch. 6 and 8.
     """
-    at, weights = element.rule
-    determinant, gradient = jacobian(element, points, at, number)
+    reference, pairs = _at_quadrature(element)
+    determinant, gradient = _jacobian(element, points, reference, number)
     n_cell, n_point, n_node = gradient.shape[:3]
-    volume = determinant * weights
-    B = gradient.reshape(n_cell, n_point, 3 * n_node)
-    outer = np.matmul((B * volume[..., None]).swapaxes(1, 2), B).reshape(n_cell, n_node, 3, n_node, 3)
-    trace = np.einsum("eakbk->eab", outer)
-    stiffness = lame[:, None, None, None, None] * outer
-    stiffness += shear[:, None, None, None, None] * outer.swapaxes(2, 4)
-    for direction in range(3):
-        stiffness[:, :, direction, :, direction] += shear[:, None, None] * trace
-    stiffness = stiffness.reshape(n_cell, 3 * n_node, 3 * n_node)
-    shape = element.shape(at)
-    pairs = (shape[:, :, None] * shape[:, None, :]).reshape(n_point, -1)
+    volume = determinant * element.rule[1]
+    # Rows of quadrature points, columns of (direction, node): one product a cell gives all integrals of N_a,i N_b,j.
+    B = gradient.swapaxes(2, 3).reshape(n_cell, n_point, 3 * n_node)
+    outer = np.matmul((B * volume[..., None]).swapaxes(1, 2), B).reshape(n_cell, 3, n_node, 3, n_node)
+    lame, shear = lame[:, None, None], shear[:, None, None]
+    trace = shear * (outer[:, 0, :, 0] + outer[:, 1, :, 1] + outer[:, 2, :, 2])
+    stiffness = np.empty((len(DIRECTIONS), n_cell, n_node, n_node))
+    for block, (i, j) in zip(stiffness, DIRECTIONS, strict=True):
+        if i == j:
+            np.multiply(lame + shear, outer[:, i, :, i], out=block)
+            block += trace
+        else:
+            np.multiply(lame, outer[:, i, :, j], out=block)
+            block += shear * outer[:, j, :, i]
     mass = ((density[:, None] * volume) @ pairs).reshape(n_cell, n_node, n_node)
-    # Round-off alone separates the triangles; taking the mean makes every assembled matrix symmetric to the last bit.
-    return (stiffness + stiffness.swapaxes(1, 2)) / 2, mass
+    return stiffness, mass
+
+
+def element_matrices(
+    element: Element, points: CellPoints, lame: PerCell, shear: PerCell, density: PerCell
+) -> tuple[Float[NDArray[np.float64], "cell dof dof"], Float[NDArray[np.float64], "cell node node"]]:
+    """Stiffness and mass as whole matrices of each cell; arguments and errors as in `element_blocks`.
+
+    Returns
+    -------
+    Stiffness, shape (n_cell, 3 n_node, 3 n_node), degree of freedom 3 a + i [N/m]; mass of one direction, shape
+    (n_cell, n_node, n_node) [kg]. Both exactly symmetric.
+    """
+    blocks, mass = element_blocks(element, points, lame, shear, density)
+    n_cell, n_node = mass.shape[:2]
+    whole = np.empty((n_cell, n_node, 3, n_node, 3))
+    for block, (i, j) in zip(blocks, DIRECTIONS, strict=True):
+        whole[:, :, i, :, j] = block
+        whole[:, :, j, :, i] = block.swapaxes(1, 2)
+    stiffness = whole.reshape(n_cell, 3 * n_node, 3 * n_node)
+    # Round-off alone separates the triangles.
+    return (stiffness + stiffness.swapaxes(1, 2)) / 2, (mass + mass.swapaxes(1, 2)) / 2

@@ -70,7 +70,7 @@ def test_cells_of_different_types_share_one_mesh(box: BoxMesher) -> None:
     points = np.concatenate([linear.points, quadratic.points + np.array([1, 0, 0])])
     cells = {"hexahedron": linear.cells["hexahedron"], "hexahedron20": quadratic.cells["hexahedron20"] + linear.n_node}
     # Cell 2 is the first of the second block.
-    mesh = Mesh(points=points, cells=cells, cell_sets={"low": np.array([0, 2]), "high": np.array([1, 3])})
+    mesh = Mesh(points=points, cells=cells, cell_sets={"low": np.array([0, 3]), "high": np.array([1, 2])})
     mass, stiffness = assemble(mesh, TWO)
     slow_mass, slow_stiffness = slow(mesh, TWO)
     close(mass.toarray(), slow_mass)

@@ -101,6 +101,12 @@ def test_gauss_points_integrate_to_degree_2n_minus_1_in_each_direction_and_no_fu
     assert abs(weights @ power(points, (2 * n, 0, 0)) - 8 / (2 * n + 1)) > 1e-3
 
 
+def test_gauss_points_run_along_x_fastest() -> None:
+    points, _ = gauss_hexahedron(3)
+    np.testing.assert_array_equal(points.reshape(3, 3, 3, 3)[0, 0, :, 0], np.polynomial.legendre.leggauss(3)[0])
+    np.testing.assert_array_equal(points.reshape(3, 3, 3, 3)[:, 0, 0, 2], np.polynomial.legendre.leggauss(3)[0])
+
+
 def test_the_elements_rule_integrates_its_mass_exactly_on_an_affine_cell(element: Element) -> None:
     def mass(points: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
         shape = element.shape(points)

@@ -159,7 +159,8 @@ def test_frequencies_scale_with_one_over_the_size(box: BoxMesher, size: float) -
 
 def all_modes(box: BoxMesher) -> LinearSystem:
     mesh = box(HEX8, counts=(4, 2, 2), distortion=0.2)
-    return supported_system(mesh, *assemble(mesh, STEEL), [Support(nodes=mesh.nodes("x0"))])
+    supports = [Support(nodes=mesh.nodes("x0")), Support(nodes=mesh.nodes("x1"), directions=(1,))]
+    return supported_system(mesh, *assemble(mesh, STEEL), supports)
 
 
 def test_effective_masses_of_all_modes_sum_to_the_mass_that_moves(box: BoxMesher) -> None:

@@ -51,6 +51,7 @@ def test_every_plain_blade_has_its_exact_volume_in_bricks(
     np.testing.assert_allclose(quality.scaled_jacobian, 1, atol=1e-9)
     clamp = mesh.points[mesh.nodes("clamp")]
     np.testing.assert_allclose(np.abs(clamp[:, 1]), blade.root_thickness / 2, rtol=1e-12)
+    assert (clamp[:, 1] > 0).sum() == (clamp[:, 1] < 0).sum() == len(clamp) / 2
     assert clamp[:, 2].max() < 1e-12
     assert clamp[:, 2].min() == pytest.approx(-blade.root_height)
     np.testing.assert_allclose(mesh.points[mesh.nodes("tip"), 2], length, rtol=1e-12)
@@ -61,6 +62,14 @@ def test_through_the_thickness_there_are_as_many_elements_as_asked() -> None:
         mesh = mesh_plain_blade(PlainBlade(), rule(HEX8, n))
         tip = mesh.points[mesh.nodes("tip")]
         assert len(np.unique(np.round(tip[:, 1], 12))) == n + 1
+
+
+def test_layers_beside_the_thickness_are_as_thick_as_those_in_it() -> None:
+    for n in (1, 2, 5):
+        mesh = mesh_plain_blade(PlainBlade(), rule(HEX8, n))
+        root = mesh.points[mesh.nodes("root_bottom")]
+        # The block is 12 mm thick and the blade 6 mm: twice as many, half of them in the blade's section.
+        assert len(np.unique(np.round(root[:, 1], 12))) == n + 2 * -(-n // 2) + 1
 
 
 def test_element_lengths_follow_the_rule() -> None:

@@ -85,9 +85,9 @@ def test_pardiso_refuses_a_negative_pivot_where_none_may_be() -> None:
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_an_indefinite_matrix_may_have_zeros_on_its_diagonal(backend: Backend) -> None:
     # A saddle point: one spring and the force that holds it.
-    matrix = sp.csr_array(np.array([[2.0, 0.0, 1.0], [0.0, 3.0, 0.0], [1.0, 0.0, 0.0]]))
-    solution = factorise(matrix, Definiteness.INDEFINITE, backend).solve(np.array([1.0, 6.0, 5.0]))
-    np.testing.assert_allclose(solution, [5, 2, -9], rtol=1e-14)
+    matrix = sp.csr_array(np.array([[0.0, 1.0, 0.0], [1.0, 2.0, 0.0], [0.0, 0.0, 3.0]]))
+    solution = factorise(matrix, Definiteness.INDEFINITE, backend).solve(np.array([5.0, 1.0, 6.0]))
+    np.testing.assert_allclose(solution, [-9, 5, 2], rtol=1e-14)
 
 
 def test_scipy_alone_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:
