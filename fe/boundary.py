@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from fe.damping import RayleighDamping
+from fe.damping import RayleighDamping, damped
 from fe.errors import SupportError
 from fe.mesh import Mesh
 from fe.system import LinearSystem
@@ -125,10 +125,14 @@ def supported_system(
         raise SupportError("the supports hold every degree of freedom of the mesh: leave some nodes to move")
     K = (stiffness + sp.diags_array(grounded.ravel())).tocsr()[free][:, free]
     M = mass[free][:, free]
-    C = sp.csr_array(M.shape) if damping is None else damping.mass_factor * M + damping.stiffness_factor * K
-    return LinearSystem(
-        mass=sp.csr_array(M), damping=sp.csr_array(C), stiffness=sp.csr_array(K), free=free, n_node=mesh.n_node
+    system = LinearSystem(
+        mass=sp.csr_array(M),
+        damping=sp.csr_array(M.shape),
+        stiffness=sp.csr_array(K),
+        free=free,
+        n_node=mesh.n_node,
     )
+    return system if damping is None else damped(system, damping)
 
 
 def rigid_motions(

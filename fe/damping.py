@@ -1,8 +1,11 @@
 """Rayleigh damping, C = alpha M + beta K."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 
+import scipy.sparse as sp
+
+from fe.system import LinearSystem
 from geometry.errors import InputError
 
 
@@ -52,3 +55,9 @@ def rayleigh_damping(damping_ratio: float, frequency: float) -> RayleighDamping:
     return RayleighDamping(
         mass_factor=damping_ratio * angular_frequency, stiffness_factor=damping_ratio / angular_frequency
     )
+
+
+def damped(system: LinearSystem, damping: RayleighDamping) -> LinearSystem:
+    """The system with the damping matrix alpha M + beta K in place of its own; grounded springs are part of K."""
+    C = damping.mass_factor * system.mass + damping.stiffness_factor * system.stiffness
+    return replace(system, damping=sp.csr_array(C))

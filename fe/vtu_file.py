@@ -7,6 +7,7 @@ z+) of that cell belongs to the set. ParaView shows them as ordinary arrays.
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -50,10 +51,12 @@ def write_vtu(mesh: Mesh, path: Path, point_data: Mapping[str, Float[NDArray[np.
     """Write cells, sets and fields, compressed."""
     import meshio
 
-    arrays = {name: np.asarray(values) for name, values in point_data.items()}
+    arrays: dict[str, NDArray[Any]] = {name: np.asarray(values) for name, values in point_data.items()}
     for name, nodes in mesh.node_sets.items():
         arrays[NODE_SET + name] = _places(mesh.n_node, nodes)
-    cell_arrays = {CELL_SET + name: _places(mesh.n_cell, members) for name, members in mesh.cell_sets.items()}
+    cell_arrays: dict[str, NDArray[Any]] = {
+        CELL_SET + name: _places(mesh.n_cell, members) for name, members in mesh.cell_sets.items()
+    }
     for name, faces in mesh.face_sets.items():
         bits = np.zeros(mesh.n_cell, dtype=np.uint8)
         np.bitwise_or.at(bits, faces[:, 0], (1 << faces[:, 1]).astype(np.uint8))

@@ -9,8 +9,8 @@
         │   └── fe.errors.InvertedCell
         ├── fe.errors.SupportError
         ├── reduction.errors.RomError
-        ├── hbsolve.errors.ForceError
-        └── study.errors.CaseError
+        ├── hbsolve.errors.{ForceError, ModelError, PeakError}
+        └── study.errors.{CaseError, OutputError, MissingSoftware}
 
 It lives in the lowest room, so that every other room can derive from it.
 """

@@ -114,6 +114,13 @@ class MeshSizeTable(CaseModel):
         )
 
 
+class MeshTable(MeshSizeTable):
+    """The meshing rule of one model."""
+
+    element: ElementName = "hex20"
+    elements_through_thickness: Count = 2
+
+
 class RootTable(CaseModel):
     """How the relaxed clamp thins its nodes: every `drop_every`-th vertex node is left free."""
 
@@ -130,6 +137,23 @@ class DampingTable(CaseModel):
     """Rayleigh damping, given by its ratio on the first mode."""
 
     ratio: Annotated[Ratio, Field(ge=0, lt=1)] = 0.002
+
+
+class BladeTables(CaseModel):
+    """What every case of a blade holds."""
+
+    blade: BladeTable
+    material: MaterialTable
+    mesh: MeshSizeTable
+    reduction: ReductionTable = ReductionTable()
+    damping: DampingTable = DampingTable()
+
+
+class BladeCase(BladeTables):
+    """One model of a blade, fully clamped: for its modes and its reduction."""
+
+    title: str = "Blade"
+    mesh: MeshTable
 
 
 def mesh_any(blade: Blade | PlainBlade, rule: MeshRule, pads: PadMesh) -> Mesh:

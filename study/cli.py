@@ -36,6 +36,9 @@ class ExitCode(IntEnum):
 
 # Name, where it is, and the line in the list of commands.
 COMMANDS = (
+    ("table1", "study.command.table1:app", "Reproduce the paper's mesh study: one frequency three ways, ten models."),
+    ("modes", "study.command.modes:app", "Draw the mode shapes of a blade or of your own mesh."),
+    ("reduce", "study.command.reduce:app", "Reduce a blade by Craig-Bampton: CAD, mesh, reduced model, response."),
     ("doctor", "study.command.doctor:app", "Show what this machine lacks, and the one line that installs it."),
     ("cache", "study.command.cache:app", "Show how much the kept results take, or remove them."),
 )
@@ -45,6 +48,8 @@ HELP = "From a CAD blade to reduced models and the response of friction-damped s
 EPILOGUE = """\
 Examples:
 
+    stickslip table1 --out table1
+    stickslip modes part.inp --length-unit mm --fix CLAMP
     stickslip doctor
     stickslip cache --clear
     stickslip COMMAND --help

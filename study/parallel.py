@@ -3,6 +3,7 @@
 import importlib
 import multiprocessing
 import os
+import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -75,16 +76,27 @@ def run_parallel(
         missing = sorted(set(range(len(tasks))) - set(outcomes), key=lambda number: -tasks[number].weight)
         if not missing:
             return [outcomes[number] for number in range(len(tasks))]
-        folder = store.folder
-        with _single_threaded(), _pool(workers or os.cpu_count() or 1) as pool:
-            running = {pool.submit(_compute, *_reference(tasks[n].stage), folder, tasks[n].inputs): n for n in missing}
-            pending: set[Future[Outcome[Any]]] = set(running)
+        with _kept(store) as kept, _single_threaded(), _pool(workers or os.cpu_count() or 1) as pool:
+            running = {
+                pool.submit(_compute, *_reference(tasks[n].stage), kept.folder, tasks[n].inputs): n for n in missing
+            }
+            pending: set[Future[None]] = set(running)
             while pending:
                 done, pending = wait(pending, timeout=LOOK_EVERY, return_when=FIRST_COMPLETED)
                 for future in done:
-                    outcomes[running[future]] = _result(future, tasks[running[future]].label)
+                    outcomes[running[future]] = _result(future, tasks[running[future]], kept)
                 report(sum(tasks[n].weight for n in outcomes), total)
     return [outcomes[number] for number in range(len(tasks))]
+
+
+@contextmanager
+def _kept(store: Store) -> Iterator[Store]:
+    """A store that has a folder: results come back from the processes through it."""
+    if store.folder is not None:
+        yield store
+    else:
+        with tempfile.TemporaryDirectory(prefix="stickslip-") as folder:
+            yield Store(Path(folder))
 
 
 @contextmanager
@@ -95,10 +107,9 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     try:
         yield pool
     except BaseException:
-        processes = list((pool._processes or {}).values())
-        pool.shutdown(wait=False, cancel_futures=True)
-        for process in processes:  # on Ctrl-C nobody waits for work that is thrown away
+        for process in list(pool._processes.values()):  # on Ctrl-C nobody waits for work that is thrown away
             process.terminate()
+        pool.shutdown(cancel_futures=True)
         raise
     pool.shutdown()
 
@@ -122,16 +133,22 @@ def _reference(stage: Stage[Any, Any]) -> tuple[str, str]:
     return stage.compute.__module__, stage.compute.__name__
 
 
-def _compute(module: str, name: str, folder: Path | None, inputs: Mapping[str, Any]) -> Outcome[Any]:
+def _compute(module: str, name: str, folder: Path | None, inputs: Mapping[str, Any]) -> None:
     stage: Stage[Any, Any] = getattr(importlib.import_module(module), name)
-    return Store(folder).outcome(stage, **inputs)
+    Store(folder).outcome(stage, **inputs)
 
 
-def _result(future: "Future[Outcome[Any]]", label: str) -> Outcome[Any]:
+def _result(future: "Future[None]", task: Task, kept: Store) -> Outcome[Any]:
     try:
-        return future.result()
+        future.result()
     except BrokenProcessPool:
         raise ComputationFailed(
-            f"{label} was killed, most often for lack of memory: close other programs, or take fewer elements; "
+            f"{task.label} was killed, most often for lack of memory: close other programs, or take fewer elements; "
             "what was finished is kept"
         ) from None
+    if not kept.holds(task.stage, **task.inputs):
+        raise ComputationFailed(
+            f"the result of {task.label} could not be kept in {kept.folder}: free some space, or name another folder "
+            "with --cache"
+        )
+    return kept.outcome(task.stage, **task.inputs)

@@ -5,14 +5,10 @@ from typing import Annotated
 from pydantic import Field
 
 from study.blade_case import (
-    BladeTable,
+    BladeTables,
     Count,
-    DampingTable,
     ElementName,
-    MaterialTable,
-    MeshSizeTable,
     PadTable,
-    ReductionTable,
     RootName,
     RootTable,
 )
@@ -49,18 +45,13 @@ class LimitTable(CaseModel):
     pads: PadTable = PadTable()
 
 
-class Table1Case(CaseModel):
+class Table1Case(BladeTables):
     """A mesh study of a blade."""
 
     title: str
     measured: Frequency
     tuned: tuple[str, ...] = ()
-    blade: BladeTable
-    material: MaterialTable
-    mesh: MeshSizeTable
     root: RootTable
-    reduction: ReductionTable = ReductionTable()
-    damping: DampingTable = DampingTable()
     model: Annotated[tuple[ModelTable, ...], Field(min_length=1)]
     prediction: tuple[PredictionTable, ...] = ()
     limit: LimitTable | None = None

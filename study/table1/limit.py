@@ -4,8 +4,9 @@ from dataclasses import dataclass
 from math import log
 
 from geometry.errors import InputError
+from study.blade_model import BladeModel
 from study.store import stage
-from study.table1.chain import ROOMS, RowInput, first_frequency
+from study.table1.chain import ROOMS, first_frequency
 
 #: Orders below this share of theory's 2 p are far from it: a corner or the clamp's edge, not the element, decides.
 FAR_FROM_THEORY = 0.75
@@ -50,7 +51,7 @@ class Limit:
 
 
 @stage("mesh-study limit", rooms=ROOMS)
-def nested_point(inputs: RowInput) -> NestedPoint:
+def nested_point(inputs: BladeModel) -> NestedPoint:
     """First frequency of one nested mesh."""
     _, frequency, n_dof = first_frequency(inputs)
     return NestedPoint(frequency=frequency, n_dof=n_dof)

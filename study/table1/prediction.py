@@ -7,8 +7,9 @@ import numpy as np
 from fe.calculix_run import run_frequency
 from fe.element import HEX20
 from study.blade_case import mesh_any
+from study.blade_model import BladeModel
 from study.store import stage
-from study.table1.chain import ROOMS, RowInput, first_frequency
+from study.table1.chain import ROOMS, first_frequency
 from study.table1.theory import locking_factor
 
 #: The quadratic model that stands for the exact bending of a blade: model 5 of the table.
@@ -38,7 +39,7 @@ class Prediction:
 
 
 @stage("mesh-study prediction", rooms=ROOMS)
-def prediction(inputs: RowInput, ask_calculix: bool) -> Prediction:
+def prediction(inputs: BladeModel, ask_calculix: bool) -> Prediction:
     """Compute a prediction of an 8-node model with a full clamp."""
     mesh, frequency, n_dof = first_frequency(inputs)
     quadratic = replace(inputs, element=HEX20.name, through_thickness=REFERENCE_THROUGH_THICKNESS)
@@ -53,12 +54,12 @@ def prediction(inputs: RowInput, ask_calculix: bool) -> Prediction:
 
 
 @stage("mesh-study witness", rooms=ROOMS)
-def witness(inputs: RowInput) -> float:
+def witness(inputs: BladeModel) -> float:
     """First frequency of a fully clamped row by CalculiX [Hz]."""
     return calculix_frequency(inputs)
 
 
-def calculix_frequency(inputs: RowInput) -> float:
+def calculix_frequency(inputs: BladeModel) -> float:
     """First frequency of a fully clamped model by CalculiX [Hz]."""
     mesh = mesh_any(inputs.blade, inputs.rule, inputs.pads)
     nodes = mesh.nodes("clamp")

@@ -5,18 +5,17 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from fe.calculix_run import find_ccx
-from geometry.blade import Blade
 from geometry.errors import InputError
-from geometry.plain_blade import PlainBlade
-from study.blade_case import ELEMENT_BY_NAME, with_thickness
+from study.blade_case import ELEMENT_BY_NAME
+from study.blade_model import BladeModel, blade_model
 from study.case import located
 from study.parallel import Task, run_parallel
 from study.run_context import RunContext
+from study.solid_check import SolidCheck, solid_check
 from study.table1.case import ModelTable, PredictionTable, Table1Case
-from study.table1.chain import RowInput, RowResult, row
+from study.table1.chain import RowResult, row
 from study.table1.limit import Limit, NestedPoint, nested_point, richardson
 from study.table1.prediction import Prediction, prediction, witness
-from study.table1.solid import SolidCheck, solid_check
 
 #: CalculiX is asked about fully clamped rows up to this n p: its own solver takes minutes for the finer ones.
 WITNESSED = 4
@@ -87,33 +86,9 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
     CaseError
         The blade, its material or its mesh cannot be built as the case says.
     """
-    with located(case, "blade"):
-        blade = case.blade.blade()
-    with located(case, "material"):
-        material = case.material.material()
-    with located(case, "mesh", "pads"):
-        pads = case.mesh.pads.pads()
-
-    def inputs(asked: ModelTable | PredictionTable, shape: Blade | PlainBlade, root: str) -> RowInput:
-        row_input = RowInput(
-            blade=shape,
-            material=material,
-            element=asked.element,
-            through_thickness=asked.elements_through_thickness,
-            length_ratio=case.mesh.length_ratio,
-            length_cap=case.mesh.length_cap,
-            pads=pads,
-            drop_every=case.root.drop_every if root == "relaxed" else 0,
-            n_mode=case.reduction.modes,
-            damping_ratio=case.damping.ratio,
-        )
-        with located(case, "mesh"):
-            row_input.rule  # noqa: B018 - a rule that is no rule is refused before anything runs
-        return row_input
-
     ask_calculix = find_ccx() is not None
-    rows = [inputs(asked, blade, asked.root) for asked in case.model]
-    untuned = [inputs(asked, with_thickness(blade, asked.thickness_factor), "full") for asked in case.prediction]
+    rows = [row_inputs(case, asked) for asked in case.model]
+    untuned = [row_inputs(case, asked) for asked in case.prediction]
     seen_by_calculix = [
         number
         for number, each in enumerate(rows)
@@ -162,13 +137,31 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
     )
 
 
+def row_inputs(case: Table1Case, asked: ModelTable | PredictionTable) -> BladeModel:
+    """What a row of the case depends on.
+
+    Raises
+    ------
+    CaseError
+        The blade, its material or its mesh cannot be built as the case says.
+    """
+    relaxed = isinstance(asked, ModelTable) and asked.root == "relaxed"
+    return blade_model(
+        case,
+        element=asked.element,
+        through_thickness=asked.elements_through_thickness,
+        drop_every=case.root.drop_every if relaxed else 0,
+        thickness_factor=asked.thickness_factor if isinstance(asked, PredictionTable) else 1.0,
+    )
+
+
 def _run_groups(groups: Mapping[str, Sequence[Task]], run: RunContext, title: str) -> dict[str, list[Any]]:
     """All tasks at once, their results by group."""
     outcomes = iter(run_parallel([task for tasks in groups.values() for task in tasks], run.store, run.progress, title))
     return {name: [next(outcomes).value for _ in tasks] for name, tasks in groups.items()}
 
 
-def _work(inputs: RowInput) -> float:
+def _work(inputs: BladeModel) -> float:
     """Rough work of a row, to start the heavy ones first and to show progress: nodes to the power 1.3."""
     blade, rule = inputs.blade, inputs.rule
     h = rule.size(blade.thickness)
@@ -176,7 +169,7 @@ def _work(inputs: RowInput) -> float:
     return float((cells * (4 if rule.element.degree == 2 else 1)) ** 1.3)
 
 
-def _nested(case: Table1Case, inputs: RowInput) -> list[RowInput]:
+def _nested(case: Table1Case, inputs: BladeModel) -> list[BladeModel]:
     """The nested meshes of the case's limit: one coarse mesh, subdivided."""
     limit = case.limit
     if limit is None:

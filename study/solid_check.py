@@ -10,9 +10,9 @@ from geometry.blade import Blade, blade_part
 from geometry.plain_blade import plain_blade_part
 from geometry.step_io import write_step
 from study.blade_case import mesh_any
+from study.blade_model import BladeModel
 from study.doctor import preflight
 from study.store import stage
-from study.table1.chain import RowInput
 
 #: The mesh that is compared: quadratic, since straight faces would lose what a curved groove holds.
 THROUGH_THICKNESS = 2
@@ -36,7 +36,7 @@ class SolidCheck:
 
 
 @stage("CAD solid", rooms=("geometry", "fe"))
-def solid_check(inputs: RowInput) -> SolidCheck:
+def solid_check(inputs: BladeModel) -> SolidCheck:
     """Build the solid, write it as STEP and compare volumes."""
     preflight("cad")
     part = blade_part(inputs.blade) if isinstance(inputs.blade, Blade) else plain_blade_part(inputs.blade)

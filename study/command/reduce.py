@@ -1,0 +1,59 @@
+"""``stickslip reduce``: from a case file to a reduced model."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from study.run_context import DEFAULTS, Answer, Options, Out, command_app
+
+app = command_app(
+    "reduce",
+    """Reduce a blade by Craig-Bampton.
+
+    Builds the CAD solid, meshes and clamps it, keeps excitation, response and contact nodes and the lowest
+    fixed-interface modes. Writes the STEP file, the mesh (VTU), the reduced model (HDF5, docs/rom_file.md) and the
+    frequency response of the tip, and compares reduced frequencies with full ones. Without a case file: the rig's
+    blade.""",
+    examples=["stickslip reduce --out reduced", "stickslip reduce my_blade.toml --out mine --json"],
+)
+
+
+@app.default
+def reduce(
+    case: Annotated[Path | None, Parameter(help="Case file.")] = None,
+    /,
+    *,
+    out: Out = Path("reduced"),
+    options: Options = DEFAULTS,
+) -> Answer:
+    """Reduce a blade."""
+    from study.reduce_run import run_reduce
+    from study.shipped import BLADE
+
+    reduced = run_reduce(case or BLADE, options.open(out))
+    lines = [
+        f"{reduced.n_dof} degrees of freedom reduced to {reduced.n_reduced}",
+        "",
+        "  mode      full [Hz]   reduced [Hz]   estimated error",
+        *(
+            f"  {number:4} {full:14.5f} {rom:14.5f}   {error:15.1e}"
+            for number, (full, rom, error) in enumerate(
+                zip(reduced.frequency, reduced.rom_frequency, reduced.rom_error, strict=True), start=1
+            )
+        ),
+        "",
+        f"  peak of the harmonic-balance response: {reduced.peak:.5f} Hz",
+        "",
+        *map(str, reduced.files),
+    ]
+    document = {
+        "n_dof": reduced.n_dof,
+        "n_reduced": reduced.n_reduced,
+        "frequency_hz": list(map(float, reduced.frequency)),
+        "rom_frequency_hz": list(map(float, reduced.rom_frequency)),
+        "rom_error": list(map(float, reduced.rom_error)),
+        "hb_peak_hz": reduced.peak,
+        "files": [str(file) for file in reduced.files],
+    }
+    return Answer(document=document, text="\n".join(lines))

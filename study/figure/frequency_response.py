@@ -1,0 +1,44 @@
+"""A frequency response function: amplitude and phase."""
+
+from io import BytesIO
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+LINE, GRID = "#0072b2", "#e5e7eb"
+
+
+def frequency_response_figure(
+    frequency: Float[NDArray[np.float64], " f"], receptance: Complex[NDArray[np.complex128], " f"], *, title: str
+) -> bytes:
+    """Draw a receptance as PNG.
+
+    Parameters
+    ----------
+    frequency
+        Ascending, shape (f,) [Hz].
+    receptance
+        Displacement over force, shape (f,) [m/N].
+    title
+        Above the figure.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9, 5.2), layout="constrained", dpi=160)
+    amplitude, phase = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1))
+    amplitude.semilogy(frequency, np.abs(receptance) * 1e6, color=LINE, linewidth=1.4)
+    amplitude.set_ylabel("amplitude [um/N]")
+    # The response lags the force: its phase runs from 0 to -180 degrees at each resonance.
+    phase.plot(frequency, np.degrees(np.angle(receptance)), color=LINE, linewidth=1.4)
+    phase.set_ylabel("phase [deg]")
+    phase.set_yticks([-180, -90, 0, 90, 180])
+    phase.set_xlabel("frequency [Hz]")
+    phase.set_xlim(frequency[0], frequency[-1])
+    for axes in (amplitude, phase):
+        axes.grid(color=GRID, linewidth=0.8)
+        axes.spines[["top", "right"]].set_visible(False)
+    figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
+    stream = BytesIO()
+    figure.savefig(stream, format="png")
+    return stream.getvalue()

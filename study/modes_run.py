@@ -1,0 +1,100 @@
+"""``stickslip modes``: from a case file or a mesh file to mode shapes."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from fe.errors import SupportError
+from fe.material import Material
+from fe.mesh import Mesh
+from fe.mesh_io import read_mesh, write_mesh
+from geometry.errors import InputError
+from study.blade_case import BladeCase
+from study.blade_model import blade_model
+from study.case import load_case
+from study.figure.off_screen import require_egl
+from study.mode_files import picture_modes
+from study.quantity import DENSITY, LENGTH, PRESSURE, Dimension, read_quantity
+from study.run_context import RunContext
+from study.shapes import Shapes, blade_shapes, mesh_shapes
+
+
+@dataclass(frozen=True, kw_only=True)
+class OwnMesh:
+    """What a mesh file does not say: unit, material and supports, as the user typed them."""
+
+    length_unit: str | None
+    young: str
+    poisson: float
+    density: str
+    fixed: tuple[str, ...]
+    free: bool
+
+
+def run_modes(
+    source: Path, own: OwnMesh, n_mode: int, film_of: int | None, run: RunContext
+) -> tuple[Shapes, list[Path]]:
+    """Compute the modes and write pictures, a film and a VTU file that holds all modes.
+
+    Parameters
+    ----------
+    source
+        A case file (``.toml``) or a mesh file.
+    own
+        For a mesh file.
+    n_mode, film_of
+        How many modes [-], and which of them moves, counted from 1; None for the first elastic one.
+    run
+        Output folder, store and progress.
+
+    Raises
+    ------
+    InputError
+        What is asked cannot be done; one sentence.
+    """
+    assert run.output is not None
+    require_egl()
+    if film_of is not None and not 1 <= film_of <= n_mode:
+        raise InputError(f"--film {film_of} is none of the {n_mode} modes: give 1 to {n_mode}")
+    if source.suffix == ".toml":
+        case = load_case(source, BladeCase)
+        model = blade_model(case, element=case.mesh.element, through_thickness=case.mesh.elements_through_thickness)
+        with run.progress.step("modes"):
+            shapes = run.store.run(blade_shapes, model, n_mode)
+    else:
+        mesh, material = _own_mesh(source, own)
+        with run.progress.step("modes"):
+            shapes = run.store.run(mesh_shapes, mesh, material, own.fixed, n_mode)
+    moving = None if film_of is None else film_of - 1
+    files = [file for file, _ in picture_modes(shapes, run.output, source.stem, run.progress, moving)]
+    result = run.output / f"{source.stem}_modes.vtu"
+    fields = {f"mode {k + 1}: {f:.6g} Hz": shapes.displacement[k] for k, f in enumerate(shapes.frequency)}
+    write_mesh(shapes.mesh, result, fields)
+    return shapes, [*files, result]
+
+
+def _own_mesh(source: Path, own: OwnMesh) -> tuple[Mesh, Material]:
+    if own.length_unit is None:
+        raise InputError(f"{source} holds numbers without a unit: say which, such as --length-unit mm")
+    unit = _typed("--length-unit", f"1 {own.length_unit}", LENGTH)
+    material = Material(
+        young=_typed("--young", own.young, PRESSURE),
+        poisson=own.poisson,
+        density=_typed("--density", own.density, DENSITY),
+    )
+    mesh = read_mesh(source, length_unit_in_metre=unit)
+    known = ", ".join(sorted({*mesh.node_sets, *mesh.face_sets})) or "no sets"
+    if own.free and own.fixed:
+        raise SupportError("--free and --fix contradict each other: leave one out")
+    if not own.free and not own.fixed:
+        raise SupportError(f"{source} is held nowhere: name a set with --fix (it has {known}), or say --free")
+    for name in own.fixed:
+        if name not in mesh.node_sets and name not in mesh.face_sets:
+            raise SupportError(f"--fix {name}: {source} has no such set, it has {known}")
+    return mesh, material
+
+
+def _typed(option: str, text: str, dimension: Dimension) -> float:
+    try:
+        return read_quantity(text, dimension)
+    except ValueError as error:
+        raise InputError(f'{option} "{text}": {error}') from None

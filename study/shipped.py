@@ -1,0 +1,9 @@
+"""The case files that come with stickslip."""
+
+from pathlib import Path
+
+CASES = Path(__file__).with_name("cases")
+#: One model of the rig's blade.
+BLADE = CASES / "blade.toml"
+#: The mesh studies: the rig's blade first, which is the default if its rows are near enough to the published ones.
+TABLE1 = (CASES / "table1_rig.toml", CASES / "table1_plain.toml")

@@ -1,0 +1,73 @@
+"""All files of a mesh study: CSV, figure, pictures, STEP and page."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from study.case import load_case
+from study.figure.mesh_study import mesh_study_figure
+from study.figure.off_screen import require_egl
+from study.mode_files import picture_modes
+from study.output import replace_file
+from study.run_context import RunContext
+from study.shapes import Shapes, blade_shapes
+from study.table1.case import Table1Case
+from study.table1.csv_table import csv_table
+from study.table1.page import AIM, Picture, page
+from study.table1.study import MeshStudy, row_inputs, run_study
+
+N_PICTURED = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Report:
+    """Studies in the order of the page, the default one first, and the files that were written."""
+
+    studies: tuple[MeshStudy, ...]
+    files: tuple[Path, ...]
+
+
+def write_report(cases: Sequence[Path], run: RunContext) -> Report:
+    """Run the mesh studies of the given case files and write everything into the run's output folder.
+
+    Parameters
+    ----------
+    cases
+        Case files; the first is the default, unless a later one fits the published rows better and it does not fit.
+    run
+        Output folder, store and progress.
+    """
+    assert run.output is not None
+    require_egl()  # before anything is computed: the page needs its pictures
+    loaded = [(path, load_case(path, Table1Case)) for path in cases]
+    found = [(path, run_study(case, run, f"{case.title}: models")) for path, case in loaded]
+    if found[0][1].worst_error > AIM:
+        found.sort(key=lambda pair: pair[1].worst_error > AIM)  # a stable sort: the first that fits comes first
+    files: list[Path] = []
+    parts = []
+    for number, (path, study) in enumerate(found):
+        stem = "table1" if number == 0 else path.stem
+        figure = mesh_study_figure(study)
+        pictures = _pictures(study, run, stem)
+        written: dict[str, str | bytes] = {
+            f"{stem}.csv": csv_table(study),
+            f"{stem}.png": figure,
+            f"{stem}.step": study.solid.step,
+        }
+        for name, content in written.items():
+            replace_file(run.output / name, content)
+            files.append(run.output / name)
+        files += [picture.file for picture in pictures]
+        parts.append((study, path.name, figure, pictures, f"{stem}.step"))
+    replace_file(run.output / "table1.html", page(parts))
+    return Report(studies=tuple(study for _, study in found), files=(*files, run.output / "table1.html"))
+
+
+def _pictures(study: MeshStudy, run: RunContext, stem: str) -> list[Picture]:
+    """Lowest modes of the row that is nearest to the paper among the quadratic ones, else of the first row."""
+    assert run.output is not None
+    quadratic = [row for row in study.rows if row.asked.element == "hex20" and row.asked.root == "full"]
+    row = min(quadratic or study.rows, key=lambda each: abs(each.error or 0.0))
+    found: Shapes = run.store.run(blade_shapes, row_inputs(study.case, row.asked), N_PICTURED)
+    files = picture_modes(found, run.output, stem, run.progress)
+    return [Picture(file=file, caption=f"{caption} (model {row.asked.model})") for file, caption in files]
