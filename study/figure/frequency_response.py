@@ -24,15 +24,16 @@ def frequency_response_figure(
         Above the figure.
     """
     from matplotlib.figure import Figure
+    from matplotlib.ticker import MultipleLocator
 
     figure = Figure(figsize=(9, 5.2), layout="constrained", dpi=160)
     amplitude, phase = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1))
     amplitude.semilogy(frequency, np.abs(receptance) * 1e6, color=LINE, linewidth=1.4)
     amplitude.set_ylabel("amplitude [um/N]")
-    # The response lags the force: its phase runs from 0 to -180 degrees at each resonance.
-    phase.plot(frequency, np.degrees(np.angle(receptance)), color=LINE, linewidth=1.4)
+    # Each resonance takes 180 degrees off the phase; unwrapped, it says how many were passed.
+    phase.plot(frequency, np.degrees(np.unwrap(np.angle(receptance))), color=LINE, linewidth=1.4)
     phase.set_ylabel("phase [deg]")
-    phase.set_yticks([-180, -90, 0, 90, 180])
+    phase.yaxis.set_major_locator(MultipleLocator(90))
     phase.set_xlabel("frequency [Hz]")
     phase.set_xlim(frequency[0], frequency[-1])
     for axes in (amplitude, phase):
