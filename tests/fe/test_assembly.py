@@ -85,6 +85,16 @@ def test_both_matrices_are_symmetric_to_the_last_bit(
         assert abs(matrix - matrix.T).max() == 0
 
 
+def test_each_entry_is_stored_once_and_in_the_order_of_its_column(
+    element: Element, box: BoxMesher, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fe.assembly, "BATCH", 5)  # so that a pair of nodes comes from several batches
+    for matrix in assemble(box(element), STEEL):
+        row = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
+        place = row * matrix.shape[0] + matrix.indices
+        assert (np.diff(place) > 0).all()
+
+
 def test_the_mass_of_a_box_is_density_times_volume_in_each_direction(element: Element, box: BoxMesher) -> None:
     mass, _ = assemble(box(element, size=SIZE, distortion=0.25, bow=0.1, seed=2), STEEL)
     expected = STEEL.density * np.prod(SIZE)
