@@ -154,7 +154,8 @@ def test_frequencies_scale_with_one_over_the_size(box: BoxMesher, size: float) -
     found = modes(supported_system(mesh, *assemble(mesh, STEEL), [Support(nodes=mesh.nodes("x0"))]), 4).frequency
     one = box(HEX20, counts=(6, 2, 2), size=(1.0, 0.2, 0.1))
     reference = modes(supported_system(one, *assemble(one, STEEL), [Support(nodes=one.nodes("x0"))]), 4).frequency
-    np.testing.assert_allclose(found * size, reference, rtol=1e-10)
+    # A dense solver's round-off is that of the largest eigenvalue, 1e6 times the lowest here.
+    np.testing.assert_allclose(found * size, reference, rtol=1e-8)
 
 
 def all_modes(box: BoxMesher) -> LinearSystem:
