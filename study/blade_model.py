@@ -18,12 +18,13 @@ from geometry.blade import Blade
 from geometry.plain_blade import PlainBlade
 from study.blade_case import ELEMENT_BY_NAME, BladeTables, mesh_any, with_thickness
 from study.case import located
+from study.store import stage
 
 #: Nodes that stay physical in a reduced model, where the mesh has them.
 BOUNDARY = ("excitation", "response", "contact_positive", "contact_negative")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True)
 class BladeModel:
     """All that a model of a blade depends on.
 
@@ -105,6 +106,12 @@ def blade_model(
     with located(case, "mesh"):
         model.rule  # noqa: B018 - sizes that make no rule are refused before anything runs
     return model
+
+
+@stage("mesh size", rooms=("geometry", "fe"))
+def mesh_size(model: BladeModel) -> int:
+    """Degrees of freedom of the whole mesh, the held ones too [-]: what work and memory depend on."""
+    return 3 * mesh_any(model.blade, model.rule, model.pads).n_node
 
 
 def clamped(model: BladeModel) -> tuple[Mesh, LinearSystem, int]:

@@ -65,17 +65,17 @@ def _draw_convergence(axes: "Axes", study: MeshStudy) -> None:
             if row.asked.element == element
         )
         untuned = [
-            (asked.elements_through_thickness, found)
-            for asked, found in study.predictions
-            if asked.element == element and asked.thickness_factor == 1
+            (each.asked.elements_through_thickness, each)
+            for each in study.predictions
+            if each.asked.element == element and each.asked.thickness_factor == 1
         ]
-        line = sorted([*ours, *((n, found.frequency) for n, found in untuned)])
+        line = sorted([*ours, *((n, each.result.frequency) for n, each in untuned)])
         if line:
             axes.plot(*zip(*line, strict=True), "-", color=colour, linewidth=1.2, alpha=0.6)
         if ours:
             axes.plot(*zip(*ours, strict=True), "o", color=colour, markersize=7, label=f"{NAME[element]}, in the table")
         if untuned:
-            points = [(n, found.frequency) for n, found in untuned]
+            points = [(n, each.result.frequency) for n, each in untuned]
             axes.plot(
                 *zip(*points, strict=True),
                 "o",
@@ -84,7 +84,7 @@ def _draw_convergence(axes: "Axes", study: MeshStudy) -> None:
                 markersize=7,
                 label=f"{NAME[element]}, not tuned to",
             )
-            theory = [(n, found.theory) for n, found in untuned]
+            theory = [(n, each.theory) for n, each in untuned]
             axes.plot(
                 *zip(*theory, strict=True), "_", color="black", markersize=16, label="closed form of parasitic shear"
             )

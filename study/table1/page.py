@@ -63,14 +63,15 @@ def _study(study: MeshStudy, case_file: str, figure: bytes, pictures: Sequence[P
         "figure": _data(figure, "png"),
         "predictions": [
             {
-                "name": asked.name,
+                "name": untuned.asked.name,
                 "frequency": f"{found.frequency:.3f}",
-                "theory": f"{found.theory:.2f}",
-                "theory_difference": f"{100 * (found.theory / found.frequency - 1):+.2f} %",
+                "theory": f"{untuned.theory:.2f}",
+                "theory_difference": f"{100 * (untuned.theory / found.frequency - 1):+.2f} %",
                 "calculix": "" if found.calculix is None else f"{found.calculix:.3f}",
                 "calculix_difference": "" if found.calculix is None else f"{found.calculix / found.frequency - 1:+.0e}",
             }
-            for asked, found in study.predictions
+            for untuned in study.predictions
+            for found in [untuned.result]
         ],
         "nested": _nested(study),
         "limit": _limit(study),

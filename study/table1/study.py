@@ -7,20 +7,37 @@ from typing import Any
 from fe.calculix_run import find_ccx
 from geometry.errors import InputError
 from study.blade_case import ELEMENT_BY_NAME
-from study.blade_model import BladeModel, blade_model
+from study.blade_model import BladeModel, blade_model, mesh_size
 from study.case import located
 from study.parallel import Task, run_parallel
 from study.run_context import RunContext
 from study.solid_check import SolidCheck, solid_check
+from study.store import Stage
 from study.table1.case import ModelTable, PredictionTable, Table1Case
 from study.table1.chain import RowResult, row
 from study.table1.limit import Limit, NestedPoint, nested_point, richardson
-from study.table1.prediction import Prediction, prediction, witness
+from study.table1.prediction import Prediction, prediction, quadratic, reference, witness
 
 #: CalculiX is asked about fully clamped rows up to this n p: its own solver takes minutes for the finer ones.
 WITNESSED = 4
-#: Building the solid takes as long as a small row.
-CAD_WORK = 1e4
+#: Work grows with the degrees of freedom to this power: factorisation more, the rest less.
+WORK_EXPONENT = 1.3
+#: Of a process that has only imported what it needs [byte].
+PROCESS_MEMORY = 1.5e8
+#: Models run side by side only as far as they fit into this, so that a laptop can make the table [byte].
+MEMORY = 3.2e9
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cost:
+    """What a stage takes, as measured on one core: seconds at 10,000 degrees of freedom, bytes for each of them."""
+
+    seconds: float
+    memory: float
+
+
+REDUCTION = Cost(seconds=3.0, memory=2.5e4)
+ONE_MODE = Cost(seconds=0.5, memory=1.4e4)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,6 +52,15 @@ class StudyRow:
     def error(self) -> float | None:
         """First full frequency minus the published one [Hz]."""
         return None if self.asked.paper is None else float(self.result.frequency[0]) - self.asked.paper
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyPrediction:
+    """One untuned row: what was asked, what came out, and what the closed form says [Hz]."""
+
+    asked: PredictionTable
+    result: Prediction
+    theory: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +83,7 @@ class MeshStudy:
 
     case: Table1Case
     rows: tuple[StudyRow, ...]
-    predictions: tuple[tuple[PredictionTable, Prediction], ...]
+    predictions: tuple[StudyPrediction, ...]
     nested: tuple[NestedPoint, ...]
     limit: Limit | None
     solid: SolidCheck
@@ -89,6 +115,8 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
     ask_calculix = find_ccx() is not None
     rows = [row_inputs(case, asked) for asked in case.model]
     untuned = [row_inputs(case, asked) for asked in case.prediction]
+    # Predictions of one thickness share their reference.
+    references = list(dict.fromkeys(quadratic(r) for r in untuned))
     seen_by_calculix = [
         number
         for number, each in enumerate(rows)
@@ -97,31 +125,21 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
     found = _run_groups(
         {
             "rows": [
-                Task(stage=row, inputs={"inputs": r}, label=f"model {asked.model}", weight=_work(r))
-                for asked, r in zip(case.model, rows, strict=True)
+                _task(row, r, f"model {asked.model}", REDUCTION, run) for asked, r in zip(case.model, rows, strict=True)
             ],
             "predictions": [
-                Task(
-                    stage=prediction,
-                    inputs={"inputs": r, "ask_calculix": ask_calculix},
-                    label=asked.name,
-                    weight=_work(r) / 4,
-                )
+                _task(prediction, r, asked.name, ONE_MODE, run, ask_calculix=ask_calculix)
                 for asked, r in zip(case.prediction, untuned, strict=True)
             ],
-            "nested": [
-                Task(stage=nested_point, inputs={"inputs": r}, label="nested mesh", weight=_work(r) / 4)
-                for r in _nested(case, rows[0])
-            ],
-            "witness": [
-                Task(stage=witness, inputs={"inputs": rows[n]}, label="CalculiX", weight=_work(rows[n]) / 4)
-                for n in seen_by_calculix
-            ],
-            "solid": [Task(stage=solid_check, inputs={"inputs": rows[0]}, label="CAD solid", weight=CAD_WORK)],
+            "references": [_task(reference, r, "quadratic model", ONE_MODE, run) for r in references],
+            "nested": [_task(nested_point, r, "nested mesh", ONE_MODE, run) for r in _nested(case, rows[0])],
+            "witness": [_task(witness, rows[n], "CalculiX", ONE_MODE, run) for n in seen_by_calculix],
+            "solid": [_task(solid_check, rows[0], "CAD solid", ONE_MODE, run)],
         },
         run,
         title,
     )
+    quadratic_frequency = dict(zip(references, found["references"], strict=True))
     calculix = dict(zip(seen_by_calculix, found["witness"], strict=True))
     return MeshStudy(
         case=case,
@@ -129,7 +147,10 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
             StudyRow(asked=asked, result=result, calculix=calculix.get(number))
             for number, (asked, result) in enumerate(zip(case.model, found["rows"], strict=True))
         ),
-        predictions=tuple(zip(case.prediction, found["predictions"], strict=True)),
+        predictions=tuple(
+            StudyPrediction(asked=asked, result=result, theory=result.factor * quadratic_frequency[quadratic(r)])
+            for asked, result, r in zip(case.prediction, found["predictions"], untuned, strict=True)
+        ),
         nested=tuple(found["nested"]),
         limit=_limit(case, found["nested"]),
         solid=found["solid"][0],
@@ -157,16 +178,21 @@ def row_inputs(case: Table1Case, asked: ModelTable | PredictionTable) -> BladeMo
 
 def _run_groups(groups: Mapping[str, Sequence[Task]], run: RunContext, title: str) -> dict[str, list[Any]]:
     """All tasks at once, their results by group."""
-    outcomes = iter(run_parallel([task for tasks in groups.values() for task in tasks], run.store, run.progress, title))
-    return {name: [next(outcomes).value for _ in tasks] for name, tasks in groups.items()}
+    tasks = [task for group in groups.values() for task in group]
+    outcomes = iter(run_parallel(tasks, run.store, run.progress, title, memory=MEMORY))
+    return {name: [next(outcomes).value for _ in group] for name, group in groups.items()}
 
 
-def _work(inputs: BladeModel) -> float:
-    """Rough work of a row, to start the heavy ones first and to show progress: nodes to the power 1.3."""
-    blade, rule = inputs.blade, inputs.rule
-    h = rule.size(blade.thickness)
-    cells = rule.subdivisions**3 * rule.through_thickness * (blade.length / h) * (blade.chord / h)
-    return float((cells * (4 if rule.element.degree == 2 else 1)) ** 1.3)
+def _task(found: Stage[Any, Any], model: BladeModel, label: str, cost: Cost, run: RunContext, **further: Any) -> Task:
+    """A task on a model, with its work and memory from the size of its mesh."""
+    n_dof = run.store.run(mesh_size, model)
+    return Task(
+        stage=found,
+        inputs={"inputs": model, **further},
+        label=label,
+        weight=cost.seconds * (n_dof / 1e4) ** WORK_EXPONENT,
+        memory=PROCESS_MEMORY + cost.memory * n_dof,
+    )
 
 
 def _nested(case: Table1Case, inputs: BladeModel) -> list[BladeModel]:
