@@ -180,7 +180,7 @@ def _result(future: "Future[None]", task: Task, kept: Store) -> Outcome[Any]:
         ) from None
     if not kept.holds(task.stage, **task.inputs):
         raise ComputationFailed(
-            f"the result of {task.label} is not in {kept.folder}: free some space, or name another folder with --cache; "
-            "if stickslip itself was changed meanwhile, run it again"
+            f"the result of {task.label} is not in {kept.folder}: free some space, or name another folder with "
+            "--cache; if stickslip itself was changed meanwhile, run it again"
         )
     return kept.outcome(task.stage, **task.inputs)
