@@ -1,23 +1,36 @@
 """Stages side by side, each in a process of its own: its peak memory is its own, and Ctrl-C loses only what runs."""
 
+import contextlib
 import importlib
 import multiprocessing
 import os
+import signal
 import tempfile
+import traceback
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import ForkServerContext, SpawnContext
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
+from geometry.errors import InputError
 from study.errors import ComputationFailed
 from study.progress import Progress
 from study.store import Outcome, Stage, Store
 
 #: Two processes with two BLAS threads each are slower on two cores than with one each.
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+#: A fresh process for each task: the peak memory that it reports is that of the task alone. Where it exists, a small
+#: server that has imported what the stages need forks them, which saves each of them seconds.
+CONTEXT: ForkServerContext | SpawnContext = (
+    multiprocessing.get_context("forkserver")
+    if "forkserver" in multiprocessing.get_all_start_methods()
+    else multiprocessing.get_context("spawn")
+)
 #: How often progress is shown while nothing ends [s].
 LOOK_EVERY = 1.0
 
@@ -88,17 +101,14 @@ def run_parallel(
             return [outcomes[number] for number in range(len(tasks))]
         n_worker = workers or os.cpu_count() or 1
         modules = sorted({_reference(tasks[number].stage)[0] for number in missing})
-        with _kept(store) as kept, _single_threaded(), _pool(n_worker, modules) as pool:
-            running: dict[Future[None], int] = {}
-            while missing or running:
-                for number in _admitted(tasks, missing, list(running.values()), n_worker, memory):
+        with _kept(store) as kept, _single_threaded(), _workers(modules) as workers_by_task:
+            while missing or workers_by_task:
+                for number in _admitted(tasks, missing, list(workers_by_task), n_worker, memory):
                     missing.remove(number)
-                    arguments = (*_reference(tasks[number].stage), kept.folder, tasks[number].inputs)
-                    running[pool.submit(_compute, *arguments)] = number
-                done, _ = wait(running, timeout=LOOK_EVERY, return_when=FIRST_COMPLETED)
-                for future in done:
-                    number = running.pop(future)
-                    outcomes[number] = _result(future, tasks[number], kept)
+                    _start(workers_by_task, number, tasks[number], kept.folder)
+                wait([worker.process.sentinel for worker in workers_by_task.values()], timeout=LOOK_EVERY)
+                for number in [n for n, worker in workers_by_task.items() if worker.process.exitcode is not None]:
+                    outcomes[number] = _result(workers_by_task.pop(number), tasks[number], kept)
                 report(sum(tasks[n].weight for n in outcomes), total)
     return [outcomes[number] for number in range(len(tasks))]
 
@@ -128,22 +138,45 @@ def _kept(store: Store) -> Iterator[Store]:
             yield Store(Path(folder))
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Worker:
+    """A process that runs one task, and where it says why it failed."""
+
+    process: BaseProcess
+    failure: Connection
+
+
 @contextmanager
-def _pool(workers: int, modules: list[str]) -> Iterator[ProcessPoolExecutor]:
-    # A fresh process for each task: the peak memory that it reports is that of the task alone. Where it exists, a small
-    # server that has imported what the stages need forks them, which saves each of them seconds.
-    kind = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
-    context = multiprocessing.get_context(kind)
-    context.set_forkserver_preload(modules)
-    pool = ProcessPoolExecutor(max_workers=workers, mp_context=context, max_tasks_per_child=1)
+def _workers(modules: list[str]) -> Iterator[dict[int, _Worker]]:
+    """No workers yet, by number of task; at an early end those that run are killed, with the programs that they run."""
+    CONTEXT.set_forkserver_preload(modules)
+    # It would unblock Ctrl-C if it were started within `_start`.
+    resource_tracker.ensure_running()
+    running: dict[int, _Worker] = {}
     try:
-        yield pool
-    except BaseException:
-        for process in list(pool._processes.values()):  # on Ctrl-C nobody waits for work that is thrown away
-            process.terminate()
-        pool.shutdown(cancel_futures=True)
-        raise
-    pool.shutdown()
+        yield running
+    finally:
+        for worker in running.values():  # on Ctrl-C nobody waits for work that is thrown away
+            with contextlib.suppress(ProcessLookupError):
+                worker.process.kill()
+                os.killpg(worker.process.pid or 0, signal.SIGKILL)
+        for worker in running.values():
+            worker.process.join()
+
+
+def _start(running: dict[int, _Worker], number: int, task: Task, folder: Path | None) -> None:
+    receiver, sender = CONTEXT.Pipe(duplex=False)
+    arguments = (sender, *_reference(task.stage), folder, task.inputs)
+    process = CONTEXT.Process(target=_compute, args=arguments, daemon=True)
+    # Ctrl-C waits until the process is known to those who would kill it, and the process, which inherits this, never
+    # sees the Ctrl-C that a terminal sends to all: it would only print where it was.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+    try:
+        process.start()
+        running[number] = _Worker(process=process, failure=receiver)
+    finally:
+        sender.close()
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager
@@ -165,19 +198,32 @@ def _reference(stage: Stage[Any, Any]) -> tuple[str, str]:
     return stage.compute.__module__, stage.compute.__name__
 
 
-def _compute(module: str, name: str, folder: Path | None, inputs: Mapping[str, Any]) -> None:
-    stage: Stage[Any, Any] = getattr(importlib.import_module(module), name)
-    Store(folder).outcome(stage, **inputs)
-
-
-def _result(future: "Future[None]", task: Task, kept: Store) -> Outcome[Any]:
+def _compute(failure: Connection, module: str, name: str, folder: Path | None, inputs: Mapping[str, Any]) -> None:
+    os.setpgrp()  # so that a program which the stage runs can be killed with it
     try:
-        future.result()
-    except BrokenProcessPool:
+        stage: Stage[Any, Any] = getattr(importlib.import_module(module), name)
+        Store(folder).outcome(stage, **inputs)
+    except Exception as error:
+        if not isinstance(error, InputError):
+            error.add_note(traceback.format_exc())  # where it was, which does not travel by itself
+        try:
+            failure.send(error)
+        except Exception:  # not every error can be pickled
+            failure.send(RuntimeError(f"{type(error).__name__}: {error}"))
+
+
+def _result(worker: _Worker, task: Task, kept: Store) -> Outcome[Any]:
+    try:
+        raise worker.failure.recv() if worker.failure.poll() else EOFError
+    except EOFError:
+        pass  # it had nothing to say
+    finally:
+        worker.failure.close()
+    if worker.process.exitcode:
         raise ComputationFailed(
             f"{task.label} was killed, most often for lack of memory: close other programs, or take fewer elements; "
             "what was finished is kept"
-        ) from None
+        )
     if not kept.holds(task.stage, **task.inputs):
         raise ComputationFailed(
             f"the result of {task.label} is not in {kept.folder}: free some space, or name another folder with "
