@@ -11,8 +11,9 @@ from fe.element import ELEMENTS
 from fe.errors import MeshError
 from fe.mesh import Mesh
 
-Indices = Int[NDArray[np.int64], " k"]
-Faces = Int[NDArray[np.int64], "k 2"]
+#: An axis named "_" may differ from one array to the next.
+Indices = Int[NDArray[np.int64], " _"]
+Faces = Int[NDArray[np.int64], "_ 2"]
 
 #: Cell types of points, curves and surfaces by how their name begins: they carry sets and are then dropped.
 LOWER_DIMENSIONAL = ("vertex", "line", "triangle", "quad", "polygon")
@@ -37,7 +38,7 @@ class FileMesh:
     """
 
     points: Float[NDArray[np.float64], "point 3"]
-    blocks: tuple[tuple[str, Int[NDArray[np.int64], "cell node"]], ...]
+    blocks: tuple[tuple[str, Int[NDArray[np.int64], "_ _"]], ...]
     node_sets: Mapping[str, Indices] = field(default_factory=dict)
     cell_sets: Mapping[str, Indices] = field(default_factory=dict)
     face_sets: Mapping[str, Faces] = field(default_factory=dict)
@@ -152,7 +153,7 @@ def _refuse_wild_numbers(file_mesh: FileMesh, source: str) -> None:
         raise MeshError(f"mesh file {source} gives node {node} (counted from 0) no finite place: write it again")
 
 
-def _refuse_mixed_order(cells: Mapping[str, Int[NDArray[np.int64], "cell node"]], source: str) -> None:
+def _refuse_mixed_order(cells: Mapping[str, Int[NDArray[np.int64], "_ _"]], source: str) -> None:
     """Linear and quadratic cells that share a face leave its midside nodes hanging: the model would tear open there."""
     types = list(cells)
     for k, first in enumerate(types):
@@ -165,7 +166,7 @@ def _refuse_mixed_order(cells: Mapping[str, Int[NDArray[np.int64], "cell node"]]
                 )
 
 
-def _solid_cells(file_mesh: FileMesh) -> tuple[dict[str, Int[NDArray[np.int64], "cell node"]], Indices]:
+def _solid_cells(file_mesh: FileMesh) -> tuple[dict[str, Int[NDArray[np.int64], "_ _"]], Indices]:
     """Solid cells gathered by type, and the mesh's number of each cell of the file (-1 for the others).
 
     A cell that the file repeats, node by node, is one cell: MSH 2 writes it once for each group that it belongs to.
@@ -197,7 +198,7 @@ def _once(cells: Int[NDArray[np.int64], "cell node"]) -> tuple[Int[NDArray[np.in
     return cells[first[order]], rank[which]
 
 
-def _cells_by_number(file_mesh: FileMesh, members: Indices) -> list[tuple[str, Int[NDArray[np.int64], "cell node"]]]:
+def _cells_by_number(file_mesh: FileMesh, members: Indices) -> list[tuple[str, Int[NDArray[np.int64], "_ _"]]]:
     starts = np.cumsum([0, *(len(nodes) for _, nodes in file_mesh.blocks)])
     found = []
     for (cell_type, nodes), start in zip(file_mesh.blocks, starts, strict=False):
@@ -208,8 +209,8 @@ def _cells_by_number(file_mesh: FileMesh, members: Indices) -> list[tuple[str, I
 
 
 def _matching_faces(
-    cells: Mapping[str, Int[NDArray[np.int64], "cell node"]],
-    surfaces: list[tuple[str, Int[NDArray[np.int64], "cell node"]]],
+    cells: Mapping[str, Int[NDArray[np.int64], "_ _"]],
+    surfaces: list[tuple[str, Int[NDArray[np.int64], "_ _"]]],
 ) -> Faces | None:
     """The face of a solid cell under each surface cell, or None if one of them lies on none."""
     if not all(cell_type.startswith("quad") for cell_type, _ in surfaces):

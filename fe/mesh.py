@@ -12,7 +12,8 @@ from fe.element import ELEMENTS
 from fe.errors import MeshError
 
 Points = Float[NDArray[np.float64], "node 3"]
-Cells = Int[NDArray[np.int64], "cell corner"]
+#: An axis named "_" may differ from one array to the next.
+Cells = Int[NDArray[np.int64], "_ _"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -43,9 +44,9 @@ class Mesh:
 
     points: Points
     cells: Mapping[str, Cells]
-    node_sets: Mapping[str, Int[NDArray[np.int64], " k"]] = field(default_factory=dict)
-    face_sets: Mapping[str, Int[NDArray[np.int64], "k 2"]] = field(default_factory=dict)
-    cell_sets: Mapping[str, Int[NDArray[np.int64], " k"]] = field(default_factory=dict)
+    node_sets: Mapping[str, Int[NDArray[np.int64], " _"]] = field(default_factory=dict)
+    face_sets: Mapping[str, Int[NDArray[np.int64], "_ 2"]] = field(default_factory=dict)
+    cell_sets: Mapping[str, Int[NDArray[np.int64], " _"]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         points = np.array(self.points, dtype=np.float64, order="C")

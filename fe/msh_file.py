@@ -157,7 +157,7 @@ def _refuse_version(path: Path) -> None:
         raise MeshError(f"mesh file {path} is of MSH version {version}: save it with Gmsh as version 4.1 or 2.2")
 
 
-def _without_repeats(mesh: Mesh) -> dict[str, Int[NDArray[np.int64], " k"]]:
+def _without_repeats(mesh: Mesh) -> dict[str, Int[NDArray[np.int64], " _"]]:
     def repeats(name: str) -> bool:
         if name not in mesh.face_sets:
             return False
@@ -168,7 +168,7 @@ def _without_repeats(mesh: Mesh) -> dict[str, Int[NDArray[np.int64], " k"]]:
 
 
 def _volumes(
-    mesh: Mesh, cell_sets: Mapping[str, Int[NDArray[np.int64], " k"]]
+    mesh: Mesh, cell_sets: Mapping[str, Int[NDArray[np.int64], " _"]]
 ) -> Iterator[tuple[list[str], str, Int[NDArray[np.int64], "cell node"]]]:
     """Cells of one type that belong to the same sets, with the names of these sets."""
     belongs = np.zeros((mesh.n_cell, len(cell_sets)), dtype=bool)
@@ -184,7 +184,7 @@ def _volumes(
 
 
 def _surfaces(
-    mesh: Mesh, face_sets: Mapping[str, Int[NDArray[np.int64], "k 2"]]
+    mesh: Mesh, face_sets: Mapping[str, Int[NDArray[np.int64], "_ 2"]]
 ) -> Iterator[tuple[int, int, int, tuple[int, ...], Int[NDArray[np.int64], "face node"]]]:
     for entity, faces in enumerate(face_sets.values(), 1):
         start = 0

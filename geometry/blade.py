@@ -118,7 +118,7 @@ class Blade:
         if clauses:
             raise_geometry_error("blade", clauses)
 
-    def groove_radius_at(self, y: Float[NDArray[np.float64], " k"]) -> Float[NDArray[np.float64], " k"]:
+    def groove_radius_at(self, y: Float[NDArray[np.float64], "*k"]) -> Float[NDArray[np.float64], "*k"]:
         """Radius of the conical groove at a distance |y| from the mid-plane [m]."""
         return self.groove_radius + (np.abs(y) - self.contact_start) * tan(self.cone_half_angle)
 

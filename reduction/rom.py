@@ -48,7 +48,7 @@ class ReducedModel:
     stiffness: Float[NDArray[np.float64], "r r"]
     boundary_node: Int[NDArray[np.int64], " b"]
     boundary_direction: Int[NDArray[np.int64], " b"]
-    boundary_sets: Mapping[str, Int[NDArray[np.int64], " k"]]
+    boundary_sets: Mapping[str, Int[NDArray[np.int64], " _"]]
     fixed_interface_frequency: Float[NDArray[np.float64], " m"]
     recovery: Float[NDArray[np.float64], "n r"]
     free: Int[NDArray[np.int64], " n"]

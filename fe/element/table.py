@@ -43,7 +43,7 @@ class Element:
     name: str
     cell_type: str
     calculix: str
-    nodes: ReferencePoints
+    nodes: Float[NDArray[np.float64], "node 3"]
     n_corner: int
     shape: Callable[[ReferencePoints], Float[NDArray[np.float64], "point node"]]
     gradient: Callable[[ReferencePoints], Float[NDArray[np.float64], "point node 3"]]
