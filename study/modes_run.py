@@ -9,8 +9,8 @@ from fe.mesh import Mesh
 from fe.mesh_io import read_mesh, write_mesh
 from geometry.errors import InputError
 from study.blade_case import BladeCase
-from study.blade_model import blade_model
-from study.case import load_case
+from study.blade_model import blade_model, mesh_size
+from study.case import load_case, located
 from study.figure.off_screen import require_egl
 from study.mode_files import picture_modes
 from study.quantity import DENSITY, LENGTH, PRESSURE, Dimension, read_quantity
@@ -58,12 +58,22 @@ def run_modes(
     if source.suffix == ".toml":
         case = load_case(source, BladeCase)
         model = blade_model(case, element=case.mesh.element, through_thickness=case.mesh.elements_through_thickness)
+        if own.fixed or own.free or own.length_unit is not None:
+            raise InputError(
+                f"--fix, --free and --length-unit are for mesh files, but {source} is a case file, which says all that "
+                "itself: leave them out"
+            )
+        with located(case, "mesh"):
+            run.store.run(mesh_size, model)
         with run.progress.step("modes"):
             shapes = run.store.run(blade_shapes, model, n_mode)
     else:
         mesh, material = _own_mesh(source, own)
-        with run.progress.step("modes"):
-            shapes = run.store.run(mesh_shapes, mesh, material, own.fixed, n_mode)
+        try:
+            with run.progress.step("modes"):
+                shapes = run.store.run(mesh_shapes, mesh, material, own.fixed, n_mode)
+        except SupportError as error:
+            raise SupportError(f"{source} with --fix {' --fix '.join(own.fixed)}: {error}") from None
     moving = None if film_of is None else film_of - 1
     files = [file for file, _ in picture_modes(shapes, run.output, source.stem, run.progress, moving)]
     result = run.output / f"{source.stem}_modes.vtu"
@@ -75,7 +85,7 @@ def run_modes(
 def _own_mesh(source: Path, own: OwnMesh) -> tuple[Mesh, Material]:
     if own.length_unit is None:
         raise InputError(f"{source} holds numbers without a unit: say which, such as --length-unit mm")
-    unit = _typed("--length-unit", f"1 {own.length_unit}", LENGTH)
+    unit = _typed("--length-unit", own.length_unit, LENGTH, number="1 ")
     material = Material(
         young=_typed("--young", own.young, PRESSURE),
         poisson=own.poisson,
@@ -93,8 +103,8 @@ def _own_mesh(source: Path, own: OwnMesh) -> tuple[Mesh, Material]:
     return mesh, material
 
 
-def _typed(option: str, text: str, dimension: Dimension) -> float:
+def _typed(option: str, text: str, dimension: Dimension, number: str = "") -> float:
     try:
-        return read_quantity(text, dimension)
+        return read_quantity(number + text, dimension)
     except ValueError as error:
         raise InputError(f'{option} "{text}": {error}') from None

@@ -20,8 +20,8 @@ from reduction.rom import ReducedModel
 from reduction.rom_error import rom_error
 from reduction.rom_io import save_rom
 from study.blade_case import BladeCase
-from study.blade_model import BladeModel, blade_model, boundary_rows, clamped
-from study.case import load_case
+from study.blade_model import BladeModel, blade_model, boundary_rows, clamped, mesh_size
+from study.case import load_case, located
 from study.figure.frequency_response import frequency_response_figure
 from study.output import replace_file
 from study.parallel import Task, run_parallel
@@ -95,6 +95,8 @@ def run_reduce(path: Path, run: RunContext) -> Reduced:
     assert run.output is not None
     case = load_case(path, BladeCase)
     model = blade_model(case, element=case.mesh.element, through_thickness=case.mesh.elements_through_thickness)
+    with located(case, "mesh"):
+        run.store.run(mesh_size, model)
     tasks = [
         Task(stage=reduced_blade, inputs={"model": model, "title": case.title}, label="reduction", weight=2.0),
         Task(stage=solid_check, inputs={"inputs": model}, label="CAD solid"),

@@ -1,8 +1,8 @@
 """The case file of a mesh study."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from study.blade_case import (
     BladeTables,
@@ -27,10 +27,10 @@ class ModelTable(CaseModel):
 
 
 class PredictionTable(CaseModel):
-    """A row that nothing was tuned to."""
+    """A row that nothing was tuned to; the closed form that it is compared with is that of the 8-node brick."""
 
     name: Annotated[str, Field(min_length=1)]
-    element: ElementName
+    element: Literal["hex8"]
     elements_through_thickness: Count
     thickness_factor: Annotated[Ratio, Field(gt=0)] = 1.0
 
@@ -43,6 +43,14 @@ class LimitTable(CaseModel):
     length_cap: Length
     subdivisions: tuple[Count, Count, Count] = (1, 2, 4)
     pads: PadTable = PadTable()
+
+    @field_validator("subdivisions")
+    @classmethod
+    def _one_ratio(cls, subdivisions: tuple[int, int, int]) -> tuple[int, int, int]:
+        coarse, medium, fine = subdivisions
+        if not coarse < medium < fine or medium * medium != coarse * fine:
+            raise ValueError("must grow by one ratio, e.g. [1, 2, 4]")
+        return subdivisions
 
 
 class Table1Case(BladeTables):

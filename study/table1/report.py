@@ -46,7 +46,9 @@ def write_report(cases: Sequence[Path], run: RunContext) -> Report:
     files: list[Path] = []
     parts = []
     for number, (path, study) in enumerate(found):
-        stem = "table1" if number == 0 else path.stem
+        # Files of one name in two folders must not replace each other.
+        alone = path.stem != "table1" and [other.stem for other, _ in found[1:]].count(path.stem) == 1
+        stem = "table1" if number == 0 else path.stem if alone else f"{path.stem}_{number + 1}"
         figure = mesh_study_figure(study)
         pictures = _pictures(study, run, stem)
         written: dict[str, str | bytes] = {

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from fe.calculix_run import find_ccx
-from geometry.errors import InputError
 from study.blade_case import ELEMENT_BY_NAME
 from study.blade_model import BladeModel, blade_model, mesh_size
 from study.case import located
@@ -114,7 +113,10 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
     """
     ask_calculix = find_ccx() is not None
     rows = [row_inputs(case, asked) for asked in case.model]
-    untuned = [row_inputs(case, asked) for asked in case.prediction]
+    untuned = []
+    for number, asked in enumerate(case.prediction):
+        with located(case, "prediction", number):
+            untuned.append(row_inputs(case, asked))
     # Predictions of one thickness share their reference.
     references = list(dict.fromkeys(quadratic(r) for r in untuned))
     seen_by_calculix = [
@@ -122,8 +124,8 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
         for number, each in enumerate(rows)
         if ask_calculix and not each.drop_every and each.through_thickness * each.rule.element.degree <= WITNESSED
     ]
-    found = _run_groups(
-        {
+    with located(case, "mesh"):  # tasks know the size of their mesh, so that one that cannot be made is refused here
+        tasks = {
             "rows": [
                 _task(row, r, f"model {asked.model}", REDUCTION, run) for asked, r in zip(case.model, rows, strict=True)
             ],
@@ -132,13 +134,12 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
                 for asked, r in zip(case.prediction, untuned, strict=True)
             ],
             "references": [_task(reference, r, "quadratic model", ONE_MODE, run) for r in references],
-            "nested": [_task(nested_point, r, "nested mesh", ONE_MODE, run) for r in _nested(case, rows[0])],
             "witness": [_task(witness, rows[n], "CalculiX", ONE_MODE, run) for n in seen_by_calculix],
             "solid": [_task(solid_check, rows[0], "CAD solid", ONE_MODE, run)],
-        },
-        run,
-        title,
-    )
+        }
+    with located(case, "limit"):
+        tasks["nested"] = [_task(nested_point, r, "nested mesh", ONE_MODE, run) for r in _nested(case, rows[0])]
+    found = _run_groups(tasks, run, title)
     quadratic_frequency = dict(zip(references, found["references"], strict=True))
     calculix = dict(zip(seen_by_calculix, found["witness"], strict=True))
     return MeshStudy(
@@ -200,24 +201,21 @@ def _nested(case: Table1Case, inputs: BladeModel) -> list[BladeModel]:
     limit = case.limit
     if limit is None:
         return []
-    with located(case, "limit"):
-        coarse = replace(
-            inputs,
-            element=limit.element,
-            through_thickness=limit.elements_through_thickness,
-            length_cap=limit.length_cap,
-            pads=limit.pads.pads(),
-            drop_every=0,
-        )
+    coarse = replace(
+        inputs,
+        element=limit.element,
+        through_thickness=limit.elements_through_thickness,
+        length_cap=limit.length_cap,
+        pads=limit.pads.pads(),
+        drop_every=0,
+    )
     return [replace(coarse, subdivisions=times) for times in limit.subdivisions]
 
 
 def _limit(case: Table1Case, nested: Sequence[NestedPoint]) -> Limit | None:
     if case.limit is None:
         return None
-    coarse, medium, fine = case.limit.subdivisions
+    coarse, medium, _ = case.limit.subdivisions
     with located(case, "limit"):
-        if medium * medium != coarse * fine:
-            raise InputError(f"subdivisions = {case.limit.subdivisions} must grow by one ratio, such as [1, 2, 4]")
         degree = ELEMENT_BY_NAME[case.limit.element].degree
         return richardson([point.frequency for point in nested], medium / coarse, degree)
