@@ -20,7 +20,7 @@ from reduction.rom import ReducedModel
 from reduction.rom_error import rom_error
 from reduction.rom_io import save_rom
 from study.blade_case import BladeCase
-from study.blade_model import BladeModel, blade_model, boundary_rows, clamped, mesh_size
+from study.blade_model import MODEL_CODE, BladeModel, blade_model, boundary_rows, clamped, mesh_size
 from study.case import load_case, located
 from study.figure.frequency_response import frequency_response_figure
 from study.output import replace_file
@@ -33,7 +33,8 @@ from study.table1.chain import N_FREQUENCY, THICKNESS_DIRECTION, first_peak, uni
 #: Frequencies of the drawn response: this many, over the first three modes.
 N_POINT = 2000
 N_DRAWN = 3
-ROOMS = ("geometry", "fe", "reduction", "hbsolve")
+#: The code that the reduction depends on, beside this file.
+CODE = (*MODEL_CODE, "reduction", "hbsolve", "study.table1.chain")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -71,7 +72,7 @@ class Reduced:
     files: tuple[Path, ...]
 
 
-@stage("reduced blade", rooms=ROOMS)
+@stage("reduced blade", rooms=CODE)
 def reduced_blade(model: BladeModel, title: str) -> Reduction:
     """Mesh, clamp, damp and reduce a blade, and compare with the full model."""
     mesh, undamped, _ = clamped(model)

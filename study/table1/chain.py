@@ -20,10 +20,11 @@ from hbsolve.peak import Peak, resonance_peak, undamped_from_peak
 from reduction.craig_bampton import craig_bampton
 from reduction.rom import ReducedModel
 from reduction.rom_error import rom_error
-from study.blade_model import BladeModel, boundary_rows, clamped
+from study.blade_model import MODEL_CODE, BladeModel, boundary_rows, clamped
 from study.store import stage
 
-ROOMS = ("geometry", "fe", "reduction", "hbsolve")
+#: The code that a row depends on, beside this file.
+CODE = (*MODEL_CODE, "reduction", "hbsolve")
 #: Frequencies that each row compares; the peak is sought for the first.
 N_FREQUENCY = 10
 #: Excitation and response act along y, the thickness.
@@ -65,7 +66,7 @@ class RowResult:
     memory: float
 
 
-@stage("mesh-study row", rooms=ROOMS)
+@stage("mesh-study row", rooms=CODE)
 def row(inputs: BladeModel) -> RowResult:
     """Compute one row of the mesh study."""
     start = time.perf_counter()
