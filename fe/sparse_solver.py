@@ -5,7 +5,9 @@ PARDISO (Cholesky or LDL^T, from the `pypardiso` wheel) where it is installed, S
 
 import ctypes
 import importlib.util
+import weakref
 from enum import Enum
+from functools import cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -100,11 +102,8 @@ class _Pardiso:
     """
 
     _ANALYSE_AND_FACTORISE, _SOLVE, _RELEASE = 12, 33, -1
-    _ZERO_PIVOT = -4
 
     def __init__(self, matrix: sp.csr_array, definiteness: Definiteness) -> None:
-        import pypardiso
-
         diagonal = matrix.diagonal()
         if definiteness is Definiteness.POSITIVE and not (diagonal > 0).all():
             raise SingularMatrix(f"the matrix of {matrix.shape[0]} rows is singular or not positive definite")
@@ -116,43 +115,60 @@ class _Pardiso:
             places = (np.concatenate([row, above.row]), np.concatenate([row, above.col]))
             upper = sp.csr_array(sp.coo_array((values, places), shape=matrix.shape))
         upper.sort_indices()
-        self._n = matrix.shape[0]
+        self._matrix = _PardisoMatrix(upper, 2 if definiteness is Definiteness.POSITIVE else -2)
+        # MKL's memory is outside Python's reach; without this call each factor would stay for ever. At the end of the
+        # process there is nothing left to save, and MKL may be gone already.
+        weakref.finalize(self, self._matrix.call, self._RELEASE).atexit = False
+        self._matrix.call(self._ANALYSE_AND_FACTORISE)
+
+    def solve(self, right_hand_side: Columns) -> Columns:
+        columns = np.asfortranarray(right_hand_side, dtype=np.float64)
+        solution = np.empty_like(columns, order="F")
+        self._matrix.call(self._SOLVE, columns, solution)
+        return solution
+
+
+@cache
+def _library() -> Any:
+    """The wheel's handle, made once: it searches the file system for MKL, a fifth of a second each time."""
+    import pypardiso
+
+    return pypardiso.PyPardisoSolver()
+
+
+class _PardisoMatrix:
+    """The matrix, parameters and memory that PARDISO works on: all that one of its calls takes."""
+
+    _ZERO_PIVOT = -4
+
+    def __init__(self, upper: sp.csr_array, mtype: int) -> None:
+        self._n = upper.shape[0]
         self._values = np.ascontiguousarray(upper.data, dtype=np.float64)
         self._row_start = upper.indptr.astype(np.int32)
         self._column = upper.indices.astype(np.int32)
-        self._mtype = 2 if definiteness is Definiteness.POSITIVE else -2
-        self._handle: Any = pypardiso.PyPardisoSolver(mtype=self._mtype)
-        self._parameters = self._handle.iparm
-        self._parameters[:] = 0
+        self._mtype = mtype
+        self._library = _library()
+        self._memory = np.zeros(64, dtype=self._library._pt_type[1])  # addresses that PARDISO keeps between calls
+        self._parameters = np.zeros(64, dtype=np.int32)
         self._parameters[0] = 1  # own parameters
         self._parameters[1] = 2  # nested dissection
         self._parameters[9] = 8  # pivots perturbed below 1e-8, for the indefinite case
         self._parameters[20] = 1  # Bunch-Kaufman pivots, for the indefinite case
         self._parameters[34] = 1  # zero-based indices
-        self._call(self._ANALYSE_AND_FACTORISE)
 
-    def solve(self, right_hand_side: Columns) -> Columns:
-        columns = np.asfortranarray(right_hand_side, dtype=np.float64)
-        solution = np.empty_like(columns, order="F")
-        self._call(self._SOLVE, columns, solution)
-        return solution
+    def call(self, phase: int, b: NDArray[np.float64] | None = None, x: NDArray[np.float64] | None = None) -> None:
+        """Run one phase."""
 
-    def __del__(self) -> None:
-        # MKL's memory is outside Python's reach; without this call each factor would stay for ever.
-        if hasattr(self, "_parameters"):
-            self._call(self._RELEASE)
-
-    def _call(self, phase: int, b: NDArray[np.float64] | None = None, x: NDArray[np.float64] | None = None) -> None:
         def integer(value: int) -> Any:
             return ctypes.byref(ctypes.c_int32(value))
 
         def pointer(values: NDArray[Any], kind: Any) -> Any:
             return values.ctypes.data_as(ctypes.POINTER(kind))
 
-        nothing = np.zeros(1)
+        nothing, no_order = np.zeros(1), np.zeros(0, dtype=np.int32)
         error = ctypes.c_int32(0)
-        self._handle._mkl_pardiso(
-            pointer(self._handle.pt, self._handle._pt_type[0]),
+        self._library._mkl_pardiso(
+            pointer(self._memory, self._library._pt_type[0]),
             integer(1),
             integer(1),
             integer(self._mtype),
@@ -161,7 +177,7 @@ class _Pardiso:
             pointer(self._values, ctypes.c_double),
             pointer(self._row_start, ctypes.c_int32),
             pointer(self._column, ctypes.c_int32),
-            pointer(self._handle.perm, ctypes.c_int32),
+            pointer(no_order, ctypes.c_int32),
             integer(1 if b is None or b.ndim == 1 else b.shape[1]),
             pointer(self._parameters, ctypes.c_int32),
             integer(0),
