@@ -1,4 +1,4 @@
-"""Natural frequencies and mode shapes of a sparse system, by shift-invert Lanczos on one factorisation."""
+"""Natural frequencies and mode shapes of a sparse system, by block Lanczos on one factorisation."""
 
 from dataclasses import dataclass
 
@@ -7,8 +7,8 @@ import scipy.linalg
 import scipy.sparse as sp
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.sparse.linalg import LinearOperator, eigsh
 
+from fe.block_lanczos import NoConvergence, block_lanczos
 from fe.errors import SupportError
 from fe.sparse_solver import Definiteness, Factor, SingularMatrix, factorise
 from fe.system import LinearSystem
@@ -23,8 +23,6 @@ DENSE = 600
 #: A mode whose strain energy is this small a part of what its degrees of freedom would store one by one is a motion
 #: without strain: round-off leaves rigid motions about 1e-16, a slender blade's first mode has 1e-9.
 STRAINLESS = 1e-13
-#: Relative accuracy of the eigenvalues asked of ARPACK; two digits above round-off, ten below what a mesh is worth.
-TOLERANCE = 1e-13
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -91,19 +89,12 @@ def lowest_eigenpairs(
         dense_mass = mass.toarray()
         lambda_, shapes = scipy.linalg.eigh(stiffness.toarray(), dense_mass, subset_by_index=(0, n_mode - 1))
     else:
-        if factor is None:
-            try:
+        try:
+            if factor is None:
                 factor = factorise(stiffness, Definiteness.POSITIVE)
-            except SingularMatrix as error:
-                raise SupportError(SINGULAR) from error
-        # A LinearOperator without a dtype calls its function once with a random vector of unknown type.
-        inverse = LinearOperator((n, n), matvec=factor.solve, dtype=np.float64)
-        start = np.random.default_rng(0).standard_normal(n)  # a fixed start makes two runs agree to the last bit
-        lambda_, shapes = eigsh(
-            stiffness, k=n_mode, M=mass, sigma=0.0, OPinv=inverse, tol=TOLERANCE, v0=start, ncv=max(2 * n_mode + 1, 20)
-        )
-        order = np.argsort(lambda_)
-        lambda_, shapes = lambda_[order], shapes[:, order]
+            lambda_, shapes = block_lanczos(factor, mass, n_mode)
+        except (SingularMatrix, NoConvergence) as error:
+            raise SupportError(SINGULAR) from error
     shapes = shapes / np.sqrt(np.einsum("nm,nm->m", shapes, mass @ shapes))
     # A singular stiffness may pass its factorisation, for round-off decides about the last pivots; its modes tell.
     first = shapes[:, 0]
