@@ -43,7 +43,8 @@ class Blade:
         From root block to tip. Searched, together with the root block's thickness, so that the mesh study of Table 1 is
         reproduced; many times the thickness, so that the first modes are those of a slender beam.
     thickness
-        Of the flat middle. With the length it sets the first frequency (proportional to thickness / length^2).
+        Of the flat middle. With the length it sets the first frequency (proportional to thickness / length^2); sized
+        for the measured one before the length was searched.
     edge_thickness
         At the two long edges: a blade thins towards its edges, and bevels have exact areas and volumes.
     chord

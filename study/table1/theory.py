@@ -1,7 +1,7 @@
 r"""What the fully integrated 8-node brick does to a bending frequency, in closed form and with nothing fitted.
 
-In bending, the axial strain of a linear brick is right, but three other strains are wrong, because w (across the
-thickness) has no quadratic terms:
+In bending, the axial strain of a linear brick is right, but three other strains are wrong, because the deflection (along
+y, through the thickness) has no quadratic terms:
 
 - along the span it lacks z^2, which leaves a parasitic shear kappa z within each element,
 - across the chord it lacks x^2, which leaves a parasitic shear nu kappa x,
@@ -15,7 +15,7 @@ Their energies add to that of the beam, and with the first mode's curvature kapp
 
 with A / (12 I) = 1 / t^2 for a rectangle and the span's element lengths averaged over the bending energy. f_0 is the
 frequency of the quadratic model, which has none of these faults but the same clamp. The clamp's own error in the linear
-model and the pads are left out.
+model and the pads are left out, and so is that a single layer gives way across the chord: c is the value for many.
 """
 
 from itertools import pairwise
