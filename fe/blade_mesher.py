@@ -11,7 +11,7 @@ from fe.hex_blocks import Block, Lattice, mesh_blocks, subdivide
 from fe.mesh import Mesh
 from fe.mesh_rule import SMALLEST_STEP, MeshRule, count
 from fe.node_sets import with_named_points, with_stations
-from geometry.blade import Blade, contact_lines
+from geometry.blade import Blade, contact_lines, named_points
 
 #: Columns of blocks across the chord, from leading to trailing edge; the inner three carry the pads.
 COLUMNS = ("root_left", "bevel_left", "lip_left", "groove", "lip_right", "bevel_right", "root_right")
@@ -86,11 +86,7 @@ def mesh_blade(blade: Blade, rule: MeshRule, pads: PadMesh | None = None) -> Mes
     layout = _Layout(blade, rule, pads or PadMesh())
     blocks = [*layout.planform(), *layout.root_layers(), *layout.pads()]
     mesh = mesh_blocks(subdivide(blocks, rule.subdivisions), rule.element)
-    points = {
-        "excitation": np.array([0.0, blade.thickness / 2, blade.excitation_height]),
-        "response": np.array([0.0, blade.thickness / 2, blade.length]),
-    }
-    mesh = with_named_points(mesh, points)
+    mesh = with_named_points(mesh, named_points(blade))
     lines = contact_lines(blade)
     return with_stations(mesh, {name: line.stations for name, line in lines.items()})
 

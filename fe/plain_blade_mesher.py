@@ -2,13 +2,11 @@
 
 from itertools import product
 
-import numpy as np
-
 from fe.hex_blocks import Block, Lattice, mesh_blocks, subdivide
 from fe.mesh import Mesh
 from fe.mesh_rule import SMALLEST_STEP, MeshRule, count
 from fe.node_sets import with_named_points
-from geometry.plain_blade import PlainBlade
+from geometry.plain_blade import PlainBlade, named_points
 
 Interval = tuple[float, float]
 
@@ -55,11 +53,7 @@ def mesh_plain_blade(blade: PlainBlade, rule: MeshRule) -> Mesh:
             faces |= {"v1": "clamp"} if j == len(depth) - 1 else {}
         blocks.append(_box(x, y, span[part], counts, faces))
     mesh = mesh_blocks(subdivide(blocks, rule.subdivisions), rule.element)
-    points = {
-        "excitation": np.array([0.0, half, blade.excitation_height]),
-        "response": np.array([0.0, half, blade.length]),
-    }
-    return with_named_points(mesh, points)
+    return with_named_points(mesh, named_points(blade))
 
 
 def _box(x: Interval, y: Interval, z: Interval, counts: tuple[int, int, int], faces: dict[str, str]) -> Block:
