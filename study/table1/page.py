@@ -134,6 +134,9 @@ def _limit(study: MeshStudy) -> dict[str, Any] | None:
 def _numbers(case: CaseModel) -> list[dict[str, str]]:
     """Every number of the case outside its rows, in the units of the case files."""
     tables = case.model_dump(include={"blade", "material", "mesh", "root", "reduction", "damping", "limit"})
+    if tables["blade"]["kind"] == "plain":  # it has no pads
+        for name in ("mesh", "limit"):
+            (tables[name] or {}).pop("pads", None)
     tuned = set(getattr(case, "tuned", ()))
     return [
         {"key": key, "value": _shown(key, value), "tuned": "tuned" if key in tuned else ""}
