@@ -15,6 +15,7 @@ from fe.mesh_io import write_mesh
 from fe.modal import modes
 from hbsolve.dynamic_stiffness import DynamicStiffness
 from hbsolve.forced_response import forced_response
+from hbsolve.peak import undamped_from_peak
 from reduction.craig_bampton import craig_bampton
 from reduction.rom import ReducedModel
 from reduction.rom_error import rom_error
@@ -47,8 +48,8 @@ class Reduction:
         The mesh, and the reduced model on it.
     frequency, rom_frequency, rom_error
         Lowest frequencies, full and reduced [Hz], and the estimated relative error of the latter [-].
-    peak
-        Frequency of the first peak of the harmonic-balance response [Hz].
+    peak_natural
+        First natural frequency from the peak of the harmonic-balance response, its damping shift taken out [Hz].
     """
 
     mesh: Mesh
@@ -56,7 +57,7 @@ class Reduction:
     frequency: Float[NDArray[np.float64], " m"]
     rom_frequency: Float[NDArray[np.float64], " m"]
     rom_error: Float[NDArray[np.float64], " m"]
-    peak: float
+    peak_natural: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -68,7 +69,7 @@ class Reduced:
     frequency: Float[NDArray[np.float64], " m"]
     rom_frequency: Float[NDArray[np.float64], " m"]
     rom_error: Float[NDArray[np.float64], " m"]
-    peak: float
+    peak_natural: float
     files: tuple[Path, ...]
 
 
@@ -81,13 +82,14 @@ def reduced_blade(model: BladeModel, title: str) -> Reduction:
     provenance = {"title": title, "stickslip": importlib.metadata.version("stickslip"), "model": repr(model)}
     rom = craig_bampton(system, boundary_rows(mesh, system), model.n_mode, provenance)
     reduced = rom.modes(N_FREQUENCY)
+    peak = first_peak(rom, float(reduced.frequency[0]))
     return Reduction(
         mesh=mesh,
         rom=rom,
         frequency=full.frequency,
         rom_frequency=reduced.frequency,
         rom_error=rom_error(system, rom, N_FREQUENCY),
-        peak=first_peak(rom, float(reduced.frequency[0])).frequency,
+        peak_natural=undamped_from_peak(peak, model.damping_ratio) / (2 * pi),
     )
 
 
@@ -114,7 +116,7 @@ def run_reduce(path: Path, run: RunContext) -> Reduced:
         frequency=found.frequency,
         rom_frequency=found.rom_frequency,
         rom_error=found.rom_error,
-        peak=found.peak,
+        peak_natural=found.peak_natural,
         files=tuple(files.values()),
     )
 

@@ -43,7 +43,7 @@ def reduce(
             )
         ),
         "",
-        f"  peak of the harmonic-balance response: {reduced.peak:.5f} Hz",
+        f"  first, from the peak of the harmonic-balance response: {reduced.peak_natural:.5f} Hz",
         "",
         *map(str, reduced.files),
     ]
@@ -53,7 +53,7 @@ def reduce(
         "frequency_hz": list(map(float, reduced.frequency)),
         "rom_frequency_hz": list(map(float, reduced.rom_frequency)),
         "rom_error": list(map(float, reduced.rom_error)),
-        "hb_peak_hz": reduced.peak,
+        "hb_peak_hz": reduced.peak_natural,
         "files": [str(file) for file in reduced.files],
     }
     return Answer(document=document, text="\n".join(lines))

@@ -1,7 +1,7 @@
 r"""What the fully integrated 8-node brick does to a bending frequency, in closed form and with nothing fitted.
 
-In bending, the axial strain of a linear brick is right, but three other strains are wrong, because the deflection (along
-y, through the thickness) has no quadratic terms:
+In bending, the axial strain of a linear brick is right, but three other strains are wrong, because the deflection
+(along y, through the thickness) has no quadratic terms:
 
 - along the span it lacks z^2, which leaves a parasitic shear kappa z within each element,
 - across the chord it lacks x^2, which leaves a parasitic shear nu kappa x,
