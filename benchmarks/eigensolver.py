@@ -68,8 +68,9 @@ def with_arpack(system: LinearSystem, factor: Factor, n_mode: int) -> tuple[NDAr
     n = system.n_dof
     inverse = LinearOperator((n, n), matvec=factor.solve, dtype=np.float64)
     start = np.random.default_rng(0).standard_normal(n)
+    # Of tolerances 1e-9 and 1e-13 and bases of 2 to 3 times the modes, the fastest with residuals as small as ours.
     lambda_, shapes = eigsh(
-        system.stiffness, k=n_mode, M=system.mass, sigma=0.0, OPinv=inverse, tol=1e-13, v0=start, ncv=2 * n_mode + 20
+        system.stiffness, k=n_mode, M=system.mass, sigma=0.0, OPinv=inverse, tol=1e-9, v0=start, ncv=2 * n_mode + 1
     )
     order = np.argsort(lambda_)
     return lambda_[order], shapes[:, order]
@@ -105,7 +106,7 @@ def measure(name: str, system: LinearSystem, factor: Factor, n_mode: int, answer
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("through_thickness", nargs="*", type=int, default=[2, 5])
-    parser.add_argument("--modes", nargs="*", type=int, default=[10, 150])
+    parser.add_argument("--modes", nargs="*", type=int, default=[10, 50, 150])
     arguments = parser.parse_args()
     if any(os.environ.get(name) != "1" for name in ONE_THREAD):
         # Libraries read it when they are loaded, so this has to start anew.
@@ -134,7 +135,7 @@ def main() -> None:
             difference = np.abs(ours.lambda_ / theirs.lambda_ - 1).max()
             assert difference < 1e-10, f"the two solvers disagree by {difference:.1e}"
             ratio = theirs.seconds / ours.seconds
-            notes.append(f"{system.n_dof}, {n_mode} modes: ratio {ratio:.1f}, eigenvalues within {difference:.0e}")
+            notes.append(f"{system.n_dof}, {n_mode} modes: ratio {ratio:.2f}, eigenvalues within {difference:.0e}")
     print("\n" + "\n".join(notes))
 
 
