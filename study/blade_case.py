@@ -134,9 +134,9 @@ class ReductionTable(CaseModel):
 
 
 class DampingTable(CaseModel):
-    """Rayleigh damping, given by its ratio on the first mode."""
+    """Rayleigh damping, given by its ratio on the first mode: with none there is no peak, with much it is elsewhere."""
 
-    ratio: Annotated[Ratio, Field(ge=0, lt=1)] = 0.002
+    ratio: Annotated[Ratio, Field(gt=0, le=0.2)] = 0.002
 
 
 class BladeTables(CaseModel):
