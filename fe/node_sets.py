@@ -25,9 +25,7 @@ def with_named_points(mesh: Mesh, points: Mapping[str, Float[NDArray[np.float64]
     return replace(mesh, node_sets={**mesh.node_sets, **found})
 
 
-def with_stations(
-    mesh: Mesh, stations: Mapping[str, Float[NDArray[np.float64], "_ 3"]], within: float = 1e-9
-) -> Mesh:
+def with_stations(mesh: Mesh, stations: Mapping[str, Float[NDArray[np.float64], "_ 3"]], within: float = 1e-9) -> Mesh:
     """The mesh with a node set for each list of stations, one corner node a station, in the order of the stations.
 
     Raises
