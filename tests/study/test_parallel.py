@@ -31,6 +31,10 @@ def square(number: int) -> int:
 def threads(names: tuple) -> tuple:
     return tuple(os.environ.get(name, "") for name in names)
 
+@stage("deaf", rooms=())
+def deaf() -> bool:
+    return signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
 @stage("refusal", rooms=())
 def refusal(number: int) -> int:
     raise InputError(f"number = {number} is odd: give an even one")
@@ -53,12 +57,12 @@ def killed(number: int) -> int:
 @stage("slow", rooms=())
 def slow(folder: str, number: int) -> int:
     Path(folder, f"started{number}").write_text(str(os.getpid()))
-    time.sleep(60)
+    time.sleep(150)
     return number
 
 @stage("program", rooms=())
 def program(folder: str) -> int:
-    child = subprocess.Popen(["sleep", "60"])
+    child = subprocess.Popen(["sleep", "150"])
     Path(folder, "started0").write_text(str(child.pid))
     return child.wait()
 """
@@ -134,6 +138,10 @@ def test_each_process_has_one_thread_and_the_environment_is_as_before(
     assert set(found) == {"1"}  # type: ignore[call-overload]
     assert os.environ["OMP_NUM_THREADS"] == "7"
     assert "MKL_NUM_THREADS" not in os.environ
+
+
+def test_a_process_never_sees_ctrl_c_which_would_only_make_it_print_where_it_was(stages: Stages) -> None:
+    assert run([Task(stage=stages.deaf, inputs={}, label="deaf")], Store(None)) == [True]
 
 
 def test_what_a_stage_refuses_is_refused_with_its_sentence(stages: Stages, tmp_path: Path) -> None:

@@ -1,0 +1,38 @@
+"""Every example runs as it stands, checks itself against theory, and is short."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from study.errors import MissingSoftware
+from study.figure.off_screen import require_egl
+
+TIMEOUT = 300  # s; a hang is an error, a slow machine is none
+EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
+#: The two that the README shows must not be lost from the glob.
+SHOWN = {"geometry_to_rom.py", "mode_shape_screenshot.py"}
+
+
+def test_the_examples_are_found() -> None:
+    assert {path.name for path in EXAMPLES} >= SHOWN
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_an_example_runs_and_is_short(path: Path, tmp_path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert len(text.splitlines()) < 40
+    assert "assert " in text  # it ends in a check
+    if "mode_picture" in text:
+        try:
+            require_egl()
+        except MissingSoftware as reason:
+            pytest.skip(str(reason))
+    done = subprocess.run(
+        [sys.executable, str(path)], cwd=tmp_path, capture_output=True, text=True, timeout=TIMEOUT, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout
+    # What it says that it wrote is there.
+    assert all((tmp_path / word).is_file() for word in done.stdout.replace(",", " ").split() if word.endswith(".png"))
