@@ -4,7 +4,6 @@ PARDISO (Cholesky or LDL^T, from the `pypardiso` wheel) where it is installed, S
 """
 
 import ctypes
-import importlib.util
 import weakref
 from enum import Enum
 from functools import cache
@@ -45,8 +44,12 @@ class Factor(Protocol):
 
 
 def default_backend() -> Backend:
-    """PARDISO if its wheel is installed (x86-64 only), else SuperLU."""
-    return Backend.PARDISO if importlib.util.find_spec("pypardiso") else Backend.SUPERLU
+    """PARDISO if its wheel is installed (x86-64 only) and finds MKL, else SuperLU."""
+    try:
+        _library()
+    except (ImportError, OSError):
+        return Backend.SUPERLU
+    return Backend.PARDISO
 
 
 def factorise(

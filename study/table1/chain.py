@@ -43,10 +43,9 @@ class RowResult:
         The first ten, full and reduced, shape (10,) [Hz].
     rom_error
         Estimated relative truncation error of each reduced frequency, shape (10,) [-].
-    peak
-        Frequency of the interpolated peak of the harmonic-balance response [Hz].
     peak_natural
-        The natural frequency that the peak stands for, its damping shift taken out [Hz].
+        The natural frequency that the interpolated peak of the harmonic-balance response stands for, its damping shift
+        taken out [Hz].
     n_cell, n_dof, n_held, n_reduced
         Cells, free degrees of freedom, held nodes, reduced degrees of freedom [-].
     seconds, memory
@@ -56,7 +55,6 @@ class RowResult:
     frequency: Float[NDArray[np.float64], " m"]
     rom_frequency: Float[NDArray[np.float64], " m"]
     rom_error: Float[NDArray[np.float64], " m"]
-    peak: float
     peak_natural: float
     n_cell: int
     n_dof: int
@@ -80,7 +78,6 @@ def row(inputs: BladeModel) -> RowResult:
         frequency=full.frequency,
         rom_frequency=reduced.frequency,
         rom_error=rom_error(system, rom, N_FREQUENCY),
-        peak=peak.frequency,
         peak_natural=undamped_from_peak(peak, inputs.damping_ratio) / (2 * pi),
         n_cell=mesh.n_cell,
         n_dof=system.n_dof,

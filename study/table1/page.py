@@ -75,6 +75,7 @@ def _study(study: MeshStudy, case_file: str, figure: bytes, pictures: Sequence[P
         ],
         "nested": _nested(study),
         "limit": _limit(study),
+        "no_limit": study.no_limit,
         "cad_volume": f"{study.solid.cad_volume * 1e9:,.1f}",
         "volume_difference": f"{study.solid.mesh_volume / study.solid.cad_volume - 1:+.1e}",
         "step": step,

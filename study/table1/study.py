@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from fe.calculix_run import find_ccx
+from geometry.errors import InputError
 from study.blade_case import ELEMENT_BY_NAME
 from study.blade_model import BladeModel, blade_model, mesh_size
 from study.case import located
@@ -74,6 +75,8 @@ class MeshStudy:
         In the order of the case.
     nested, limit
         Frequencies of the nested meshes, and what they tend to; none if the case asks for none.
+    no_limit
+        Why they tend to nothing, if so.
     solid
         CAD volume against mesh volume.
     asked_calculix
@@ -85,6 +88,7 @@ class MeshStudy:
     predictions: tuple[StudyPrediction, ...]
     nested: tuple[NestedPoint, ...]
     limit: Limit | None
+    no_limit: str
     solid: SolidCheck
     asked_calculix: bool
 
@@ -142,6 +146,7 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
     found = _run_groups(tasks, run, title)
     quadratic_frequency = dict(zip(references, found["references"], strict=True))
     calculix = dict(zip(seen_by_calculix, found["witness"], strict=True))
+    limit, no_limit = _limit(case, found["nested"])
     return MeshStudy(
         case=case,
         rows=tuple(
@@ -153,7 +158,8 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
             for asked, result, r in zip(case.prediction, found["predictions"], untuned, strict=True)
         ),
         nested=tuple(found["nested"]),
-        limit=_limit(case, found["nested"]),
+        limit=limit,
+        no_limit=no_limit,
         solid=found["solid"][0],
         asked_calculix=ask_calculix,
     )
@@ -212,10 +218,13 @@ def _nested(case: Table1Case, inputs: BladeModel) -> list[BladeModel]:
     return [replace(coarse, subdivisions=times) for times in limit.subdivisions]
 
 
-def _limit(case: Table1Case, nested: Sequence[NestedPoint]) -> Limit | None:
+def _limit(case: Table1Case, nested: Sequence[NestedPoint]) -> tuple[Limit | None, str]:
+    """The limit, or why there is none: the rows of the table stand without it."""
     if case.limit is None:
-        return None
+        return None, ""
     coarse, medium, _ = case.limit.subdivisions
-    with located(case, "limit"):
-        degree = ELEMENT_BY_NAME[case.limit.element].degree
-        return richardson([point.frequency for point in nested], medium / coarse, degree)
+    degree = ELEMENT_BY_NAME[case.limit.element].degree
+    try:
+        return richardson([point.frequency for point in nested], medium / coarse, degree), ""
+    except InputError as error:
+        return None, str(error)

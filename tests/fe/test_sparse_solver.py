@@ -1,6 +1,5 @@
 """Both factorisations solve what they are given, and say when they cannot."""
 
-import importlib.util
 import subprocess
 import sys
 
@@ -8,6 +7,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from fe import sparse_solver
 from fe.sparse_solver import Backend, Definiteness, SingularMatrix, default_backend, factorise
 
 BACKENDS = [
@@ -92,8 +92,12 @@ def test_an_indefinite_matrix_may_have_zeros_on_its_diagonal(backend: Backend) -
     np.testing.assert_allclose(solution, [-9, 5, 2], rtol=1e-14)
 
 
-def test_scipy_alone_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
+@pytest.mark.parametrize("failure", [ImportError("no wheel"), OSError("libmkl_rt.so.2 is missing")])
+def test_scipy_alone_is_enough(failure: Exception, monkeypatch: pytest.MonkeyPatch) -> None:
+    def library() -> None:
+        raise failure
+
+    monkeypatch.setattr(sparse_solver, "_library", library)
     assert default_backend() is Backend.SUPERLU
     b = np.ones(N)
     matrix = random_matrix(Definiteness.POSITIVE)

@@ -71,7 +71,7 @@ CASE_MISTAKES = [
     # Values out of range.
     ("rig", "drop_every = 6", "drop_every = 1", "root.drop_every = 1: must be greater than or equal to 2"),
     ("rig", "modes = 150", "modes = 0", "reduction.modes = 0: must be greater than or equal to 1"),
-    ("rig", 'ratio = "0.2 %"', 'ratio = "-0.2 %"', 'damping.ratio = "-0.2 %": must be greater than or equal to 0'),
+    ("rig", 'ratio = "0.2 %"', 'ratio = "-0.2 %"', 'damping.ratio = "-0.2 %": must be greater than 0'),
     ("rig", "poisson = 0.3", "poisson = 0.5", "material.poisson = 0.5: .* must lie between -1 and 0.5: steel has 0.3"),
     ("rig", 'young = "210 GPa"', 'young = "-210 GPa"', 'material.young = "-210 GPa": .* steel has 210e9 Pa'),
     ("rig", "thickness_factor = 1.25", "thickness_factor = 1e4", "prediction[2]: .* is longer than any rig (give"),

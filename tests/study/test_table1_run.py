@@ -203,14 +203,14 @@ def test_a_second_run_computes_nothing_and_gives_the_same_table(
     assert all(f"{float(row['frequency_hz']):.3f}" in printed for row in rows(run))
 
 
-def test_what_fails_late_loses_nothing_that_was_computed(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+def test_nested_meshes_without_a_limit_leave_the_table_standing(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(*_: object) -> None:
         raise InputError("frequencies 1, 2, 4 Hz show no limit: start from a finer mesh")
 
     monkeypatch.setattr("study.table1.study.richardson", refuse)
     before = entries(run.folder)
-    assert again(run, monkeypatch, tmp_path) == 2
-    assert "show no limit" in capsys.readouterr().err
+    assert again(run, monkeypatch, tmp_path) == 0
+    assert "show no limit: start from a finer mesh" in (tmp_path / "table1.html").read_text(encoding="utf-8")
     assert entries(run.folder) == before
