@@ -1,5 +1,6 @@
 """Both factorisations solve what they are given, and say when they cannot."""
 
+import importlib.util
 import subprocess
 import sys
 
