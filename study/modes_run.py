@@ -78,7 +78,7 @@ def run_modes(
         except SupportError as error:
             raise SupportError(f"{source} with --fix {' --fix '.join(own.fixed)}: {error}") from None
     moving = None if film_of is None else film_of - 1
-    files = [file for file, _ in picture_modes(shapes, run.output, source.stem, run.progress, moving)]
+    files = [file for file, _ in picture_modes(shapes, source.stem, run, moving)]
     result = run.output / f"{source.stem}_modes.vtu"
     fields = {f"mode {k + 1}: {f:.6g} Hz": shapes.displacement[k] for k, f in enumerate(shapes.frequency)}
     write_mesh(shapes.mesh, result, fields)

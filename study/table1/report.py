@@ -71,5 +71,5 @@ def _pictures(study: MeshStudy, run: RunContext, stem: str) -> list[Picture]:
     quadratic = [row for row in study.rows if row.asked.element == "hex20" and row.asked.root == "full"]
     row = min(quadratic or study.rows, key=lambda each: abs(each.error or 0.0))
     found: Shapes = run.store.run(blade_shapes, row_inputs(study.case, row.asked), N_PICTURED)
-    files = picture_modes(found, run.output, stem, run.progress)
+    files = picture_modes(found, stem, run)
     return [Picture(file=file, caption=f"{caption} (model {row.asked.model})") for file, caption in files]

@@ -188,8 +188,6 @@ def again(run: Run, monkeypatch: pytest.MonkeyPatch, out: Path) -> int:
     original = Store.outcome
     monkeypatch.setattr(Store, "outcome", outcome)
     monkeypatch.setattr("study.parallel._start", lambda *_: pytest.fail("a process was started"))
-    # Pictures are drawn from the kept shapes each time.
-    monkeypatch.setattr("study.table1.report.picture_modes", lambda *_: [])
     words = ["table1", str(run.folder / "coarse.toml"), "--out", str(out), "--cache", str(run.folder / "cache")]
     return cli.main([*words, "--quiet"])
 
