@@ -8,8 +8,8 @@
         ├── fe.errors.MeshError
         │   └── fe.errors.InvertedCell
         ├── fe.errors.SupportError
-        ├── reduction.errors.RomError
-        ├── hbsolve.errors.{ForceError, ModelError, PeakError}
+        ├── reduction.errors.{RomError, JointError}
+        ├── hbsolve.errors.{ForceError, ModelError, PeakError, BalanceError}
         └── study.errors.{CaseError, OutputError, MissingSoftware}
 
 It lives in the lowest room, so that every other room can derive from it.

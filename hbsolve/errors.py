@@ -13,3 +13,7 @@ class ModelError(InputError):
 
 class PeakError(InputError):
     """A band or a set of samples that holds no resonance peak."""
+
+
+class BalanceError(InputError):
+    """Harmonics, samples, a start or a parameter that the harmonic balance cannot use."""

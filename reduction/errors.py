@@ -5,3 +5,7 @@ from geometry.errors import InputError
 
 class RomError(InputError):
     """A boundary, a reduced model or its file that cannot be used."""
+
+
+class JointError(InputError):
+    """A joint or a load that describes no structure."""

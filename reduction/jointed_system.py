@@ -1,0 +1,424 @@
+r"""What a structure with joints is: matrices, joints and loads as data alone.
+
+How a joint behaves is written twice, in `hbsolve.contact` and in `transient`, on purpose: each is the other's witness.
+
+A joint acts along directions, rows b over the structure's degrees of freedom: its relative displacement is u = b . q,
+and the force f of the joint enters the equation of motion as
+
+.. math:: M \ddot q + C \dot q + K q + \sum b^T f(u, \dot u) = f_\mathrm{static}
+          + \Re \sum_{k \ge 1} f_k\, e^{i k \Omega t}
+
+so that a positive force resists a positive displacement. `along` and `between` make the rows; any linear combination
+of degrees of freedom, such as a station between the nodes of a mesh, is a row as well.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from enum import Enum
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from reduction.errors import JointError
+
+Row = Float[NDArray[np.float64], " r"]
+Matrix = Float[NDArray[np.float64], "r r"]
+
+
+class Friction(Enum):
+    """How the two tangents of a contact share Coulomb's limit."""
+
+    UNCOUPLED = "uncoupled"
+    """Each tangent has a limit mu N of its own."""
+    COULOMB = "coulomb"
+    """The resultant has the limit mu N and opposes the sliding (isotropic)."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FrictionContact:
+    r"""The paper's contact element: a unilateral normal spring beside elastic Coulomb friction in one or two tangents.
+
+    .. math:: N = \max(N_0 + k_n (v - g),\ 0), \qquad T = k_t (u - w), \qquad |T| \le \mu N
+
+    with v > 0 closing; w is the position of the slider, and T = 0 in lift-off.
+
+    Parameters
+    ----------
+    name
+        What messages and results call it.
+    normal
+        Row of v, shape (r,) [-].
+    tangents
+        Rows of u, shape (1, r) or (2, r); one row of shape (r,) is taken as (1, r) [-].
+    normal_stiffness, tangential_stiffness
+        k_n and k_t [N/m].
+    friction_coefficient
+        mu [-].
+    preload
+        N_0 [N], the normal force at v = g; negative holds the contact open by that force.
+    gap
+        g [m]; negative is an interference.
+    friction
+        How two tangents share the limit.
+
+    Raises
+    ------
+    JointError
+        A stiffness that is not positive, a negative friction coefficient, or a number that is not finite.
+
+    References
+    ----------
+    Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eqs 6-8.
+    """
+
+    name: str
+    normal: Row
+    tangents: Float[NDArray[np.float64], "tangent r"]
+    normal_stiffness: float
+    tangential_stiffness: float
+    friction_coefficient: float
+    preload: float = 0.0
+    gap: float = 0.0
+    friction: Friction = Friction.UNCOUPLED
+
+    def __post_init__(self) -> None:
+        _lock_rows(self, "normal", "tangents")
+        if self.tangents.ndim == 1:
+            object.__setattr__(self, "tangents", self.tangents[None, :])
+        if self.tangents.ndim != 2 or len(self.tangents) not in {1, 2}:
+            raise JointError(f'contact "{self.name}" has tangents of shape {self.tangents.shape}: give one or two rows')
+        if self.tangents.shape[1:] != self.normal.shape:
+            raise JointError(
+                f'contact "{self.name}" has a normal over {self.normal.size} degrees of freedom but tangents over '
+                f"{self.tangents.shape[1]}: both are rows over the whole structure"
+            )
+        _check_positive(self, "normal_stiffness", "tangential_stiffness")
+        _check_not_negative(self, "friction_coefficient")
+
+    @property
+    def directions(self) -> Float[NDArray[np.float64], "d r"]:
+        """Tangents, then the normal, shape (n_tangent + 1, r) [-]."""
+        return np.vstack([self.tangents, self.normal])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JenkinsElement:
+    r"""A spring and a slider in series with a constant limit: T = k_t (u - w), abs(T) <= limit_force.
+
+    Parameters
+    ----------
+    name
+        What messages and results call it.
+    direction
+        Row of u, shape (r,) [-].
+    tangential_stiffness
+        k_t [N/m].
+    limit_force
+        mu N [N].
+
+    Raises
+    ------
+    JointError
+        A stiffness that is not positive, a negative limit, or a number that is not finite.
+    """
+
+    name: str
+    direction: Row
+    tangential_stiffness: float
+    limit_force: float
+
+    def __post_init__(self) -> None:
+        _lock_rows(self, "direction")
+        _check_positive(self, "tangential_stiffness")
+        _check_not_negative(self, "limit_force")
+
+    @property
+    def directions(self) -> Float[NDArray[np.float64], "1 r"]:
+        """The direction, shape (1, r) [-]."""
+        return self.direction[None, :]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CubicSpring:
+    """f = stiffness u^3.
+
+    Parameters
+    ----------
+    name
+        What messages and results call it.
+    direction
+        Row of u, shape (r,) [-].
+    stiffness
+        [N/m^3], of either sign.
+
+    Raises
+    ------
+    JointError
+        A number that is not finite.
+    """
+
+    name: str
+    direction: Row
+    stiffness: float
+
+    def __post_init__(self) -> None:
+        _lock_rows(self, "direction")
+        _check_finite(self, "stiffness")
+
+    @property
+    def directions(self) -> Float[NDArray[np.float64], "1 r"]:
+        """The direction, shape (1, r) [-]."""
+        return self.direction[None, :]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ElasticStop:
+    """f = stiffness max(u - gap, 0): a one-sided stop without friction.
+
+    Parameters
+    ----------
+    name
+        What messages and results call it.
+    direction
+        Row of u, positive towards the stop, shape (r,) [-].
+    stiffness
+        [N/m].
+    gap
+        [m]; negative is a pre-compressed stop.
+
+    Raises
+    ------
+    JointError
+        A stiffness that is not positive, or a number that is not finite.
+    """
+
+    name: str
+    direction: Row
+    stiffness: float
+    gap: float = 0.0
+
+    def __post_init__(self) -> None:
+        _lock_rows(self, "direction")
+        _check_positive(self, "stiffness")
+        _check_finite(self, "gap")
+
+    @property
+    def directions(self) -> Float[NDArray[np.float64], "1 r"]:
+        """The direction, shape (1, r) [-]."""
+        return self.direction[None, :]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class QuadraticDamper:
+    """f = damping |du/dt| du/dt: drag of the surrounding air.
+
+    Parameters
+    ----------
+    name
+        What messages and results call it.
+    direction
+        Row of u, shape (r,) [-].
+    damping
+        [N s^2/m^2], not negative.
+
+    Raises
+    ------
+    JointError
+        A negative damping, or a number that is not finite.
+    """
+
+    name: str
+    direction: Row
+    damping: float
+
+    def __post_init__(self) -> None:
+        _lock_rows(self, "direction")
+        _check_not_negative(self, "damping")
+
+    @property
+    def directions(self) -> Float[NDArray[np.float64], "1 r"]:
+        """The direction, shape (1, r) [-]."""
+        return self.direction[None, :]
+
+
+Joint = FrictionContact | JenkinsElement | CubicSpring | ElasticStop | QuadraticDamper
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JointedSystem:
+    """A linear structure, the joints that make it nonlinear, and its loads; arrays are copied and read-only.
+
+    Parameters
+    ----------
+    mass, damping, stiffness
+        Of the structure without its joints, shape (r, r) [kg, N s/m, N/m]; stiffness may be singular where joints
+        alone hold a body.
+    joints
+        In the order in which results list them; no two of one name.
+    static_load
+        Shape (r,) [N]; none by default.
+    harmonic_force
+        Coefficients f_k of e^{i k Omega t} in the sum above, row k for harmonic k, shape (n_harmonic, r) [N]; row 0 is
+        zero, since a constant force is `static_load`. None by default.
+
+    Raises
+    ------
+    JointError
+        Shapes that do not fit, loads that are not finite, a force in row 0, or two joints of one name.
+    """
+
+    mass: Matrix
+    damping: Matrix
+    stiffness: Matrix
+    joints: Sequence[Joint] = ()
+    static_load: Row | None = None
+    harmonic_force: Complex[NDArray[np.complex128], "harmonic r"] | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("mass", "damping", "stiffness"):
+            object.__setattr__(self, name, _locked(np.array(getattr(self, name), dtype=np.float64)))
+            shape = getattr(self, name).shape
+            if shape != self.mass.shape or len(shape) != 2 or shape[0] != shape[1] or not shape[0]:
+                raise JointError(
+                    f"the {name} has shape {shape}, the mass {self.mass.shape}: give three square matrices of one size"
+                )
+        r = self.n_dof
+        static = np.zeros(r) if self.static_load is None else np.array(self.static_load, dtype=np.float64)
+        harmonic = (
+            np.zeros((1, r), dtype=np.complex128)
+            if self.harmonic_force is None
+            else np.array(self.harmonic_force, dtype=np.complex128)
+        )
+        object.__setattr__(self, "static_load", _locked(static))
+        object.__setattr__(self, "harmonic_force", _locked(harmonic))
+        object.__setattr__(self, "joints", tuple(self.joints))
+        _check_loads(static, harmonic, r)
+        names: set[str] = set()
+        for joint in self.joints:
+            if joint.directions.shape[1] != r:
+                raise JointError(
+                    f'joint "{joint.name}" acts on {joint.directions.shape[1]} degrees of freedom, the structure has '
+                    f"{r}: give rows over the whole structure (`along`, `between`)"
+                )
+            if joint.name in names:
+                raise JointError(f'two joints are called "{joint.name}": give each a name of its own')
+            names.add(joint.name)
+
+    @property
+    def n_dof(self) -> int:
+        """Number of degrees of freedom r [-]."""
+        return len(self.mass)
+
+    @property
+    def static(self) -> Row:
+        """`static_load`, zeros if none was given, shape (r,) [N]."""
+        assert self.static_load is not None
+        return self.static_load
+
+    @property
+    def dynamic(self) -> Complex[NDArray[np.complex128], "harmonic r"]:
+        """`harmonic_force`, zeros if none was given, shape (n_harmonic, r) [N]."""
+        assert self.harmonic_force is not None
+        return self.harmonic_force
+
+
+def along(n_dof: int, weights: Mapping[int, float]) -> Row:
+    """Row of a displacement that is a linear combination of degrees of freedom.
+
+    Parameters
+    ----------
+    n_dof
+        Degrees of freedom of the structure, r [-].
+    weights
+        Weight of each degree of freedom, counted from 0 [-].
+
+    Raises
+    ------
+    JointError
+        A degree of freedom that the structure does not have.
+    """
+    row = np.zeros(n_dof)
+    for dof, weight in weights.items():
+        if not 0 <= dof < n_dof:
+            raise JointError(f"degree of freedom {dof} does not exist: the structure has 0 to {n_dof - 1}")
+        row[dof] += weight
+    return row
+
+
+def between(n_dof: int, dof: int, other: int | None = None) -> Row:
+    """Row of the displacement of a degree of freedom relative to another one, or to the ground.
+
+    Raises
+    ------
+    JointError
+        A degree of freedom that the structure does not have, or twice the same.
+    """
+    if dof == other:
+        raise JointError(f"degree of freedom {dof} does not move relative to itself: give two different ones")
+    return along(n_dof, {dof: 1.0} if other is None else {dof: 1.0, other: -1.0})
+
+
+def _lock_rows(joint: object, *names: str) -> None:
+    for name in names:
+        row = np.array(getattr(joint, name), dtype=np.float64)
+        object.__setattr__(joint, name, _locked(row))
+        if not np.isfinite(row).all() or not row.any():
+            raise JointError(f"{_label(joint)}: its {name} must hold finite numbers, not all of them zero")
+    for field in fields(joint):  # type: ignore[arg-type]
+        value = getattr(joint, field.name)
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            _check_finite(joint, field.name)
+
+
+def _check_finite(joint: object, *names: str) -> None:
+    for name in names:
+        if not np.isfinite(getattr(joint, name)):
+            raise JointError(f"{_label(joint)}: {name} = {getattr(joint, name):g} must be a finite number")
+
+
+def _check_positive(joint: object, *names: str) -> None:
+    _check_finite(joint, *names)
+    for name in names:
+        if not getattr(joint, name) > 0:
+            raise JointError(f"{_label(joint)}: {name} = {getattr(joint, name):g} must be positive")
+
+
+def _check_not_negative(joint: object, *names: str) -> None:
+    _check_finite(joint, *names)
+    for name in names:
+        if getattr(joint, name) < 0:
+            raise JointError(f"{_label(joint)}: {name} = {getattr(joint, name):g} must not be negative")
+
+
+def _check_loads(static: Row, harmonic: Complex[NDArray[np.complex128], "harmonic r"], n_dof: int) -> None:
+    if static.shape != (n_dof,):
+        raise JointError(f"the static load has shape {static.shape}: give ({n_dof},), one number a degree of freedom")
+    if harmonic.ndim != 2 or harmonic.shape[1] != n_dof or not len(harmonic):
+        raise JointError(
+            f"the harmonic force has shape {harmonic.shape}: give (n_harmonic, {n_dof}), row k for harmonic k"
+        )
+    if not np.isfinite(static).all():
+        dof = int(np.flatnonzero(~np.isfinite(static))[0])
+        raise JointError(f"the static load on degree of freedom {dof} is {static[dof]} N: give finite numbers")
+    if not np.isfinite(harmonic).all():
+        harmonic_number, dof = np.argwhere(~np.isfinite(harmonic))[0]
+        raise JointError(
+            f"the force is {harmonic[harmonic_number, dof]} N in harmonic {harmonic_number} on degree of freedom "
+            f"{dof}: give finite numbers"
+        )
+    if harmonic[0].any():
+        dof = int(np.flatnonzero(harmonic[0])[0])
+        raise JointError(
+            f"the harmonic force has {harmonic[0, dof]:g} N in row 0 on degree of freedom {dof}: a constant force is "
+            "static_load, and row k is harmonic k"
+        )
+
+
+def _label(joint: object) -> str:
+    return f'joint "{getattr(joint, "name", "")}"'
+
+
+def _locked(values: NDArray[np.generic]) -> NDArray[np.generic]:
+    values.setflags(write=False)
+    return values

@@ -1,0 +1,1 @@
+"""Time integration of jointed systems with a contact marching of its own: the witness of the harmonic balance."""
