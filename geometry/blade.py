@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from geometry.blade_points import named_points as named_points
 from geometry.dimension import SMALLEST, in_millimetres, order_problems, raise_geometry_error, range_problems
 from geometry.interface import N_STATION, ContactLine, straight_contact_line
 from geometry.part import Part
@@ -194,14 +195,6 @@ def contact_lines(blade: Blade, n_station: int = N_STATION) -> dict[str, Contact
             n_station=n_station,
         )
     return lines
-
-
-def named_points(blade: Blade) -> dict[str, Float[NDArray[np.float64], " 3"]]:
-    """Where the shaker pushes ("excitation") and where the accelerometer sits ("response"), on the face at +y [m]."""
-    return {
-        "excitation": np.array([0.0, blade.thickness / 2, blade.excitation_height]),
-        "response": np.array([0.0, blade.thickness / 2, blade.length]),
-    }
 
 
 def blade_part(blade: Blade) -> Part:

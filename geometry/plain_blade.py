@@ -2,10 +2,7 @@
 
 from dataclasses import asdict, dataclass
 
-import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
-
+from geometry.blade_points import named_points as named_points
 from geometry.dimension import SMALLEST, in_millimetres, order_problems, raise_geometry_error, range_problems
 from geometry.part import Part
 
@@ -68,14 +65,6 @@ class PlainBlade:
             )
         if clauses:
             raise_geometry_error("plain blade", clauses)
-
-
-def named_points(blade: PlainBlade) -> dict[str, Float[NDArray[np.float64], " 3"]]:
-    """Where the shaker pushes ("excitation") and where the accelerometer sits ("response"), on the face at +y [m]."""
-    return {
-        "excitation": np.array([0.0, blade.thickness / 2, blade.excitation_height]),
-        "response": np.array([0.0, blade.thickness / 2, blade.length]),
-    }
 
 
 def plain_blade_part(blade: PlainBlade) -> Part:
