@@ -21,7 +21,7 @@ _TUPLE, _LIST, _PAIRS, _COMPLEX, _DATACLASS, _ARRAY, _SPARSE = (
 )  # fmt: skip
 
 # Dataclasses of other packages may not survive a change of version unseen.
-OWN_ROOMS = ("geometry", "fe", "reduction", "hbsolve", "study")
+OWN_ROOMS = ("geometry", "fe", "reduction", "hbsolve", "transient", "study")
 
 
 class Codec(Protocol):
