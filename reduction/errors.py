@@ -9,3 +9,7 @@ class RomError(InputError):
 
 class JointError(InputError):
     """A joint or a load that describes no structure."""
+
+
+class MatrixError(InputError):
+    """A file of mass, damping and stiffness that describes no structure."""
