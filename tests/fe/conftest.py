@@ -1,5 +1,6 @@
-"""What the tests of this room share: every element there is, and a box whose inside can be distorted."""
+"""What the tests of this room share: every element and every factorisation there is, a box to be distorted inside."""
 
+import importlib.util
 from collections.abc import Callable
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from fe.element import ELEMENTS, HEX8, Element
 from fe.hex_blocks import Block, mesh_blocks
 from fe.mesh import Mesh
+from fe.sparse_solver import Backend
 
 BoxMesher = Callable[..., Mesh]
 #: The six walls of a box, in the order of the axes: face sets of every box mesh.
@@ -18,6 +20,15 @@ WALLS = {"u0": "x0", "u1": "x1", "v0": "y0", "v1": "y1", "w0": "z0", "w1": "z1"}
 def element(request: pytest.FixtureRequest) -> Element:
     """Each element in turn: a new one is tested without a word here."""
     found: Element = request.param
+    return found
+
+
+@pytest.fixture(scope="session", params=list(Backend), ids=lambda backend: backend.value)
+def backend(request: pytest.FixtureRequest) -> Backend:
+    """Each factorisation in turn, as far as it is installed."""
+    found: Backend = request.param
+    if found is Backend.PARDISO and importlib.util.find_spec("pypardiso") is None:
+        pytest.skip("PARDISO's wheel is not installed (x86-64 only)")
     return found
 
 

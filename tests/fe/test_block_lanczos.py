@@ -1,6 +1,5 @@
 """No mode is missed, none is found twice, however often a frequency repeats."""
 
-import importlib.util
 from collections.abc import Callable
 
 import numpy as np
@@ -25,17 +24,6 @@ from fe.sparse_solver import Backend, factorise
 from fe.system import LinearSystem
 
 BoxMesher = Callable[..., Mesh]
-BACKENDS = [
-    pytest.param(
-        each,
-        id=each.value,
-        marks=pytest.mark.skipif(
-            each is Backend.PARDISO and importlib.util.find_spec("pypardiso") is None,
-            reason="PARDISO's wheel is not installed (x86-64 only)",
-        ),
-    )
-    for each in Backend
-]
 #: Eigenvalues err by round-off times the condition of the stiffness, below 1e5 for the springs here.
 ROUND_OFF = 1e-11
 
@@ -87,7 +75,6 @@ def solve(
     return lambda_, shapes
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
 def test_a_cube_has_all_its_sixfold_frequencies(backend: Backend) -> None:
     found, _ = solve(grid(11), 90, backend=backend)
     np.testing.assert_allclose(found, grid_lambda(11)[:90], rtol=ROUND_OFF)

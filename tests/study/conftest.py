@@ -2,10 +2,13 @@
 
 import os
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
 
+from study.errors import MissingSoftware
+from study.figure.off_screen import require_egl
 from study.shipped import BLADE, TABLE1
 
 #: A stubby bar: two rows, one prediction and three nested meshes of at most a thousand nodes.
@@ -62,6 +65,27 @@ elements_through_thickness = 3
 length_cap = "20 mm"
 subdivisions = [1, 2, 4]
 """
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Make the marker of this folder known."""
+    config.addinivalue_line("markers", "draws: draws pictures off-screen; skipped where this machine cannot")
+
+
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Skip a test that draws where nothing can be drawn."""
+    if item.get_closest_marker("draws") and (reason := drawing_is_impossible()):
+        item.add_marker(pytest.mark.skip(reason=reason))
+
+
+@cache
+def drawing_is_impossible() -> str:
+    """Why nothing can be drawn; empty if it can."""
+    try:
+        require_egl()
+    except MissingSoftware as reason:
+        return str(reason)
+    return ""
 
 
 @pytest.fixture(scope="session")

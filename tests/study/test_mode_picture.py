@@ -21,17 +21,6 @@ from study.figure.skin import outer_faces, skin_of
 BOTH = pytest.mark.parametrize("element", [HEX8, HEX20], ids=lambda element: element.name)
 
 
-def drawing_is_impossible() -> str:
-    try:
-        require_egl()
-    except MissingSoftware as reason:
-        return str(reason)
-    return ""
-
-
-DRAWS = pytest.mark.skipif(bool(drawing_is_impossible()), reason=drawing_is_impossible() or "pictures can be drawn")
-
-
 def beam(element: Element) -> Mesh:
     def shape(
         u: NDArray[np.float64], v: NDArray[np.float64], w: NDArray[np.float64]
@@ -100,7 +89,7 @@ def test_quadratic_faces_follow_a_circle_closely() -> None:
 # The pictures.
 
 
-@DRAWS
+@pytest.mark.draws
 @BOTH
 def test_a_picture_has_its_size_a_body_and_colours(element: Element, tmp_path: Path) -> None:
     mesh = beam(element)
@@ -121,7 +110,7 @@ def test_a_picture_has_its_size_a_body_and_colours(element: Element, tmp_path: P
     assert np.ptp(rows) > 0.85 * len(body)
 
 
-@DRAWS
+@pytest.mark.draws
 def test_the_frame_stays_free_of_the_body(tmp_path: Path) -> None:
     mesh = beam(HEX8)
     image = pixels(mode_picture(mesh, bending(mesh), tmp_path / "mode.png", frequency=1.0, window_size=(400, 700)))
@@ -129,7 +118,7 @@ def test_the_frame_stays_free_of_the_body(tmp_path: Path) -> None:
         assert strip.min() == 255
 
 
-@DRAWS
+@pytest.mark.draws
 def test_the_deflection_changes_the_picture_and_its_scale_does_not(tmp_path: Path) -> None:
     mesh = beam(HEX20)
     look = {"frequency": 122.25, "window_size": (400, 700)}
@@ -143,7 +132,7 @@ def test_the_deflection_changes_the_picture_and_its_scale_does_not(tmp_path: Pat
     assert (np.abs(drawn("double", bending(mesh), amplitude=0.05) - bent).max(axis=2) > 40).mean() > 0.01
 
 
-@DRAWS
+@pytest.mark.draws
 def test_stress_is_drawn_with_its_unit_in_its_own_colours(tmp_path: Path) -> None:
     mesh = beam(HEX20)
     stress = 80 * (1 - mesh.points[:, 2] / 0.25)
@@ -161,7 +150,7 @@ def test_stress_is_drawn_with_its_unit_in_its_own_colours(tmp_path: Path) -> Non
     assert (with_unit != without).any()
 
 
-@DRAWS
+@pytest.mark.draws
 def test_an_animation_has_its_frames_and_moves(tmp_path: Path) -> None:
     mesh = beam(HEX8)
     path = mode_animation(
@@ -205,7 +194,7 @@ def test_bad_input_is_answered_with_its_value(change: dict[str, object], message
         mode_picture(mesh, **arguments)
 
 
-@DRAWS
+@pytest.mark.draws
 def test_a_folder_that_does_not_exist_is_named(tmp_path: Path) -> None:
     mesh = beam(HEX8)
     with pytest.raises(OutputError, match=r"mode\.png cannot be written \(No such file"):

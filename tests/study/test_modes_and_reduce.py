@@ -23,23 +23,10 @@ from fe.modal import ModeSet, modes
 from geometry.errors import InputError
 from reduction.errors import RomError
 from reduction.rom_io import load_rom
-from study.errors import MissingSoftware
-from study.figure.off_screen import require_egl
 
 TIMEOUT = 120  # s; a hang is an error, a slow machine is none
 ALUMINIUM = Material(young=70e9, poisson=0.33, density=2700.0)
 ALLOY = ["--young", "70 GPa", "--poisson", "0.33", "--density", "2.7 g/cm^3"]
-
-
-def drawing_is_impossible() -> str:
-    try:
-        require_egl()
-    except MissingSoftware as reason:
-        return str(reason)
-    return ""
-
-
-DRAWS = pytest.mark.skipif(bool(drawing_is_impossible()), reason=drawing_is_impossible() or "pictures can be drawn")
 
 
 def stickslip(folder: Path, *words: str) -> "subprocess.CompletedProcess[str]":
@@ -74,7 +61,7 @@ def held(mesh: Mesh) -> tuple[ModeSet, np.ndarray]:
     return found, system.on_mesh(found.mode_shapes)
 
 
-@DRAWS
+@pytest.mark.draws
 def test_modes_of_an_own_mesh_are_those_of_the_api_and_all_are_in_one_file(tmp_path: Path) -> None:
     mesh = tapered_bar()
     in_millimetres = Mesh(points=1e3 * mesh.points, cells=mesh.cells, face_sets=mesh.face_sets)
@@ -109,7 +96,7 @@ def test_modes_of_an_own_mesh_are_those_of_the_api_and_all_are_in_one_file(tmp_p
     assert {*again.face_sets} == {"CLAMP", "TIP"}
 
 
-@DRAWS
+@pytest.mark.draws
 def test_a_free_mesh_has_six_zeros_and_its_first_elastic_mode_is_the_one_that_moves(tmp_path: Path) -> None:
     write_mesh(tapered_bar(), tmp_path / "part.vtu")
     words = ["modes", "part.vtu", "--length-unit", "m", "--free", "--n-modes", "7", *ALLOY, "--out", "out", "--json"]

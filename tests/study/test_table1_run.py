@@ -16,8 +16,6 @@ import pytest
 
 from geometry.errors import InputError
 from study import cli
-from study.errors import MissingSoftware
-from study.figure.off_screen import require_egl
 from study.store import Store
 
 TIMEOUT = 120  # s; a hang is an error, a slow machine is none
@@ -26,17 +24,7 @@ COLUMNS = (
 )
 
 
-def drawing_is_impossible() -> str:
-    try:
-        require_egl()
-    except MissingSoftware as reason:
-        return str(reason)
-    return ""
-
-
-pytestmark = pytest.mark.skipif(
-    bool(drawing_is_impossible()), reason=drawing_is_impossible() or "pictures can be drawn"
-)
+pytestmark = pytest.mark.draws
 
 
 @dataclass(frozen=True, kw_only=True)
