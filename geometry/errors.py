@@ -8,7 +8,7 @@
         ├── fe.errors.MeshError
         │   └── fe.errors.InvertedCell
         ├── fe.errors.SupportError
-        ├── reduction.errors.{RomError, JointError}
+        ├── reduction.errors.{RomError, JointError, MatrixError}
         ├── hbsolve.errors.{ForceError, ModelError, PeakError, BalanceError}
         └── study.errors.{CaseError, OutputError, MissingSoftware}
 
