@@ -5,7 +5,7 @@ import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
@@ -112,6 +112,8 @@ def _problem(details: ErrorDetails, model: type[BaseModel], source: "CaseSource"
         return _missing(path, model, source)
     if details["type"] == "extra_forbidden":
         return source.problem(path, _unknown_key(path, model, source), show_value=False)
+    if details["type"] == "union_tag_invalid":
+        return _unknown_kind(path, details, source)
     value = value_at(source.data, path)
     if details["type"] in {"model_type", "model_attributes_type", "dict_type"}:
         return source.problem(path, f"must be a table; write [{dotted(path)}] and its keys below it")
@@ -127,6 +129,17 @@ def _problem(details: ErrorDetails, model: type[BaseModel], source: "CaseSource"
         choices = re.findall(r'"([^"]*)"', text)
         text += _did_you_mean(value, choices) if isinstance(value, str) else ""
     return source.problem(path, text)
+
+
+def _unknown_kind(path: Path, details: ErrorDetails, source: "CaseSource") -> Problem:
+    """The key that says of which kind a table is, and the kinds there are."""
+    context = details["ctx"]
+    choices = re.findall(r"'([^']*)'", context["expected_tags"])
+    *others, last = (f'"{choice}"' for choice in choices)
+    listed = f"{', '.join(others)} or {last}" if others else last
+    return source.problem(
+        (*path, context["discriminator"].strip("'")), f"must be {listed}" + _did_you_mean(context["tag"], choices)
+    )
 
 
 def _path_in_file(location: Sequence[str | int], data: Any, *, keep_last: bool) -> Path:
@@ -173,13 +186,23 @@ def _fields_at(path: Path, model: type[BaseModel]) -> list[FieldInfo]:
 
 
 def _unknown_key(path: Path, model: type[BaseModel], source: "CaseSource") -> str:
-    known = [name for parent in _models_at(model, path[:-1]) for name in _fields(parent)]
+    table = value_at(source.data, path[:-1])
+    parents = [parent for parent in _models_at(model, path[:-1]) if _is_of_kind(parent, table)]
+    known = [name for parent in parents for name in _fields(parent)]
     key = str(path[-1])
     kind = "table" if isinstance(value_at(source.data, path), Mapping) else "key"
     hint = _did_you_mean(key, known)
     if hint:
         return f"unknown {kind}{hint}"
     return f"unknown {kind}; known here: {', '.join(known)}" if known else f"unknown {kind}; remove it"
+
+
+def _is_of_kind(model: type[BaseModel], table: Any) -> bool:
+    """Whether a table, by the key that says of which kind it is, may be described by a model."""
+    if not isinstance(table, Mapping):
+        return True
+    kinds = {name: field for name, field in _fields(model).items() if get_origin(field.annotation) is Literal}
+    return all(table[name] in get_args(field.annotation) for name, field in kinds.items() if name in table)
 
 
 def _did_you_mean(word: str, known: Sequence[str]) -> str:

@@ -59,6 +59,8 @@ FORCE = Dimension("a force", "N", "10 N")
 PRESSURE = Dimension("a pressure or modulus", "Pa", "210 GPa")
 DENSITY = Dimension("a density", "kg/m^3", "7800 kg/m^3")
 STIFFNESS = Dimension("a stiffness", "N/m", "8.5 N/um")
+CUBIC_STIFFNESS = Dimension("a cubic stiffness", "N/m^3", "2.5 N/mm^3")
+QUADRATIC_DAMPING = Dimension("a quadratic damping", "N s^2/m^2", "0.1 N*s^2/m^2")
 FREQUENCY = Dimension("a frequency", "Hz", "122.25 Hz")
 VELOCITY = Dimension("a velocity", "m/s", "20 mm/s")
 ACCELERATION = Dimension("an acceleration", "m/s^2", "9.81 m/s^2")
@@ -200,6 +202,10 @@ Force = Annotated[float, BeforeValidator(FORCE.read), Field(examples=[FORCE.exam
 Pressure = Annotated[float, BeforeValidator(PRESSURE.read), Field(examples=[PRESSURE.example])]
 Density = Annotated[float, BeforeValidator(DENSITY.read), Field(examples=[DENSITY.example])]
 Stiffness = Annotated[float, BeforeValidator(STIFFNESS.read), Field(examples=[STIFFNESS.example])]
+CubicStiffness = Annotated[float, BeforeValidator(CUBIC_STIFFNESS.read), Field(examples=[CUBIC_STIFFNESS.example])]
+QuadraticDamping = Annotated[
+    float, BeforeValidator(QUADRATIC_DAMPING.read), Field(examples=[QUADRATIC_DAMPING.example])
+]
 Frequency = Annotated[float, BeforeValidator(FREQUENCY.read), Field(examples=[FREQUENCY.example])]
 Velocity = Annotated[float, BeforeValidator(VELOCITY.read), Field(examples=[VELOCITY.example])]
 Acceleration = Annotated[float, BeforeValidator(ACCELERATION.read), Field(examples=[ACCELERATION.example])]

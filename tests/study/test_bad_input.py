@@ -62,7 +62,7 @@ CASE_MISTAKES = [
     # Unknown keys and units.
     ("rig", "length_ratio = 2", "lenght_ratio = 2", 'mesh.lenght_ratio: unknown key; did you mean "length_ratio"?'),
     ("rig", "[root]", "[roots]", 'roots: unknown table; did you mean "root"?'),
-    ("rig", 'kind = "rig"', 'kind = "wing"', "'wing'"),
+    ("rig", 'kind = "rig"', 'kind = "wing"', 'blade.kind = "wing": must be "rig" or "plain"'),
     ("rig", '"250.4 mm"', '"250.4 mn"', 'blade.length = "250.4 mn": unknown unit "mn"; did you mean "mN"?'),
     ("rig", '"250.4 mm"', '"250.4 kg"', '"kg" makes it a mass, but a length is needed, e.g. "250 mm"'),
     ("rig", '"250.4 mm"', "250.4", 'blade.length = 250.4: give a unit, e.g. "250 mm"'),

@@ -1,0 +1,359 @@
+"""From a case of ``stickslip solve`` to a jointed system; what is wrong with it is said at once, with file and line."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from math import pi
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.damping import rayleigh_damping
+from fe.dense_modes import dense_modes
+from geometry.errors import InputError
+from reduction.errors import JointError, MatrixError
+from reduction.jointed_system import (
+    CubicSpring,
+    ElasticStop,
+    Friction,
+    FrictionContact,
+    JenkinsElement,
+    Joint,
+    JointedSystem,
+    QuadraticDamper,
+)
+from reduction.matrix_io import StructureMatrices, load_matrices
+from study.case import located
+from study.errors import CaseError, Problem
+from study.solve_case import (
+    CubicTable,
+    DampingTable,
+    FrequencySweepTable,
+    FrictionTable,
+    JenkinsTable,
+    QuadraticDamperTable,
+    SolveCase,
+    StopTable,
+)
+from study.solve_place import Row, mean_row, rows
+
+Matrix = Float[NDArray[np.float64], "r r"]
+
+#: lambda / (lambda + sigma) of a rigid-body motion; that of the lowest elastic mode is 1/2.
+RIGID = 1e-6
+#: Share of omega^2 below which the structure's own stiffness counts for nothing in a mode.
+FREE = 1e-9
+#: Derivatives in time of each quantity that an output may show.
+DERIVATIVE = {"displacement": 0, "velocity": 1, "acceleration": 2}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Output:
+    """What the results show by name.
+
+    Parameters
+    ----------
+    name
+        As in the case.
+    row
+        Over the structure's degrees of freedom, shape (r,) [-].
+    quantity
+        displacement, velocity or acceleration [m, m/s, m/s^2].
+    """
+
+    name: str
+    row: Row
+    quantity: str
+
+    @property
+    def derivative(self) -> int:
+        """How often the displacement is derived in time [-]."""
+        return DERIVATIVE[self.quantity]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Curve:
+    """One curve that a case asks for.
+
+    Parameters
+    ----------
+    parameter
+        What varies along it, "frequency" or "level".
+    first, last
+        Its ends [rad/s, or - for levels].
+    fixed
+        The other one of the two.
+    label
+        For people: "level 3", "40 Hz".
+    """
+
+    parameter: str
+    first: float
+    last: float
+    fixed: float
+    label: str
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SolveModel:
+    """All that a case asks for.
+
+    Parameters
+    ----------
+    system
+        Structure, joints and loads at level 1.
+    outputs
+        In the order of the case.
+    curves
+        In the order of the case.
+    harmonics, n_sample
+        H, and samples a period [-].
+    """
+
+    system: JointedSystem
+    outputs: tuple[Output, ...]
+    curves: tuple[Curve, ...]
+    harmonics: int
+    n_sample: int
+
+
+@dataclass
+class _Mistakes:
+    """Collects what is wrong, so that the user sees all of it at once."""
+
+    case: SolveCase
+    problems: list[Problem] = field(default_factory=list)
+
+    @contextmanager
+    def at(self, *table: str | int) -> Iterator[None]:
+        try:
+            with located(self.case, *table):
+                yield
+        except CaseError as error:
+            self.problems += error.problems
+
+    def raise_if_any(self) -> None:
+        if self.problems:
+            raise CaseError(list(dict.fromkeys(self.problems)))
+
+
+def solve_model(case: SolveCase, folder: Path) -> SolveModel:
+    """Read the structure and put joints, loads and outputs on it.
+
+    Parameters
+    ----------
+    case
+        As `study.case.load_case` returned it.
+    folder
+        That of the case file, which the structure's file is relative to.
+
+    Raises
+    ------
+    CaseError
+        With every mistake that can be seen without computing a curve.
+    """
+    mistakes = _Mistakes(case)
+    structure = None
+    with mistakes.at("model"):
+        structure = _structure(folder / case.model.file)
+    _check_harmonics(case, mistakes)
+    if structure is None:
+        raise CaseError(mistakes.problems)
+    joints: list[Joint] = []
+    for number in range(len(case.contact)):
+        with mistakes.at("contact", number):
+            joints += _joints(case, number, structure)
+    _check_names(case, mistakes)
+    static, harmonic = _loads(case, structure, mistakes)
+    outputs = []
+    for number, each in enumerate(case.output):
+        with mistakes.at("output", number):
+            outputs.append(Output(name=each.name, row=mean_row(each, structure), quantity=each.quantity))
+    mistakes.raise_if_any()
+    damping = structure.damping
+    if case.damping is not None:
+        with mistakes.at("damping"):
+            damping = _damping(case.damping, structure, joints)
+    mistakes.raise_if_any()
+    system = JointedSystem(
+        mass=structure.mass,
+        damping=damping,
+        stiffness=structure.stiffness,
+        joints=joints,
+        static_load=static,
+        harmonic_force=harmonic,
+    )
+    return SolveModel(
+        system=system,
+        outputs=tuple(outputs),
+        curves=_curves(case),
+        harmonics=case.sweep.harmonics,
+        n_sample=case.sweep.n_sample,
+    )
+
+
+def _structure(file: Path) -> StructureMatrices:
+    try:
+        return load_matrices(file)
+    except InputError as error:
+        # Names the key, so that the line shown is that of the file's name.
+        raise MatrixError(f"the file cannot be used: {error}") from error
+
+
+def _check_harmonics(case: SolveCase, mistakes: _Mistakes) -> None:
+    highest = case.sweep.harmonics
+    for number, load in enumerate(case.load):
+        if load.harmonic <= highest:
+            continue
+        with mistakes.at("sweep"):
+            if highest == 0:
+                raise JointError(
+                    f"harmonics = 0 keeps the mean alone, but load[{number}] acts at harmonic {load.harmonic}: take "
+                    "at least 1; 5 or more show what friction does"
+                )
+            raise JointError(
+                f"harmonics = {highest} leaves out load[{number}], which acts at harmonic {load.harmonic}: take at "
+                f"least {load.harmonic}"
+            )
+
+
+def _check_names(case: SolveCase, mistakes: _Mistakes) -> None:
+    for kind, tables in (("contact", case.contact), ("output", case.output)):
+        names = [table.name for table in tables]
+        for number, name in enumerate(names):
+            if name in names[:number]:
+                with mistakes.at(kind, number):
+                    raise JointError(f'name = "{name}" is taken by {kind}[{names.index(name)}]: give each its own')
+
+
+def _joints(case: SolveCase, number: int, structure: StructureMatrices) -> list[Joint]:
+    table = case.contact[number]
+    if isinstance(table, FrictionTable):
+        return _friction_contacts(case, number, table, structure)
+    directions = rows(table, structure)
+    make: Callable[[str, Row], Joint]
+    if isinstance(table, JenkinsTable):
+        stiffness, limit = table.tangential_stiffness, table.limit_force
+
+        def make(name: str, row: Row) -> Joint:
+            return JenkinsElement(name=name, direction=row, tangential_stiffness=stiffness, limit_force=limit)
+
+    elif isinstance(table, CubicTable):
+        cubic = table.stiffness
+
+        def make(name: str, row: Row) -> Joint:
+            return CubicSpring(name=name, direction=row, stiffness=cubic)
+
+    elif isinstance(table, StopTable):
+        stop, gap = table.stiffness, table.gap
+
+        def make(name: str, row: Row) -> Joint:
+            return ElasticStop(name=name, direction=row, stiffness=stop, gap=gap)
+
+    else:
+        assert isinstance(table, QuadraticDamperTable)
+        drag = table.damping
+
+        def make(name: str, row: Row) -> Joint:
+            return QuadraticDamper(name=name, direction=row, damping=drag)
+
+    names = _station_names(table.name, len(directions))
+    return [make(name, row) for name, row in zip(names, directions, strict=True)]
+
+
+def _friction_contacts(case: SolveCase, number: int, table: FrictionTable, structure: StructureMatrices) -> list[Joint]:
+    places = {"tangent": table.tangent, "second_tangent": table.second_tangent, "normal": table.normal}
+    labels, found = [], []
+    for label, place in places.items():
+        if place is not None:
+            with located(case, "contact", number, label):
+                labels.append(label)
+                found.append(rows(place, structure))
+    counts = {len(each) for each in found}
+    if len(counts) > 1:
+        listed = ", ".join(f"{label} {len(each)}" for label, each in zip(labels, found, strict=True))
+        raise JointError(f"its places have different numbers of stations ({listed}): a contact needs one of each")
+    names = _station_names(table.name, counts.pop())
+    return [
+        FrictionContact(
+            name=name,
+            normal=station[-1],
+            tangents=np.array(station[:-1]),
+            normal_stiffness=table.normal_stiffness,
+            tangential_stiffness=table.tangential_stiffness,
+            friction_coefficient=table.friction_coefficient,
+            preload=table.preload,
+            gap=table.gap,
+            friction=Friction(table.friction),
+        )
+        for name, station in zip(names, zip(*found, strict=True), strict=True)
+    ]
+
+
+def _station_names(name: str, count: int) -> list[str]:
+    return [name] if count == 1 else [f"{name} {station}" for station in range(count)]
+
+
+def _loads(case: SolveCase, structure: StructureMatrices, mistakes: _Mistakes) -> tuple[Row, NDArray[np.complex128]]:
+    static = np.zeros(structure.n_dof)
+    harmonic = np.zeros((max(load.harmonic for load in case.load) + 1, structure.n_dof), dtype=np.complex128)
+    for number, constant in enumerate(case.static_load):
+        with mistakes.at("static_load", number):
+            static += constant.force * mean_row(constant, structure)
+    for number, load in enumerate(case.load):
+        with mistakes.at("load", number):
+            harmonic[load.harmonic] += load.amplitude * np.exp(1j * load.phase) * mean_row(load, structure)
+    if not mistakes.problems and not harmonic.any():
+        with mistakes.at("load", 0):
+            raise JointError("amplitude: all harmonic loads cancel or are zero, so that nothing vibrates: give one")
+    return static, harmonic
+
+
+def _damping(table: DampingTable, structure: StructureMatrices, joints: Sequence[Joint]) -> Matrix:
+    """C = alpha M + beta K with the ratio on the first mode of the structure with all its contacts stuck."""
+    if structure.has_damping and not table.replace:
+        raise JointError(
+            f"ratio = {table.ratio:g} meets a file that holds damping of its own: add replace = true to put it in its "
+            "place, or remove [damping]"
+        )
+    stuck = stuck_stiffness(structure.stiffness, joints)
+    modes = dense_modes(structure.mass, stuck)
+    first = int(np.argmax(1 - modes.shift * modes.mu > RIGID))
+    omega = float(np.sqrt(modes.lambda_[first]))
+    damping = rayleigh_damping(table.ratio, omega / (2 * pi))
+    shape = modes.shapes[:, first] / np.sqrt(modes.mu[first])
+    own = float(shape @ structure.stiffness @ shape)
+    if own < FREE * omega**2:
+        # The contacts alone hold the body: all damping is from its mass.
+        return np.asarray(2 * damping.mass_factor * structure.mass)
+    # Contacts carry a part of omega^2, so the structure's own stiffness is taken more often.
+    return np.asarray(
+        damping.mass_factor * structure.mass + damping.stiffness_factor * omega**2 / own * structure.stiffness
+    )
+
+
+def stuck_stiffness(stiffness: Matrix, joints: Sequence[Joint]) -> Matrix:
+    """Stiffness of the structure with the springs of all sliders and of the contacts that are closed at rest [N/m]."""
+    stuck = np.array(stiffness)
+    for joint in joints:
+        if isinstance(joint, JenkinsElement):
+            stuck += joint.tangential_stiffness * np.outer(joint.direction, joint.direction)
+        elif isinstance(joint, FrictionContact) and joint.preload - joint.normal_stiffness * joint.gap > 0:
+            stuck += joint.normal_stiffness * np.outer(joint.normal, joint.normal)
+            stuck += joint.tangential_stiffness * joint.tangents.T @ joint.tangents
+    return stuck
+
+
+def _curves(case: SolveCase) -> tuple[Curve, ...]:
+    sweep = case.sweep
+    if isinstance(sweep, FrequencySweepTable):
+        ends = {"first": 2 * pi * sweep.first, "last": 2 * pi * sweep.last}
+        return tuple(
+            Curve(parameter="frequency", **ends, fixed=level, label=f"level {level:g}") for level in sweep.levels
+        )
+    return tuple(
+        Curve(parameter="level", first=sweep.first, last=sweep.last, fixed=2 * pi * each, label=f"{each:g} Hz")
+        for each in sweep.frequencies
+    )
