@@ -12,10 +12,10 @@ import time
 
 import numpy as np
 
+from study.blade_model import first_frequency
 from study.case import load_case
 from study.shipped import TABLE1
 from study.table1.case import Table1Case
-from study.table1.chain import first_frequency
 from study.table1.study import row_inputs
 
 #: What is searched: key, step of the walk, digits of the result (SI, or the bare number).

@@ -12,6 +12,7 @@ from fe.material import Material
 from fe.mesh import Mesh
 from fe.mesh_quality import check_quality
 from fe.mesh_rule import MeshRule
+from fe.modal import modes
 from fe.system import LinearSystem
 from fe.thinning import thinned
 from geometry.blade import Blade
@@ -123,6 +124,12 @@ def clamped(model: BladeModel) -> tuple[Mesh, LinearSystem, int]:
     mass, stiffness = assemble(mesh, model.material)
     nodes = held_nodes(mesh, model.drop_every)
     return mesh, supported_system(mesh, mass, stiffness, [Support(nodes=nodes)]), len(nodes)
+
+
+def first_frequency(model: BladeModel) -> tuple[Mesh, float, int]:
+    """Mesh, first frequency [Hz] and free degrees of freedom of a model, nothing else."""
+    mesh, system, _ = clamped(model)
+    return mesh, float(modes(system, 1).frequency[0]), system.n_dof
 
 
 def held_nodes(mesh: Mesh, drop_every: int) -> NDArray[np.int64]:

@@ -32,28 +32,29 @@ def reduce(
     from study.shipped import BLADE
 
     reduced = run_reduce(case or BLADE, options.open(out))
+    found = reduced.reduction
     lines = [
-        f"{reduced.n_dof} degrees of freedom reduced to {reduced.n_reduced}",
+        f"{found.n_dof} degrees of freedom reduced to {found.rom.n_dof}",
         "",
         "  mode      full [Hz]   reduced [Hz]   estimated error",
         *(
             f"  {number:4} {full:14.5f} {rom:14.5f}   {error:15.1e}"
             for number, (full, rom, error) in enumerate(
-                zip(reduced.frequency, reduced.rom_frequency, reduced.rom_error, strict=True), start=1
+                zip(found.frequency, found.rom_frequency, found.rom_error, strict=True), start=1
             )
         ),
         "",
-        f"  first, from the peak of the harmonic-balance response: {reduced.peak_natural:.5f} Hz",
+        f"  first, from the peak of the harmonic-balance response: {found.peak_natural:.5f} Hz",
         "",
         *map(str, reduced.files),
     ]
     document = {
-        "n_dof": reduced.n_dof,
-        "n_reduced": reduced.n_reduced,
-        "frequency_hz": list(map(float, reduced.frequency)),
-        "rom_frequency_hz": list(map(float, reduced.rom_frequency)),
-        "rom_error": list(map(float, reduced.rom_error)),
-        "hb_peak_hz": reduced.peak_natural,
+        "n_dof": found.n_dof,
+        "n_reduced": found.rom.n_dof,
+        "frequency_hz": list(map(float, found.frequency)),
+        "rom_frequency_hz": list(map(float, found.rom_frequency)),
+        "rom_error": list(map(float, found.rom_error)),
+        "hb_peak_hz": found.peak_natural,
         "files": [str(file) for file in reduced.files],
     }
     return Answer(document=document, text="\n".join(lines))

@@ -1,36 +1,17 @@
-"""The chain of one row: mesh, matrices, full modes, Craig-Bampton modes, harmonic-balance peak."""
+"""One row of the mesh study: frequencies three ways, and what they cost."""
 
 import resource
 import sys
 import time
 from dataclasses import dataclass
-from math import pi
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from fe.damping import damped, rayleigh_damping
-from fe.mesh import Mesh
-from fe.modal import modes
-from hbsolve.dynamic_stiffness import DynamicStiffness
-from hbsolve.forced_response import forced_response
-from hbsolve.harmonic_force import HarmonicForce
-from hbsolve.peak import Peak, resonance_peak, undamped_from_peak
-from reduction.craig_bampton import craig_bampton
-from reduction.rom import ReducedModel
-from reduction.rom_error import rom_error
-from study.blade_model import MODEL_CODE, BladeModel, boundary_rows, clamped
+from study.blade_model import BladeModel
+from study.blade_reduction import REDUCTION_CODE, reduce_blade
 from study.store import stage
-
-#: The code that a row depends on, beside this file.
-CODE = (*MODEL_CODE, "reduction", "hbsolve")
-#: Frequencies that each row compares; the peak is sought for the first.
-N_FREQUENCY = 10
-#: Excitation and response act along y, the thickness.
-THICKNESS_DIRECTION = 1
-#: The peak is sought this far on each side of the reduced frequency; the second mode is farther.
-BAND = 0.2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -64,54 +45,23 @@ class RowResult:
     memory: float
 
 
-@stage("mesh-study row", rooms=CODE)
+@stage("mesh-study row", rooms=REDUCTION_CODE)
 def row(inputs: BladeModel) -> RowResult:
     """Compute one row of the mesh study."""
     start = time.perf_counter()
-    mesh, undamped, n_held = clamped(inputs)
-    full = modes(undamped, N_FREQUENCY)
-    system = damped(undamped, rayleigh_damping(inputs.damping_ratio, float(full.frequency[0])))
-    rom = craig_bampton(system, boundary_rows(mesh, system), inputs.n_mode)
-    reduced = rom.modes(N_FREQUENCY)
-    peak = first_peak(rom, float(reduced.frequency[0]))
+    found = reduce_blade(inputs)
     return RowResult(
-        frequency=full.frequency,
-        rom_frequency=reduced.frequency,
-        rom_error=rom_error(system, rom, N_FREQUENCY),
-        peak_natural=undamped_from_peak(peak, inputs.damping_ratio) / (2 * pi),
-        n_cell=mesh.n_cell,
-        n_dof=system.n_dof,
-        n_held=n_held,
-        n_reduced=len(rom.stiffness),
+        frequency=found.frequency,
+        rom_frequency=found.rom_frequency,
+        rom_error=found.rom_error,
+        peak_natural=found.peak_natural,
+        n_cell=found.mesh.n_cell,
+        n_dof=found.n_dof,
+        n_held=found.n_held,
+        n_reduced=found.rom.n_dof,
         seconds=time.perf_counter() - start,
         memory=peak_memory(),
     )
-
-
-def first_frequency(inputs: BladeModel) -> tuple[Mesh, float, int]:
-    """Mesh, first frequency [Hz] and free degrees of freedom of a model, nothing else."""
-    mesh, system, _ = clamped(inputs)
-    return mesh, float(modes(system, 1).frequency[0]), system.n_dof
-
-
-def first_peak(rom: ReducedModel, frequency: float) -> Peak:
-    """Peak of the tip's harmonic-balance response to a force at the excitation point, near a frequency [Hz]."""
-    structure = DynamicStiffness.of(rom)
-    force = unit_force(rom)
-    seen = rom.rows("response", THICKNESS_DIRECTION)
-
-    def amplitude(angular_frequency: Float[NDArray[np.float64], " p"]) -> Float[NDArray[np.float64], " p"]:
-        branch = forced_response(structure, force, angular_frequency)
-        return np.abs(branch.coefficients[:, 1, seen]).ravel()
-
-    return resonance_peak(amplitude, 2 * pi * frequency * (1 - BAND), 2 * pi * frequency * (1 + BAND))
-
-
-def unit_force(rom: ReducedModel) -> HarmonicForce:
-    """A harmonic force of 1 N at the excitation point; the response is linear, so any amplitude would do."""
-    coefficients = np.zeros((2, rom.n_dof), dtype=np.complex128)
-    coefficients[1, rom.rows("excitation", THICKNESS_DIRECTION)] = 1.0
-    return HarmonicForce(coefficients=coefficients)
 
 
 def peak_memory() -> float:

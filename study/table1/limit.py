@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from math import log
 
 from geometry.errors import InputError
-from study.blade_model import MODEL_CODE, BladeModel
+from study.blade_model import MODEL_CODE, BladeModel, first_frequency
 from study.store import stage
-from study.table1.chain import first_frequency
 
 #: Orders below this share of theory's 2 p are far from it: a corner or the clamp's edge, not the element, decides.
 FAR_FROM_THEORY = 0.75
@@ -50,7 +49,7 @@ class Limit:
         )
 
 
-@stage("mesh-study limit", rooms=(*MODEL_CODE, "study.table1.chain"))
+@stage("mesh-study limit", rooms=MODEL_CODE)
 def nested_point(inputs: BladeModel) -> NestedPoint:
     """First frequency of one nested mesh."""
     _, frequency, n_dof = first_frequency(inputs)

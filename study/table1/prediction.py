@@ -7,12 +7,11 @@ import numpy as np
 from fe.calculix_run import run_frequency
 from fe.element import HEX20
 from study.blade_case import mesh_any
-from study.blade_model import MODEL_CODE, BladeModel
+from study.blade_model import MODEL_CODE, BladeModel, first_frequency
 from study.store import stage
-from study.table1.chain import first_frequency
 from study.table1.theory import locking_factor
 
-CODE = (*MODEL_CODE, "study.table1.chain", "study.table1.theory")
+CODE = (*MODEL_CODE, "study.table1.theory")
 #: The quadratic model that stands for the exact bending of a blade: model 5 of the table.
 REFERENCE_THROUGH_THICKNESS = 4
 
