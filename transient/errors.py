@@ -1,0 +1,7 @@
+"""What can be wrong with the input of a time integration."""
+
+from geometry.errors import InputError
+
+
+class TransientError(InputError):
+    """A system, a state or a step that cannot be integrated in time."""

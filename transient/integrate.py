@@ -1,0 +1,139 @@
+r"""Integration of a jointed system over whole periods of its excitation.
+
+The phase of the excitation is that of the system, Re sum f_k e^{i k Omega t}; every run starts at its phase 0 and
+lasts whole periods, so that the state at the end can start the next one.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from reduction.jointed_system import JointedSystem
+from transient.errors import TransientError
+from transient.state import TransientState
+from transient.stepper import Stepper
+
+Vector = Float[NDArray[np.float64], " n"]
+History = Float[NDArray[np.float64], "n t"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Motion:
+    """What a system did in the last periods of an integration, and where it stands at their end.
+
+    Parameters
+    ----------
+    angular_frequency
+        Omega of the excitation [rad/s].
+    steps_per_period
+        [-].
+    time
+        Instants since the start of the integration, whole periods without their last instant, shape (t,) [s].
+    displacement, velocity
+        Of the directions of all joints in order, tangents before the normal, shape (d, t) [m, m/s].
+    force
+        Of the joints in these directions, shape (d, t) [N]; positive resists a positive displacement.
+    slider
+        Positions of the sliders, shape (s, t) [m].
+    output_displacement, output_velocity
+        Of the named output rows, each of shape (t,) [m, m/s].
+    final
+        State at the end.
+    """
+
+    angular_frequency: float
+    steps_per_period: int
+    time: Vector
+    displacement: History
+    velocity: History
+    force: History
+    slider: History
+    output_displacement: Mapping[str, Vector]
+    output_velocity: Mapping[str, Vector]
+    final: TransientState
+
+
+def integrate(
+    system: JointedSystem,
+    angular_frequency: float,
+    n_period: int,
+    steps_per_period: int,
+    start: TransientState | None = None,
+    level: float = 1.0,
+    *,
+    keep: int | None = None,
+    outputs: Mapping[str, Vector] | None = None,
+) -> Motion:
+    """Integrate over n_period periods of the excitation; second order in the step, exact where no joint acts.
+
+    Parameters
+    ----------
+    system
+        Structure, joints and loads.
+    angular_frequency
+        Omega [rad/s].
+    n_period
+        Periods to integrate [-].
+    steps_per_period
+        Steps of equal length in each [-].
+    start
+        State at the start; the equilibrium under the static load by default.
+    level
+        Scale of the harmonic force [-].
+    keep
+        How many of the last periods the result holds; all by default.
+    outputs
+        Rows over the degrees of freedom by name, each of shape (r,) [-].
+
+    Raises
+    ------
+    TransientError
+        Numbers out of range, a start of another system, an output row of another size, no equilibrium to start from,
+        or a step whose contact forces were not found.
+    """
+    if not isinstance(n_period, int | np.integer) or n_period < 1:
+        raise TransientError(f"n_period = {n_period} must be a whole number of at least 1")
+    if keep is not None and not 1 <= keep <= n_period:
+        raise TransientError(f"keep = {keep} must lie between 1 and n_period = {n_period}")
+    rows = {name: np.asarray(row, dtype=np.float64) for name, row in (outputs or {}).items()}
+    for name, row in rows.items():
+        if row.shape != (system.n_dof,):
+            raise TransientError(
+                f'the output "{name}" has shape {row.shape}: give ({system.n_dof},), a row over all DOFs'
+            )
+    stepper = Stepper(system, angular_frequency, steps_per_period, start, level)
+    kept = n_period if keep is None else keep
+    for _ in range(n_period - kept):
+        stepper.advance()
+    parts: list[dict[str, History]] = []
+    matrix = np.array(list(rows.values())).reshape(len(rows), system.n_dof) @ stepper.structure.mode_shapes
+    for _ in range(kept):
+        record = stepper.record()
+        modal, rate = record.modal_displacement, record.modal_velocity
+        parts.append(
+            {
+                "displacement": record.displacement,
+                "velocity": record.velocity,
+                "force": record.force,
+                "slider": record.slider,
+                "outputs": matrix @ modal.T,
+                "rates": matrix @ rate.T,
+            }
+        )
+    joined = {name: np.concatenate([part[name] for part in parts], axis=1) for name in parts[0]}
+    first = (n_period - kept) * steps_per_period
+    return Motion(
+        angular_frequency=angular_frequency,
+        steps_per_period=steps_per_period,
+        time=stepper.step * np.arange(first, n_period * steps_per_period),
+        displacement=joined["displacement"],
+        velocity=joined["velocity"],
+        force=joined["force"],
+        slider=joined["slider"],
+        output_displacement=dict(zip(rows, joined["outputs"], strict=True)),
+        output_velocity=dict(zip(rows, joined["rates"], strict=True)),
+        final=stepper.state,
+    )

@@ -1,0 +1,270 @@
+r"""The compiled march: exact steps of the linear structure, contact forces implicit and condensed to the joints.
+
+With modal state y and the mean joint forces f over a step,
+
+.. math:: y_{n+1} = A y_n + p_n - E f, \qquad u_{n+1} = u_\mathrm{free} - G f(u_n, u_{n+1}, w_n)
+
+A, E and the increments p_n of the loads are exact (`transient.transition`), so only the joint forces are
+approximated. The d equations for u_{n+1} are solved by Newton's method with an inverse kept from step to step as long
+as it still converges well, then by damped steps, then by short steps along the residual, which always converge where
+the joint forces are monotone because G is positive.
+"""
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.compiled import compiled
+from transient.joint_table import Packed
+from transient.law import joint_force, joint_forces
+
+Vector = Float[NDArray[np.float64], " n"]
+Matrix = Float[NDArray[np.float64], "n m"]
+
+#: Error of a position that is accepted, as a share of the largest position so far: some hundred times round-off.
+TOLERANCE = 1e-13
+#: A residual that stalls below this share is round-off as well.
+STALLED = 1e-10
+#: The inverse is renewed when an iteration leaves more than this share of the residual.
+SLOW = 0.25
+N_NEWTON = 40
+N_RELAXED = 20_000
+
+
+@compiled
+def residual(
+    after: Vector,
+    free: Vector,
+    flexibility: Matrix,
+    offset: Vector,
+    at_end: bool,
+    before: Vector,
+    slider: Vector,
+    joints: Packed,
+    step: float,
+    force: Vector,
+    mean: Vector,
+    end: Vector,
+    moved: Vector,
+) -> Vector:
+    """u - u_free + G f, with f beyond the springs `offset` that the structure already contains."""
+    joint_forces(joints, before, after, slider, step, mean, end, moved)
+    for i in range(after.size):
+        if at_end:
+            force[i] = end[i] - offset[i] * after[i]
+        else:
+            force[i] = mean[i] - 0.5 * offset[i] * (before[i] + after[i])
+    return after - free + flexibility @ force
+
+
+@compiled
+def jacobian_inverse(
+    after: Vector,
+    flexibility: Matrix,
+    offset: Vector,
+    at_end: bool,
+    before: Vector,
+    slider: Vector,
+    joints: Packed,
+    step: float,
+    scale: float,
+) -> Matrix:
+    """Inverse of 1 + G df/du, the slopes of each joint by differences: laws have kinks, but no noise."""
+    n = after.size
+    slope = np.zeros((n, n))
+    mean, end, moved = np.zeros(n), np.zeros(n), np.zeros(slider.size)
+    moved_end = np.zeros(n)
+    probe = after.copy()
+    for joint in range(joints[0].size):
+        first = joints[1][joint]
+        last = joints[1][joint + 1] if joint + 1 < joints[0].size else n
+        joint_force(joint, joints, before, after, slider, step, mean, end, moved)
+        base = end.copy() if at_end else mean.copy()
+        for column in range(first, last):
+            delta = 1e-7 * max(abs(after[column]), abs(after[column] - before[column]), 1e-3 * scale)
+            if after[column] < before[column]:
+                delta = -delta
+            probe[column] = after[column] + delta
+            joint_force(joint, joints, before, probe, slider, step, mean, end, moved)
+            moved_end[:] = end if at_end else mean
+            for row in range(first, last):
+                slope[row, column] = (moved_end[row] - base[row]) / delta
+            probe[column] = after[column]
+    for i in range(n):
+        slope[i, i] -= offset[i] if at_end else 0.5 * offset[i]
+    matrix = flexibility @ slope
+    for i in range(n):
+        matrix[i, i] += 1.0
+    return np.linalg.inv(matrix)
+
+
+@compiled
+def solve_positions(
+    after: Vector,
+    free: Vector,
+    flexibility: Matrix,
+    offset: Vector,
+    at_end: bool,
+    before: Vector,
+    slider: Vector,
+    joints: Packed,
+    step: float,
+    scale: float,
+    inverse: Matrix,
+    force: Vector,
+    mean: Vector,
+    end: Vector,
+    moved: Vector,
+) -> int:
+    """Solve for `after` (guess in, solution out), with forces and sliders; iterations, or -1 without convergence."""
+    r = residual(after, free, flexibility, offset, at_end, before, slider, joints, step, force, mean, end, moved)
+    size = np.abs(r).max()
+    best = size
+    fresh = False
+    for iteration in range(N_NEWTON):
+        if size <= TOLERANCE * scale:
+            return iteration
+        change = inverse @ r
+        damping = 1.0
+        trial = after - change
+        r_trial = residual(
+            trial, free, flexibility, offset, at_end, before, slider, joints, step, force, mean, end, moved
+        )
+        size_trial = np.abs(r_trial).max()
+        if not size_trial <= SLOW * size:
+            if size_trial <= STALLED * scale and size_trial >= 0.5 * size:
+                break
+            if not fresh:
+                # Keep the better of both points, and renew the inverse there.
+                if size_trial < size:
+                    after[:] = trial
+                    r = r_trial
+                    size = size_trial
+                inverse[:] = jacobian_inverse(after, flexibility, offset, at_end, before, slider, joints, step, scale)
+                fresh = True
+                continue
+            while not size_trial < (1.0 - 0.1 * damping) * size and damping > 1e-3:
+                damping *= 0.5
+                trial = after - damping * change
+                r_trial = residual(
+                    trial, free, flexibility, offset, at_end, before, slider, joints, step, force, mean, end, moved
+                )
+                size_trial = np.abs(r_trial).max()
+            fresh = False
+        after[:] = trial
+        r = r_trial
+        size = size_trial
+        best = min(best, size)
+    if size <= STALLED * scale:
+        residual(after, free, flexibility, offset, at_end, before, slider, joints, step, force, mean, end, moved)
+        return N_NEWTON
+    # Short steps: stable below 2 / (1 + |G| k); the largest slope is taken at this point and adapted.
+    relaxation = 0.5
+    for iteration in range(N_RELAXED):
+        trial = after - relaxation * r
+        r_trial = residual(
+            trial, free, flexibility, offset, at_end, before, slider, joints, step, force, mean, end, moved
+        )
+        size_trial = np.abs(r_trial).max()
+        if size_trial < size:
+            after[:] = trial
+            r = r_trial
+            size = size_trial
+            relaxation = min(1.1 * relaxation, 1.0)
+            if size <= STALLED * scale:
+                return N_NEWTON + iteration
+        else:
+            relaxation *= 0.5
+            if relaxation < 1e-12:
+                break
+    return -1
+
+
+@compiled
+def march(
+    state: Vector,
+    position: Vector,
+    slider: Vector,
+    end: Vector,
+    scale: float,
+    transition: Matrix,
+    diagonal: bool,
+    input_factor: Matrix,
+    input_matrix: Matrix,
+    rows: Matrix,
+    columns: Matrix,
+    flexibility: Matrix,
+    offset: Vector,
+    joints: Packed,
+    step: float,
+    harmonic: Matrix,
+    static: Vector,
+    level: Vector,
+    load: Vector,
+    inverse: Matrix,
+    last_force: Vector,
+    states: Matrix,
+    forces: Matrix,
+    sliders: Matrix,
+) -> tuple[int, float, int]:
+    """March over len(level) steps; state, position, slider, end force, inverse and last_force are updated in place.
+
+    transition: rows a_qq, a_qv, a_vq, a_vv, shape (4, r), if `diagonal`, else the (2r, 2r) matrix; input_factor: what
+    a modal force held over the step adds to q and v, shape (2, r); input_matrix: the same for joint forces, shape
+    (2r, d), where not diagonal; harmonic, static: increments of the loads, shapes (n, 2r), (2r,). Into states, forces
+    and sliders goes what holds at the *start* of each step. Returns (-1 or the step that failed, scale, iterations).
+    """
+    n_step, n_mode, n_direction = level.size, rows.shape[1], rows.shape[0]
+    n_period = harmonic.shape[0]
+    mean, moved = np.zeros(n_direction), slider.copy()
+    force = last_force.copy()
+    previous = last_force.copy()
+    free, after = np.zeros(n_direction), position.copy()
+    new = np.zeros(2 * n_mode)
+    total = 0
+    for n in range(n_step):
+        if states.size:
+            states[n] = state
+        if forces.size:
+            forces[n] = end
+        if sliders.size:
+            sliders[n] = slider
+        p, s = level[n], load[n]
+        increment = harmonic[n % n_period]
+        if diagonal:
+            for i in range(n_mode):
+                q, v = state[i], state[n_mode + i]
+                new[i] = transition[0, i] * q + transition[1, i] * v + p * increment[i] + s * static[i]
+                new[n_mode + i] = (
+                    transition[2, i] * q + transition[3, i] * v + p * increment[n_mode + i] + s * static[n_mode + i]
+                )
+        else:
+            new[:] = transition @ state
+            for i in range(2 * n_mode):
+                new[i] += p * increment[i] + s * static[i]
+        if n_direction:
+            free[:] = rows @ new[:n_mode]
+            for i in range(n_direction):
+                if abs(free[i]) > scale:
+                    scale = abs(free[i])
+                force[i], previous[i] = 2.0 * force[i] - previous[i], force[i]
+            after[:] = free - flexibility @ force
+            done = solve_positions(
+                after, free, flexibility, offset, False, position, slider, joints, step, scale, inverse,
+                force, mean, end, moved,
+            )  # fmt: skip
+            if done < 0:
+                return n, scale, total
+            total += done
+            if diagonal:
+                modal = columns @ force
+                for i in range(n_mode):
+                    new[i] -= input_factor[0, i] * modal[i]
+                    new[n_mode + i] -= input_factor[1, i] * modal[i]
+            else:
+                new -= input_matrix @ force
+            position[:] = after
+            slider[:] = moved
+        state[:] = new
+    last_force[:] = force
+    return -1, scale, total

@@ -1,0 +1,106 @@
+r"""The state of a jointed system at one instant: positions, velocities, and where the sliders of its joints stand."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from reduction.jointed_system import JointedSystem
+from transient.errors import TransientError
+from transient.joint_table import joint_table
+
+Vector = Float[NDArray[np.float64], " n"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TransientState:
+    """All that the future of a system depends on, at the phase 0 of its excitation.
+
+    Parameters
+    ----------
+    displacement
+        q, shape (r,) [m].
+    velocity
+        Shape (r,) [m/s].
+    slider
+        w of each tangent, joints in order, tangents in order, shape (s,) [m]: one of a `JenkinsElement`, as many of a
+        `FrictionContact` as it has tangents, none of the others.
+    """
+
+    displacement: Vector
+    velocity: Vector
+    slider: Vector
+
+    def __post_init__(self) -> None:
+        for name in ("displacement", "velocity", "slider"):
+            values = np.array(getattr(self, name), dtype=np.float64)
+            values.setflags(write=False)
+            object.__setattr__(self, name, values)
+
+
+def at_rest(system: JointedSystem) -> TransientState:
+    """No displacement, no velocity, all sliders at 0."""
+    return TransientState(
+        displacement=np.zeros(system.n_dof),
+        velocity=np.zeros(system.n_dof),
+        slider=np.zeros(joint_table(system).n_slider),
+    )
+
+
+def start_from(
+    system: JointedSystem,
+    angular_frequency: float,
+    coefficients: Complex[NDArray[np.complex128], "harmonic r"],
+    slider: Vector | None = None,
+) -> TransientState:
+    r"""State at t = 0 on the periodic motion q(t) = Re sum q_k e^{i k Omega t}.
+
+    Parameters
+    ----------
+    system
+        The system that moves.
+    angular_frequency
+        Omega [rad/s].
+    coefficients
+        q_k of all degrees of freedom, shape (n_harmonic, r) [m].
+    slider
+        Positions of the sliders at t = 0, shape (s,) [m]; 0 by default, to be moved at once where the friction force
+        would exceed its limit.
+
+    Raises
+    ------
+    TransientError
+        Shapes that do not fit the system, or numbers that are not finite.
+    """
+    values = np.asarray(coefficients, dtype=np.complex128)
+    if values.ndim != 2 or values.shape[1] != system.n_dof:
+        raise TransientError(
+            f"the coefficients have shape {values.shape}: give (n_harmonic, {system.n_dof}), row k for harmonic k"
+        )
+    rate = 1j * angular_frequency * np.arange(len(values))[:, None] * values
+    state = TransientState(
+        displacement=values.sum(axis=0).real,
+        velocity=rate.sum(axis=0).real,
+        slider=np.zeros(joint_table(system).n_slider) if slider is None else slider,
+    )
+    check_state(system, state)
+    return state
+
+
+def check_state(system: JointedSystem, state: TransientState) -> None:
+    """Refuse a state that is not one of this system.
+
+    Raises
+    ------
+    TransientError
+        Shapes that do not fit the system, or numbers that are not finite.
+    """
+    n_slider = joint_table(system).n_slider
+    for name, size in (("displacement", system.n_dof), ("velocity", system.n_dof), ("slider", n_slider)):
+        values = getattr(state, name)
+        if values.shape != (size,):
+            raise TransientError(f"the {name} of the start has shape {values.shape}: this system needs ({size},)")
+        if not np.isfinite(values).all():
+            at = int(np.flatnonzero(~np.isfinite(values))[0])
+            raise TransientError(f"entry {at} of the {name} of the start is {values[at]}: give finite numbers")

@@ -1,0 +1,174 @@
+"""A system on its way through time, one call a period."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from reduction.jointed_system import JointedSystem
+from transient.equilibrium import equilibrium
+from transient.errors import TransientError
+from transient.law import joint_forces
+from transient.march import march
+from transient.state import TransientState, check_state
+from transient.transition import ModalStructure, modal_structure, transition
+
+Vector = Float[NDArray[np.float64], " n"]
+History = Float[NDArray[np.float64], "n t"]
+NONE = np.zeros((0, 0))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Record:
+    """One period, sampled at the start of each step.
+
+    Parameters
+    ----------
+    modal_displacement, modal_velocity
+        Shape (t, r) [m kg^1/2, m kg^1/2 / s].
+    displacement, velocity, force
+        Of the directions of the joints, shape (d, t) [m, m/s, N].
+    slider
+        Shape (s, t) [m].
+    """
+
+    modal_displacement: History
+    modal_velocity: History
+    displacement: History
+    velocity: History
+    force: History
+    slider: History
+
+
+class Stepper:
+    """Marches over whole periods and keeps the state between calls.
+
+    Parameters
+    ----------
+    system
+        Structure, joints and loads, or its modal structure where that is known already.
+    angular_frequency
+        [rad/s].
+    steps_per_period
+        [-].
+    start
+        State at phase 0; the equilibrium under the static load by default.
+    level
+        Scale of the harmonic force [-].
+    """
+
+    def __init__(
+        self,
+        system: JointedSystem | ModalStructure,
+        angular_frequency: float,
+        steps_per_period: int,
+        start: TransientState | None = None,
+        level: float = 1.0,
+    ) -> None:
+        if not (np.isfinite(angular_frequency) and angular_frequency > 0):
+            raise TransientError(f"angular_frequency = {angular_frequency} rad/s must be positive and finite")
+        if not isinstance(steps_per_period, int | np.integer) or steps_per_period < 8:
+            raise TransientError(f"steps_per_period = {steps_per_period} must be a whole number of at least 8")
+        if not np.isfinite(level):
+            raise TransientError(f"level = {level} must be a finite number")
+        self.structure = system if isinstance(system, ModalStructure) else modal_structure(system)
+        self.angular_frequency = float(angular_frequency)
+        self.steps_per_period = int(steps_per_period)
+        self.level = float(level)
+        self.transition = transition(self.structure, self.angular_frequency, self.steps_per_period)
+        self.step = self.transition.step
+        self.iterations = 0
+        self._rows = self.structure.rows
+        self._columns = np.ascontiguousarray(self._rows.T)
+        self._place(equilibrium(self.structure) if start is None else start)
+
+    @property
+    def state(self) -> TransientState:
+        """Where the system stands now."""
+        r, shapes = self.structure.system.n_dof, self.structure.mode_shapes
+        return TransientState(
+            displacement=shapes @ self._state[:r], velocity=shapes @ self._state[r:], slider=self._slider
+        )
+
+    def advance(self, level: Vector | None = None, load: Vector | None = None) -> None:
+        """March over one period without a record.
+
+        Parameters
+        ----------
+        level, load
+            Scale of the harmonic force and of the static load in the middle of each step, shape (t,) [-].
+        """
+        self._march(NONE, NONE, NONE, level, load)
+
+    def record(self, level: Vector | None = None, load: Vector | None = None) -> Record:
+        """March over one period and return it; arguments as for `advance`."""
+        n, r, table = self.steps_per_period, self.structure.system.n_dof, self.structure.table
+        states, forces, sliders = np.empty((n, 2 * r)), np.empty((n, len(table.rows))), np.empty((n, table.n_slider))
+        self._march(states, forces, sliders, level, load)
+        velocity = self._rows @ states[:, r:].T
+        damper = table.damper[:, None]
+        # What the march calls the force of a damper is the mean over a step; here it is that of the instant.
+        force = np.where(damper > 0, damper * np.abs(velocity) * velocity, forces.T)
+        return Record(
+            modal_displacement=states[:, :r],
+            modal_velocity=states[:, r:],
+            displacement=self._rows @ states[:, :r].T,
+            velocity=velocity,
+            force=force,
+            slider=sliders.T,
+        )
+
+    def _place(self, start: TransientState) -> None:
+        structure, table = self.structure, self.structure.table
+        check_state(structure.system, start)
+        inverse = structure.inverse_shapes
+        self._state = np.concatenate([inverse @ start.displacement, inverse @ start.velocity])
+        self._position = table.rows @ start.displacement
+        self._slider = start.slider.copy()
+        d = len(table.rows)
+        self._end, mean = np.zeros(d), np.zeros(d)
+        # A step of no length: sliders move at once where the friction force exceeds its limit.
+        position, held = self._position, self._slider.copy()
+        joint_forces(table.packed, position, position, held, self.step, mean, self._end, self._slider)
+        self._last_force = self._end - structure.offset * position
+        self._scale = float(np.abs(position).max(initial=0.0))
+        self._inverse = np.eye(d)
+
+    def _march(
+        self, states: History, forces: History, sliders: History, level: Vector | None, load: Vector | None
+    ) -> None:
+        step, structure = self.transition, self.structure
+        ones = np.ones(self.steps_per_period)
+        failed, self._scale, iterations = march(
+            self._state,
+            self._position,
+            self._slider,
+            self._end,
+            self._scale,
+            step.matrix,
+            structure.diagonal,
+            step.input_factor,
+            step.input_matrix,
+            self._rows,
+            self._columns,
+            step.flexibility,
+            structure.offset,
+            structure.table.packed,
+            step.step,
+            step.harmonic,
+            step.static,
+            self.level * (ones if level is None else level),
+            ones if load is None else load,
+            self._inverse,
+            self._last_force,
+            states,
+            forces,
+            sliders,
+        )
+        self.iterations += iterations
+        if failed >= 0 or not np.isfinite(self._state).all():
+            raise TransientError(
+                f"the joint forces were not found in step {max(failed, 0)} of {self.steps_per_period} of a period: "
+                "take more steps per period"
+            )

@@ -1,0 +1,258 @@
+r"""Exact motion of the linear structure over one step, in modal coordinates.
+
+.. math:: \ddot q + C_m \dot q + \Lambda q = \Phi^T \bigl(\Re \sum f_k e^{i k \Omega t} + f_\mathrm{static}\bigr)
+          - \Phi^T B^T f
+
+with Phi the mass-normalised modes of M and K + B^T diag(k_0) B; f are then the joint forces beyond the springs k_0.
+k_0 is the stiffness of sticking, closed joints: they move exactly, however stiff. Where the damping is diagonal with
+k_0 = 0 only, that basis is taken, and where it is diagonal in neither, full matrices are. The increments of harmonic
+and static loads over a step, and of a joint force held over it, come from matrix exponentials of the structure
+together with the generator of its load (Van Loan): exact for any step.
+
+References
+----------
+Van Loan, Computing integrals involving the matrix exponential, IEEE Transactions on Automatic Control 23 (1978).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from reduction.jointed_system import JointedSystem
+from transient.errors import TransientError
+from transient.joint_table import JointTable, joint_table
+
+Vector = Float[NDArray[np.float64], " n"]
+Matrix = Float[NDArray[np.float64], "n m"]
+
+#: Share of the largest modal damping below which the other entries are round-off of the modes.
+DIAGONAL = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ModalStructure:
+    """A jointed system in the modal coordinates of its linear structure with the springs k_0.
+
+    Parameters
+    ----------
+    system
+        What it was made from.
+    table
+        Its joints.
+    mode_shapes
+        Phi, mass-normalised, shape (r, r) [kg^-1/2].
+    inverse_shapes
+        Phi^T M, the inverse of Phi, shape (r, r) [kg^1/2].
+    eigenvalue
+        Diagonal of Lambda, shape (r,) [1/s^2].
+    damping
+        C_m, shape (r, r) [1/s].
+    diagonal
+        Whether C_m is diagonal.
+    offset
+        k_0, shape (d,) [N/m].
+    """
+
+    system: JointedSystem
+    table: JointTable
+    mode_shapes: Matrix
+    inverse_shapes: Matrix
+    eigenvalue: Vector
+    damping: Matrix
+    diagonal: bool
+    offset: Vector
+
+    @property
+    def rows(self) -> Matrix:
+        """Directions of the joints over the modes, B Phi, shape (d, r) [kg^-1/2]."""
+        return np.ascontiguousarray(self.table.rows @ self.mode_shapes)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Transition:
+    """One step of a structure: see `transient.march.march` for the arrays."""
+
+    step: float
+    matrix: Matrix
+    input_factor: Matrix
+    input_matrix: Matrix
+    flexibility: Matrix
+    harmonic: Matrix
+    static: Vector
+
+
+def modal_structure(system: JointedSystem) -> ModalStructure:
+    """Modes of the structure with sticking joints if they make the damping diagonal, else without joints if those do.
+
+    Raises
+    ------
+    TransientError
+        A mass that is not positive definite, or a matrix that is not symmetric or not finite.
+    """
+    _check(system)
+    table = joint_table(system)
+    stuck = _decompose(system, table, table.stuck_stiffness)
+    if stuck.diagonal:
+        return stuck
+    bare = _decompose(system, table, np.zeros_like(table.stuck_stiffness))
+    return bare if bare.diagonal else stuck
+
+
+def transition(structure: ModalStructure, angular_frequency: float, steps_per_period: int) -> Transition:
+    """Exact step of 1 / steps_per_period of the period of excitation.
+
+    Parameters
+    ----------
+    structure
+        From `modal_structure`.
+    angular_frequency
+        Omega [rad/s].
+    steps_per_period
+        [-].
+    """
+    step = 2 * np.pi / (angular_frequency * steps_per_period)
+    system, shapes = structure.system, structure.mode_shapes
+    amplitude = system.dynamic @ shapes
+    static = shapes.T @ system.static
+    joint_columns = structure.rows.T
+    numbers = [k for k in range(len(amplitude)) if amplitude[k].any()]
+    phase = np.exp(2j * np.pi * np.outer(np.arange(steps_per_period), numbers) / steps_per_period)
+    r = system.n_dof
+    build = _diagonal_step if structure.diagonal else _full_step
+    matrix, held, forced = build(structure, step, angular_frequency, numbers, amplitude[numbers])
+    harmonic = np.ascontiguousarray((phase @ forced).real) if numbers else np.zeros((1, 2 * r))
+    if structure.diagonal:
+        increment = (held * static).ravel()
+        flexibility = structure.rows @ (held[0][:, None] * joint_columns)
+        factor, input_matrix = held, np.zeros((0, 0))
+    else:
+        # held: shape (2r, d + 1), the static load in the last column.
+        increment, input_matrix = held[:, -1].copy(), np.ascontiguousarray(held[:, :-1])
+        flexibility = structure.rows @ input_matrix[:r]
+        factor = np.zeros((0, 0))
+    return Transition(
+        step=step,
+        matrix=np.ascontiguousarray(matrix),
+        input_factor=factor,
+        input_matrix=input_matrix,
+        flexibility=np.ascontiguousarray(flexibility),
+        harmonic=harmonic,
+        static=increment,
+    )
+
+
+def _decompose(system: JointedSystem, table: JointTable, offset: Vector) -> ModalStructure:
+    from scipy.linalg import eigh
+
+    stiffness = system.stiffness + table.rows.T @ (offset[:, None] * table.rows)
+    eigenvalue, shapes = eigh(stiffness, system.mass)
+    damping = shapes.T @ system.damping @ shapes
+    others = damping - np.diag(np.diag(damping))
+    return ModalStructure(
+        system=system,
+        table=table,
+        mode_shapes=shapes,
+        inverse_shapes=shapes.T @ system.mass,
+        eigenvalue=eigenvalue,
+        damping=damping,
+        diagonal=bool(np.abs(others).max(initial=0.0) <= DIAGONAL * np.abs(damping).max(initial=0.0)),
+        offset=offset,
+    )
+
+
+def _diagonal_step(
+    structure: ModalStructure,
+    step: float,
+    angular_frequency: float,
+    numbers: list[int],
+    amplitude: NDArray[np.complex128],
+) -> tuple[Matrix, Matrix, NDArray[np.complex128]]:
+    """Transition (4, r), what a constant modal force adds (2, r), what each harmonic adds (number, 2r)."""
+    from scipy.linalg import expm
+
+    r = len(structure.eigenvalue)
+    # Balanced variables (scale q, v) keep the exponential of a stiff mode a rotation.
+    scale = np.maximum(np.sqrt(np.abs(structure.eigenvalue)), 1 / step)
+    generator = np.zeros((r, 3, 3))
+    generator[:, 0, 1] = scale * step
+    generator[:, 1, 0] = -structure.eigenvalue * step / scale
+    generator[:, 1, 1] = -np.diag(structure.damping) * step
+    generator[:, 1, 2] = 1.0
+    exact = expm(generator)
+    matrix = np.array([exact[:, 0, 0], exact[:, 0, 1] / scale, exact[:, 1, 0] * scale, exact[:, 1, 1]])
+    held = np.array([exact[:, 0, 2] / scale, exact[:, 1, 2]]) * step
+    forced = np.zeros((len(numbers), 2 * r), dtype=np.complex128)
+    for row, k in enumerate(numbers):
+        angle = k * angular_frequency * step
+        augmented = np.zeros((r, 4, 4))
+        augmented[:, :2, :2] = generator[:, :2, :2]
+        augmented[:, 1, 2] = 1.0
+        augmented[:, 2, 3], augmented[:, 3, 2] = -angle, angle
+        # (cos, sin) turn as z' = i angle z; the response to cos is the real part of that to e^{i angle s}.
+        answer = expm(augmented)
+        unit = answer[:, :2, 2] - 1j * answer[:, :2, 3]
+        forced[row, :r] = unit[:, 0] / scale * amplitude[row] * step
+        forced[row, r:] = unit[:, 1] * amplitude[row] * step
+    return matrix, held, forced
+
+
+def _full_step(
+    structure: ModalStructure,
+    step: float,
+    angular_frequency: float,
+    numbers: list[int],
+    amplitude: NDArray[np.complex128],
+) -> tuple[Matrix, Matrix, NDArray[np.complex128]]:
+    """Transition (2r, 2r), what constant joint forces and the static load add (2r, d + 1), what each harmonic adds."""
+    from scipy.linalg import expm
+
+    r = len(structure.eigenvalue)
+    scale = np.maximum(np.sqrt(np.abs(structure.eigenvalue)), 1 / step)
+    constant = np.column_stack([structure.rows.T, structure.mode_shapes.T @ structure.system.static])
+    # Loads of any size as columns of size one: the exponential is accurate relative to its largest entry.
+    size = np.maximum(np.abs(constant).max(axis=0), np.finfo(float).tiny)
+    size_forced = np.maximum(np.abs(amplitude).max(axis=1), np.finfo(float).tiny) if numbers else np.zeros(0)
+    n_constant, n = constant.shape[1], 2 * r + constant.shape[1] + 2 * len(numbers)
+    generator = np.zeros((n, n))
+    generator[:r, r : 2 * r] = np.diag(scale * step)
+    generator[r : 2 * r, :r] = np.diag(-structure.eigenvalue * step / scale)
+    generator[r : 2 * r, r : 2 * r] = -structure.damping * step
+    generator[r : 2 * r, 2 * r : 2 * r + n_constant] = constant / size
+    for row, k in enumerate(numbers):
+        at, angle = 2 * r + n_constant + 2 * row, k * angular_frequency * step
+        generator[r : 2 * r, at] = amplitude[row].real / size_forced[row]
+        generator[r : 2 * r, at + 1] = -amplitude[row].imag / size_forced[row]
+        generator[at, at + 1], generator[at + 1, at] = -angle, angle
+    exact = expm(generator)[: 2 * r]
+    unscale = np.concatenate([1 / scale, np.ones(r)])
+    rescale = np.concatenate([scale, np.ones(r)])
+    matrix = unscale[:, None] * exact[:, : 2 * r] * rescale
+    held = unscale[:, None] * exact[:, 2 * r : 2 * r + n_constant] * (size * step)
+    tail = exact[:, 2 * r + n_constant :]
+    forced = (tail[:, 0::2] - 1j * tail[:, 1::2]).T * unscale * (size_forced * step)[:, None]
+    return matrix, held, forced
+
+
+def _check(system: JointedSystem) -> None:
+    for name in ("mass", "damping", "stiffness"):
+        matrix = getattr(system, name)
+        if not np.isfinite(matrix).all():
+            row, column = np.argwhere(~np.isfinite(matrix))[0]
+            raise TransientError(f"the {name} is {matrix[row, column]} in row {row}, column {column}: give numbers")
+    for name in ("mass", "stiffness"):
+        matrix = getattr(system, name)
+        skew = np.abs(matrix - matrix.T)
+        if skew.max() > 1e-8 * np.abs(matrix).max():
+            row, column = np.unravel_index(skew.argmax(), skew.shape)
+            raise TransientError(
+                f"the {name} is {matrix[row, column]:g} in row {row}, column {column} but {matrix[column, row]:g} in "
+                "its mirror image: give a symmetric matrix"
+            )
+    lowest = float(np.linalg.eigvalsh(system.mass)[0])
+    if not lowest > 0:
+        raise TransientError(
+            f"the mass matrix has the eigenvalue {lowest:g} kg: time integration needs all of them positive, so give "
+            "every degree of freedom a mass or reduce it out"
+        )
