@@ -56,6 +56,8 @@ def run_modes(
     """
     assert run.output is not None
     require_egl()
+    if n_mode < 1:
+        raise InputError(f"--n-modes {n_mode} is no number of modes: give 1 or more")
     if film_of is not None and not 1 <= film_of <= n_mode:
         raise InputError(f"--film {film_of} is none of the {n_mode} modes: give 1 to {n_mode}")
     if source.suffix == ".toml":
@@ -89,11 +91,12 @@ def _own_mesh(source: Path, own: OwnMesh) -> tuple[Mesh, Material]:
     if own.length_unit is None:
         raise InputError(f"{source} holds numbers without a unit: say which, such as --length-unit mm")
     unit = _typed("--length-unit", own.length_unit, LENGTH, number="1 ")
-    material = Material(
-        young=_typed("--young", own.young, PRESSURE),
-        poisson=own.poisson,
-        density=_typed("--density", own.density, DENSITY),
-    )
+    young, density = _typed("--young", own.young, PRESSURE), _typed("--density", own.density, DENSITY)
+    try:
+        material = Material(young=young, poisson=own.poisson, density=density)
+    except InputError as error:  # it names its field, which is the option
+        name, _, value = str(error).partition(" = ")
+        raise InputError(f"--{name} {value}") from None
     mesh = read_mesh(source, length_unit_in_metre=unit)
     known = ", ".join(sorted({*mesh.node_sets, *mesh.face_sets})) or "no sets"
     if own.free and own.fixed:
