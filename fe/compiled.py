@@ -1,8 +1,8 @@
 """Compiling a function to machine code, kept on disk until any of the compiled code changes.
 
 numba keeps compiled functions by the file that holds them, and does not see a change in what they call from another
-file. Here they are kept in a folder whose name is a hash of the code of all rooms that compile, so that stale machine
-code cannot be found.
+file. Here they are kept in a folder whose name is a hash over all files of the room that compile or define what
+compiled functions exchange, so that stale machine code cannot be found.
 """
 
 import hashlib
@@ -11,36 +11,37 @@ import tempfile
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-#: Rooms that compile functions.
-ROOMS = ("hbsolve", "transient")
+#: A file that holds one of these takes part in compiled code.
+MARKS = (b"fe.compiled", b"NamedTuple")
 
 
 def compiled(function: F) -> F:
     """Compile on the first call; without bounds checks, so array shapes are the caller's care."""
-    from numba import config, njit
+    import numba
 
-    before, config.CACHE_DIR = config.CACHE_DIR, str(_folder())
+    config: Any = numba.config
+    before, config.CACHE_DIR = config.CACHE_DIR, str(_folder(function.__module__.partition(".")[0]))
     try:
-        machine: F = njit(cache=True, error_model="numpy")(function)
+        machine: Any = numba.njit(cache=True, error_model="numpy")(function)
     finally:
         config.CACHE_DIR = before
-    return machine
+    return cast(F, machine)
 
 
 @cache
-def _folder() -> Path:
+def _folder(room: str) -> Path:
     """Where compiled code is kept: numba's folder if the user named one, else the user's cache, else a passing one."""
     from platformdirs import user_cache_path
 
     digest = hashlib.sha256()
-    root = Path(__file__).parent.parent
-    for room in ROOMS:
-        for file in sorted((root / room).rglob("*.py")):
-            digest.update(file.read_bytes())
+    for file in sorted((Path(__file__).parent.parent / room).rglob("*.py")):
+        code = file.read_bytes()
+        if any(mark in code for mark in MARKS):
+            digest.update(code)
     named = os.environ.get("NUMBA_CACHE_DIR")
     folder = Path(named) if named else user_cache_path("stickslip", appauthor=False) / "compiled"
     try:

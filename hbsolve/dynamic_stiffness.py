@@ -13,6 +13,7 @@ from hbsolve.errors import ForceError, ModelError
 Matrix = Float[NDArray[np.float64], "r r"]
 Frequencies = Float[NDArray[np.float64], " p"]
 Amplitudes = Complex[NDArray[np.complex128], "p r"]
+Condensed = Complex[NDArray[np.complex128], "p d d"]
 Rows = Int[NDArray[np.int64], " k"]
 
 #: Relative asymmetry that still counts as round-off.
@@ -189,6 +190,49 @@ class DynamicStiffness:
         omega = np.asarray(angular_frequency, dtype=np.float64)[:, None]
         elastic, inertial = displacement @ self.stiffness.T, displacement @ self.mass.T
         return np.asarray(elastic - omega**2 * inertial + 1j * omega * (displacement @ self.damping.T))
+
+    def condensed(
+        self, angular_frequency: Frequencies, directions: Float[NDArray[np.float64], "d r"], force: Amplitudes
+    ) -> tuple[Condensed, Condensed, Amplitudes, Amplitudes]:
+        r"""Receptance between directions and response to a force in them, with derivatives in omega.
+
+        .. math:: A = B \alpha B^T, \quad dA/d\omega = -B \alpha (i C - 2 \omega M) \alpha B^T, \quad x = B \alpha f
+
+        Parameters
+        ----------
+        angular_frequency
+            omega, shape (p,) [rad/s].
+        directions
+            B, shape (d, r) [-].
+        force
+            f, shape (p, r) [N].
+
+        Returns
+        -------
+        A, dA/domega, shape (p, d, d), x, dx/domega, shape (p, d).
+
+        Raises
+        ------
+        ForceError
+            As `receptance`.
+        """
+        omega, B = np.asarray(angular_frequency, dtype=np.float64), np.asarray(directions)
+        d = len(B)
+        if self.damping_couples_modes:
+            matrices = self._matrices(omega)
+            slopes = 1j * self.damping - 2 * omega[:, None, None] * self.mass
+            right = np.concatenate([np.broadcast_to(B.T, (len(omega), *B.T.shape)), force[..., None]], axis=2)
+            moved = np.linalg.solve(matrices, right)
+            value = B @ moved
+            slope = -B @ np.linalg.solve(matrices, slopes @ moved)
+            return value[..., :d], slope[..., :d], value[..., d], slope[..., d]
+        diagonal = self._diagonal(omega)
+        slope = (1j * np.diag(self._modal_damping) - 2 * omega[:, None] * self._modes.mu) / diagonal**2
+        seen = B @ self._modes.shapes
+        modal_force = force @ self._modes.shapes
+        A = (seen / diagonal[:, None, :]) @ seen.T
+        dA = -(seen * slope[:, None, :]) @ seen.T
+        return A, dA, (modal_force / diagonal) @ seen.T, -(modal_force * slope) @ seen.T
 
     def _diagonal(self, omega: Frequencies) -> Amplitudes:
         """V^T (K - omega^2 M + i omega C) V, which is 1 - (sigma + omega^2) mu + i omega c, shape (p, r) [-]."""

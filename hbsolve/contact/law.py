@@ -1,25 +1,65 @@
-"""What the harmonic balance asks of a contact law."""
+"""What the harmonic balance asks of a joint's law, and what it hands over.
 
-from typing import Protocol
+A law is one file with one compiled function `force` of this signature, and one entry in `hbsolve.contact.catalogue`::
 
-from hbsolve.fourier import Coefficients
+    force(u, velocity, omega, reference, parameters, start, by_multiplier, sampling, want, out)
+
+u, velocity
+    Displacement [m] and velocity [m/s] of the joint's directions at the n instants of a period, shape (d, n).
+omega
+    Omega [rad/s].
+reference
+    Stiffness of each direction that is part of the linear structure, D in eq. 12, shape (d,) [N/m]. All that the law
+    writes is about f - D u: for a stuck or closed contact that is a constant, which costs nothing.
+parameters
+    Those of the catalogue, in its order, shape (n_parameter,).
+start, by_multiplier
+    Slider positions at the first instant [m], or multipliers m of eq. 11 where the flag is set, shape (n_slider,).
+sampling
+    `hbsolve.sampling.Sampling`.
+want
+    FORCE, JACOBIAN or PARAMETERS: each includes the one before.
+out
+    A `LawOutput` to fill; all of its arrays arrive as zeros.
+
+The velocity is Omega times the derivative in Omega t, so a law that depends on it also gives its derivative with
+respect to Omega.
+
+References
+----------
+Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eqs 6-8, 11 and 12.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+FORCE, JACOBIAN, PARAMETERS = 0, 1, 2
+#: Most directions, parameters and sliders that a joint may have.
+MAX_DIRECTION, MAX_PARAMETER, MAX_SLIDER = 3, 5, 2
+#: State of a contact at an instant.
+STICK, SLIP, SEPARATED = 0, 1, 2
+
+Real = NDArray[np.float64]
 
 
-class ContactLaw(Protocol):
-    """The force that a joint takes from the structure when the structure moves periodically."""
+class LawOutput(NamedTuple):
+    """Where a law writes; nh = 2 H + 1, n instants."""
 
-    def force(self, coefficients: Coefficients, angular_frequency: float) -> Coefficients:
-        """Fourier coefficients of f_c in M q'' + C q' + K q + f_c = f_ext, in the convention of `hbsolve.fourier`.
-
-        Parameters
-        ----------
-        coefficients
-            Of the whole structure's displacement, shape (n_harmonic, r) [m].
-        angular_frequency
-            Omega [rad/s].
-
-        Returns
-        -------
-        Shape (n_harmonic, r) [N]: positive where the joint resists a positive displacement.
-        """
-        ...
+    force: Real
+    """f - D u at each instant, shape (d, n) [N]."""
+    jacobian: Real
+    """Of the coefficients of `force` with respect to those of u, shape (d, nh, 3 nh) [N/m]."""
+    active: NDArray[np.int64]
+    """Leading rows of each direction's Jacobian that are not zero: 0, 1 (the mean alone) or nh, shape (d,)."""
+    by_parameter: Real
+    """Derivative of `force` with respect to each parameter, shape (5, d, n)."""
+    by_start: Real
+    """... to each slider's position (or multiplier) at the start, shape (2, d, n)."""
+    by_frequency: Real
+    """... to Omega, shape (d, n)."""
+    slider: Real
+    """Slider positions at each instant, shape (2, n) [m]."""
+    status: NDArray[np.int64]
+    """STICK, SLIP or SEPARATED at each instant of each slider, or of the joint in row 0, shape (2, n)."""

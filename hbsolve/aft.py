@@ -1,0 +1,100 @@
+"""Alternating frequency/time: from the motion of the joint directions to the coefficients of the joint forces.
+
+All quantities are relative to the linear reference: g = f - D x (`hbsolve.contact.law`).
+
+References
+----------
+Cameron and Griffin, J. Appl. Mech. 56 (1989).
+Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), section 3.1.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fe.compiled import compiled
+from hbsolve.contact.catalogue import JointTable, joint_force
+from hbsolve.contact.law import JACOBIAN, MAX_DIRECTION, MAX_PARAMETER, MAX_SLIDER, PARAMETERS, LawOutput
+from hbsolve.sampling import Sampling
+
+Real = NDArray[np.float64]
+
+
+class Start(NamedTuple):
+    """Initial state of the sliders."""
+
+    value: Real
+    """Positions at the first instant, or multipliers m of eq. 11, shape (s,) [m or -]."""
+    by_multiplier: NDArray[np.int64]
+    """1 where the value is a multiplier, shape (s,)."""
+
+
+class JointForces(NamedTuple):
+    """What the joints do in a given motion; d directions, nh = 2 H + 1, n instants."""
+
+    coefficients: Real
+    """g, shape (d, nh) [N]."""
+    jacobian: Real
+    """Of g, rows by direction, columns the directions of the same joint, shape (d, nh, 3 nh) [N/m]."""
+    active: NDArray[np.int64]
+    """Leading rows that are not zero, shape (d,)."""
+    by_parameter: Real
+    """Of g with respect to each parameter (in the order of the table), shape (p, 3, nh): directions of its joint."""
+    by_start: Real
+    """... to each slider's start, shape (s, 3, nh)."""
+    by_frequency: Real
+    """... to Omega at fixed coefficients, shape (d, nh)."""
+    slider: Real
+    """Slider positions, shape (s, n) [m]."""
+    status: NDArray[np.int64]
+    """State at each instant, two rows a joint, shape (2 n_joint, n)."""
+    force: Real
+    """f - D u in time, shape (d, n) [N]."""
+
+
+@compiled
+def joint_forces(x: Any, omega: float, table: Any, start: Any, sampling: Any, want: int) -> Any:
+    """Evaluate all joints for the motion x of their directions, shape (d, nh)."""
+    d, nh = x.shape
+    n = sampling.evaluate.shape[1]
+    n_joint = len(table.kind)
+    n_parameter, n_slider = len(table.value), len(start.value)
+    u = np.dot(x, sampling.evaluate)
+    velocity = omega * np.dot(x, sampling.differentiate)
+    force, status = np.zeros((d, n)), np.zeros((2 * n_joint, n), np.int64)
+    jacobian = np.zeros((d if want >= JACOBIAN else 0, nh, MAX_DIRECTION * nh))
+    active = np.zeros(d, np.int64)
+    derive = want >= PARAMETERS
+    by_parameter = np.zeros((n_parameter if derive else 0, MAX_DIRECTION, nh))
+    by_start = np.zeros((n_slider if derive else 0, MAX_DIRECTION, nh))
+    by_frequency = np.zeros((d, n if derive else 0))
+    slider = np.zeros((n_slider, n))
+    law_parameter = np.zeros((MAX_PARAMETER if derive else 0, MAX_DIRECTION, n))
+    law_start = np.zeros((MAX_SLIDER if derive else 0, MAX_DIRECTION, n))
+    for j in range(n_joint):
+        d0, d1 = table.direction[j], table.direction[j + 1]
+        p0, p1 = table.parameter[j], table.parameter[j + 1]
+        s0, s1 = table.slider[j], table.slider[j + 1]
+        if derive:
+            law_parameter[:] = 0.0
+            law_start[:] = 0.0
+        out = LawOutput(
+            force[d0:d1], jacobian[d0:d1], active[d0:d1], law_parameter, law_start, by_frequency[d0:d1],
+            slider[s0:s1], status[2 * j : 2 * j + 2],
+        )  # fmt: skip
+        joint_force(
+            table.kind[j], u[d0:d1], velocity[d0:d1], omega, table.reference[d0:d1], table.value[p0:p1],
+            start.value[s0:s1], start.by_multiplier[s0:s1], sampling, want, out,
+        )  # fmt: skip
+        if derive:
+            for p in range(p1 - p0):
+                by_parameter[p0 + p] = np.dot(law_parameter[p], sampling.project)
+            for s in range(s1 - s0):
+                by_start[s0 + s] = np.dot(law_start[s], sampling.project)
+    coefficients = np.dot(force, sampling.project)
+    frequency = np.dot(by_frequency, sampling.project) if derive else np.zeros((d, nh))
+    return JointForces(coefficients, jacobian, active, by_parameter, by_start, frequency, slider, status, force)
+
+
+__all__ = ["JointForces", "JointTable", "Sampling", "Start", "joint_forces"]

@@ -1,0 +1,176 @@
+"""The harmonic balance of a jointed system: what is computed once, and the residual at any motion."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from math import ceil, log2
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+
+from hbsolve.condensed import Condensed, CondensedStructure
+from hbsolve.contact.catalogue import JointTable, joint_table
+from hbsolve.errors import BalanceError
+from hbsolve.fourier import Coefficients
+from hbsolve.sampling import Sampling, complex_from_real, real_from_complex, sampling
+from reduction.jointed_system import JointedSystem
+
+Real = Float[NDArray[np.float64], "d nh"]
+
+#: Samples a period by default: this many a harmonic, rounded up to a power of two, and no fewer than LEAST_SAMPLE.
+SAMPLE_PER_HARMONIC, LEAST_SAMPLE = 32, 128
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HarmonicBalance:
+    """A jointed system in harmonics 0 to H.
+
+    Parameters
+    ----------
+    system
+        The structure, its joints and its loads.
+    n_harmonic
+        H + 1: the mean counts [-].
+    n_sample
+        Instants a period at which the joints are evaluated; by default 32 a harmonic, and a power of two.
+        `hbsolve.truncation` estimates what they and the harmonics left out cost [-].
+    level
+        Scale of the harmonic force; the static load does not scale [-].
+
+    Raises
+    ------
+    BalanceError
+        Too few harmonics for the force, or too few samples for the harmonics.
+    ModelError
+        Matrices of no vibrating structure, or one that is not held even with all contacts stuck.
+
+    References
+    ----------
+    Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eqs 3-8 and 12.
+    """
+
+    system: JointedSystem
+    n_harmonic: int
+    n_sample: int = 0
+    level: float = 1.0
+    structure: CondensedStructure = field(init=False, repr=False)
+    table: JointTable = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        system = self.system
+        highest = max((int(k) for k in np.flatnonzero(system.dynamic.any(axis=1))), default=0)
+        if self.n_harmonic < 1 or self.n_harmonic <= highest:
+            raise BalanceError(
+                f"n_harmonic = {self.n_harmonic} (H = {self.n_harmonic - 1}) cannot hold a force in harmonic {highest}: "
+                f"take n_harmonic = {highest + 1} at least"
+            )
+        if not self.n_sample:
+            wanted = max(SAMPLE_PER_HARMONIC * (self.n_harmonic - 1), LEAST_SAMPLE)
+            object.__setattr__(self, "n_sample", 2 ** ceil(log2(wanted)))
+        if self.n_sample < 4 * self.n_harmonic - 3:
+            raise BalanceError(
+                f"n_sample = {self.n_sample} is too few for H = {self.n_harmonic - 1}: joints need 4 H + 1 samples at "
+                f"least, {4 * self.n_harmonic - 3}, and friction many more"
+            )
+        if not np.isfinite(self.level):
+            raise BalanceError(f"level = {self.level} must be a finite number")
+        table = joint_table(system.joints)
+        object.__setattr__(self, "table", table)
+        object.__setattr__(self, "structure", self._structure(table))
+
+    def _structure(self, table: JointTable) -> CondensedStructure:
+        system = self.system
+        static = np.zeros((self.n_harmonic, system.n_dof), dtype=np.complex128)
+        dynamic = np.zeros_like(static)
+        static[0] = system.static
+        dynamic[: min(len(system.dynamic), self.n_harmonic)] = system.dynamic[: self.n_harmonic]
+        rows = [joint.directions for joint in system.joints]
+        return CondensedStructure(
+            mass=system.mass,
+            damping=system.damping,
+            stiffness=system.stiffness,
+            directions=np.vstack(rows) if rows else np.zeros((0, system.n_dof)),
+            reference=table.reference,
+            static=static,
+            dynamic=dynamic,
+        )
+
+    def at_level(self, level: float) -> "HarmonicBalance":
+        """The same system with its harmonic force scaled; shares the modal decomposition."""
+        return self._shared(level=float(level))
+
+    def with_samples(self, n_sample: int) -> "HarmonicBalance":
+        """The same balance on other instants."""
+        return self._shared(n_sample=n_sample)
+
+    def _shared(self, **changes: Any) -> "HarmonicBalance":
+        other = replace(self, **changes)
+        object.__setattr__(other, "structure", self.structure)
+        return other
+
+    @property
+    def n_direction(self) -> int:
+        """Number of joint directions d [-]."""
+        return len(self.table.reference)
+
+    @property
+    def n_slider(self) -> int:
+        """Number of sliders s [-]."""
+        return int(self.table.slider[-1])
+
+    @cached_property
+    def sampling(self) -> Sampling:
+        """Basis on the instants."""
+        return sampling(self.n_harmonic, self.n_sample)
+
+    @cached_property
+    def joint_of_direction(self) -> tuple[Int[NDArray[np.int64], " d"], Int[NDArray[np.int64], " d"]]:
+        """First direction, and number of directions, of the joint of each direction."""
+        count = np.diff(self.table.direction)
+        return np.repeat(self.table.direction[:-1], count), np.repeat(count, count)
+
+    def at(self, angular_frequency: float) -> Condensed:
+        """The linear structure at one Omega [rad/s].
+
+        Raises
+        ------
+        BalanceError
+            A frequency that is not positive.
+        """
+        if not (np.isfinite(angular_frequency) and angular_frequency > 0):
+            raise BalanceError(
+                f"angular_frequency = {angular_frequency:g} rad/s must be positive: a static load is static_load"
+            )
+        return self.structure.at(float(angular_frequency))
+
+    def linear(self, condensed: Condensed, level: float | None = None) -> Real:
+        """Motion of the directions with all contacts stuck, x_lin, shape (d, nh) [m]."""
+        scale = self.level if level is None else level
+        return real_from_complex(condensed.static + scale * condensed.dynamic)
+
+    def response(self, angular_frequency: float, x: Real, g: Real) -> Coefficients:
+        """Full response to the loads and the joint forces, shape (H + 1, r) [m].
+
+        Parameters
+        ----------
+        angular_frequency
+            Omega [rad/s].
+        x, g
+            Motion of the directions and joint force beyond D x, shape (d, nh).
+        """
+        structure = self.structure
+        force = structure.static + self.level * structure.dynamic - complex_from_real(g) @ structure.directions
+        q = structure.displacement(angular_frequency, force)
+        q[0] = q[0].real
+        return q
+
+
+def slider_names(system: JointedSystem) -> Sequence[str]:
+    """Name of each slider: its joint's, with the number of the tangent where there are two."""
+    names = []
+    for joint in system.joints:
+        count = len(getattr(joint, "tangents", ())) or int(hasattr(joint, "limit_force"))
+        names += [joint.name] if count == 1 else [f"{joint.name}.{number}" for number in range(1, count + 1)]
+    return names

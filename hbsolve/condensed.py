@@ -1,0 +1,146 @@
+r"""The linear structure as the joints see it: receptance between joint directions, and its derivative in Omega.
+
+With D the reference stiffness of the joints and B their rows, the stuck structure is K_stuck = K + B^T D B and
+
+.. math:: A_k = B\, \alpha_\mathrm{stuck}(k \Omega)\, B^T, \qquad
+          \alpha_\mathrm{stuck}(\omega) = (K_\mathrm{stuck} - \omega^2 M + i \omega C)^{-1}
+
+One decomposition serves all frequencies: that of the stuck structure if its modes uncouple the damping, else that of
+the structure without joints (where Rayleigh damping of K is uncoupled), to which the contact stiffness is added in the
+few joint directions,
+
+.. math:: A = (I + A^0 D)^{-1} A^0 .
+
+Damping that neither uncouples takes one dense solve a harmonic.
+
+References
+----------
+Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eq. 12.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from hbsolve.dynamic_stiffness import DynamicStiffness
+from hbsolve.errors import ModelError
+from hbsolve.fourier import Coefficients, harmonics
+
+Array = NDArray[np.complex128]
+
+
+class Condensed(NamedTuple):
+    """The linear structure at one Omega; d joint directions, harmonics 0 to H."""
+
+    angular_frequency: float
+    receptance: Array
+    """A_k, shape (H + 1, d, d) [m/N]."""
+    receptance_slope: Array
+    """dA_k/dOmega, shape (H + 1, d, d)."""
+    static: Array
+    """Displacement of the directions under the static load, in harmonic 0, shape (H + 1, d) [m]."""
+    dynamic: Array
+    """... under the harmonic force at level 1, shape (H + 1, d) [m]."""
+    dynamic_slope: Array
+    """Its derivative in Omega."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CondensedStructure:
+    """Condenses a structure to its joint directions.
+
+    Parameters
+    ----------
+    mass, damping, stiffness
+        Without the joints, shape (r, r).
+    directions
+        B, shape (d, r).
+    reference
+        D, shape (d,) [N/m].
+    static, dynamic
+        Coefficients of the loads, shape (H + 1, r) [N].
+
+    Raises
+    ------
+    ModelError
+        Matrices of no vibrating structure, or one that is not held even with all contacts stuck.
+    """
+
+    mass: Float[NDArray[np.float64], "r r"]
+    damping: Float[NDArray[np.float64], "r r"]
+    stiffness: Float[NDArray[np.float64], "r r"]
+    directions: Float[NDArray[np.float64], "d r"]
+    reference: Float[NDArray[np.float64], " d"]
+    static: Coefficients
+    dynamic: Coefficients
+
+    def __post_init__(self) -> None:
+        stuck = self.stuck
+        if stuck.n_rigid:
+            raise ModelError(
+                f"with all contacts stuck the stiffness still leaves {stuck.n_rigid} rigid-body motions free: hold the "
+                "body by a support, a spring or a contact in that direction"
+            )
+
+    @cached_property
+    def stuck(self) -> DynamicStiffness:
+        """The structure with all contacts stuck and closed."""
+        stiffness = self.stiffness + self.directions.T @ (self.reference[:, None] * self.directions)
+        return DynamicStiffness(mass=self.mass, damping=self.damping, stiffness=stiffness)
+
+    @cached_property
+    def _free(self) -> DynamicStiffness | None:
+        """The structure without joints, if that is what uncouples the damping."""
+        if not self.stuck.damping_couples_modes:
+            return None
+        free = DynamicStiffness(mass=self.mass, damping=self.damping, stiffness=self.stiffness)
+        return None if free.damping_couples_modes else free
+
+    def at(self, angular_frequency: float) -> Condensed:
+        """Condense at one Omega [rad/s]."""
+        omega = harmonics(angular_frequency, len(self.dynamic))
+        k, B = np.arange(len(omega)), self.directions
+        r_mean, _, x_static, _ = self.stuck.condensed(omega[:1], B, self.static[:1])
+        free = self._free
+        source = self.stuck if free is None else free
+        A, dA, x, dx = source.condensed(omega[1:], B, self.dynamic[1:])
+        if free is not None:
+            A, dA, x, dx = _with_stiffness(A, dA, x, dx, self.reference)
+        receptance = np.concatenate([r_mean, A])
+        slope = np.concatenate([np.zeros_like(r_mean), k[1:, None, None] * dA])
+        dynamic, dynamic_slope = np.zeros((2, len(omega), len(B)), dtype=np.complex128)
+        dynamic[1:], dynamic_slope[1:] = x, k[1:, None] * dx
+        static = np.zeros_like(dynamic)
+        static[0] = x_static[0]
+        return Condensed(angular_frequency, receptance, slope, static, dynamic, dynamic_slope)
+
+    def displacement(self, angular_frequency: float, force: Coefficients) -> Coefficients:
+        """Full response of the stuck structure to the coefficients of a force, shape (H + 1, r) [m]."""
+        omega = harmonics(angular_frequency, len(force))
+        free = self._free
+        if free is None:
+            return self.stuck.response(omega, force)
+        B, D = self.directions, self.reference
+        q = free.response(omega[1:], force[1:])
+        receptance, _, _, _ = free.condensed(omega[1:], B, force[1:])
+        identity = np.eye(len(B))
+        held = np.linalg.solve(identity + receptance * D, (q @ B.T)[..., None])[..., 0]
+        correction = free.response(omega[1:], -(held * D) @ B)
+        return np.concatenate([self.stuck.response(omega[:1], force[:1]), q + correction])
+
+
+def _with_stiffness(
+    A: Array, dA: Array, x: Array, dx: Array, D: Float[NDArray[np.float64], " d"]
+) -> tuple[Array, Array, Array, Array]:
+    """Receptance and response after a stiffness D is added in each direction, with their derivatives."""
+    d = len(D)
+    both = np.linalg.solve(np.eye(d) + A * D, np.concatenate([A, x[..., None]], axis=2))
+    stuck, moved = both[:, :, :d], both[:, :, d]
+    right = dA - dA * D @ stuck
+    right_x = dx - np.einsum("kij,kj->ki", dA, D * moved)
+    slopes = np.linalg.solve(np.eye(d) + A * D, np.concatenate([right, right_x[..., None]], axis=2))
+    return stuck, slopes[:, :, :d], moved, slopes[:, :, d]
