@@ -105,6 +105,13 @@ def key_in_message(message: str, table: Any, keys: Mapping[str, str]) -> str | N
     return min(found)[2] if found else None
 
 
+def did_you_mean(word: str, known: Sequence[str]) -> str:
+    """``; did you mean "length"?`` if a known word is near, nothing if none is."""
+    by_lower = {name.lower(): name for name in known}
+    close = difflib.get_close_matches(word.lower(), list(by_lower), 1, 0.5)
+    return f'; did you mean "{by_lower[close[0]]}"?' if close else ""
+
+
 def _problem(details: ErrorDetails, model: type[BaseModel], source: "CaseSource") -> Problem:
     missing = details["type"] == "missing"
     path = _path_in_file(details["loc"], source.data, keep_last=missing)
@@ -127,7 +134,7 @@ def _problem(details: ErrorDetails, model: type[BaseModel], source: "CaseSource"
     if details["type"] in {"literal_error", "enum"}:
         text = text.replace("'", '"')
         choices = re.findall(r'"([^"]*)"', text)
-        text += _did_you_mean(value, choices) if isinstance(value, str) else ""
+        text += did_you_mean(value, choices) if isinstance(value, str) else ""
     return source.problem(path, text)
 
 
@@ -138,7 +145,7 @@ def _unknown_kind(path: Path, details: ErrorDetails, source: "CaseSource") -> Pr
     *others, last = (f'"{choice}"' for choice in choices)
     listed = f"{', '.join(others)} or {last}" if others else last
     return source.problem(
-        (*path, context["discriminator"].strip("'")), f"must be {listed}" + _did_you_mean(context["tag"], choices)
+        (*path, context["discriminator"].strip("'")), f"must be {listed}" + did_you_mean(context["tag"], choices)
     )
 
 
@@ -191,7 +198,7 @@ def _unknown_key(path: Path, model: type[BaseModel], source: "CaseSource") -> st
     known = [name for parent in parents for name in _fields(parent)]
     key = str(path[-1])
     kind = "table" if isinstance(value_at(source.data, path), Mapping) else "key"
-    hint = _did_you_mean(key, known)
+    hint = did_you_mean(key, known)
     if hint:
         return f"unknown {kind}{hint}"
     return f"unknown {kind}; known here: {', '.join(known)}" if known else f"unknown {kind}; remove it"
@@ -203,12 +210,6 @@ def _is_of_kind(model: type[BaseModel], table: Any) -> bool:
         return True
     kinds = {name: field for name, field in _fields(model).items() if get_origin(field.annotation) is Literal}
     return all(table[name] in get_args(field.annotation) for name, field in kinds.items() if name in table)
-
-
-def _did_you_mean(word: str, known: Sequence[str]) -> str:
-    by_lower = {name.lower(): name for name in known}
-    close = difflib.get_close_matches(word.lower(), list(by_lower), 1, 0.5)
-    return f'; did you mean "{by_lower[close[0]]}"?' if close else ""
 
 
 def _fields(model: type[BaseModel]) -> dict[str, FieldInfo]:

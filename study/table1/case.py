@@ -1,19 +1,25 @@
 """The case file of a mesh study."""
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
 from study.blade_case import (
     BladeTables,
     Count,
     ElementName,
     PadTable,
+    PlainBladeTable,
     RootName,
     RootTable,
 )
 from study.case import CaseModel
+from study.case_problem import did_you_mean
 from study.quantity import Frequency, Length, Ratio
+
+#: The tables that hold the numbers of a study, beside its rows.
+TABLES = ("blade", "material", "mesh", "reduction", "damping", "root", "limit")
 
 
 class ModelTable(CaseModel):
@@ -53,13 +59,48 @@ class LimitTable(CaseModel):
         return subdivisions
 
 
+def numbers(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of all tables but the rows, in SI, by dotted key in the order of `TABLES`; tables may be missing."""
+    found: dict[str, Any] = {}
+    for name in TABLES:
+        if isinstance(table := tables.get(name), CaseModel):
+            without = {"pads"} if isinstance(tables.get("blade"), PlainBladeTable) else set()
+            found |= _flat(table.model_dump(exclude=without), f"{name}.")
+    return found
+
+
+def _flat(table: Mapping[str, Any], prefix: str) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            found |= _flat(value, f"{prefix}{key}.")
+        elif value is not None:
+            found[f"{prefix}{key}"] = value
+    return found
+
+
+def _number_of_the_case(key: str, info: ValidationInfo) -> str:
+    """Refuse a key that names no number; a table that is itself mistaken is left to its own message."""
+    table = key.partition(".")[0]
+    known = [name for name, value in numbers(info.data).items() if isinstance(value, int | float)]
+    if key not in known and (table not in TABLES or table in info.data):
+        remedy = did_you_mean(key, known) or '; write it as table.key, e.g. "blade.length"'
+        raise ValueError(f"names no number of this case{remedy}")
+    return key
+
+
 class Table1Case(BladeTables):
-    """A mesh study of a blade."""
+    """A mesh study of a blade; `tuned` comes last, for its check needs the others."""
 
     title: str
     measured: Frequency
-    tuned: tuple[str, ...] = ()
     root: RootTable
     model: Annotated[tuple[ModelTable, ...], Field(min_length=1)]
     prediction: tuple[PredictionTable, ...] = ()
     limit: LimitTable | None = None
+    tuned: tuple[Annotated[str, AfterValidator(_number_of_the_case)], ...] = ()
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """Every number outside the rows, in SI, by dotted key."""
+        return numbers(dict(self))

@@ -2,13 +2,13 @@
 
 import base64
 import importlib.metadata
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from study.case import CaseModel
 from study.quantity import format_quantity
+from study.table1.case import Table1Case
 from study.table1.study import MeshStudy, StudyRow
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
@@ -85,7 +85,7 @@ def _study(study: MeshStudy, case_file: str, figure: bytes, pictures: Sequence[P
         ],
         "tuned": case.tuned,
         "case_file": case_file,
-        "numbers": list(_numbers(case)),
+        "numbers": _numbers(case),
     }
 
 
@@ -132,27 +132,12 @@ def _limit(study: MeshStudy) -> dict[str, Any] | None:
     }
 
 
-def _numbers(case: CaseModel) -> list[dict[str, str]]:
+def _numbers(case: Table1Case) -> list[dict[str, str]]:
     """Every number of the case outside its rows, in the units of the case files."""
-    tables = case.model_dump(include={"blade", "material", "mesh", "root", "reduction", "damping", "limit"})
-    if tables["blade"]["kind"] == "plain":  # it has no pads
-        for name in ("mesh", "limit"):
-            (tables[name] or {}).pop("pads", None)
-    tuned = set(getattr(case, "tuned", ()))
     return [
-        {"key": key, "value": _shown(key, value), "tuned": "tuned" if key in tuned else ""}
-        for key, value in _flat(tables)
+        {"key": key, "value": _shown(key, value), "tuned": "tuned" if key in case.tuned else ""}
+        for key, value in case.numbers.items()
     ]
-
-
-def _flat(table: Mapping[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
-    entries: list[tuple[str, Any]] = []
-    for key, value in table.items():
-        if isinstance(value, Mapping):
-            entries += _flat(value, f"{prefix}{key}.")
-        elif value is not None:
-            entries.append((f"{prefix}{key}", value))
-    return entries
 
 
 def _shown(key: str, value: Any) -> str:

@@ -97,6 +97,28 @@ def test_a_mistake_in_a_case_file_is_shown_with_its_line(
     assert key in text.replace(right, wrong, 1).splitlines()[int(found[1]) - 1]
 
 
+@pytest.mark.parametrize(
+    ("wrong", "remedy"),
+    [
+        ("blade.lenght", 'did you mean "blade.length"?'),
+        ("length_ratio", 'did you mean "mesh.length_ratio"?'),
+        ("model", 'write it as table.key, e.g. "blade.length"'),
+        ("blade.kind", "; "),  # a word
+        ("mesh.pads.band", "write it as table.key"),  # a plain blade has no pads
+    ],
+)
+def test_a_tuned_number_that_the_case_does_not_have_is_refused(
+    refusal: Refusal, at_home: Path, case_text: dict[str, str], wrong: str, remedy: str
+) -> None:
+    text = case_text["plain"].replace('"mesh.length_cap",', f'"{wrong}",')
+    (at_home / "my.toml").write_text(text)
+    line = text.splitlines().index(f'    "{wrong}",') + 1
+    message = refusal("table1", "my.toml")
+    assert message.startswith(f'my.toml:{line}: tuned[4] = "{wrong}": names no number of this case; ')
+    assert remedy in message
+    assert message.count("\n") == 1
+
+
 def test_all_mistakes_of_a_file_are_shown_at_once(refusal: Refusal, at_home: Path, case_text: dict[str, str]) -> None:
     text = case_text["rig"].replace("drop_every = 6", "drop_every = 1").replace('"250.4 mm"', '"250.4 kg"')
     (at_home / "my.toml").write_text(text)
