@@ -1,7 +1,8 @@
 """The harmonic balance of a jointed system: what is computed once, and the residual at any motion."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from copy import copy
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import ceil, log2
 from typing import Any
@@ -59,16 +60,21 @@ class HarmonicBalance:
     table: JointTable = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        system = self.system
-        highest = max((int(k) for k in np.flatnonzero(system.dynamic.any(axis=1))), default=0)
+        if not self.n_sample:
+            wanted = max(SAMPLE_PER_HARMONIC * (self.n_harmonic - 1), LEAST_SAMPLE)
+            object.__setattr__(self, "n_sample", 2 ** ceil(log2(wanted)))
+        self._check()
+        table = joint_table(self.system.joints)
+        object.__setattr__(self, "table", table)
+        object.__setattr__(self, "structure", self._structure(table))
+
+    def _check(self) -> None:
+        highest = max((int(k) for k in np.flatnonzero(self.system.dynamic.any(axis=1))), default=0)
         if self.n_harmonic < 1 or self.n_harmonic <= highest:
             raise BalanceError(
                 f"n_harmonic = {self.n_harmonic} (H = {self.n_harmonic - 1}) cannot hold a force in harmonic {highest}: "
                 f"take n_harmonic = {highest + 1} at least"
             )
-        if not self.n_sample:
-            wanted = max(SAMPLE_PER_HARMONIC * (self.n_harmonic - 1), LEAST_SAMPLE)
-            object.__setattr__(self, "n_sample", 2 ** ceil(log2(wanted)))
         if self.n_sample < 4 * self.n_harmonic - 3:
             raise BalanceError(
                 f"n_sample = {self.n_sample} is too few for H = {self.n_harmonic - 1}: joints need 4 H + 1 samples at "
@@ -76,9 +82,6 @@ class HarmonicBalance:
             )
         if not np.isfinite(self.level):
             raise BalanceError(f"level = {self.level} must be a finite number")
-        table = joint_table(system.joints)
-        object.__setattr__(self, "table", table)
-        object.__setattr__(self, "structure", self._structure(table))
 
     def _structure(self, table: JointTable) -> CondensedStructure:
         system = self.system
@@ -105,9 +108,20 @@ class HarmonicBalance:
         """The same balance on other instants."""
         return self._shared(n_sample=n_sample)
 
+    def with_table(self, table: JointTable) -> "HarmonicBalance":
+        """The same balance with other values of the joints' parameters, on the same linear reference."""
+        other = self._shared()
+        object.__setattr__(other, "table", table)
+        return other
+
     def _shared(self, **changes: Any) -> "HarmonicBalance":
-        other = replace(self, **changes)
-        object.__setattr__(other, "structure", self.structure)
+        # Copied, not built again: the modal decomposition is the work.
+        other = copy(self)
+        for kept in ("sampling", "joint_of_direction"):
+            other.__dict__.pop(kept, None)
+        for name, value in changes.items():
+            object.__setattr__(other, name, value)
+        other._check()
         return other
 
     @property

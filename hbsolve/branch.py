@@ -1,10 +1,27 @@
 """A curve of periodic responses."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
+
+from hbsolve.errors import BalanceError
+
+if TYPE_CHECKING:
+    import xarray
+
+    from hbsolve.balance import HarmonicBalance
+    from hbsolve.steady_state import SteadyState
+
+Numbers = Float[NDArray[np.float64], " p"]
+
+
+def _none() -> NDArray[np.float64]:
+    return np.zeros(0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -18,28 +35,177 @@ class ResponseBranch:
     coefficients
         In the convention of `hbsolve.fourier`, shape (p, n_harmonic, r) [m].
     residual_norm
-        Unbalanced force relative to the excitation, in the Euclidean norm over harmonics and degrees of freedom,
-        shape (p,) [-].
+        What is left of balance, relative to the linear motion or, without joints, to the force, shape (p,) [-].
     stop_reason
         Why the curve ends where it ends, in words.
+    level
+        Scale of the harmonic force at each point; ones by default, shape (p,) [-].
+    iterations
+        Newton iterations of each point, shape (p,) [-].
+    slider
+        Slider positions at the start of the steady period, shape (p, s) [m].
+    contact_share
+        Shares of the period in which each joint sticks, slips and is separated, shape (p, n_joint, 3) [-].
+    joint_names
+        Names of the joints, in order.
+    truncation_error, sample_error
+        Estimated relative error of the fundamental for the harmonics left out and for the number of samples
+        (`hbsolve.truncation`), shape (p,) [-]; empty where it was not asked for.
     """
 
-    angular_frequency: Float[NDArray[np.float64], " p"]
+    angular_frequency: Numbers
     coefficients: Complex[NDArray[np.complex128], "p harmonic r"]
-    residual_norm: Float[NDArray[np.float64], " p"]
+    residual_norm: Numbers
     stop_reason: str
+    level: Numbers = field(default_factory=_none)
+    iterations: Numbers = field(default_factory=_none)
+    slider: Float[NDArray[np.float64], "p s"] = field(default_factory=_none)
+    contact_share: Float[NDArray[np.float64], "p joint 3"] = field(default_factory=_none)
+    joint_names: tuple[str, ...] = ()
+    truncation_error: Numbers = field(default_factory=_none)
+    sample_error: Numbers = field(default_factory=_none)
 
     def __post_init__(self) -> None:
-        for name, kind in (("angular_frequency", float), ("coefficients", complex), ("residual_norm", float)):
+        count = len(self.angular_frequency)
+        for name, value in (("level", np.ones(count)), ("iterations", np.zeros(count))):
+            if not np.size(getattr(self, name)):
+                object.__setattr__(self, name, value)
+        for name, shape in (("slider", (count, 0)), ("contact_share", (count, 0, 3))):
+            if not np.size(getattr(self, name)):
+                object.__setattr__(self, name, np.zeros(shape))
+        for name, kind in _ARRAYS.items():
             values = np.array(getattr(self, name), dtype=kind)
             values.setflags(write=False)
             object.__setattr__(self, name, values)
+        object.__setattr__(self, "joint_names", tuple(self.joint_names))
 
     @property
-    def frequency(self) -> Float[NDArray[np.float64], " p"]:
+    def frequency(self) -> Numbers:
         """Excitation frequencies, shape (p,) [Hz]."""
         return np.asarray(self.angular_frequency / (2 * np.pi))
 
-    def amplitude(self, row: int, harmonic: int = 1) -> Float[NDArray[np.float64], " p"]:
-        """Amplitude of one harmonic of one degree of freedom, shape (p,) [m]."""
-        return np.asarray(np.abs(self.coefficients[:, harmonic, row]))
+    def output(
+        self, row: int | Float[NDArray[np.float64], " r"], harmonic: int = 1, derivative: int = 0
+    ) -> Complex[NDArray[np.complex128], " p"]:
+        """Complex amplitude of one harmonic at an output, shape (p,) [m, m/s or m/s^2].
+
+        Parameters
+        ----------
+        row
+            A degree of freedom, or the output's row over all of them.
+        harmonic
+            k.
+        derivative
+            0 for the displacement, 1 for the velocity, 2 for the acceleration.
+        """
+        q = self.coefficients[:, harmonic]
+        at = q[:, row] if isinstance(row, int | np.integer) else q @ np.asarray(row)
+        return np.asarray((1j * harmonic * self.angular_frequency) ** derivative * at)
+
+    def amplitude(self, row: int | Float[NDArray[np.float64], " r"], harmonic: int = 1, derivative: int = 0) -> Numbers:
+        """Amplitude of `output`, shape (p,)."""
+        return np.asarray(np.abs(self.output(row, harmonic, derivative)))
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """As a labelled data set, with units as attributes."""
+        import xarray
+
+        data = xarray.Dataset(
+            {name: (dims, getattr(self, name)) for name, dims in _DIMENSIONS.items() if getattr(self, name).size},
+            coords={
+                "frequency": ("point", self.frequency),
+                "harmonic": np.arange(self.coefficients.shape[1]),
+                "state": ["stick", "slip", "separated"],
+                "joint": list(self.joint_names),
+            },
+            attrs={"stop_reason": self.stop_reason, "convention": "q(t) = Re sum_k q_k exp(i k Omega t)"},
+        )
+        for name, unit in _UNITS.items():
+            if name in data.variables:
+                data[name].attrs["units"] = unit
+        return data
+
+    def save(self, path: Path | str) -> None:
+        """Write netCDF4 (an HDF5 file); the coefficients as two real variables, since netCDF has no complex numbers.
+
+        Raises
+        ------
+        BalanceError
+            The file cannot be written.
+        """
+        try:
+            data = self.to_xarray()
+            q = data["coefficients"]
+            data = data.drop_vars("coefficients").assign(coefficients_real=q.real, coefficients_imag=q.imag)
+            data.to_netcdf(path, engine="h5netcdf")
+        except OSError as error:
+            raise BalanceError(
+                f'"{path}" cannot be written ({error.strerror or error}): choose another folder'
+            ) from error
+
+
+def load_branch(path: Path | str) -> ResponseBranch:
+    """Read a branch that `ResponseBranch.save` wrote.
+
+    Raises
+    ------
+    BalanceError
+        The file is missing or holds no branch.
+    """
+    import xarray
+
+    try:
+        with xarray.open_dataset(path, engine="h5netcdf") as data:
+            values = {name: data[name].values for name in _DIMENSIONS if name in data.variables}
+            values["coefficients"] = data["coefficients_real"].values + 1j * data["coefficients_imag"].values
+            return ResponseBranch(
+                **values,
+                stop_reason=str(data.attrs["stop_reason"]),
+                joint_names=tuple(str(name) for name in data["joint"].values),
+            )
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise BalanceError(
+            f'"{path}" holds no response branch: give a file that `ResponseBranch.save` wrote'
+        ) from error
+
+
+def branch_of(balance: "HarmonicBalance", states: Sequence["SteadyState"], stop_reason: str) -> ResponseBranch:
+    """Steady states as a branch, with the shares of stick, slip and separation."""
+    from hbsolve.contact_motion import contact_share
+
+    return ResponseBranch(
+        angular_frequency=np.array([each.angular_frequency for each in states]),
+        coefficients=np.array([each.coefficients for each in states]),
+        residual_norm=np.array([each.residual_norm for each in states]),
+        stop_reason=stop_reason,
+        level=np.array([each.level for each in states]),
+        iterations=np.array([each.iterations for each in states], dtype=np.float64),
+        slider=np.array([each.slider_at_start for each in states]),
+        contact_share=np.array([contact_share(balance, each) for each in states]),
+        joint_names=tuple(joint.name for joint in balance.system.joints),
+    )
+
+
+_ARRAYS = {
+    "angular_frequency": float,
+    "coefficients": complex,
+    "residual_norm": float,
+    "level": float,
+    "iterations": float,
+    "slider": float,
+    "contact_share": float,
+    "truncation_error": float,
+    "sample_error": float,
+}
+_DIMENSIONS = {
+    "angular_frequency": ("point",),
+    "coefficients": ("point", "harmonic", "degree_of_freedom"),
+    "residual_norm": ("point",),
+    "level": ("point",),
+    "iterations": ("point",),
+    "slider": ("point", "slider"),
+    "contact_share": ("point", "joint", "state"),
+    "truncation_error": ("point",),
+    "sample_error": ("point",),
+}
+_UNITS = {"angular_frequency": "rad/s", "frequency": "Hz", "coefficients": "m", "slider": "m"}

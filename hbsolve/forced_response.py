@@ -9,7 +9,6 @@ from hbsolve.dynamic_stiffness import DynamicStiffness, LinearModel
 from hbsolve.errors import ForceError
 from hbsolve.fourier import Coefficients, harmonics
 from hbsolve.harmonic_force import HarmonicForce
-from hbsolve.residual import residual
 
 
 def forced_response(
@@ -47,12 +46,11 @@ def forced_response(
         raise ForceError(
             f"angular_frequency = {wrong[0]:g} rad/s must be positive: a static load is harmonic 0 of the force"
         )
-    rest = np.zeros(force.coefficients.shape, dtype=np.complex128)
-    # Without contacts the Newton step from rest, q = 0 - R(0), is the solution.
-    motions = [rest - residual(structure, force, float(each), rest) for each in omega]
+    shape = force.coefficients.shape
+    motions = [structure.response(harmonics(float(each), shape[0]), force.coefficients) for each in omega]
     return ResponseBranch(
         angular_frequency=omega,
-        coefficients=np.array(motions).reshape(len(omega), *rest.shape),
+        coefficients=np.array(motions).reshape(len(omega), *shape),
         residual_norm=np.array(
             [_unbalanced(structure, force, float(each), motion) for each, motion in zip(omega, motions, strict=True)]
         ),

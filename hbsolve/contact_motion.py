@@ -1,0 +1,96 @@
+"""What a joint does over a period: displacement, forces, slider, states, hysteresis loop."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+
+from hbsolve.aft import JointForces
+from hbsolve.balance import HarmonicBalance
+from hbsolve.contact.law import FORCE
+from hbsolve.steady_state import SteadyState, forces_at
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ContactMotion:
+    """One joint over one period, at n instants; d directions (tangents, then the normal), s sliders.
+
+    Parameters
+    ----------
+    name
+        Of the joint.
+    time
+        Shape (n,) [s].
+    displacement
+        Of each direction, shape (d, n) [m].
+    force
+        On the structure against each displacement: T of the tangents, N of the normal, shape (d, n) [N].
+    slider
+        Shape (s, n) [m].
+    status
+        0 stick, 1 slip, 2 separated, of each slider; of the joint where it has none, shape (max(s, 1), n).
+    share
+        Shares of the period in stick, slip and separation, tangents together, shape (3,) [-].
+    """
+
+    name: str
+    time: Float[NDArray[np.float64], " n"]
+    displacement: Float[NDArray[np.float64], "d n"]
+    force: Float[NDArray[np.float64], "d n"]
+    slider: Float[NDArray[np.float64], "s n"]
+    status: Int[NDArray[np.int64], "t n"]
+    share: Float[NDArray[np.float64], " 3"]
+
+    @property
+    def dissipated(self) -> Float[NDArray[np.float64], " d"]:
+        """Work that each direction takes from the structure in a period: the area of its loop, shape (d,) [J]."""
+        # The mean slope over the two steps beside an instant; exact for the band-limited displacement up to n^-2.
+        moved = (np.roll(self.displacement, -1, axis=1) - np.roll(self.displacement, 1, axis=1)) / 2
+        return np.asarray((self.force * moved).sum(axis=1))
+
+
+def contact_motion(balance: HarmonicBalance, state: SteadyState) -> tuple[ContactMotion, ...]:
+    """Every joint over the steady period of a state."""
+    forces, u = _forces(balance, state)
+    time = 2 * np.pi / state.angular_frequency * np.arange(balance.n_sample) / balance.n_sample
+    force = forces.force + balance.table.reference[:, None] * u
+    directions, sliders = balance.table.direction, balance.table.slider
+    motions = []
+    for number, joint in enumerate(balance.system.joints):
+        d, s = slice(directions[number], directions[number + 1]), slice(sliders[number], sliders[number + 1])
+        status = _status(balance, forces, number)
+        motions.append(
+            ContactMotion(
+                name=joint.name,
+                time=time,
+                displacement=u[d],
+                force=force[d],
+                slider=forces.slider[s],
+                status=status,
+                share=_share(status),
+            )
+        )
+    return tuple(motions)
+
+
+def contact_share(balance: HarmonicBalance, state: SteadyState) -> Float[NDArray[np.float64], "joint 3"]:
+    """Shares of the period in stick, slip and separation of each joint, shape (n_joint, 3) [-]."""
+    forces, _ = _forces(balance, state)
+    shares = [_share(_status(balance, forces, number)) for number in range(len(balance.system.joints))]
+    return np.array(shares).reshape(-1, 3)
+
+
+def _forces(balance: HarmonicBalance, state: SteadyState) -> tuple[JointForces, Float[NDArray[np.float64], "d n"]]:
+    x = state.motion
+    forces = forces_at(balance, state.angular_frequency, x, state.start, want=FORCE)
+    return forces, x @ balance.sampling.evaluate
+
+
+def _status(balance: HarmonicBalance, forces: JointForces, joint: int) -> Int[NDArray[np.int64], "t n"]:
+    count = max(int(balance.table.slider[joint + 1] - balance.table.slider[joint]), 1)
+    return forces.status[2 * joint : 2 * joint + count]
+
+
+def _share(status: Int[NDArray[np.int64], "t n"]) -> Float[NDArray[np.float64], " 3"]:
+    return np.bincount(status.ravel(), minlength=3) / status.size
