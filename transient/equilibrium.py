@@ -1,14 +1,17 @@
 r"""Static equilibrium, the state from which an integration starts unless told otherwise."""
 
 import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
 
 from reduction.jointed_system import JointedSystem
 from transient.errors import TransientError
+from transient.law import joint_forces
 from transient.march import solve_positions
 from transient.state import TransientState
 from transient.transition import ModalStructure, modal_structure
 
-#: Equal parts in which load and pre-loads are put on, so that sliders move as on a slow ramp.
+#: Equal parts in which the load is put on, so that sliders move as on a slow ramp.
 N_PART = 50
 
 #: Eigenvalues below this share of the largest are rigid-body motion.
@@ -16,7 +19,7 @@ RIGID = 1e-12
 
 
 def equilibrium(system: JointedSystem | ModalStructure, load: float = 1.0) -> TransientState:
-    """State at rest under the static load, put on in equal parts from no load with all sliders at 0.
+    """State at rest under the static load, put on in equal parts on the pre-loaded joints, sliders at 0 before.
 
     Parameters
     ----------
@@ -41,16 +44,17 @@ def equilibrium(system: JointedSystem | ModalStructure, load: float = 1.0) -> Tr
         )
     if not eigenvalue.min() > RIGID * eigenvalue.max():
         raise TransientError(
-            f"the structure with its joints stuck has the eigenvalue {eigenvalue.min():g} 1/s^2, so that a body is held "
+            f"the structure with its joints stuck has the eigenvalue {eigenvalue.min():g} 1/s^2, so a body is held "
             "by nothing: support it or give a start"
         )
     rows = structure.rows
     flexibility = np.ascontiguousarray(rows @ (rows / eigenvalue).T)
     free = rows @ (static / eigenvalue)
+    at_rest = _forces_at_rest(structure)
+    scale = max(float(np.abs(values).max(initial=0.0)) for values in (free, flexibility @ at_rest))
     inverse, force, mean, end, moved = np.eye(d), np.zeros(d), np.zeros(d), np.zeros(d), slider.copy()
     for part in range(1, N_PART + 1):
         share = part / N_PART
-        scale = max(float(np.abs(free).max(initial=0.0)), float(np.abs(position).max(initial=0.0)), 1e-12)
         after = position.copy()
         done = solve_positions(
             after, share * free, flexibility, structure.offset, True, position, slider, table.packed, np.inf, scale,
@@ -66,9 +70,7 @@ def equilibrium(system: JointedSystem | ModalStructure, load: float = 1.0) -> Tr
     return TransientState(displacement=shapes @ modal, velocity=np.zeros(len(shapes)), slider=slider)
 
 
-def _forces_at_rest(structure: ModalStructure) -> np.ndarray:
-    from transient.law import joint_forces
-
+def _forces_at_rest(structure: ModalStructure) -> Float[NDArray[np.float64], " d"]:
     table = structure.table
     zero, end, mean = np.zeros(len(table.rows)), np.zeros(len(table.rows)), np.zeros(len(table.rows))
     slider = np.zeros(table.n_slider)

@@ -128,7 +128,7 @@ def integrate(
     return Motion(
         angular_frequency=angular_frequency,
         steps_per_period=steps_per_period,
-        time=stepper.step * np.arange(first, n_period * steps_per_period),
+        time=np.asarray(np.arange(first, n_period * steps_per_period) * stepper.step, dtype=np.float64),
         displacement=joined["displacement"],
         velocity=joined["velocity"],
         force=joined["force"],

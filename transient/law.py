@@ -138,7 +138,7 @@ def joint_force(
     kind, i, j = joints[0][joint], joints[1][joint], joints[2][joint]
     n_tangent = joints[3][joint]
     value = joints[4][joint]
-    if kind == CONTACT or kind == COULOMB_CONTACT:
+    if kind in (CONTACT, COULOMB_CONTACT):
         k = i + n_tangent
         stiffness, friction = value[TANGENTIAL], value[FRICTION]
         normal_start = value[PRELOAD] + value[NORMAL] * (before[k] - value[GAP])

@@ -47,7 +47,7 @@ def residual(
     end: Vector,
     moved: Vector,
 ) -> Vector:
-    """u - u_free + G f, with f beyond the springs `offset` that the structure already contains."""
+    """u - u_free + G f of a trial position, f being the joint forces beyond the springs `offset`."""  # noqa: D403  # a symbol
     joint_forces(joints, before, after, slider, step, mean, end, moved)
     for i in range(after.size):
         if at_end:
@@ -95,7 +95,8 @@ def jacobian_inverse(
     matrix = flexibility @ slope
     for i in range(n):
         matrix[i, i] += 1.0
-    return np.linalg.inv(matrix)
+    inverse: Matrix = np.linalg.inv(matrix)  # type: ignore[assignment]  # numpy says floating
+    return inverse
 
 
 @compiled
@@ -119,7 +120,6 @@ def solve_positions(
     """Solve for `after` (guess in, solution out), with forces and sliders; iterations, or -1 without convergence."""
     r = residual(after, free, flexibility, offset, at_end, before, slider, joints, step, force, mean, end, moved)
     size = np.abs(r).max()
-    best = size
     fresh = False
     for iteration in range(N_NEWTON):
         if size <= TOLERANCE * scale:
@@ -154,7 +154,6 @@ def solve_positions(
         after[:] = trial
         r = r_trial
         size = size_trial
-        best = min(best, size)
     if size <= STALLED * scale:
         residual(after, free, flexibility, offset, at_end, before, slider, joints, step, force, mean, end, moved)
         return N_NEWTON

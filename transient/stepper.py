@@ -81,7 +81,7 @@ class Stepper:
         self.iterations = 0
         self._rows = self.structure.rows
         self._columns = np.ascontiguousarray(self._rows.T)
-        self._place(equilibrium(self.structure) if start is None else start)
+        self.place(equilibrium(self.structure) if start is None else start)
 
     @property
     def state(self) -> TransientState:
@@ -89,6 +89,20 @@ class Stepper:
         r, shapes = self.structure.system.n_dof, self.structure.mode_shapes
         return TransientState(
             displacement=shapes @ self._state[:r], velocity=shapes @ self._state[r:], slider=self._slider
+        )
+
+    @property
+    def vector(self) -> Vector:
+        """Modal displacements, modal velocities and sliders, shape (2r + s,)."""
+        return np.concatenate([self._state, self._slider])
+
+    @vector.setter
+    def vector(self, values: Vector) -> None:
+        r, shapes = self.structure.system.n_dof, self.structure.mode_shapes
+        self.place(
+            TransientState(
+                displacement=shapes @ values[:r], velocity=shapes @ values[r : 2 * r], slider=values[2 * r :]
+            )
         )
 
     def advance(self, level: Vector | None = None, load: Vector | None = None) -> None:
@@ -119,7 +133,8 @@ class Stepper:
             slider=sliders.T,
         )
 
-    def _place(self, start: TransientState) -> None:
+    def place(self, start: TransientState) -> None:
+        """Continue from another state at phase 0."""
         structure, table = self.structure, self.structure.table
         check_state(structure.system, start)
         inverse = structure.inverse_shapes

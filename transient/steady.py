@@ -1,0 +1,276 @@
+r"""Integration until the motion repeats: the steady state, with its errors in time step and in decay.
+
+States at the phase 0 of successive periods are compared in the norm of energy,
+|z|^2 = sum (v^2 + |lambda| q^2) over the modes + sum k_t w^2 over the sliders, so that the units of the degrees of
+freedom do not matter, and relative to the largest velocity of the period. What is left of the transient is estimated
+from the change c over one period as c / (1 - rho), rho being the decay a period: the slower one of what was seen and
+of the linear structure.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from reduction.jointed_system import JointedSystem
+from transient.anderson import Anderson
+from transient.errors import TransientError
+from transient.state import TransientState
+from transient.stepper import Record, Stepper
+from transient.transition import ModalStructure, modal_structure
+
+Vector = Float[NDArray[np.float64], " n"]
+History = Float[NDArray[np.float64], "n t"]
+
+#: Periods over which the decay is read off.
+WINDOW = 20
+#: A decay slower than this a period counts as this.
+SLOWEST = 0.9999
+#: Motions that repeat after up to so many periods are recognised.
+N_MULTIPLE = 8
+#: A motion repeats after m > 1 periods if the change over m is below this share of the change over one.
+DISTINCT = 1e-2
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SteadyMotion:
+    """One period of the motion that an integration has reached.
+
+    Parameters
+    ----------
+    angular_frequency, level
+        Omega [rad/s] and the scale of the harmonic force [-].
+    steps_per_period
+        Of the finest integration [-].
+    samples
+        All degrees of freedom at the start of each step of the last period, t_j = j T / t, shape (t, r) [m].
+    displacement, velocity, force
+        Of the directions of the joints in the same instants, shape (d, t) [m, m/s, N].
+    slider
+        Positions of the sliders, shape (s, t) [m].
+    start
+        State at the start of that period, its phase 0: the sliders to compare with.
+    final
+        State at its end.
+    n_period
+        Periods integrated in all [-].
+    period_multiple
+        After how many periods the motion repeats; 0 if none was found.
+    period_change
+        Change of the state over the last period, relative to the amplitude [-].
+    distance
+        Estimate of what is left of the transient, relative to the amplitude [-].
+    step_error
+        Estimate of the error of the samples by the time step, from half as many steps (a third of the largest
+        difference, in the norm of mass, over the largest displacement from the mean) [-]; nan if not estimated.
+    """
+
+    angular_frequency: float
+    level: float
+    steps_per_period: int
+    samples: Float[NDArray[np.float64], "t r"]
+    displacement: History
+    velocity: History
+    force: History
+    slider: History
+    start: TransientState
+    final: TransientState
+    n_period: int
+    period_multiple: int
+    period_change: float
+    distance: float
+    step_error: float
+
+    @property
+    def periodic(self) -> bool:
+        """Whether the motion has the period of the excitation."""
+        return self.period_multiple == 1
+
+    @property
+    def words(self) -> str:
+        """What was reached, in one sentence."""
+        if self.period_multiple == 1:
+            return f"the motion repeats every period of the excitation, seen after {self.n_period} periods"
+        if self.period_multiple:
+            return f"the motion repeats every {self.period_multiple} periods of the excitation"
+        return (
+            f"the motion does not repeat within {self.n_period} periods: it still changes by {self.period_change:.1e} "
+            f"of its amplitude a period, {self.distance:.1e} from a steady state at the decay seen"
+        )
+
+    def coefficients(self, n_harmonic: int) -> Complex[NDArray[np.complex128], "harmonic r"]:
+        """q_k of q(t) = Re sum q_k e^{i k Omega t} for k = 0 to n_harmonic - 1, shape (n_harmonic, r) [m].
+
+        Raises
+        ------
+        TransientError
+            A motion that has not the period of the excitation, or more harmonics than the samples hold.
+        """
+        if not self.periodic:
+            raise TransientError(f"{self.words}: no Fourier series of one period describes it")
+        n_sample = len(self.samples)
+        if not 1 <= n_harmonic <= (n_sample + 1) // 2:
+            raise TransientError(
+                f"n_harmonic = {n_harmonic} must lie between 1 and {(n_sample + 1) // 2} for {n_sample} steps a period"
+            )
+        series = np.fft.rfft(self.samples, axis=0)[:n_harmonic] * (2 / n_sample)
+        series[0] /= 2
+        return np.asarray(series, dtype=np.complex128)
+
+
+def steady_motion(
+    system: JointedSystem,
+    angular_frequency: float,
+    start: TransientState | None = None,
+    level: float = 1.0,
+    *,
+    tolerance: float = 1e-5,
+    max_period: int = 5000,
+    steps_per_period: int = 256,
+    step_tolerance: float = 1e-3,
+    max_steps_per_period: int = 4096,
+    acceleration: int = 0,
+) -> SteadyMotion:
+    """Integrate until the motion repeats, then with steps of half the length until their error is small.
+
+    A motion that does not repeat is returned as such, see `SteadyMotion.period_multiple` and `.words`.
+
+    Parameters
+    ----------
+    system
+        Structure, joints and loads.
+    angular_frequency
+        Omega [rad/s].
+    start
+        Where to start, for instance `start_from` coefficients of a periodic motion; equilibrium by default.
+    level
+        Scale of the harmonic force [-].
+    tolerance
+        What may be left of the transient, relative to the amplitude [-].
+    max_period
+        Periods for each length of the step [-].
+    steps_per_period
+        At first; doubled until `step_error` is below `step_tolerance`, at most to `max_steps_per_period`, which it
+        may equal: then no error is estimated [-].
+    step_tolerance
+        See `SteadyMotion.step_error` [-].
+    max_steps_per_period
+        See `steps_per_period` [-].
+    acceleration
+        Periods that are combined to jump towards the steady state (Anderson); 0 follows the motion as it is. A jump
+        drags sliders as no motion would, and may end in another steady state where many exist, or in one that is
+        unstable and that no motion would reach [-].
+
+    Raises
+    ------
+    TransientError
+        Numbers out of range, or what `transient.integrate.integrate` refuses.
+    """
+    for name, value in (("tolerance", tolerance), ("step_tolerance", step_tolerance)):
+        if not 0 < value < 1:
+            raise TransientError(f"{name} = {value} must lie between 0 and 1")
+    if max_period < 1 or acceleration < 0 or max_steps_per_period < steps_per_period:
+        raise TransientError(
+            f"max_period = {max_period} must be at least 1, acceleration = {acceleration} at least 0 and "
+            f"max_steps_per_period = {max_steps_per_period} at least steps_per_period = {steps_per_period}"
+        )
+    structure = modal_structure(system)
+    steps, n_period, step_error = steps_per_period, 0, np.nan
+    coarse: History | None = None
+    while True:
+        stepper = Stepper(structure, angular_frequency, steps, start, level)
+        settled = _settle(stepper, tolerance, max_period, acceleration)
+        n_period += settled.n_period
+        fine = settled.record.modal_displacement
+        if coarse is not None and settled.multiple == 1:
+            swing = np.linalg.norm(fine - fine.mean(axis=0), axis=1).max()
+            difference = np.linalg.norm(fine[::2] - coarse, axis=1).max()
+            step_error = float(difference / swing / 3) if swing > 0 else 0.0
+        if settled.multiple != 1 or step_error <= step_tolerance or 2 * steps > max_steps_per_period:
+            break
+        coarse, start, steps = fine, settled.start, 2 * steps
+    record = settled.record
+    return SteadyMotion(
+        angular_frequency=float(angular_frequency),
+        level=float(level),
+        steps_per_period=steps,
+        samples=record.modal_displacement @ structure.mode_shapes.T,
+        displacement=record.displacement,
+        velocity=record.velocity,
+        force=record.force,
+        slider=record.slider,
+        start=settled.start,
+        final=stepper.state,
+        n_period=n_period,
+        period_multiple=settled.multiple,
+        period_change=settled.change,
+        distance=settled.distance,
+        step_error=step_error,
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Settled:
+    """What `_settle` reached."""
+
+    record: Record
+    start: TransientState
+    multiple: int
+    change: float
+    distance: float
+    n_period: int
+
+
+def _settle(stepper: Stepper, tolerance: float, max_period: int, acceleration: int) -> _Settled:
+    structure = stepper.structure
+    period = 2 * np.pi / stepper.angular_frequency
+    slowest = min(float(np.exp(-0.5 * max(np.diag(structure.damping).min(), 0.0) * period)), SLOWEST)
+    weight = _weights(structure)
+    marks = [stepper.vector * weight]
+    changes: list[float] = []
+    jump = Anderson(acceleration)
+    for n in range(1, max_period + 1):
+        start = stepper.state
+        record = stepper.record()
+        amplitude = max(float(np.linalg.norm(record.modal_velocity, axis=1).max()), np.finfo(float).tiny)
+        mark = stepper.vector * weight
+        change = float(np.linalg.norm(mark - marks[-1])) / amplitude
+        changes.append(change)
+        rate = _decay(changes, slowest)
+        distance = change / (1 - rate)
+        if distance <= tolerance:
+            return _Settled(record=record, start=start, multiple=1, change=change, distance=distance, n_period=n)
+        for m in range(2, min(N_MULTIPLE, len(marks)) + 1):
+            far = float(np.linalg.norm(mark - marks[-m])) / amplitude
+            if far / (1 - slowest**m) <= tolerance and far <= DISTINCT * change:
+                return _Settled(record=record, start=start, multiple=m, change=change, distance=far, n_period=n)
+        marks = [*marks[-N_MULTIPLE:], mark]
+        if acceleration:
+            jumped = jump.next(marks[-2], mark)
+            if jumped is not mark:
+                stepper.vector = jumped / weight
+                marks = [stepper.vector * weight]
+    return _Settled(record=record, start=start, multiple=0, change=change, distance=distance, n_period=max_period)
+
+
+def _weights(structure: ModalStructure) -> Vector:
+    """Square roots of the energy weights of modal displacements, modal velocities and sliders."""
+    kind, _, slider, tangent, parameter = structure.table.packed
+    stiffness = np.zeros(structure.table.n_slider)
+    for joint in range(len(kind)):
+        stiffness[slider[joint] : slider[joint] + tangent[joint]] = parameter[joint, 0]
+    frequency = np.sqrt(np.abs(structure.eigenvalue))
+    # A rigid-body mode has no energy of displacement: its displacement counts like that of the slowest other mode.
+    floor = 1e-6 * frequency.max()
+    others = frequency[frequency > floor]
+    frequency = np.maximum(frequency, others.min() if others.size else 1.0)
+    return np.concatenate([frequency, np.ones_like(frequency), np.sqrt(stiffness)])
+
+
+def _decay(changes: list[float], slowest: float) -> float:
+    window = min(WINDOW, len(changes) - 1)
+    if window < 1 or changes[-1] == 0.0:
+        return slowest
+    seen = float((changes[-1] / changes[-1 - window]) ** (1 / window))
+    return min(max(seen, slowest), SLOWEST)
