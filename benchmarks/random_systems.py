@@ -202,11 +202,10 @@ def inclined(rng: np.random.Generator, angle: float) -> Vector:
 def solve(seed: int) -> dict[str, Any]:
     """Sweep one system: what converged, what did not and in which words."""
     from hbsolve.balance import HarmonicBalance
-    from hbsolve.errors import NoConvergence
-    from hbsolve.steady_state import steady_state
+    from hbsolve.steady_state import NoConvergence, steady_state
 
     problem = random_problem(seed)
-    balance = HarmonicBalance(problem.system, n_harmonic=N_HARMONIC, n_sample=N_SAMPLE)
+    balance = HarmonicBalance(system=problem.system, n_harmonic=N_HARMONIC, n_sample=N_SAMPLE)
     begin = time.process_time()
     state, failures, iterations = None, [], []
     for point, angular_frequency in enumerate(problem.angular_frequency):
