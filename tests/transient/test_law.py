@@ -1,0 +1,63 @@
+"""Forces over one straight path against the same law followed in tiny increments."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from transient.law import closed_part, slide, slide_coupled
+
+unit = st.floats(-1.0, 1.0)
+limit = st.floats(0.05, 2.0)
+N_PART = 20_000
+
+# The reference takes 20,000 implicit parts, each of first order.
+PARTS = 1e-3
+
+
+@settings(max_examples=40, deadline=None)
+@given(start=unit, increment=st.floats(-5.0, 5.0), first=limit, last=st.floats(0.0, 2.0))
+def test_slide_equals_stick_and_clip_in_tiny_increments(
+    start: float, increment: float, first: float, last: float
+) -> None:
+    force = start * first
+    end, mean = slide(force, increment, first, last)
+    total = 0.0
+    for limit_now in np.linspace(first, last, N_PART + 1)[1:]:
+        new = min(max(force + increment / N_PART, -limit_now), limit_now)
+        total += 0.5 * (force + new) / N_PART
+        force = new
+    assert abs(end - force) <= PARTS
+    assert abs(mean - total) <= PARTS
+
+
+@settings(max_examples=40, deadline=None)
+@given(x=unit, y=unit, dx=st.floats(-4.0, 4.0), dy=st.floats(-4.0, 4.0), first=limit, last=limit)
+def test_coupled_slide_equals_radial_return_in_tiny_increments(
+    x: float, y: float, dx: float, dy: float, first: float, last: float
+) -> None:
+    force = first * np.array([x, y]) / max(1.0, np.hypot(x, y))
+    ex, ey, _, _ = slide_coupled(force[0], force[1], dx, dy, first, last)
+    part = np.array([dx, dy]) / N_PART
+    for limit_now in np.linspace(first, last, N_PART + 1)[1:]:
+        force = force + part
+        force *= min(1.0, limit_now / max(np.hypot(*force), 1e-300))
+    assert np.hypot(ex - force[0], ey - force[1]) <= PARTS * max(1.0, np.hypot(dx, dy))
+
+
+def test_one_moving_tangent_of_two_slides_like_one_alone() -> None:
+    end, _ = slide(0.3, 2.0, 1.0, 0.7)
+    ex, ey, _, _ = slide_coupled(0.3, 0.0, 2.0, 0.0, 1.0, 0.7)
+    assert (ex, ey) == (end, 0.0)
+
+
+def test_without_friction_there_is_no_friction_force() -> None:
+    assert slide(0.0, 2.0, 0.0, 0.0) == (0.0, 0.0)
+    assert slide_coupled(0.0, 0.0, 2.0, 1.0, 0.0, 0.0) == (0.0, 0.0, 0.0, 0.0)
+
+
+def test_the_closed_part_is_cut_at_the_zero() -> None:
+    assert closed_part(-1.0, 3.0) == (0.25, 1.0)
+    assert closed_part(3.0, -1.0) == (0.0, 0.75)
+    assert closed_part(1.0, 2.0) == (0.0, 1.0)
+    first, last = closed_part(-1.0, -2.0)
+    assert first == last
