@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fe.compiled import compiled
-from hbsolve.contact.catalogue import JointTable, joint_force
+from hbsolve.contact.catalogue import joint_force
 from hbsolve.contact.law import JACOBIAN, MAX_DIRECTION, MAX_PARAMETER, MAX_SLIDER, PARAMETERS, LawOutput
-from hbsolve.sampling import Sampling
 
 Real = NDArray[np.float64]
 
@@ -95,6 +94,3 @@ def joint_forces(x: Any, omega: float, table: Any, start: Any, sampling: Any, wa
     coefficients = np.dot(force, sampling.project)
     frequency = np.dot(by_frequency, sampling.project) if derive else np.zeros((d, nh))
     return JointForces(coefficients, jacobian, active, by_parameter, by_start, frequency, slider, status, force)
-
-
-__all__ = ["JointForces", "JointTable", "Sampling", "Start", "joint_forces"]

@@ -72,8 +72,8 @@ class HarmonicBalance:
         highest = max((int(k) for k in np.flatnonzero(self.system.dynamic.any(axis=1))), default=0)
         if self.n_harmonic < 1 or self.n_harmonic <= highest:
             raise BalanceError(
-                f"n_harmonic = {self.n_harmonic} (H = {self.n_harmonic - 1}) cannot hold a force in harmonic {highest}: "
-                f"take n_harmonic = {highest + 1} at least"
+                f"n_harmonic = {self.n_harmonic} (H = {self.n_harmonic - 1}) cannot hold a force in harmonic "
+                f"{highest}: take n_harmonic = {highest + 1} at least"
             )
         if self.n_sample < 4 * self.n_harmonic - 3:
             raise BalanceError(
@@ -107,6 +107,16 @@ class HarmonicBalance:
     def with_samples(self, n_sample: int) -> "HarmonicBalance":
         """The same balance on other instants."""
         return self._shared(n_sample=n_sample)
+
+    def with_harmonics(self, n_harmonic: int, n_sample: int) -> "HarmonicBalance":
+        """The same system in more harmonics; shares the modal decomposition."""
+        structure = copy(self.structure)
+        for name in ("static", "dynamic"):
+            padded = np.zeros((n_harmonic, self.system.n_dof), dtype=np.complex128)
+            kept = min(n_harmonic, self.n_harmonic)
+            padded[:kept] = getattr(self.structure, name)[:kept]
+            object.__setattr__(structure, name, padded)
+        return self._shared(n_harmonic=n_harmonic, n_sample=n_sample, structure=structure)
 
     def with_table(self, table: JointTable) -> "HarmonicBalance":
         """The same balance with other values of the joints' parameters, on the same linear reference."""
@@ -164,15 +174,15 @@ class HarmonicBalance:
         scale = self.level if level is None else level
         return real_from_complex(condensed.static + scale * condensed.dynamic)
 
-    def response(self, angular_frequency: float, x: Real, g: Real) -> Coefficients:
+    def response(self, angular_frequency: float, g: Real) -> Coefficients:
         """Full response to the loads and the joint forces, shape (H + 1, r) [m].
 
         Parameters
         ----------
         angular_frequency
             Omega [rad/s].
-        x, g
-            Motion of the directions and joint force beyond D x, shape (d, nh).
+        g
+            Joint force beyond D x, shape (d, nh) [N].
         """
         structure = self.structure
         force = structure.static + self.level * structure.dynamic - complex_from_real(g) @ structure.directions

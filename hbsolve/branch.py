@@ -74,7 +74,7 @@ class ResponseBranch:
             if not np.size(getattr(self, name)):
                 object.__setattr__(self, name, np.zeros(shape))
         for name, kind in _ARRAYS.items():
-            values = np.array(getattr(self, name), dtype=kind)
+            values: NDArray[np.generic] = np.array(getattr(self, name), dtype=kind)
             values.setflags(write=False)
             object.__setattr__(self, name, values)
         object.__setattr__(self, "joint_names", tuple(self.joint_names))
@@ -169,10 +169,26 @@ def load_branch(path: Path | str) -> ResponseBranch:
         ) from error
 
 
-def branch_of(balance: "HarmonicBalance", states: Sequence["SteadyState"], stop_reason: str) -> ResponseBranch:
-    """Steady states as a branch, with the shares of stick, slip and separation."""
-    from hbsolve.contact_motion import contact_share
+def branch_of(
+    balance: "HarmonicBalance | Sequence[HarmonicBalance]", states: Sequence["SteadyState"], stop_reason: str
+) -> ResponseBranch:
+    """Steady states as a branch, with contact states and error estimates.
 
+    Parameters
+    ----------
+    balance
+        That of all states (their levels may differ), or one for each.
+    states
+        In order.
+    stop_reason
+        Why there are no more.
+    """
+    from hbsolve.balance import HarmonicBalance
+    from hbsolve.contact_motion import contact_share
+    from hbsolve.truncation import truncation
+
+    balances = [balance] * len(states) if isinstance(balance, HarmonicBalance) else list(balance)
+    errors = [truncation(each, state) for each, state in zip(balances, states, strict=True)]
     return ResponseBranch(
         angular_frequency=np.array([each.angular_frequency for each in states]),
         coefficients=np.array([each.coefficients for each in states]),
@@ -181,8 +197,10 @@ def branch_of(balance: "HarmonicBalance", states: Sequence["SteadyState"], stop_
         level=np.array([each.level for each in states]),
         iterations=np.array([each.iterations for each in states], dtype=np.float64),
         slider=np.array([each.slider_at_start for each in states]),
-        contact_share=np.array([contact_share(balance, each) for each in states]),
-        joint_names=tuple(joint.name for joint in balance.system.joints),
+        contact_share=np.array([contact_share(b, each) for b, each in zip(balances, states, strict=True)]),
+        joint_names=tuple(joint.name for joint in balances[0].system.joints) if balances else (),
+        truncation_error=np.array([each.harmonics for each in errors]),
+        sample_error=np.array([each.samples for each in errors]),
     )
 
 

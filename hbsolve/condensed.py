@@ -143,4 +143,4 @@ def _with_stiffness(
     right = dA - dA * D @ stuck
     right_x = dx - np.einsum("kij,kj->ki", dA, D * moved)
     slopes = np.linalg.solve(np.eye(d) + A * D, np.concatenate([right, right_x[..., None]], axis=2))
-    return stuck, slopes[:, :, :d], moved, slopes[:, :, d]
+    return np.asarray(stuck), np.asarray(slopes[:, :, :d]), np.asarray(moved), np.asarray(slopes[:, :, d])

@@ -13,7 +13,7 @@ Keller, in Applications of Bifurcation Theory (1977): pseudo-arclength.
 Seydel, Practical Bifurcation and Stability Analysis (2010), section 4.5: scaling and step control.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,7 +25,7 @@ from hbsolve.balance import HarmonicBalance, Real
 from hbsolve.branch import ResponseBranch, branch_of
 from hbsolve.errors import BalanceError
 from hbsolve.newton import solve_bordered
-from hbsolve.parameter import Equation, FrequencyPath, JointPath, LevelPath, Path, equation
+from hbsolve.parameter import Equation, FrequencyPath, JointPath, LevelPath, equation
 from hbsolve.steady_state import TOLERANCE, NoConvergence, SteadyState, finished, slider_start, solve_at
 
 #: Largest, first and smallest ds.
@@ -95,7 +95,7 @@ class Continuation:
         An empty range, or a step that is not positive.
     """
 
-    path: Path
+    path: FrequencyPath | LevelPath | JointPath
     first: float
     last: float
     step: float | None = None
@@ -148,7 +148,7 @@ class Continuation:
         while step >= LEAST:
             end = self._end(value, t_value, step)
             if end is not None:
-                return self._finish(state, x, t_x, t_value, end, sliders)
+                return self._finish(state, x + (self.last - value) / t_value * t_x, sliders)
             found = self._corrected(x, value, t_x, t_value, step, scale, sliders)
             if found is not None:
                 x_new, value_new, iterations, at = found
@@ -170,15 +170,6 @@ class Continuation:
                 )
             step *= RETRY
         return self._leap(state, x, sliders, t_value)
-
-    def points(self, state: ContinuationState) -> Iterator[tuple[SteadyState, ContinuationState]]:
-        """All further points, each with the state after it; the last state holds the stop reason."""
-        while not state.stop_reason:
-            found, state = self.advance(state)
-            if found is None:
-                # The reason alone is new: it is handed on with the last point.
-                return
-            yield found, state
 
     def _tangent(self, here: Equation, state: ContinuationState, scale: float) -> tuple[Real, float]:
         """Unit tangent in the direction of travel, from the bordered system with the last one as its border."""
@@ -231,11 +222,9 @@ class Continuation:
         return ahead / reach if reach and 0 <= ahead / reach <= 1 else None
 
     def _finish(
-        self, state: ContinuationState, x: Real, t_x: Real, t_value: float, share: float, sliders: Start
+        self, state: ContinuationState, predicted: Real, sliders: Start
     ) -> tuple[SteadyState | None, ContinuationState]:
         balance, condensed = self.path.at(self.last)
-        predicted = x + (self.last - state.value) / t_value * t_x
-        del share
         try:
             found = solve_at(balance, condensed, predicted, sliders)
         except NoConvergence as error:
@@ -299,15 +288,18 @@ def run(
         Called with the way done and the whole way.
     """
     found, state = continuation.begin(start, slider)
-    states, way = [found], abs(continuation.last - continuation.first)
+    states, values, way = [found], [state.value], abs(continuation.last - continuation.first)
     while not state.stop_reason:
         point, state = continuation.advance(state)
         if point is not None:
             states.append(point)
+            values.append(state.value)
         if report is not None:
             report(abs(state.value - continuation.first), way)
-    balance, _ = continuation.path.at(continuation.first)
-    return branch_of(balance, states, state.stop_reason)
+    path = continuation.path
+    # A joint's parameter is part of the balance; frequency and level are part of the state.
+    balances = [path.at(value)[0] for value in values] if isinstance(path, JointPath) else path.balance
+    return branch_of(balances, states, state.stop_reason)
 
 
 def frequency_response(

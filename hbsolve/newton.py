@@ -47,7 +47,7 @@ def apply_receptance(receptance: Any, g: Any) -> Any:
 
 
 @compiled
-def active_rows(active: Any, nh: int) -> Any:
+def active_rows(active: Any) -> Any:
     """Direction and column of each row of the Jacobian that is not zero, shape (m, 2)."""
     rows = np.empty((active.sum(), 2), np.int64)
     m = 0
@@ -110,7 +110,7 @@ def scattered(rows: Any, y: Any, d: int, nh: int) -> Any:
 def solve_linearised(forces: Any, receptance: Any, first: Any, count: Any, right: Any) -> Any:
     """Solve (I + A L) x = right."""
     d, nh = right.shape
-    rows = active_rows(forces.active, nh)
+    rows = active_rows(forces.active)
     if len(rows) == 0:
         return right.copy()
     Z = small_matrix(rows, forces.jacobian, first, count, receptance, nh)
@@ -125,7 +125,7 @@ def solve_bordered(
 ) -> Any:  # fmt: skip
     """Step (dx, dlambda) of the bordered system above; it stays regular at a fold."""
     d, nh = residual.shape
-    rows = active_rows(forces.active, nh)
+    rows = active_rows(forces.active)
     m = len(rows)
     Z = np.zeros((m + 1, m + 1))
     right = np.zeros(m + 1)

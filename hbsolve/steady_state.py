@@ -160,8 +160,8 @@ def solve_at(balance: HarmonicBalance, condensed: Condensed, x: Real | None, sli
             return finished(balance, condensed, found, sliders, norm / scale, iterations)
     raise NoConvergence(
         f"no steady state was found at {condensed.angular_frequency / (2 * np.pi):.6g} Hz, level {balance.level:g}: "
-        f"Newton's method from the start and from rest and a ramp of the level stopped at |R| = {norm / scale:.1e} of the "
-        "linear motion; start from a neighbouring state, or continue a branch to here"
+        f"Newton's method from the start and from rest, and a ramp of the level, stopped at |R| = "
+        f"{norm / scale:.1e} of the linear motion; start from a neighbouring state, or continue a branch to here"
     )
 
 
@@ -222,7 +222,7 @@ def finished(
         angular_frequency=condensed.angular_frequency,
         level=balance.level,
         displacement=complex_from_real(x),
-        coefficients=balance.response(condensed.angular_frequency, x, forces.coefficients),
+        coefficients=balance.response(condensed.angular_frequency, forces.coefficients),
         slider=sliders.value.copy(),
         multiplier=bool(sliders.by_multiplier.any()),
         # The last instant of one period precedes the first of the next.

@@ -114,7 +114,7 @@ def _return_derivative(
     S: Any, e0: float, e1: float, share: float, N: float, v: float, closed: int, kt: float, kn: float, mu: float,
     gap: float, basis: Any,
 ) -> None:  # fmt: skip
-    """dw = du - e dr - (r / |u - w|) (I - e e^T) (du - dw), with e the direction of sliding."""
+    """The slider follows: dw = du - e dr - (r / |u - w|) (I - e e^T) (du - dw), with e the direction of sliding."""
     nh = len(basis)
     for c in range(S.shape[1]):
         du0 = basis[c] if c < nh else 0.0

@@ -11,7 +11,7 @@ omega
 reference
     Stiffness of each direction that is part of the linear structure, D in eq. 12, shape (d,) [N/m]. All that the law
     writes is about f - D u: for a stuck or closed contact that is a constant, which costs nothing.
-parameters
+parameters :
     Those of the catalogue, in its order, shape (n_parameter,).
 start, by_multiplier
     Slider positions at the first instant [m], or multipliers m of eq. 11 where the flag is set, shape (n_slider,).

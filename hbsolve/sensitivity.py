@@ -1,0 +1,206 @@
+r"""Derivatives of a steady state by the implicit function theorem, exact and without another solution.
+
+A change dp of a parameter changes the loads and the joint forces at fixed motion by df and dg; the motion answers with
+
+.. math:: (I + A L)\, dx = B \alpha\, df - A\, dg, \qquad dq = \alpha \left( df - B^T (L\, dx + dg) \right) .
+
+A change of the matrices is the load df_k = -(dK - (k \Omega)^2 dM + i k \Omega\, dC) q_k.
+
+References
+----------
+Petrov, Mech. Syst. Signal Process. 23 (2009): sensitivities of friction-damped structures.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from hbsolve.aft import JointForces
+from hbsolve.balance import HarmonicBalance, Real
+from hbsolve.contact.law import PARAMETERS
+from hbsolve.errors import BalanceError
+from hbsolve.fourier import Coefficients
+from hbsolve.newton import active_rows, apply_receptance, scattered, solve_linearised, times_jacobian
+from hbsolve.parameter import joint_index, spread
+from hbsolve.sampling import complex_from_real, real_from_complex
+from hbsolve.steady_state import SteadyState, forces_at
+
+Row = Float[NDArray[np.float64], " r"]
+Matrix = Float[NDArray[np.float64], "r r"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointParameter:
+    """A field of a joint, such as "friction_coefficient" or "gap", in its SI unit."""
+
+    joint: str
+    name: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class SliderParameter:
+    """The start of one slider [m], or its multiplier of eq. 11 if the state was found with multipliers."""
+
+    slider: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class LevelParameter:
+    """The level of the harmonic force."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrequencyParameter:
+    """Omega [rad/s]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LoadParameter:
+    """The size of a force along a row, in one harmonic [N].
+
+    Parameters
+    ----------
+    row
+        Shape (r,) [-].
+    harmonic
+        0 for a static force.
+    phase
+        Of e^{i (k Omega t + phase)} [rad].
+    """
+
+    row: Row
+    harmonic: int = 1
+    phase: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MatrixParameter:
+    """A number that multiplies an addition to the matrices; see `point_mass`, `spring`, `damper` and `scaled`.
+
+    Parameters
+    ----------
+    mass, damping, stiffness
+        dM/dp, dC/dp, dK/dp, shape (r, r); none for zero.
+    """
+
+    mass: Matrix | None = None
+    damping: Matrix | None = None
+    stiffness: Matrix | None = None
+
+
+Parameter = JointParameter | SliderParameter | LevelParameter | FrequencyParameter | LoadParameter | MatrixParameter
+
+
+def point_mass(row: Row) -> MatrixParameter:
+    """A mass that moves with the displacement of a row [kg]."""
+    return MatrixParameter(mass=np.outer(row, row))
+
+
+def spring(row: Row) -> MatrixParameter:
+    """A spring that the displacement of a row stretches [N/m]."""
+    return MatrixParameter(stiffness=np.outer(row, row))
+
+
+def damper(row: Row) -> MatrixParameter:
+    """A dashpot that the velocity of a row works on [N s/m]."""
+    return MatrixParameter(damping=np.outer(row, row))
+
+
+def scaled(balance: HarmonicBalance, *names: str) -> MatrixParameter:
+    """A common factor on "mass", "damping" or "stiffness", such as both of the latter for Young's modulus [-].
+
+    Raises
+    ------
+    BalanceError
+        Another name.
+    """
+    for name in names:
+        if name not in {"mass", "damping", "stiffness"}:
+            raise BalanceError(f'there is no matrix "{name}" to scale: give mass, damping or stiffness')
+    return MatrixParameter(**{name: getattr(balance.system, name) for name in names})
+
+
+def sensitivity(
+    balance: HarmonicBalance, state: SteadyState, parameters: Sequence[Parameter]
+) -> Complex[NDArray[np.complex128], "parameter harmonic r"]:
+    """Derivative of all coefficients with respect to each parameter, shape (n_parameter, H + 1, r) [m / its unit].
+
+    Parameters
+    ----------
+    balance
+        With which the state was found.
+    state
+        Converged; at a kink (a contact about to change) the derivative is that of one side.
+    parameters
+        What to derive by.
+
+    Raises
+    ------
+    BalanceError
+        A joint, parameter or harmonic that the system does not have.
+    """
+    at_level = balance.at_level(state.level)
+    condensed = at_level.at(state.angular_frequency)
+    forces = forces_at(at_level, state.angular_frequency, state.motion, state.start, want=PARAMETERS)
+    first, count = at_level.joint_of_direction
+    structure, omega = at_level.structure, state.angular_frequency
+    rows = active_rows(forces.active)
+    derivatives = []
+    for parameter in parameters:
+        load, g = _change(at_level, state, forces, parameter)
+        moved = real_from_complex(structure.displacement(omega, load) @ structure.directions.T)
+        right = moved - apply_receptance(condensed.receptance, g)
+        dx = solve_linearised(forces, condensed.receptance, first, count, right)
+        answer = scattered(rows, times_jacobian(rows, forces.jacobian, first, count, dx), *g.shape)
+        derivatives.append(structure.displacement(omega, load - complex_from_real(answer + g) @ structure.directions))
+    return np.array(derivatives).reshape(len(parameters), *state.coefficients.shape)
+
+
+def _change(
+    balance: HarmonicBalance, state: SteadyState, forces: JointForces, parameter: Parameter
+) -> tuple[Coefficients, Real]:
+    """Change of loads and of joint forces at fixed motion, shapes (H + 1, r) and (d, nh)."""
+    load, g = np.zeros_like(state.coefficients), np.zeros_like(forces.coefficients)
+    if isinstance(parameter, JointParameter):
+        joint, index = joint_index(balance, parameter.joint, parameter.name)
+        g = spread(balance, joint, forces.by_parameter[index])
+    elif isinstance(parameter, SliderParameter):
+        if not 0 <= parameter.slider < balance.n_slider:
+            raise BalanceError(f"there is no slider {parameter.slider}: the system has {balance.n_slider}")
+        joint = int(np.searchsorted(balance.table.slider, parameter.slider, side="right")) - 1
+        g = spread(balance, joint, forces.by_start[parameter.slider])
+    elif isinstance(parameter, LevelParameter):
+        load = balance.structure.dynamic.copy()
+    elif isinstance(parameter, LoadParameter):
+        if not 0 <= parameter.harmonic < balance.n_harmonic:
+            raise BalanceError(f"harmonic {parameter.harmonic} is none of 0 to {balance.n_harmonic - 1}")
+        load[parameter.harmonic] = np.exp(1j * parameter.phase * (parameter.harmonic > 0)) * parameter.row
+    elif isinstance(parameter, MatrixParameter):
+        load = _matrix_load(state, parameter.mass, parameter.damping, parameter.stiffness)
+    else:
+        load, g = _frequency_load(balance, state), forces.by_frequency
+    return load, np.ascontiguousarray(g)
+
+
+def _matrix_load(
+    state: SteadyState, mass: Matrix | None, damping: Matrix | None, stiffness: Matrix | None
+) -> Coefficients:
+    q = state.coefficients
+    k = np.arange(len(q))[:, None] * state.angular_frequency
+    load = np.zeros_like(q)
+    if mass is not None:
+        load += k**2 * (q @ np.asarray(mass).T)
+    if damping is not None:
+        load -= 1j * k * (q @ np.asarray(damping).T)
+    if stiffness is not None:
+        load -= q @ np.asarray(stiffness).T
+    return load
+
+
+def _frequency_load(balance: HarmonicBalance, state: SteadyState) -> Coefficients:
+    q, k = state.coefficients, np.arange(len(state.coefficients))[:, None]
+    inertia = 2 * k**2 * state.angular_frequency * (q @ balance.system.mass.T)
+    return np.asarray(inertia - 1j * k * (q @ balance.system.damping.T))

@@ -1,0 +1,96 @@
+"""Several steady states at one frequency: other branches, and other histories of the sliders."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hbsolve.balance import HarmonicBalance
+from hbsolve.contact.law import FORCE
+from hbsolve.steady_state import NoConvergence, SteadyState, forces_at, slider_start, solve_at
+
+#: Two motions that differ by less than this share are the same.
+SAME = 1e-6
+#: Random starts reach this far, in amplitudes of the linear motion.
+REACH = 2.0
+
+
+def steady_states(
+    balance: HarmonicBalance,
+    angular_frequency: float,
+    *,
+    n_start: int = 20,
+    seed: int = 0,
+    slider: NDArray[np.float64] | None = None,
+) -> tuple[SteadyState, ...]:
+    """Distinct steady states of the same sliders from several starts, lowest vibration first.
+
+    Starts are the motion with all contacts stuck, scaled from rest to twice itself, with random phases. None of them
+    is bound to find all states.
+
+    Parameters
+    ----------
+    balance, angular_frequency, slider
+        As `hbsolve.steady_state.steady_state`.
+    n_start
+        Number of starts [-].
+    seed
+        Of the random numbers.
+    """
+    condensed = balance.at(angular_frequency)
+    sliders = slider_start(balance, slider, multiplier=False)
+    linear = balance.linear(condensed)
+    random = np.random.default_rng(seed)
+    found: list[SteadyState] = []
+    for number in range(n_start):
+        start = linear.copy()
+        angle = random.uniform(-np.pi, np.pi) if number else 0.0
+        scale = random.uniform(0, REACH) if number else 1.0
+        cosine, sine = linear[:, 1::2], linear[:, 2::2]
+        start[:, 1::2] = scale * (np.cos(angle) * cosine + np.sin(angle) * sine)
+        start[:, 2::2] = scale * (np.cos(angle) * sine - np.sin(angle) * cosine)
+        try:
+            state = solve_at(balance, condensed, start, sliders)
+        except NoConvergence:
+            continue
+        if all(_differ(state, other) for other in found):
+            found.append(state)
+    return tuple(sorted(found, key=lambda state: float(np.linalg.norm(state.displacement[1:]))))
+
+
+def history_states(
+    balance: HarmonicBalance, angular_frequency: float, *, n_history: int = 20, seed: int = 0
+) -> tuple[SteadyState, ...]:
+    """Distinct steady states that differ in where their sliders began, lowest vibration first.
+
+    Sliders begin at random places within Coulomb's cone about the motion with all contacts stuck (eq. 11 with random
+    m); the first is that of springs without tension.
+
+    Parameters
+    ----------
+    balance, angular_frequency
+        As `hbsolve.steady_state.steady_state`.
+    n_history
+        Number of histories [-].
+    seed
+        Of the random numbers.
+    """
+    condensed = balance.at(angular_frequency)
+    linear = balance.linear(condensed)
+    random = np.random.default_rng(seed)
+    found: list[SteadyState] = []
+    for number in range(n_history):
+        m = random.uniform(-1, 1, balance.n_slider)
+        start = slider_start(balance, m, multiplier=True)
+        begun = forces_at(balance, angular_frequency, linear, start, want=FORCE).slider[:, 0]
+        sliders = slider_start(balance, begun if number else None, multiplier=False)
+        try:
+            state = solve_at(balance, condensed, found[-1].motion if found else None, sliders)
+        except NoConvergence:
+            continue
+        if all(_differ(state, other) for other in found):
+            found.append(state)
+    return tuple(sorted(found, key=lambda state: float(np.linalg.norm(state.displacement[1:]))))
+
+
+def _differ(state: SteadyState, other: SteadyState) -> bool:
+    size = float(np.linalg.norm(state.displacement))
+    return float(np.linalg.norm(state.displacement - other.displacement)) > SAME * size

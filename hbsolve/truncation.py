@@ -1,0 +1,55 @@
+"""What the harmonics left out and the number of samples cost: one Newton step of a finer balance."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hbsolve.balance import HarmonicBalance
+from hbsolve.newton import solve_linearised
+from hbsolve.steady_state import SteadyState, forces_at, residual
+
+
+@dataclass(frozen=True, kw_only=True)
+class Truncation:
+    """Estimated relative errors of the fundamental of the joint directions.
+
+    Parameters
+    ----------
+    harmonics
+        For harmonics H + 1 to 2 H + 1 [-].
+    samples
+        For twice the samples [-].
+    """
+
+    harmonics: float
+    samples: float
+
+
+def truncation(balance: HarmonicBalance, state: SteadyState) -> Truncation:
+    """Estimate both errors of a state; zero where there are no joints.
+
+    The state is put into a balance with more harmonics, or more samples, and the first Newton step there is what the
+    finer balance would change. It is an estimate: contacts may change their state on the way.
+    """
+    if not balance.n_direction or not np.any(state.displacement):
+        return Truncation(harmonics=0.0, samples=0.0)
+    at_level = balance.at_level(state.level)
+    n_harmonic = 2 * balance.n_harmonic
+    dense = max(2 * balance.n_sample, 8 * n_harmonic)
+    more = at_level.with_harmonics(n_harmonic, dense)
+    samples = _first_step(at_level.with_samples(2 * balance.n_sample), state)
+    return Truncation(harmonics=_first_step(more, state), samples=samples)
+
+
+def _first_step(balance: HarmonicBalance, state: SteadyState) -> float:
+    """Relative change of the fundamental in the first Newton step from a state."""
+    x = np.zeros((balance.n_direction, 2 * balance.n_harmonic - 1))
+    motion = state.motion
+    x[:, : motion.shape[1]] = motion
+    condensed = balance.at(state.angular_frequency)
+    forces = forces_at(balance, state.angular_frequency, x, state.start)
+    first, count = balance.joint_of_direction
+    R = residual(balance, condensed, x, forces)
+    step = solve_linearised(forces, condensed.receptance, first, count, R)
+    size = float(np.linalg.norm(motion[:, 1:3])) or float(np.linalg.norm(motion))
+    return float(np.linalg.norm(step[:, 1:3])) / size
