@@ -51,9 +51,9 @@ def equilibrium(system: JointedSystem | ModalStructure, load: float = 1.0) -> Tr
     flexibility = np.ascontiguousarray(rows @ (rows / eigenvalue).T)
     free = rows @ (static / eigenvalue)
     at_rest = _forces_at_rest(structure)
-    scale = max(float(np.abs(values).max(initial=0.0)) for values in (free, flexibility @ at_rest))
+    scale = float(np.abs(np.concatenate([free, flexibility @ at_rest])).max(initial=0.0))
     inverse, force, mean, end, moved = np.eye(d), np.zeros(d), np.zeros(d), np.zeros(d), slider.copy()
-    for part in range(1, N_PART + 1):
+    for part in range(1, N_PART + 1) if d else ():
         share = part / N_PART
         after = position.copy()
         done = solve_positions(

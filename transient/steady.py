@@ -241,10 +241,9 @@ def _settle(stepper: Stepper, tolerance: float, max_period: int, acceleration: i
         distance = change / (1 - rate)
         if distance <= tolerance:
             return _Settled(record=record, start=start, multiple=1, change=change, distance=distance, n_period=n)
-        for m in range(2, min(N_MULTIPLE, len(marks)) + 1):
-            far = float(np.linalg.norm(mark - marks[-m])) / amplitude
-            if far / (1 - slowest**m) <= tolerance and far <= DISTINCT * change:
-                return _Settled(record=record, start=start, multiple=m, change=change, distance=far, n_period=n)
+        multiple, far = _multiple(marks, mark, amplitude, tolerance, slowest)
+        if multiple:
+            return _Settled(record=record, start=start, multiple=multiple, change=change, distance=far, n_period=n)
         marks = [*marks[-N_MULTIPLE:], mark]
         if acceleration:
             jumped = jump.next(marks[-2], mark)
@@ -252,6 +251,20 @@ def _settle(stepper: Stepper, tolerance: float, max_period: int, acceleration: i
                 stepper.vector = jumped / weight
                 marks = [stepper.vector * weight]
     return _Settled(record=record, start=start, multiple=0, change=change, distance=distance, n_period=max_period)
+
+
+def _multiple(
+    marks: list[Vector], mark: Vector, amplitude: float, tolerance: float, slowest: float
+) -> tuple[int, float]:
+    """After how many periods m > 1 the motion repeats, 0 if it does not; what is left of the transient then."""
+    far = [float(np.linalg.norm(mark - marks[-m])) / amplitude for m in range(1, min(N_MULTIPLE, len(marks)) + 1)]
+    distinct = [m for m in range(2, len(far) + 1) if far[m - 1] <= DISTINCT * far[0]]
+    for m in distinct:
+        left = far[m - 1] / (1 - slowest**m)
+        if left <= tolerance:
+            # A motion of 2 periods repeats after 4 as well, and may seem closer there while it settles.
+            return next(shorter for shorter in distinct if m % shorter == 0), left
+    return 0, float("nan")
 
 
 def _weights(structure: ModalStructure) -> Vector:

@@ -82,8 +82,8 @@ def test_a_ball_bouncing_on_an_elastic_stop_returns_to_its_apex() -> None:
     )
     apex = at([gap - v**2 / (2 * g)], [0.0])
     error = errors(system, 2 * np.pi / period, 5, apex, final_of(apex), [1000, 2000, 4000])
-    # Fifteen steps a contact at first, so the kinks inside steps leave some scatter about 16 for two halvings.
-    assert error[2] < 1e-4
+    # Order 2: 16 for two halvings; kinks move within their steps, which scatters it.
+    assert error[2] < 3e-4
     assert 10 < error[0] / error[2] < 26
 
 
@@ -233,7 +233,8 @@ def test_a_contact_in_flight_carries_no_friction_and_its_slider_follows() -> Non
     normal, open_ = motion.force[2], motion.force[2] == 0
     assert 0.05 < open_.mean() < 0.95
     assert not motion.force[:2, open_].any()
-    np.testing.assert_array_equal(motion.slider[:2, open_], motion.displacement[:2, open_])
+    # Displacements of the record and of the march sum the same modes in another order.
+    np.testing.assert_allclose(motion.slider[:2, open_], motion.displacement[:2, open_], atol=1e-12)
     # Coulomb's limit, to the round-off of a square root.
     assert (np.hypot(*motion.force[:2]) <= 0.5 * normal * (1 + 1e-12)).all()
 

@@ -1,0 +1,87 @@
+"""Each bad input: one sentence with the value and the remedy."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from geometry.errors import InputError
+from reduction.jointed_system import JenkinsElement, JointedSystem
+from transient.errors import TransientError
+from transient.history import Segment, follow
+from transient.integrate import integrate
+from transient.state import TransientState, start_from
+from transient.steady import steady_motion
+
+
+def system(**changes: Any) -> JointedSystem:
+    values: dict[str, Any] = {
+        "mass": np.eye(2),
+        "damping": 0.1 * np.eye(2),
+        "stiffness": np.eye(2),
+        "joints": [JenkinsElement(name="j", direction=np.array([1.0, 0.0]), tangential_stiffness=1.0, limit_force=1.0)],
+        "harmonic_force": np.array([[0, 0], [1.0, 0]]),
+    }
+    return JointedSystem(**{**values, **changes})
+
+
+def start(displacement: int = 2, slider: int = 1, value: float = 0.0) -> TransientState:
+    return TransientState(displacement=np.full(displacement, value), velocity=np.zeros(2), slider=np.zeros(slider))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"angular_frequency": 0.0}, r"angular_frequency = 0.0 rad/s must be positive"),
+        ({"angular_frequency": np.nan}, r"angular_frequency = nan"),
+        ({"n_period": 0}, r"n_period = 0 must be"),
+        ({"n_period": 1.5}, r"n_period = 1.5 must be a whole number"),
+        ({"steps_per_period": 4}, r"steps_per_period = 4 must be"),
+        ({"level": np.inf}, r"level = inf"),
+        ({"keep": 3}, r"keep = 3 must lie between 1 and n_period = 2"),
+        ({"outputs": {"tip": np.zeros(3)}}, r'"tip" has shape \(3,\): give \(2,\)'),
+        ({"start": start(displacement=3)}, r"displacement of the start has shape \(3,\): this system needs \(2,\)"),
+        ({"start": start(slider=2)}, r"slider of the start has shape \(2,\): this system needs \(1,\)"),
+        ({"start": start(value=np.nan)}, r"entry 0 of the displacement of the start is nan"),
+        ({"system": system(mass=np.diag([1.0, 0.0]))}, r"mass matrix has the eigenvalue 0 kg"),
+        ({"system": system(mass=np.diag([1.0, -2.0]))}, r"mass matrix has the eigenvalue -2 kg"),
+        ({"system": system(stiffness=np.array([[1.0, 0.5], [0.0, 1.0]]))}, r"stiffness is 0.5 .*symmetric"),
+        ({"system": system(damping=np.diag([1.0, np.nan]))}, r"damping is nan in row 1, column 1"),
+        ({"system": system(stiffness=np.diag([1.0, 0.0]), static_load=np.ones(2))}, r"held by nothing"),
+    ],
+)
+def test_integration_refuses(arguments: dict[str, Any], message: str) -> None:
+    values: dict[str, Any] = {"system": system(), "angular_frequency": 1.0, "n_period": 2, "steps_per_period": 16}
+    with pytest.raises(TransientError, match=message) as caught:
+        integrate(**{**values, **arguments})
+    assert isinstance(caught.value, InputError)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"tolerance": 0.0}, r"tolerance = 0.0 must lie between 0 and 1"),
+        ({"step_tolerance": 2.0}, r"step_tolerance = 2.0"),
+        ({"max_period": 0}, r"max_period = 0"),
+        ({"acceleration": -1}, r"acceleration = -1"),
+        ({"max_steps_per_period": 100}, r"max_steps_per_period = 100 at least steps_per_period = 256"),
+    ],
+)
+def test_steady_motion_refuses(arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(TransientError, match=message):
+        steady_motion(system(), 1.0, **arguments)
+
+
+def test_a_history_refuses() -> None:
+    with pytest.raises(TransientError, match="without segments"):
+        follow(system(), [])
+    with pytest.raises(TransientError, match="n_period = 0 of a segment"):
+        Segment(n_period=0, angular_frequency=1.0)
+    with pytest.raises(TransientError, match="load = nan"):
+        Segment(n_period=1, angular_frequency=1.0, load=np.nan)
+
+
+def test_coefficients_of_another_system_are_refused() -> None:
+    with pytest.raises(TransientError, match=r"shape \(3, 5\): give \(n_harmonic, 2\)"):
+        start_from(system(), 1.0, np.zeros((3, 5), dtype=complex))
