@@ -156,9 +156,18 @@ def _path_in_file(location: Sequence[str | int], data: Any, *, keep_last: bool) 
         here = value_at(data, path)
         in_mapping = isinstance(here, Mapping) and part in here
         in_list = isinstance(here, list) and isinstance(part, int)
+        if in_mapping and _is_branch(here, part, location[position + 1 :], keep_last=keep_last):
+            continue
         if in_mapping or in_list or (keep_last and position == len(location) - 1):
             path = (*path, part)
     return path
+
+
+def _is_branch(table: Any, part: str | int, rest: Sequence[str | int], *, keep_last: bool) -> bool:
+    """Whether a part names a branch of a union, such as "friction", though the table has a key of that name too."""
+    if isinstance(table[part], Mapping | list):
+        return False
+    return bool(rest) and (keep_last or any(each in table for each in rest))
 
 
 def _missing(path: Path, model: type[BaseModel], source: "CaseSource") -> Problem:

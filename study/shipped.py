@@ -7,3 +7,5 @@ CASES = Path(__file__).with_name("cases")
 BLADE = CASES / "blade.toml"
 #: The mesh studies: the rig's blade first, which is the default if its rows are near enough to the published ones.
 TABLE1 = (CASES / "table1_rig.toml", CASES / "table1_plain.toml")
+#: A chain of three masses whose end rubs on a wall; its matrices stand beside it.
+SOLVE = CASES / "solve_chain.toml"

@@ -8,10 +8,8 @@ from study.case import CaseModel
 from study.quantity import Angle, CubicStiffness, Force, Frequency, Length, QuadraticDamping, Ratio, Stiffness
 from study.solve_place import PlaceTable
 
-#: Samples a period if the case gives none: enough for the kinks of stick and slip at a few harmonics.
-FEWEST_SAMPLES = 256
-#: Samples for each harmonic, if that is more.
-SAMPLES_PER_HARMONIC = 16
+#: Advice to who takes too few samples a period: so many at least, and so many for each harmonic.
+FEWEST_SAMPLES, SAMPLES_PER_HARMONIC = 128, 32
 MOST_HARMONICS, MOST_SAMPLES = 500, 65536
 
 Positive = Annotated[Stiffness, Field(gt=0)]
@@ -116,19 +114,16 @@ class BalanceTable(CaseModel):
 
     @property
     def n_sample(self) -> int:
-        """Samples a period [-]: those of the case, or a power of two that is fine for most joints."""
-        if self.samples is not None:
-            return self.samples
-        return max(FEWEST_SAMPLES, 1 << (SAMPLES_PER_HARMONIC * self.harmonics).bit_length())
+        """Samples a period [-]; 0 leaves the choice to the solver."""
+        return self.samples or 0
 
     @model_validator(mode="after")
     def _enough_samples(self) -> Self:
-        fewest = 2 * self.harmonics + 1
+        fewest = 4 * self.harmonics + 1
         if self.samples is not None and self.samples < fewest:
-            better = max(FEWEST_SAMPLES, SAMPLES_PER_HARMONIC * self.harmonics)
             raise ValueError(
-                f"samples = {self.samples} cannot hold harmonics 0 to {self.harmonics}: take at least {fewest}, "
-                f"better {better}, or leave samples out"
+                f"samples = {self.samples} are too few for harmonics 0 to {self.harmonics}: take at least {fewest}, "
+                f"better {max(FEWEST_SAMPLES, SAMPLES_PER_HARMONIC * self.harmonics)}, or leave samples out"
             )
         return self
 

@@ -203,19 +203,14 @@ def _structure(file: Path) -> StructureMatrices:
 
 
 def _check_harmonics(case: SolveCase, mistakes: _Mistakes) -> None:
-    highest = case.sweep.harmonics
-    for number, load in enumerate(case.load):
-        if load.harmonic <= highest:
-            continue
+    kept = case.sweep.harmonics
+    number, load = max(enumerate(case.load), key=lambda pair: pair[1].harmonic)
+    if load.harmonic > kept:
+        loses = "keeps the mean alone and loses" if kept == 0 else "loses"
         with mistakes.at("sweep"):
-            if highest == 0:
-                raise JointError(
-                    f"harmonics = 0 keeps the mean alone, but load[{number}] acts at harmonic {load.harmonic}: take "
-                    "at least 1; 5 or more show what friction does"
-                )
             raise JointError(
-                f"harmonics = {highest} leaves out load[{number}], which acts at harmonic {load.harmonic}: take at "
-                f"least {load.harmonic}"
+                f"harmonics = {kept} {loses} load[{number}], which acts at harmonic {load.harmonic}: take at least "
+                f"{load.harmonic}; 5 or more show what friction does"
             )
 
 

@@ -1,0 +1,96 @@
+"""What contacts do over a period, along response curves: shares of stick, slip and separation as stacked areas."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from io import BytesIO
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+STICK, SLIP, SEPARATED = "#0072b2", "#e69f00", "#d1d5db"
+STATES = (("stick", STICK), ("slip", SLIP), ("separated", SEPARATED))
+#: Labelled places along a curve that turns back.
+N_TICK = 5
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StatePanel:
+    """One panel.
+
+    Parameters
+    ----------
+    label
+        Above it.
+    parameter
+        Frequency [Hz] or level [-], shape (p,).
+    share
+        Shares of the period stick, slip, separated, shape (p, 3), rows sum to 1 [-].
+    """
+
+    label: str
+    parameter: Float[NDArray[np.float64], " p"]
+    share: Float[NDArray[np.float64], "p 3"]
+
+
+def contact_states_figure(panels: Sequence[Sequence[StatePanel]], *, title: str, parameter_label: str) -> bytes:
+    """Draw a grid of panels as PNG.
+
+    Parameters
+    ----------
+    panels
+        Rows (contacts) of columns (curves), all rows of one length.
+    title
+        Above the figure.
+    parameter_label
+        Of the horizontal axes, with its unit.
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+
+    n_row, n_column = len(panels), len(panels[0])
+    figure = Figure(figsize=(max(6.5, 3.4 * n_column), 1.5 + 1.9 * n_row), layout="constrained", dpi=160)
+    grid = figure.subplots(n_row, n_column, squeeze=False, sharey=True)
+    for row, line in enumerate(panels):
+        for column, panel in enumerate(line):
+            axes = grid[row, column]
+            turns = _draw(axes, panel)
+            if row == n_row - 1:
+                axes.set_xlabel(f"{parameter_label}, along the curve" if turns else parameter_label)
+            if column == 0:
+                axes.set_ylabel("share of the period")
+    # Above all panels, where no area is.
+    patches = [Patch(color=colour, label=name) for name, colour in STATES]
+    figure.legend(handles=patches, loc="outside lower center", ncols=3, frameon=False)
+    figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
+    stream = BytesIO()
+    figure.savefig(stream, format="png")
+    return stream.getvalue()
+
+
+def _draw(axes: "Axes", panel: StatePanel) -> bool:
+    """One panel; whether its curve turns back, so that the axis counts points instead."""
+    from matplotlib.ticker import MaxNLocator
+
+    step = np.diff(panel.parameter)
+    turns = bool((step > 0).any() and (step < 0).any())
+    # Over a fold the areas would cover each other: there the arc is the axis.
+    place = np.arange(len(panel.parameter), dtype=np.float64) if turns else panel.parameter
+    edges = np.hstack([np.zeros((len(place), 1)), np.cumsum(panel.share, axis=1)])
+    for state, (_, colour) in enumerate(STATES):
+        axes.fill_between(place, edges[:, state], edges[:, state + 1], color=colour, linewidth=0)
+    if turns:
+        ticks = np.unique(np.linspace(0, len(place) - 1, N_TICK).round().astype(int))
+        axes.set_xticks(ticks, [f"{panel.parameter[tick]:.4g}" for tick in ticks])
+    else:
+        # A label at the right end would run into the first one of the panel beside it.
+        axes.xaxis.set_major_locator(MaxNLocator(5, prune="upper"))
+    axes.set_xlim(place.min(), place.max())
+    axes.set_ylim(0, 1)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.set_title(panel.label, fontsize=10, loc="left")
+    return turns

@@ -1,0 +1,106 @@
+"""Response curves of one output for several levels or frequencies: amplitude and phase, folds and all."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from io import BytesIO
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+GRID, INK = "#e5e7eb", "#101820"
+#: Colours of an ordered family: the light end of the map would vanish on white.
+FIRST_COLOUR, LAST_COLOUR = 0.0, 0.82
+#: A legend longer than this stands beside the curves.
+LONGEST_LEGEND = 6
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DrawnCurve:
+    """One curve of the figure.
+
+    Parameters
+    ----------
+    label
+        In the legend.
+    parameter
+        Frequency [Hz] or level [-] along the curve, shape (p,); it may turn back.
+    response
+        Complex amplitude, shape (p,) [unit of the figure].
+    """
+
+    label: str
+    parameter: Float[NDArray[np.float64], " p"]
+    response: Complex[NDArray[np.complex128], " p"]
+
+
+def family_colours(count: int) -> list[str]:
+    """Colours of an ordered family of curves, apart for colour-blind readers too."""
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
+    return [to_hex(colormaps["viridis"](place)) for place in np.linspace(FIRST_COLOUR, LAST_COLOUR, count)]
+
+
+def response_curves_figure(
+    curves: Sequence[DrawnCurve], *, title: str, parameter_label: str, amplitude_label: str
+) -> bytes:
+    """Draw the curves as PNG.
+
+    Parameters
+    ----------
+    curves
+        In their order, at least one.
+    title
+        Above the figure.
+    parameter_label, amplitude_label
+        Of the axes, with units.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9, 6), layout="constrained", dpi=160)
+    amplitude, phase = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1))
+    for curve, colour in zip(curves, family_colours(len(curves)), strict=True):
+        amplitude.plot(curve.parameter, np.abs(curve.response), color=colour, linewidth=1.5, label=curve.label)
+        # A dot shows where the solver stood: the curve between two is drawn straight.
+        amplitude.plot(curve.parameter, np.abs(curve.response), ".", color=colour, markersize=3)
+        phase.plot(curve.parameter, _phase(curve.response), color=colour, linewidth=1.5)
+        top = int(np.argmax(np.abs(curve.response)))
+        amplitude.plot(curve.parameter[top], np.abs(curve.response[top]), "o", color=colour, markersize=5)
+    amplitude.set_ylabel(amplitude_label)
+    amplitude.set_ylim(bottom=0)
+    phase.set_ylabel("phase [deg]")
+    phase.set_xlabel(parameter_label)
+    _degrees(phase)
+    lowest = min(float(curve.parameter.min()) for curve in curves)
+    phase.set_xlim(lowest, max(float(curve.parameter.max()) for curve in curves))
+    for axes in (amplitude, phase):
+        axes.grid(color=GRID, linewidth=0.8)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.set_axisbelow(True)
+    if len(curves) > LONGEST_LEGEND:
+        figure.legend(*amplitude.get_legend_handles_labels(), frameon=False, loc="outside right upper")
+    else:
+        amplitude.legend(frameon=False)
+    figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
+    stream = BytesIO()
+    figure.savefig(stream, format="png")
+    return stream.getvalue()
+
+
+def _phase(response: Complex[NDArray[np.complex128], " p"]) -> Float[NDArray[np.float64], " p"]:
+    """Phase without jumps, such that curves of one family start on the same turn [deg]."""
+    phase = np.degrees(np.unwrap(np.angle(response)))
+    return np.asarray(phase - 360 * np.ceil((phase[0] - 179) / 360))
+
+
+def _degrees(axes: "Axes") -> None:
+    from matplotlib.ticker import MultipleLocator
+
+    low, high = axes.get_ylim()
+    if high - low > 80:
+        axes.yaxis.set_major_locator(MultipleLocator(45 if high - low < 270 else 90))

@@ -1,0 +1,96 @@
+"""One response curve as a stage: begun, continued from where it was stopped, and kept when it is done."""
+
+from hbsolve.balance import HarmonicBalance
+from hbsolve.branch import ResponseBranch, branch_of
+from hbsolve.continuation import Continuation, ContinuationState
+from hbsolve.parameter import FrequencyPath, LevelPath
+from hbsolve.steady_state import NoConvergence, SteadyState
+from reduction.jointed_system import JointedSystem
+from study.checkpoint import Checkpoint
+from study.errors import ComputationFailed
+from study.progress import Report
+from study.solve_model import Curve
+from study.store import stage
+
+#: The code that a curve depends on, beside this file.
+CODE = (
+    "fe",
+    "reduction",
+    "hbsolve",
+    "study.checkpoint",
+    "study.progress",
+    "study.solve_model",
+    "study.solve_case",
+    "study.solve_place",
+)
+
+
+@stage("response curve", rooms=CODE, ignore=("checkpoint", "report"))
+def response_curve(
+    system: JointedSystem,
+    curve: Curve,
+    harmonics: int,
+    n_sample: int,
+    checkpoint: Checkpoint | None = None,
+    report: Report | None = None,
+) -> ResponseBranch:
+    """Follow one curve from its first point, or from the last one that was saved.
+
+    Parameters
+    ----------
+    system
+        With its loads at level 1.
+    curve
+        What is asked for.
+    harmonics, n_sample
+        H, and samples a period, 0 for the solver's choice [-].
+    checkpoint
+        Where points are saved now and then, and found again.
+    report
+        Progress along the curve.
+
+    Raises
+    ------
+    ComputationFailed
+        No steady state at the first point.
+    """
+    continuation = continuation_of(system, curve, harmonics, n_sample)
+    points, state = _begun(continuation, curve, checkpoint)
+    way, done = abs(curve.last - curve.first), 0.0
+    while not state.stop_reason:
+        point, state = continuation.advance(state)
+        if point is not None:
+            points.append(point)
+            if checkpoint is not None:
+                checkpoint.offer((points, state))
+        # A curve that turns back does not undo what is done.
+        done = max(done, min(abs(state.value - curve.first), way))
+        if report is not None:
+            report(done, way)
+    balance, _ = continuation.path.at(curve.first)
+    return branch_of(balance, points, state.stop_reason)
+
+
+def continuation_of(system: JointedSystem, curve: Curve, harmonics: int, n_sample: int) -> Continuation:
+    """The continuation that a curve is made by."""
+    balance = HarmonicBalance(system=system, n_harmonic=harmonics + 1, n_sample=n_sample)
+    path: FrequencyPath | LevelPath
+    if curve.parameter == "frequency":
+        path = FrequencyPath(balance=balance.at_level(curve.fixed))
+    else:
+        path = LevelPath(balance=balance, angular_frequency=curve.fixed)
+    return Continuation(path=path, first=curve.first, last=curve.last)
+
+
+def _begun(
+    continuation: Continuation, curve: Curve, checkpoint: Checkpoint | None
+) -> tuple[list[SteadyState], ContinuationState]:
+    saved = None if checkpoint is None else checkpoint.load()
+    if saved is not None:
+        points, state = saved
+        return list(points), state
+    try:
+        first, state = continuation.begin()
+    except NoConvergence as error:
+        raise ComputationFailed(f"{curve.label}: {error}") from error
+    return [first], state
