@@ -1,0 +1,315 @@
+"""Harmonic balance against time integration, on nine small systems with joints and on the reduced blade.
+
+    OMP_NUM_THREADS=1 python benchmarks/witness.py [--systems NAME ...] [--output witness.json]
+
+Curve: points along a branch through resonance, its peak among them. Time integration starts on the orbit that harmonic
+balance found and goes on until the motion repeats; it would leave an orbit that is none. Sliders that stick remember
+where they started, so harmonic balance is then solved again with the sliders of the integration.
+
+Histories: time integration starts at rest with the sliders drawn at random, for each of three levels at two
+frequencies; harmonic balance gets the sliders at the start of the steady period, and nothing else.
+
+Harmonics are added until the fundamental changes by less than 0.05 %. Compared are the amplitude of the fundamental and
+its complex value, so that phases count. A motion that does not repeat with the excitation is named and not averaged.
+"""
+
+import argparse
+import importlib.util
+import json
+import sys
+import time
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hbsolve.balance import HarmonicBalance
+from hbsolve.branch import ResponseBranch
+from hbsolve.continuation import frequency_response
+from hbsolve.steady_state import NoConvergence, SteadyState, steady_state
+from reduction.jointed_system import FrictionContact, JenkinsElement, JointedSystem, along
+from transient.equilibrium import equilibrium
+from transient.errors import TransientError
+from transient.state import TransientState, start_from
+from transient.steady import SteadyMotion, steady_motion
+
+TESTS = Path(__file__).parents[1] / "tests" / "physics" / "conftest.py"
+N_POINT = 20
+H, MOST_H = 7, 63
+#: Change of the fundamental by the last doubling of H; a tenth of the tolerance of the comparison.
+CONVERGED = 5e-4
+SEED = 20261121
+BLADE = "blade"
+
+
+@dataclass
+class Outcome:
+    """What one system gave; errors are relative."""
+
+    system: str
+    damping_ratio: float
+    kind: str
+    n_point: int = 0
+    worst: float = 0.0
+    median: float = 0.0
+    worst_complex: float = 0.0
+    peak: float = float("nan")
+    harmonics: int = 0
+    failed: list[str] = field(default_factory=list)
+    points: list[dict[str, Any]] = field(default_factory=list)
+    seconds: float = 0.0
+
+
+def main() -> None:
+    witnessed = fixtures()
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--systems", nargs="*", default=[*witnessed.WITNESSED, BLADE])
+    parser.add_argument("--output", type=Path)
+    arguments = parser.parse_args()
+    print(f"{'system':20s}{'zeta':>7s} {'what':10s}{'points':>7s}{'worst':>10s}{'median':>10s}{'with phase':>11s}"
+          f"{'peak':>10s}{'H':>4s}{'not compared':>14s}{'s':>7s}", flush=True)  # fmt: skip
+    outcomes = []
+    for name in arguments.systems:
+        case = blade(witnessed) if name == BLADE else witnessed.WITNESSED[name]()
+        outcomes.append(show(curve(name, case)))
+        if case.histories:
+            outcomes.append(show(histories(name, case)))
+        if arguments.output:
+            arguments.output.write_text(json.dumps([asdict(each) for each in outcomes], indent=1), encoding="utf-8")
+
+
+def curve(name: str, case: Any) -> Outcome:
+    """Points along a branch at level 1."""
+    outcome, begin = Outcome(name, case.damping_ratio, "curve"), time.perf_counter()
+    balance = HarmonicBalance(system=case.system, n_harmonic=H + 1)
+    branch = frequency_response(balance, case.first, case.last)
+    if branch.stop_reason != "reached the last value":
+        outcome.failed.append(f"branch: {branch.stop_reason}")
+    amplitude = branch.amplitude(case.row)
+    peak = int(amplitude.argmax())
+    best = []
+    for point in sorted({peak, *spread(branch, amplitude)}):
+        omega = float(branch.angular_frequency[point])
+        label = f"{omega / 2 / np.pi:.6g} Hz"
+        if turned(branch, point, case):
+            outcome.failed.append(f"{label}: between the folds, unstable")
+            continue
+        # The states of a branch are its coefficients; a solve from there costs an iteration and gives the sliders.
+        start = HarmonicBalance(system=case.system, n_harmonic=H + 1)
+        found = steady_state(start, omega, start=real(branch, point, case.system))
+        state, harmonics = converged(case.system, omega, 1.0, found.slider, found)
+        motion = integrated(
+            case.system, omega, 1.0, start_from(case.system, omega, state.coefficients, state.slider_at_start)
+        )
+        both = compare(outcome, label, case, omega, 1.0, motion, state, harmonics)
+        if both is not None:
+            best.append(both)
+    if best:
+        top = np.array(best).max(axis=0)
+        outcome.peak = float(abs(top[0] / top[1] - 1))
+    outcome.seconds = time.perf_counter() - begin
+    return outcome
+
+
+def histories(name: str, case: Any) -> Outcome:
+    """Twelve points: three levels, two frequencies about the resonance, two histories each."""
+    outcome, begin = Outcome(name, case.damping_ratio, "histories"), time.perf_counter()
+    random = np.random.default_rng(SEED)
+    balance = HarmonicBalance(system=case.system, n_harmonic=H + 1)
+    branch = frequency_response(balance, case.first, case.last)
+    peak = float(branch.angular_frequency[branch.amplitude(case.row).argmax()])
+    for level in case.histories:
+        for share in (1.0, 1.03):
+            for history in range(2):
+                omega = share * peak
+                label = f"{omega / 2 / np.pi:.6g} Hz, level {level:g}, history {history + 1}"
+                rest = equilibrium(case.system)
+                slider = rest.slider + random.uniform(-1, 1, len(rest.slider)) * reach(case.system, rest)
+                start = TransientState(displacement=rest.displacement, velocity=rest.velocity, slider=slider)
+                motion = integrated(case.system, omega, level, start)
+                compare(outcome, label, case, omega, level, motion)
+    outcome.seconds = time.perf_counter() - begin
+    return outcome
+
+
+def compare(
+    outcome: Outcome,
+    label: str,
+    case: Any,
+    omega: float,
+    level: float,
+    motion: SteadyMotion | str,
+    start: SteadyState | None = None,
+    harmonics: int = H,
+) -> tuple[float, float] | None:
+    """Both amplitudes, the second of them by time integration; none if the point is not compared."""
+    if isinstance(motion, str) or not motion.periodic:
+        outcome.failed.append(f"{label}: {motion if isinstance(motion, str) else motion.words}")
+        return None
+    try:
+        state, harmonics = converged(case.system, omega, level, motion.start.slider, start, harmonics)
+    except NoConvergence as error:
+        outcome.failed.append(f"{label}: {error}")
+        return None
+    mine, witness = state.coefficients[1] @ case.row, motion.coefficients(2)[1] @ case.row
+    point = {
+        "omega": omega, "level": level, "balance": abs(mine), "integration": abs(witness), "H": harmonics,
+        "error": abs(abs(mine) / abs(witness) - 1), "complex_error": abs(mine / witness - 1),
+        "step_error": motion.step_error, "steps": motion.steps_per_period, "periods": motion.n_period,
+        "distance": motion.distance,
+    }  # fmt: skip
+    if start is not None:
+        # How far the slider history alone moves the answer.
+        point["moved_by_sliders"] = abs(state.coefficients[1] @ case.row / (start.coefficients[1] @ case.row) - 1)
+    outcome.points.append(point)
+    errors = np.array([each["error"] for each in outcome.points])
+    outcome.n_point, outcome.worst, outcome.median = len(errors), float(errors.max()), float(np.median(errors))
+    outcome.worst_complex = max(each["complex_error"] for each in outcome.points)
+    outcome.harmonics = max(outcome.harmonics, harmonics)
+    return float(abs(mine)), float(abs(witness))
+
+
+def converged(
+    system: JointedSystem,
+    omega: float,
+    level: float,
+    slider: NDArray[np.float64],
+    start: SteadyState | None,
+    harmonics: int = H,
+) -> tuple[SteadyState, int]:
+    """Steady state with as many harmonics as it needs."""
+    before: SteadyState | None = None
+    while True:
+        balance = HarmonicBalance(system=system, n_harmonic=harmonics + 1, level=level)
+        guess = None if start is None else padded(start, harmonics)
+        state = steady_state(balance, omega, start=guess, slider=slider)
+        if before is not None:
+            old, new = before.coefficients[1], state.coefficients[1]
+            if np.linalg.norm(new - old) <= CONVERGED * np.linalg.norm(new) or 2 * harmonics + 1 > MOST_H:
+                return state, harmonics
+        before = start = state
+        harmonics = 2 * harmonics + 1
+
+
+def padded(state: SteadyState, harmonics: int) -> NDArray[np.float64]:
+    """The motion of a state with more harmonics, or fewer."""
+    motion = np.zeros((len(state.motion), 2 * harmonics + 1))
+    kept = min(motion.shape[1], state.motion.shape[1])
+    motion[:, :kept] = state.motion[:, :kept]
+    return motion
+
+
+def integrated(system: JointedSystem, omega: float, level: float, start: TransientState) -> SteadyMotion | str:
+    try:
+        return steady_motion(
+            system, omega, start, level, tolerance=2e-5, step_tolerance=3e-4, steps_per_period=512,
+            max_steps_per_period=8192, max_period=4000,
+        )  # fmt: skip
+    except TransientError as error:
+        return str(error)
+
+
+def spread(branch: ResponseBranch, amplitude: NDArray[np.float64]) -> list[int]:
+    """Points at equal distances along the curve, in a plot of unit sides."""
+    omega = branch.angular_frequency
+    step = np.hypot(np.diff(omega) / np.ptp(omega), np.diff(amplitude) / np.ptp(amplitude))
+    way = np.concatenate([[0.0], np.cumsum(step)])
+    return [int(np.abs(way - at).argmin()) for at in np.linspace(0, way[-1], N_POINT)]
+
+
+def turned(branch: ResponseBranch, point: int, case: Any) -> bool:
+    """Whether the branch goes backwards there: between two folds in frequency."""
+    ahead = np.gradient(branch.angular_frequency)[point]
+    return bool(ahead * (case.last - case.first) < 0)
+
+
+def real(branch: ResponseBranch, point: int, system: JointedSystem) -> NDArray[np.float64]:
+    """Motion of the joint directions at a point of a branch."""
+    from hbsolve.sampling import real_from_complex
+
+    rows = np.vstack([joint.directions for joint in system.joints])
+    return real_from_complex(branch.coefficients[point] @ rows.T)
+
+
+def reach(system: JointedSystem, rest: TransientState) -> NDArray[np.float64]:
+    """How far each slider may stand from rest within Coulomb's limit [m]."""
+    values: list[float] = []
+    for joint in system.joints:
+        if isinstance(joint, JenkinsElement):
+            values.append(joint.limit_force / joint.tangential_stiffness)
+        if isinstance(joint, FrictionContact):
+            normal = joint.preload + joint.normal_stiffness * (joint.normal @ rest.displacement - joint.gap)
+            limit = joint.friction_coefficient * max(normal, 0.0) / joint.tangential_stiffness
+            values += [limit] * len(joint.tangents)
+    return np.array(values)
+
+
+def show(outcome: Outcome) -> Outcome:
+    print(
+        f"{outcome.system:20s}{outcome.damping_ratio:7.2%} {outcome.kind:10s}{outcome.n_point:7d}{outcome.worst:10.3%}"
+        f"{outcome.median:10.3%}{outcome.worst_complex:11.3%}{outcome.peak:10.3%}{outcome.harmonics:4d}"
+        f"{len(outcome.failed):14d}{outcome.seconds:7.1f}",
+        flush=True,
+    )
+    for words in outcome.failed:
+        print(f"    not compared: {words}", flush=True)
+    return outcome
+
+
+def blade(witnessed: Any) -> Any:
+    """The slotted blade, reduced, pressed in its slots between two friction contacts."""
+    from fe.assembly import assemble
+    from fe.blade_mesher import mesh_blade
+    from fe.boundary import Support, supported_system
+    from fe.element import HEX8
+    from fe.material import STEEL
+    from fe.mesh_rule import MeshRule
+    from geometry.blade import Blade
+    from reduction.craig_bampton import craig_bampton
+
+    mesh = mesh_blade(Blade(), MeshRule(element=HEX8, through_thickness=2, length_ratio=2.4, length_cap=0.008))
+    mass, stiffness = assemble(mesh, STEEL)
+    structure = supported_system(mesh, mass, stiffness, [Support(nodes=mesh.nodes("clamp"))])
+    names = ("excitation", "response", "contact_positive", "contact_negative")
+    rom = craig_bampton(structure, {name: structure.rows(mesh.node_sets[name]) for name in names}, 20)
+    n = rom.n_dof
+
+    def mean(name: str, axis: int) -> NDArray[np.float64]:
+        rows = rom.rows(name, axis)
+        return along(n, {int(row): 1 / len(rows) for row in rows})
+
+    joints = [
+        FrictionContact(
+            name=name,
+            tangents=np.array([mean(name, 1), mean(name, 2)]),
+            normal=side * mean(name, 0),
+            normal_stiffness=3e6,
+            tangential_stiffness=2e6,
+            friction_coefficient=0.5,
+            preload=20.0,
+        )
+        for name, side in (("contact_positive", 1.0), ("contact_negative", -1.0))
+    ]
+    force = {int(np.flatnonzero(mean("excitation", 1))[0]): 1.0}
+    system = witnessed.damped(rom.mass, rom.stiffness, joints, 0.005, force)
+    first, last = 2 * np.pi * np.array([100.0, 160.0])
+    return witnessed.Witnessed(
+        system=system, row=mean("response", 1), first=first, last=last, damping_ratio=0.005, histories=(0.3, 1.0, 3.0)
+    )
+
+
+def fixtures() -> Any:
+    """The module of the test systems, which is no package."""
+    specification = importlib.util.spec_from_file_location("witness_systems", TESTS)
+    assert specification is not None
+    assert specification.loader is not None
+    module = importlib.util.module_from_spec(specification)
+    sys.modules["witness_systems"] = module
+    specification.loader.exec_module(module)
+    return module
+
+
+if __name__ == "__main__":
+    main()
