@@ -1,0 +1,347 @@
+"""Branches against exact solutions, against single solutions, and against the equation of motion in plain matrices."""
+
+import pickle
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.special import ellipk
+
+from hbsolve.balance import HarmonicBalance
+from hbsolve.branch import ResponseBranch, load_branch
+from hbsolve.contact_motion import contact_motion
+from hbsolve.continuation import Continuation, frequency_response, joint_response, level_response
+from hbsolve.errors import BalanceError
+from hbsolve.forced_response import forced_response
+from hbsolve.fourier import coefficients_from_samples, samples_from_coefficients
+from hbsolve.harmonic_force import HarmonicForce
+from hbsolve.parameter import FrequencyPath
+from hbsolve.sampling import real_from_complex
+from hbsolve.steady_state import SteadyState, steady_state
+from reduction.jointed_system import (
+    CubicSpring,
+    ElasticStop,
+    Friction,
+    FrictionContact,
+    JenkinsElement,
+    Joint,
+    JointedSystem,
+    QuadraticDamper,
+    along,
+    between,
+)
+
+STUCK_REFERENCE = pytest.mark.xfail(
+    strict=True, reason="the tangents' Jacobian lacks k_t - D where the stiffness is no longer the linear reference"
+)
+
+
+def duffing(level: float = 1.0, zeta: float = 5e-3, n_harmonic: int = 10) -> HarmonicBalance:
+    """q'' + 2 zeta q' + q + q^3 = 0.01 level cos."""
+    system = JointedSystem(
+        mass=[[1.0]],
+        damping=[[2 * zeta]],
+        stiffness=[[1.0]],
+        joints=[CubicSpring(name="cubic", direction=np.ones(1), stiffness=1.0)],
+        harmonic_force=[[0.0], [0.01]],
+    )
+    return HarmonicBalance(system=system, n_harmonic=n_harmonic, level=level)
+
+
+def chain(damping: str, joints: bool = True) -> JointedSystem:
+    """Five masses, all laws; loads in the mean and in two harmonics."""
+    n = 5
+    stiffness = 100 * (2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
+    both = np.vstack([along(n, {2: 1.0}), along(n, {3: 0.8, 4: 0.6})])
+    laws: list[Joint] = [
+        FrictionContact(
+            name="rub",
+            normal=between(n, 1, 0),
+            tangents=along(n, {2: 1.0}),
+            normal_stiffness=60.0,
+            tangential_stiffness=50.0,
+            friction_coefficient=0.3,
+            preload=1.0,
+        ),
+        FrictionContact(
+            name="pad",
+            normal=along(n, {1: -1.0}),
+            tangents=both,
+            normal_stiffness=40.0,
+            tangential_stiffness=30.0,
+            friction_coefficient=0.4,
+            preload=0.8,
+            friction=Friction.COULOMB,
+        ),
+        JenkinsElement(name="slider", direction=between(n, 4, 3), tangential_stiffness=30.0, limit_force=0.4),
+        CubicSpring(name="cubic", direction=along(n, {0: 1.0}), stiffness=200.0),
+        ElasticStop(name="stop", direction=along(n, {4: 1.0}), stiffness=80.0, gap=0.02),
+        QuadraticDamper(name="drag", direction=along(n, {2: 1.0}), damping=0.5),
+    ]
+    D = sum(j.tangential_stiffness * j.tangents.T @ j.tangents for j in laws if isinstance(j, FrictionContact))
+    matrices = {
+        "of the free structure": 1e-3 * stiffness + 0.2 * np.eye(n),
+        "modal": 0.4 * np.eye(n),
+        "coupled": np.diag([0.1, 0.9, 0.2, 0.5, 0.3]) + 1e-4 * np.asarray(D),
+    }
+    force = np.zeros((3, n), dtype=complex)
+    force[1, 4], force[2, 1] = 3.0 - 1.0j, 0.5j
+    return JointedSystem(
+        mass=np.diag([1.0, 1.5, 1.0, 0.8, 1.2]) if damping != "modal" else np.eye(n),
+        damping=matrices[damping],
+        stiffness=stiffness,
+        joints=laws if joints else (),
+        static_load=[0.3, 0.0, 0.0, 0.0, 0.0],
+        harmonic_force=force,
+    )
+
+
+def state_at(branch: ResponseBranch, balance: HarmonicBalance, point: int) -> NDArray[np.float64]:
+    return real_from_complex(branch.coefficients[point] @ balance.structure.directions.T)
+
+
+def folds(values: NDArray[np.float64]) -> list[int]:
+    """Points where a branch turns round."""
+    return [int(k) + 1 for k in np.flatnonzero(np.diff(np.sign(np.diff(values))))]
+
+
+# ---- exact solutions
+
+
+@pytest.mark.parametrize("level", [0.2, 1.0, 3.0])
+def test_duffing_at_phase_resonance_has_the_period_of_its_free_vibration(level: float) -> None:
+    balance = duffing(level)
+    branch = frequency_response(balance, 0.8, 3.0, step=0.02)
+    q = branch.output(0)
+    lag = (q / abs(q)).real  # cosine of the phase, zero where the force and the damping cancel
+    top = int(branch.amplitude(0).argmax())
+    near = np.arange(top - 12, top + 12)
+    cross = near[np.flatnonzero(np.diff(np.sign(lag[near])))[0]]
+    four = slice(cross - 1, cross + 3)
+    # A cubic through four points of the arc: the phase turns evenly along it.
+    highest = samples_from_coefficients(branch.coefficients[four, :, 0].T, 4096).max(axis=0)
+    omega, a = (np.polyval(np.polyfit(lag[four], each, 3), 0.0) for each in (branch.angular_frequency[four], highest))
+    m = a**2 / (2 * (1 + a**2))
+    free = np.pi * np.sqrt(1 + a**2) / (2 * ellipk(m))
+    assert a > 0.15
+    np.testing.assert_allclose(omega, free, rtol=1e-4)  # damping ratio 5e-3: terms of its square, 2.5e-5
+
+
+def test_a_structure_whose_joints_are_never_touched_is_linear() -> None:
+    system = chain("of the free structure", joints=False)
+    apart = [
+        replace(joint, preload=0.0, gap=10.0) for joint in chain("modal").joints if isinstance(joint, FrictionContact)
+    ]
+    stop = ElasticStop(name="stop", direction=along(5, {4: 1.0}), stiffness=80.0, gap=10.0)
+    balance = HarmonicBalance(system=replace(system, joints=[*apart, stop]), n_harmonic=4)
+    branch = frequency_response(balance, 3.0, 22.0)
+    force = np.zeros((4, 5), dtype=complex)
+    force[:3] = system.dynamic
+    force[0] = system.static
+    linear = forced_response(system, HarmonicForce(coefficients=force), branch.angular_frequency)
+    scale = np.abs(linear.coefficients).max()
+    np.testing.assert_allclose(branch.coefficients, linear.coefficients, atol=1e-8 * scale)  # residual 1e-9
+    np.testing.assert_array_equal(branch.contact_share, np.broadcast_to([0, 0, 1], branch.contact_share.shape))
+
+
+@pytest.mark.parametrize("damping", ["of the free structure", "modal", "coupled"])
+def test_states_satisfy_the_equation_of_motion_in_plain_matrices(damping: str) -> None:
+    system = chain(damping)
+    balance = HarmonicBalance(system=system, n_harmonic=6)
+    branch = frequency_response(balance, 4.0, 16.0, step=1.0)
+    assert branch.stop_reason == "reached the last value"
+    assert (branch.contact_share[:, 0, :2].max(axis=0) > 0.2).all()  # slips and sticks
+    assert branch.contact_share[:, :, 2].max() > 0.1  # lifts off
+    start: NDArray[np.float64] | None = None
+    for point in range(0, len(branch.angular_frequency), 3):
+        start = state_at(branch, balance, point)
+        state = steady_state(balance, float(branch.angular_frequency[point]), start=start)
+        assert left_over(balance, state) < 1e-7  # |R| < 1e-9 of the motion, and stiff against soft contacts
+
+
+def left_over(balance: HarmonicBalance, state: SteadyState) -> float:
+    """|M q'' + C q' + K q + B^T f - f_ext| over |f_ext|, without receptances."""
+    system, q = balance.system, state.coefficients
+    w = state.angular_frequency * np.arange(len(q))[:, None]
+    left = q @ system.stiffness.T + 1j * w * (q @ system.damping.T) - w**2 * (q @ system.mass.T)
+    for joint, motion in zip(system.joints, contact_motion(balance, state), strict=True):
+        left += coefficients_from_samples(motion.force.T, len(q)) @ joint.directions
+    external = np.zeros_like(q)
+    external[: len(system.dynamic)] = state.level * system.dynamic
+    external[0] += system.static
+    return float(np.linalg.norm(left - external) / np.linalg.norm(external))
+
+
+# ---- the arc
+
+
+def test_the_arc_turns_twice_and_every_point_is_a_solution_of_its_own() -> None:
+    balance = duffing()
+    branch = frequency_response(balance, 0.8, 2.0)
+    omega = branch.angular_frequency
+    assert len(folds(omega)) == 2
+    up, down = folds(omega)
+    assert omega[up] > omega[down] > 1.0
+    assert (np.diff(omega[up : down + 1]) < 0).all()  # the middle branch runs backwards
+    assert (branch.residual_norm <= 1e-9).all()
+    for point in range(1, len(omega), 4):
+        start = state_at(branch, balance, point)
+        state = steady_state(balance, float(omega[point]), start=start)
+        np.testing.assert_allclose(state.coefficients, branch.coefficients[point], atol=1e-7)
+        assert left_over(balance, state) < 1e-7
+
+
+def test_three_states_share_a_frequency_between_the_folds() -> None:
+    balance = duffing()
+    branch = frequency_response(balance, 0.8, 2.0)
+    up, down = folds(branch.angular_frequency)
+    between_folds = 0.3 * branch.angular_frequency[up] + 0.7 * branch.angular_frequency[down]
+    crossings = np.flatnonzero(np.diff(np.sign(branch.angular_frequency - between_folds)))
+    assert len(crossings) == 3
+    amplitudes = [
+        steady_state(balance, between_folds, start=state_at(branch, balance, point)).amplitude(0) for point in crossings
+    ]
+    assert amplitudes[0] > 1.05 * amplitudes[1] > 5 * amplitudes[2]
+
+
+def test_both_directions_of_travel_find_the_same_curve() -> None:
+    balance = duffing()
+    there, back = frequency_response(balance, 0.8, 2.0), frequency_response(balance, 2.0, 0.8)
+    for branch in (there, back):
+        assert branch.stop_reason == "reached the last value"
+    assert (back.angular_frequency[0], back.angular_frequency[-1]) == (2.0, 0.8)
+    np.testing.assert_allclose(back.coefficients[[0, -1]], there.coefficients[[-1, 0]], atol=1e-8)
+    # Steps differ, so the tops do by what lies between two points.
+    np.testing.assert_allclose(back.amplitude(0).max(), there.amplitude(0).max(), rtol=5e-3)
+    turns = [branch.angular_frequency[folds(branch.angular_frequency)] for branch in (there, back)]
+    np.testing.assert_allclose(turns[0], turns[1][::-1], rtol=5e-3)
+
+
+def test_the_step_is_the_largest_one_and_points_ascend_to_the_end() -> None:
+    balance = HarmonicBalance(system=chain("modal"), n_harmonic=4)
+    reports: list[tuple[float, float]] = []
+    branch = frequency_response(balance, 4.0, 6.0, step=0.2, report=lambda done, way: reports.append((done, way)))
+    assert np.abs(np.diff(branch.angular_frequency)).max() <= 0.2 * (1 + 1e-9)
+    assert branch.angular_frequency[[0, -1]].tolist() == [4.0, 6.0]
+    assert reports[-1] == (2.0, 2.0)
+
+
+def test_a_branch_over_the_level_turns_twice_and_ends_in_the_state_of_that_level() -> None:
+    balance = duffing()
+    branch = level_response(balance, 1.1, 0.05, 6.0)
+    assert len(folds(branch.level)) == 2
+    assert (branch.angular_frequency == 1.1).all()
+    end = steady_state(balance.at_level(6.0), 1.1, start=state_at(branch, balance, -1))
+    np.testing.assert_allclose(branch.coefficients[-1], end.coefficients, atol=1e-7)
+    assert end.level == branch.level[-1] == 6.0
+    start = steady_state(balance.at_level(0.05), 1.1)
+    np.testing.assert_allclose(branch.coefficients[0], start.coefficients, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("joint", "parameter", "last"),
+    [
+        ("rub", "friction_coefficient", 0.9),
+        ("cubic", "stiffness", -50.0),
+        pytest.param("rub", "tangential_stiffness", 70.0, marks=STUCK_REFERENCE),
+    ],
+)
+def test_a_branch_over_a_joint_parameter_ends_in_the_state_of_a_system_made_with_it(
+    joint: str, parameter: str, last: float
+) -> None:
+    system = chain("coupled")
+    balance, omega = HarmonicBalance(system=system, n_harmonic=4), 9.0
+    number = [each.name for each in system.joints].index(joint)
+    first = float(getattr(system.joints[number], parameter))
+    branch = joint_response(balance, omega, joint, parameter, first, last)
+    assert branch.stop_reason == "reached the last value"
+    changed = list(system.joints)
+    changed[number] = replace(changed[number], **{parameter: last})
+    # The stuck stiffness of the two differs, which must not matter.
+    made = HarmonicBalance(system=replace(system, joints=changed), n_harmonic=4)
+    end = steady_state(made, omega, start=state_at(branch, balance, -1))
+    scale = np.abs(end.coefficients).max()
+    np.testing.assert_allclose(branch.coefficients[-1], end.coefficients, atol=1e-7 * scale)
+    assert len(branch.iterations) < 80  # 50 largest steps: corrections converge fast, with the exact Jacobian
+    assert np.abs(branch.coefficients[0] - end.coefficients).max() > 1e-3 * scale
+
+
+# ---- stop, go on, keep
+
+
+@pytest.mark.parametrize("stop", [1, 2, 12])
+def test_a_resumed_continuation_gives_the_same_bits(stop: int) -> None:
+    continuation = Continuation(path=FrequencyPath(balance=duffing()), first=0.9, last=1.6)
+    _, state = continuation.begin()
+    whole = []
+    kept = state
+    while not state.stop_reason:
+        point, state = continuation.advance(state)
+        if point is not None:
+            whole.append(point)
+        if state.n_point == stop:
+            kept = state
+    again, state = [], pickle.loads(pickle.dumps(kept))
+    fresh = Continuation(path=FrequencyPath(balance=duffing()), first=0.9, last=1.6)
+    while not state.stop_reason:
+        point, state = fresh.advance(state)
+        if point is not None:
+            again.append(point)
+    assert len(again) == len(whole) - (stop - 1) > 20
+    for one, other in zip(whole[stop - 1 :], again, strict=True):
+        np.testing.assert_array_equal(one.coefficients, other.coefficients)
+        assert one.angular_frequency == other.angular_frequency
+
+
+def test_a_branch_survives_its_file(tmp_path: Path) -> None:
+    balance = HarmonicBalance(system=chain("coupled"), n_harmonic=4)
+    branch = frequency_response(balance, 4.0, 6.0, step=0.5)
+    branch.save(tmp_path / "branch.nc")
+    read = load_branch(tmp_path / "branch.nc")
+    for name in ("angular_frequency", "coefficients", "residual_norm", "level", "iterations", "slider"):
+        np.testing.assert_array_equal(getattr(read, name), getattr(branch, name), err_msg=name)
+    np.testing.assert_array_equal(read.contact_share, branch.contact_share)
+    assert read.contact_share.shape == (len(branch.angular_frequency), 6, 3)
+    np.testing.assert_allclose(read.contact_share.sum(axis=2), 1)
+    assert read.slider.shape[1] == balance.n_slider == 4
+    assert (read.stop_reason, read.joint_names) == (branch.stop_reason, branch.joint_names)
+
+
+def test_outputs_are_derivatives_of_the_displacement() -> None:
+    branch = frequency_response(HarmonicBalance(system=chain("modal"), n_harmonic=4), 4.0, 5.0)
+    row, omega = along(5, {3: 0.8, 4: 0.6}), branch.angular_frequency
+    np.testing.assert_allclose(branch.output(row, 2), branch.coefficients[:, 2] @ row)
+    np.testing.assert_allclose(branch.output(row, 2, 1), 2j * omega * branch.output(row, 2))
+    np.testing.assert_allclose(branch.amplitude(3, 1, 2), omega**2 * np.abs(branch.coefficients[:, 1, 3]))
+    np.testing.assert_allclose(branch.to_xarray().frequency, omega / (2 * np.pi))
+
+
+def test_a_branch_that_turns_back_beyond_its_first_value_says_so() -> None:
+    balance = duffing()
+    whole = frequency_response(balance, 0.8, 2.0)
+    _, down = folds(whole.angular_frequency)
+    first = float(whole.angular_frequency[down]) + 0.02
+    low = steady_state(balance, first)
+    assert low.amplitude(0) < whole.amplitude(0)[down]  # on the lower branch
+    continuation = Continuation(path=FrequencyPath(balance=balance), first=first, last=0.8)
+    _, state = continuation.begin()
+    while not state.stop_reason:
+        _, state = continuation.advance(state)
+    assert "turned back beyond its first value" in state.stop_reason
+    assert state.stop_reason.endswith("Hz")
+
+
+def test_a_branch_stops_at_the_number_of_points_asked_for() -> None:
+    continuation = Continuation(path=FrequencyPath(balance=duffing()), first=0.8, last=2.0, most_points=7)
+    _, state = continuation.begin()
+    while not state.stop_reason:
+        _, state = continuation.advance(state)
+    assert (state.n_point, state.stop_reason) == (7, "reached 7 points")
+
+
+def test_a_file_that_is_no_branch_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "notes.nc").write_text("no data")
+    with pytest.raises(BalanceError, match=r'notes\.nc" holds no response branch'):
+        load_branch(tmp_path / "notes.nc")
