@@ -139,7 +139,7 @@ def measure(force: float) -> None:
 
 
 def main() -> None:
-    for force in [float(text) for text in sys.argv[1:]] or [5.0, 20.0, 60.0]:
+    for force in [float(text) for text in sys.argv[1:]] or [1.0, 5.0, 20.0]:
         measure(force)
 
 
