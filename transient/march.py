@@ -28,7 +28,7 @@ STALLED = 1e-10
 #: The inverse is renewed when an iteration leaves more than this share of the residual.
 SLOW = 0.25
 N_NEWTON = 40
-N_RELAXED = 20_000
+N_CAREFUL = 200
 
 
 @compiled
@@ -157,25 +157,25 @@ def solve_positions(
     if size <= STALLED * scale:
         residual(after, free, flexibility, offset, at_end, before, slider, joints, step, force, mean, end, moved)
         return N_NEWTON
-    # Short steps: stable below 2 / (1 + |G| k); the largest slope is taken at this point and adapted.
-    relaxation = 0.5
-    for iteration in range(N_RELAXED):
-        trial = after - relaxation * r
-        r_trial = residual(
-            trial, free, flexibility, offset, at_end, before, slider, joints, step, force, mean, end, moved
-        )
-        size_trial = np.abs(r_trial).max()
-        if size_trial < size:
-            after[:] = trial
-            r = r_trial
-            size = size_trial
-            relaxation = min(1.1 * relaxation, 1.0)
-            if size <= STALLED * scale:
-                return N_NEWTON + iteration
-        else:
-            relaxation *= 0.5
-            if relaxation < 1e-12:
+    # Kinks are in the way: a new tangent in every iteration, and a step that does make the residual smaller.
+    for iteration in range(N_CAREFUL):
+        inverse[:] = jacobian_inverse(after, flexibility, offset, at_end, before, slider, joints, step, scale)
+        change = inverse @ r
+        damping = 1.0
+        size = np.sqrt(r @ r)
+        while True:
+            trial = after - damping * change
+            r_trial = residual(
+                trial, free, flexibility, offset, at_end, before, slider, joints, step, force, mean, end, moved
+            )
+            size_trial = np.sqrt(r_trial @ r_trial)
+            if size_trial <= (1.0 - 0.1 * damping) * size or damping < 1e-9:
                 break
+            damping *= 0.5
+        after[:] = trial
+        r = r_trial
+        if size_trial <= STALLED * scale:
+            return N_NEWTON + iteration
     return -1
 
 
