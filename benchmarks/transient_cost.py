@@ -34,7 +34,7 @@ def chain(n_dof: int, n_contact: int, diagonal: bool) -> JointedSystem:
             normal_stiffness=5e6,
             tangential_stiffness=4e6,
             friction_coefficient=0.6,
-            preload=20.0,
+            preload=80.0,
         )
         for place in places
     ]
@@ -64,7 +64,7 @@ def main() -> None:
             slip = np.mean((np.abs(record.force[0::2]) > 0.6 * normal * (1 - 1e-9)) & (normal > 0))
             print(
                 f"{n_dof:5d} {n_contact:9d} {'diagonal' if diagonal else 'full':>9} {cost:9.2f} {cost / n_dof:12.4f} "
-                f"{(stepper.iterations - before - 0) / (PERIODS * STEPS):16.2f} {slip:6.2f} {np.mean(normal <= 0):6.2f}"
+                f"{(stepper.iterations - before) / (PERIODS * STEPS):16.2f} {slip:6.2f} {np.mean(normal <= 0):6.2f}"
             )
 
 

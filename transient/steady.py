@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from reduction.jointed_system import JointedSystem
 from transient.anderson import Anderson
-from transient.errors import TransientError
+from transient.errors import StepError, TransientError
 from transient.state import TransientState
 from transient.stepper import Record, Stepper
 from transient.transition import ModalStructure, modal_structure
@@ -180,7 +180,13 @@ def steady_motion(
     coarse: History | None = None
     while True:
         stepper = Stepper(structure, angular_frequency, steps, start, level)
-        settled = _settle(stepper, tolerance, max_period, acceleration)
+        try:
+            settled = _settle(stepper, tolerance, max_period, acceleration)
+        except StepError:
+            if 2 * steps > max_steps_per_period:
+                raise
+            coarse, steps = None, 2 * steps
+            continue
         n_period += settled.n_period
         fine = settled.record.modal_displacement
         if coarse is not None and settled.multiple == 1:

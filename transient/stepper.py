@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from reduction.jointed_system import JointedSystem
 from transient.equilibrium import equilibrium
-from transient.errors import TransientError
+from transient.errors import StepError, TransientError
 from transient.law import joint_forces
 from transient.march import march
 from transient.state import TransientState, check_state
@@ -183,7 +183,7 @@ class Stepper:
         )
         self.iterations += iterations
         if failed >= 0 or not np.isfinite(self._state).all():
-            raise TransientError(
+            raise StepError(
                 f"the joint forces were not found in step {max(failed, 0)} of {self.steps_per_period} of a period: "
                 "take more steps per period"
             )
