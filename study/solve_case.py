@@ -134,6 +134,7 @@ class FrequencySweepTable(BalanceTable):
     parameter: Literal["frequency"]
     first: Annotated[Frequency, Field(alias="from", gt=0, examples=["20 Hz"])]
     last: Annotated[Frequency, Field(alias="to", gt=0, examples=["60 Hz"])]
+    step: Annotated[Frequency, Field(gt=0)] | None = None
     levels: Annotated[tuple[Level, ...], Field(min_length=1)] = (1.0,)
 
     @model_validator(mode="after")
@@ -153,6 +154,7 @@ class LevelSweepTable(BalanceTable):
     parameter: Literal["level"]
     first: Annotated[Level, Field(alias="from", examples=[1.0])]
     last: Annotated[Level, Field(alias="to", examples=[10.0])]
+    step: Level | None = None
     frequencies: Annotated[tuple[Annotated[Frequency, Field(gt=0)], ...], Field(min_length=1, examples=[["40 Hz"]])]
 
     @model_validator(mode="after")

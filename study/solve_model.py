@@ -85,6 +85,8 @@ class Curve:
         Its ends [rad/s, or - for levels].
     fixed
         The other one of the two.
+    step
+        The largest along it, in the unit of its ends; None leaves it to the solver.
     label
         For people: "level 3", "40 Hz".
     """
@@ -93,6 +95,7 @@ class Curve:
     first: float
     last: float
     fixed: float
+    step: float | None
     label: str
 
 
@@ -344,11 +347,20 @@ def stuck_stiffness(stiffness: Matrix, joints: Sequence[Joint]) -> Matrix:
 def _curves(case: SolveCase) -> tuple[Curve, ...]:
     sweep = case.sweep
     if isinstance(sweep, FrequencySweepTable):
-        ends = {"first": 2 * pi * sweep.first, "last": 2 * pi * sweep.last}
+        first, last = 2 * pi * sweep.first, 2 * pi * sweep.last
+        step = None if sweep.step is None else 2 * pi * sweep.step
         return tuple(
-            Curve(parameter="frequency", **ends, fixed=level, label=f"level {level:g}") for level in sweep.levels
+            Curve(parameter="frequency", first=first, last=last, fixed=level, step=step, label=f"level {level:g}")
+            for level in sweep.levels
         )
     return tuple(
-        Curve(parameter="level", first=sweep.first, last=sweep.last, fixed=2 * pi * each, label=f"{each:g} Hz")
+        Curve(
+            parameter="level",
+            first=sweep.first,
+            last=sweep.last,
+            fixed=2 * pi * each,
+            step=sweep.step,
+            label=f"{each:g} Hz",
+        )
         for each in sweep.frequencies
     )

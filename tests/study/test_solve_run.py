@@ -1,0 +1,214 @@
+"""`stickslip solve` as a user runs it: curves right at both limits of friction, and the same bits after Ctrl-C."""
+
+import csv
+import json
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from hbsolve.continuation import Continuation
+from study import cli
+from study.checkpoint import Checkpoint
+from study.shipped import SOLVE
+
+#: One mass on a spring that rubs: stuck below a level, sliding nearly freely far above it.
+CASE = """\
+schema = 1
+title = "One mass"
+[model]
+file = "mass.npz"
+[[contact]]
+kind = "jenkins"
+name = "pad"
+dof = 0
+tangential_stiffness = "0.3 N/um"
+limit_force = "2 N"
+[[load]]
+dof = 0
+amplitude = "1 N"
+[[output]]
+name = "mass"
+dof = 0
+[[output]]
+name = "speed"
+dof = 0
+quantity = "velocity"
+[sweep]
+parameter = "frequency"
+from = "140 Hz"
+to = "200 Hz"
+harmonics = 3
+levels = [0.01, 2]
+"""
+MASS, STIFFNESS, PAD, DAMPING = 1.0, 1e6, 0.3e6, 20.0
+
+
+@pytest.fixture
+def home(at_home: Path) -> Path:
+    np.savez(at_home / "mass.npz", M=[[MASS]], K=[[STIFFNESS]], C=[[DAMPING]])
+    (at_home / "my.toml").write_text(CASE)
+    return at_home
+
+
+@pytest.fixture
+def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Drawing takes longer than these curves."""
+    monkeypatch.setattr("study.solve_run._figures", lambda *_: {})
+
+
+def solve(out: str, *words: str, case: str = "my.toml") -> int:
+    return cli.main(["solve", case, "--out", out, "--cache", f"cache-{out}", "--quiet", *words])
+
+
+def test_a_stuck_slider_is_a_spring_and_results_are_the_same_in_all_files(
+    home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert solve("out", "--json") == 0
+    document = json.loads(capsys.readouterr().out)
+    files = {Path(file).name for file in document["files"]}
+    assert files == {file.name for file in (home / "out").iterdir()}
+    assert files == {
+        "my_response.nc",
+        "my_response.csv",
+        "my_response_1.png",
+        "my_response_2.png",
+        "my_states.png",
+        "my_loops.png",
+    }
+    data = xr.open_dataset(home / "out" / "my_response.nc", engine="h5netcdf")
+    stuck = data.isel(point=np.flatnonzero(data["curve"] == 0))
+    omega = 2 * np.pi * stuck["frequency"].values
+    assert omega[[0, -1]] == pytest.approx([2 * np.pi * 140, 2 * np.pi * 200], rel=1e-12)
+    exact = 0.01 / (STIFFNESS + PAD - omega**2 * MASS + 1j * omega * DAMPING)
+    found = (stuck["output_real"] + 1j * stuck["output_imag"]).values
+    # Newton's method stops at 1e-9 of the linear motion, which this is.
+    np.testing.assert_allclose(found[:, 1, 0], exact, rtol=1e-8)
+    np.testing.assert_allclose(found[:, 1, 1], 1j * omega * exact, rtol=1e-8)
+    assert (stuck["contact_share"].values[:, 0] == [1, 0, 0]).all()
+    slid = data.isel(point=np.flatnonzero(data["curve"] == 1))
+    assert (slid["contact_share"].values[:, 0, 1] > 0.2).any()
+    assert data["level"].values[[0, -1]].tolist() == [0.01, 2.0]
+
+    with (home / "out" / "my_response.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(rows) == data.sizes["point"] == sum(curve["n_point"] for curve in document["curves"])
+    amplitude = np.array([float(row["mass amplitude [um]"]) for row in rows[: len(omega)]])
+    np.testing.assert_allclose(amplitude, 1e6 * np.abs(exact), rtol=1e-8)
+    # Half the range of a sinusoid sampled 128 times is its amplitude up to (pi / 128)^2 / 2.
+    half_range = np.array([float(row["mass half range [um]"]) for row in rows[: len(omega)]])
+    np.testing.assert_allclose(half_range, amplitude, rtol=4e-4)
+    speed = np.array([float(row["speed amplitude [mm/s]"]) for row in rows[: len(omega)]])
+    np.testing.assert_allclose(speed, 1e3 * omega * np.abs(exact), rtol=1e-8)
+
+    first = document["curves"][0]
+    assert first["peak_amplitude"] == pytest.approx(amplitude.max(), rel=1e-9)
+    assert first["peak_frequency_hz"] == float(stuck["frequency"][int(np.argmax(amplitude))])
+    assert first["stop_reason"] == "reached the last value"
+
+
+@pytest.mark.usefixtures("no_figures")
+def test_a_level_sweep_starts_linear_and_softens(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    sweep = 'parameter = "level"\nfrom = 0.01\nto = 5\nfrequencies = ["160 Hz"]\nharmonics = 3\n'
+    (home / "level.toml").write_text(CASE.split("parameter")[0] + sweep)
+    assert solve("out", "--json", case="level.toml") == 0
+    data = xr.open_dataset(home / "out" / "level_response.nc", engine="h5netcdf")
+    amplitude = np.hypot(data["output_real"], data["output_imag"]).values[:, 1, 0]
+    omega = 2 * np.pi * 160
+    stuck = abs(STIFFNESS + PAD - omega**2 * MASS + 1j * omega * DAMPING)
+    assert amplitude[0] == pytest.approx(0.01 / stuck, rel=1e-8)
+    assert data["level"].values[[0, -1]].tolist() == [0.01, 5.0]
+    # Below 165 Hz a slipping pad brings the resonance nearer.
+    assert amplitude[-1] > 1.5 * 5 / stuck
+
+
+def counted(monkeypatch: pytest.MonkeyPatch, stop: int | None) -> list[int]:
+    """Count the steps of all curves, and press Ctrl-C before one of them."""
+    steps = [0]
+    advance = Continuation.advance
+
+    def step(self: Continuation, state: object) -> object:
+        if steps[0] == stop:
+            raise KeyboardInterrupt
+        steps[0] += 1
+        return advance(self, state)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Continuation, "advance", step)
+    # Every point is saved, so that the test does not depend on the time.
+    monkeypatch.setattr("study.solve_run.Checkpoint", partial(Checkpoint, every=0.0))
+    return steps
+
+
+@pytest.mark.usefixtures("no_figures")
+def test_the_same_command_goes_on_after_ctrl_c_and_gives_the_same_bits(
+    home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with monkeypatch.context() as patch:
+        whole = counted(patch, None)
+        assert solve("whole") == 0
+    # Within the first curve, and within the second.
+    stops = [8, whole[0] - 8]
+    done = 0
+    for stop in stops:
+        with monkeypatch.context() as patch:
+            counted(patch, stop - done)
+            assert solve("parts") == 3
+        done = stop
+        assert [file.suffix for file in (home / "parts").iterdir()] == [".part"]
+    with monkeypatch.context() as patch:
+        rest = counted(patch, None)
+        assert solve("parts") == 0
+    assert done + rest[0] == whole[0]
+    assert not list((home / "parts").glob(".*"))
+    one, other = (xr.open_dataset(home / out / "my_response.nc", engine="h5netcdf") for out in ("whole", "parts"))
+    assert one.identical(other)
+    assert (home / "whole" / "my_response.csv").read_bytes() == (home / "parts" / "my_response.csv").read_bytes()
+
+
+@pytest.mark.usefixtures("no_figures")
+def test_a_saved_point_of_another_case_is_not_continued(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as patch:
+        counted(patch, 8)
+        assert solve("out") == 3
+    (home / "my.toml").write_text(CASE.replace('"0.3 N/um"', '"0.2 N/um"'))
+    assert solve("out") == 0
+    data = xr.open_dataset(home / "out" / "my_response.nc", engine="h5netcdf")
+    omega = 2 * np.pi * data["frequency"].values[0]
+    exact = 0.01 / abs(STIFFNESS + 0.2e6 - omega**2 * MASS + 1j * omega * DAMPING)
+    assert np.hypot(data["output_real"], data["output_imag"]).values[0, 1, 0] == pytest.approx(exact, rel=1e-8)
+
+
+@pytest.mark.usefixtures("no_figures")
+def test_a_second_run_computes_nothing(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert solve("out") == 0
+    steps = counted(monkeypatch, 0)
+    assert solve("out") == 0
+    assert steps == [0]
+
+
+def test_mistakes_are_answered_with_exit_code_2_and_the_help_has_an_example(
+    home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (home / "my.toml").write_text(CASE.replace("dof = 0", "dof = 7"))
+    assert solve("out", "--json") == 2
+    error = json.loads(capsys.readouterr().out)["error"]
+    assert error["kind"] == "case"
+    assert {problem["key"] for problem in error["problems"]} == {"contact[0]", "load[0]", "output[0]", "output[1]"}
+    assert cli.main(["solve", "--help"]) == 0
+    assert "stickslip solve my_rig.toml --out mine" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("no_figures")
+def test_the_shipped_chain_rubs_with_a_varying_load_and_has_no_fold(home: Path) -> None:
+    assert solve("out", case=str(SOLVE)) == 0
+    data = xr.open_dataset(home / "out" / "solve_chain_response.nc", engine="h5netcdf")
+    peaks = []
+    for number in range(4):
+        curve = data.isel(point=np.flatnonzero(data["curve"] == number))
+        assert (np.diff(curve["frequency"]) > 0).all()
+        amplitude = np.hypot(curve["output_real"], curve["output_imag"]).values[:, 1, 0]
+        peaks.append(float(curve["frequency"][int(np.argmax(amplitude))]))
+    # The more it slips, the softer it is: from the stuck mode at 105.9 Hz towards the free one at 70.8 Hz.
+    assert 106 > peaks[0] > peaks[1] > peaks[2] > peaks[3] > 70.8
