@@ -186,9 +186,7 @@ def rubbing_beam() -> Witnessed:
     system = damped(mass, stiffness, [contact], 0.005, {3 * 2 + 1: 2.0})
     row = along(n, {tip["transverse"]: 1.0})
     first, last = 2 * np.pi * np.array([45.0, 120.0])
-    return Witnessed(
-        system=system, row=row, first=first, last=last, damping_ratio=0.005, histories=(0.3, 1.0, 2.0)
-    )
+    return Witnessed(system=system, row=row, first=first, last=last, damping_ratio=0.005, histories=(0.3, 1.0, 2.0))
 
 
 def wedge_damper() -> Witnessed:
@@ -197,7 +195,10 @@ def wedge_damper() -> Witnessed:
     joints: list[Joint] = []
     for body, side in ((0, -1.0), (1, 1.0)):
         # Degrees of freedom 2 and 3: the wedge along x and y; the masses move along (1, 0.25).
-        normal, tangent = np.array([side * np.sin(angle), np.cos(angle)]), np.array([np.cos(angle), -side * np.sin(angle)])
+        normal, tangent = (
+            np.array([side * np.sin(angle), np.cos(angle)]),
+            np.array([np.cos(angle), -side * np.sin(angle)]),
+        )
         path = np.array([1.0, 0.25])
         joints.append(
             FrictionContact(
@@ -206,19 +207,17 @@ def wedge_damper() -> Witnessed:
                 normal=along(n, {2: normal[0], 3: normal[1], body: -normal @ path}),
                 normal_stiffness=2.4e6,
                 tangential_stiffness=1.2e6,
-                friction_coefficient=0.5,
+                friction_coefficient=0.3,
             )
         )
     mass = np.diag([0.5, 0.55, 0.06, 0.06])
     own = 0.5 * (2 * np.pi * 122.0) ** 2
-    stiffness = np.diag([own, own, 2e3, 2e3])
-    static = np.array([0.0, 0.0, 0.0, 30.0])
-    system = damped(mass, stiffness, joints, 0.005, {0: 3.0, 1: -2.0}, static)
+    stiffness = np.diag([own, own, 2e5, 2e5])
+    static = np.array([0.0, 0.0, 0.0, 40.0])
+    system = damped(mass, stiffness, joints, 0.01, {0: 3.0, 1: -2.0}, static)
     row = along(n, {0: 1.0, 1: -1.0})
     first, last = 2 * np.pi * np.array([330.0, 250.0])
-    return Witnessed(
-        system=system, row=row, first=first, last=last, damping_ratio=0.005, histories=(0.5, 1.0, 1.5)
-    )
+    return Witnessed(system=system, row=row, first=first, last=last, damping_ratio=0.01, histories=(0.5, 1.0, 2.0))
 
 
 WITNESSED = {
