@@ -64,10 +64,10 @@ def solve(out: str, *words: str, case: str = "my.toml") -> int:
 
 
 def test_a_stuck_slider_is_a_spring_and_results_are_the_same_in_all_files(
-    home: Path, capsys: pytest.CaptureFixture[str]
+    home: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     assert solve("out", "--json") == 0
-    document = json.loads(capsys.readouterr().out)
+    document = json.loads(capfd.readouterr().out)
     files = {Path(file).name for file in document["files"]}
     assert files == {file.name for file in (home / "out").iterdir()}
     assert files == {
@@ -110,7 +110,7 @@ def test_a_stuck_slider_is_a_spring_and_results_are_the_same_in_all_files(
 
 
 @pytest.mark.usefixtures("no_figures")
-def test_a_level_sweep_starts_linear_and_softens(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_level_sweep_starts_linear_and_softens(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
     sweep = 'parameter = "level"\nfrom = 0.01\nto = 5\nfrequencies = ["160 Hz"]\nharmonics = 3\n'
     (home / "level.toml").write_text(CASE.split("parameter")[0] + sweep)
     assert solve("out", "--json", case="level.toml") == 0
@@ -143,7 +143,7 @@ def counted(monkeypatch: pytest.MonkeyPatch, stop: int | None) -> list[int]:
 
 @pytest.mark.usefixtures("no_figures")
 def test_the_same_command_goes_on_after_ctrl_c_and_gives_the_same_bits(
-    home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    home: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     with monkeypatch.context() as patch:
         whole = counted(patch, None)
@@ -189,15 +189,15 @@ def test_a_second_run_computes_nothing(home: Path, monkeypatch: pytest.MonkeyPat
 
 
 def test_mistakes_are_answered_with_exit_code_2_and_the_help_has_an_example(
-    home: Path, capsys: pytest.CaptureFixture[str]
+    home: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     (home / "my.toml").write_text(CASE.replace("dof = 0", "dof = 7"))
     assert solve("out", "--json") == 2
-    error = json.loads(capsys.readouterr().out)["error"]
+    error = json.loads(capfd.readouterr().out)["error"]
     assert error["kind"] == "case"
     assert {problem["key"] for problem in error["problems"]} == {"contact[0]", "load[0]", "output[0]", "output[1]"}
     assert cli.main(["solve", "--help"]) == 0
-    assert "stickslip solve my_rig.toml --out mine" in capsys.readouterr().out
+    assert "stickslip solve my_rig.toml --out mine" in capfd.readouterr().out
 
 
 @pytest.mark.usefixtures("no_figures")
