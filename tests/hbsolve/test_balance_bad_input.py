@@ -1,0 +1,220 @@
+"""What the harmonic balance cannot use is refused in one sentence that shows it."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from geometry.errors import InputError
+from hbsolve.balance import HarmonicBalance
+from hbsolve.branch import load_branch
+from hbsolve.continuation import frequency_response, joint_response, level_response
+from hbsolve.errors import BalanceError, ModelError
+from hbsolve.sensitivity import JointParameter, LoadParameter, SliderParameter, scaled, sensitivity
+from hbsolve.steady_state import steady_state
+from reduction.errors import JointError
+from reduction.jointed_system import (
+    CubicSpring,
+    ElasticStop,
+    FrictionContact,
+    JenkinsElement,
+    JointedSystem,
+    QuadraticDamper,
+    along,
+    between,
+)
+
+X, Y = np.eye(2)
+
+
+def contact(**changes: object) -> FrictionContact:
+    given: dict[str, object] = {
+        "name": "rub",
+        "normal": Y,
+        "tangents": X,
+        "normal_stiffness": 2.0,
+        "tangential_stiffness": 1.0,
+        "friction_coefficient": 0.4,
+        "preload": 0.3,
+    }
+    return FrictionContact(**(given | changes))  # type: ignore[arg-type]
+
+
+def system(**changes: object) -> JointedSystem:
+    given: dict[str, object] = {
+        "mass": np.eye(2),
+        "damping": 0.02 * np.eye(2),
+        "stiffness": np.eye(2),
+        "joints": [contact(), CubicSpring(name="cubic", direction=X, stiffness=0.1)],
+        "harmonic_force": [[0, 0], [0.2, 0]],
+    }
+    return JointedSystem(**(given | changes))  # type: ignore[arg-type]
+
+
+def balance(n_harmonic: int = 4, **changes: object) -> HarmonicBalance:
+    return HarmonicBalance(system=system(**changes), n_harmonic=n_harmonic)
+
+
+Refused = Callable[[], object]
+
+DATA: dict[str, tuple[Refused, str]] = {
+    "mass that is not square": (lambda: system(mass=np.ones((2, 3))), r"mass has shape \(2, 3\)"),
+    "damping of another size": (lambda: system(damping=np.eye(3)), r"damping has shape \(3, 3\), the mass \(2, 2\)"),
+    "empty matrices": (lambda: system(mass=np.zeros((0, 0))), r"mass has shape \(0, 0\)"),
+    "NaN in the static load": (
+        lambda: system(static_load=[0, np.nan]),
+        r"static load on degree of freedom 1 is nan N",
+    ),
+    "NaN in the harmonic force": (
+        lambda: system(harmonic_force=[[0, 0], [0, 0], [np.nan, 0]]),
+        r"nan\+0j\S* N in harmonic 2 on degree of freedom 0|nan.* N in harmonic 2 on degree of freedom 0",
+    ),
+    "a constant in the harmonic force": (
+        lambda: system(harmonic_force=[[0, 7.5], [1, 0]]),
+        r"7\.5\S* N in row 0 on degree of freedom 1",
+    ),
+    "static load of another size": (lambda: system(static_load=[1, 2, 3]), r"static load has shape \(3,\)"),
+    "harmonic force of another size": (lambda: system(harmonic_force=[0, 1]), r"harmonic force has shape \(2,\)"),
+    "two joints of one name": (lambda: system(joints=[contact(), contact()]), r'two joints are called "rub"'),
+    "a joint on another structure": (
+        lambda: system(joints=[CubicSpring(name="c", direction=np.eye(3)[0], stiffness=1)]),
+        r'"c" acts on 3 degrees of freedom, the structure has 2',
+    ),
+    "contact DOF out of range": (lambda: along(2, {5: 1.0}), r"degree of freedom 5 does not exist.* 0 to 1"),
+    "negative DOF": (lambda: between(2, -1), r"degree of freedom -1 does not exist"),
+    "relative to itself": (lambda: between(2, 1, 1), r"degree of freedom 1 does not move relative to itself"),
+    "negative tangential stiffness": (
+        lambda: contact(tangential_stiffness=-3.0),
+        r'"rub": tangential_stiffness = -3 must be positive',
+    ),
+    "no normal stiffness": (lambda: contact(normal_stiffness=0.0), r"normal_stiffness = 0 must be positive"),
+    "negative mu": (lambda: contact(friction_coefficient=-0.1), r"friction_coefficient = -0\.1 must not be negative"),
+    "infinite preload": (lambda: contact(preload=np.inf), r"preload = inf must be a finite number"),
+    "NaN in the gap": (lambda: contact(gap=np.nan), r"gap = nan must be a finite number"),
+    "three tangents": (lambda: contact(tangents=np.ones((3, 2))), r"tangents of shape \(3, 2\)"),
+    "tangents over another structure": (
+        lambda: contact(tangents=np.ones((1, 3))),
+        r"normal over 2 degrees of freedom but tangents over 3",
+    ),
+    "a row of zeros": (lambda: contact(normal=[0, 0]), r"its normal must hold finite numbers, not all of them zero"),
+    "Jenkins element of negative limit": (
+        lambda: JenkinsElement(name="j", direction=X, tangential_stiffness=1, limit_force=-2),
+        r"limit_force = -2 must not be negative",
+    ),
+    "Jenkins element without stiffness": (
+        lambda: JenkinsElement(name="j", direction=X, tangential_stiffness=0, limit_force=1),
+        r"tangential_stiffness = 0 must be positive",
+    ),
+    "cubic spring of NaN": (
+        lambda: CubicSpring(name="c", direction=X, stiffness=np.nan),
+        r"stiffness = nan must be a finite number",
+    ),
+    "soft stop": (lambda: ElasticStop(name="s", direction=X, stiffness=-1), r"stiffness = -1 must be positive"),
+    "negative drag": (
+        lambda: QuadraticDamper(name="d", direction=X, damping=-0.5),
+        r"damping = -0\.5 must not be negative",
+    ),
+}
+
+MODEL: dict[str, tuple[Refused, str]] = {
+    "indefinite mass": (lambda: balance(mass=np.diag([1.0, -2.0])), r"mass must be positive definite"),
+    "mass that is not symmetric": (
+        lambda: balance(mass=[[1.0, 0.5], [0.0, 1.0]]),
+        r"mass is not symmetric: entries \(0, 1\) and \(1, 0\) are 0\.5 and 0",
+    ),
+    "NaN in the mass": (lambda: balance(mass=np.diag([1.0, np.nan])), r"mass holds nan at \(1, 1\)"),
+    "negative stiffness": (
+        lambda: balance(stiffness=-4 * np.eye(2), joints=()),
+        r"stiffness is indefinite: lowest eigenvalue -4 ",
+    ),
+    "a body that nothing holds": (
+        lambda: balance(stiffness=np.diag([1.0, 0.0]), joints=()),
+        r"leaves 1 rigid-body motions free",
+    ),
+}
+
+BALANCE: dict[str, tuple[Refused, str]] = {
+    "H = 0 with a harmonic load": (lambda: balance(1), r"H = 0\) cannot hold a force in harmonic 1"),
+    "no harmonics": (lambda: balance(0), r"n_harmonic = 0"),
+    "a force beyond H": (
+        lambda: balance(2, harmonic_force=[[0, 0], [0, 0], [0, 0], [1, 0]]),
+        r"n_harmonic = 2 .*force in harmonic 3: take n_harmonic = 4",
+    ),
+    "too few samples": (
+        lambda: HarmonicBalance(system=system(), n_harmonic=6, n_sample=20),
+        r"n_sample = 20 is too few for H = 5.* 21",
+    ),
+    "fewer samples later": (lambda: balance(6).with_samples(8), r"n_sample = 8 is too few"),
+    "level": (lambda: balance().at_level(np.nan), r"level = nan must be a finite number"),
+    "frequency 0": (lambda: steady_state(balance(), 0.0), r"angular_frequency = 0 rad/s must be positive"),
+    "frequency of NaN": (lambda: steady_state(balance(), np.nan), r"angular_frequency = nan rad/s"),
+    "two sliders for one": (
+        lambda: steady_state(balance(), 1.0, slider=[0.1, 0.2]),
+        r"slider has shape \(2,\): give 1 finite number",
+    ),
+    "multiplier above 1": (
+        lambda: steady_state(balance(), 1.0, slider=[-1.25], multiplier=True),
+        r"multiplier -1\.25 is outside \[-1, 1\]",
+    ),
+    "empty range": (lambda: frequency_response(balance(), 2.0, 2.0), r"range from 2 to 2 is empty"),
+    "range to NaN": (lambda: level_response(balance(), 1.0, 1.0, np.nan), r"range from 1 to nan is empty"),
+    "step": (lambda: frequency_response(balance(), 1.0, 2.0, step=-0.5), r"step = -0\.5 must be positive"),
+    "unknown joint": (
+        lambda: joint_response(balance(), 1.0, "rubb", "gap", 0, 1),
+        r'no joint "rubb": the system has rub, cubic',
+    ),
+    "unknown parameter": (
+        lambda: joint_response(balance(), 1.0, "rub", "stiffness", 0, 1),
+        r'"rub" has no parameter "stiffness": it has tangential_stiffness, normal_stiffness, friction_coefficient',
+    ),
+    "sensitivity to an unknown joint": (
+        lambda: derivative(JointParameter(joint="nut", name="gap")),
+        r'no joint "nut"',
+    ),
+    "sensitivity to an unknown slider": (lambda: derivative(SliderParameter(slider=1)), r"no slider 1: .* has 1"),
+    "sensitivity to a harmonic beyond H": (
+        lambda: derivative(LoadParameter(row=X, harmonic=4)),
+        r"harmonic 4 is none of 0 to 3",
+    ),
+    "another matrix": (lambda: scaled(balance(), "inertia"), r'no matrix "inertia" to scale'),
+    "missing file": (lambda: load_branch(Path("nowhere.nc")), r'"nowhere\.nc" holds no response branch'),
+}
+
+
+def derivative(parameter: JointParameter | SliderParameter | LoadParameter) -> object:
+    of = balance()
+    return sensitivity(of, steady_state(of, 0.5), [parameter])
+
+
+def check(error: type[InputError], refused: Refused, words: str) -> None:
+    with pytest.raises(error, match=words) as caught:
+        refused()
+    message = str(caught.value)
+    assert "\n" not in message
+    assert len(message) < 300
+
+
+@pytest.mark.parametrize("case", DATA)
+def test_data_that_describe_no_jointed_system_are_refused(case: str) -> None:
+    check(JointError, *DATA[case])
+
+
+@pytest.mark.parametrize("case", MODEL)
+def test_matrices_of_no_vibrating_structure_are_refused(case: str) -> None:
+    check(ModelError, *MODEL[case])
+
+
+@pytest.mark.parametrize("case", BALANCE)
+def test_harmonics_starts_and_ranges_that_cannot_be_used_are_refused(case: str) -> None:
+    check(BalanceError, *BALANCE[case])
+
+
+def test_what_the_cases_start_from_is_accepted() -> None:
+    """Else each of them might be refused for another reason."""
+    assert steady_state(balance(), 0.5, slider=[0.5], multiplier=True).residual_norm < 1e-9
+    held = balance(stiffness=np.diag([1.0, 0.0]))  # by its contact
+    assert steady_state(held, 0.5).residual_norm < 1e-9
+    static = replace(system(), harmonic_force=None, static_load=np.array([0.1, 0.2]))
+    assert steady_state(HarmonicBalance(system=static, n_harmonic=1), 0.5).residual_norm < 1e-9
