@@ -26,7 +26,7 @@ from hbsolve.branch import ResponseBranch, branch_of
 from hbsolve.errors import BalanceError
 from hbsolve.newton import solve_bordered
 from hbsolve.parameter import Equation, FrequencyPath, JointPath, LevelPath, equation
-from hbsolve.steady_state import TOLERANCE, NoConvergence, SteadyState, finished, slider_start, solve_at
+from hbsolve.steady_state import TOLERANCE, NoConvergence, SteadyState, finished, slider_start, solve_at, steady_state
 
 #: Largest, first and smallest ds.
 LARGEST, FIRST, LEAST = 0.2, 0.05, 1e-7
@@ -124,14 +124,22 @@ class Continuation:
         """
         balance, condensed = self.path.at(self.first)
         sliders = slider_start(balance, slider, multiplier)
-        found = solve_at(balance, condensed, start, sliders)
-        x = found.motion
-        return found, ContinuationState(
+        try:
+            found = solve_at(balance, condensed, start, sliders)
+        except NoConvergence:
+            found = steady_state(
+                balance, condensed.angular_frequency, start=start, slider=sliders.value, multiplier=multiplier
+            )
+        return found, self.state_at(found.motion, sliders)
+
+    def state_at(self, motion: Real, sliders: Start) -> ContinuationState:
+        """Where the branch begins, for a solution at the first value."""
+        return ContinuationState(
             value=self.first,
-            motion=x,
+            motion=motion,
             slider=sliders.value,
             by_multiplier=sliders.by_multiplier,
-            tangent_motion=np.zeros_like(x),
+            tangent_motion=np.zeros_like(motion),
             tangent_value=0.0,
             step=FIRST,
             n_point=1,

@@ -130,13 +130,27 @@ def steady_state(
     Raises
     ------
     NoConvergence
-        Newton's method failed from the start, from rest, and along a ramp of the level.
+        Newton's method failed from the start, from rest, along a ramp of the level, from many starts and along arcs
+        of frequency and level.
     BalanceError
         A frequency that is not positive, or sliders that do not fit.
     """
     sliders = slider_start(balance, slider, multiplier)
+    from hbsolve.rescue import along_an_arc, from_many_starts  # which continue branches of these states
+
     x = start.motion if isinstance(start, SteadyState) else start
-    return solve_at(balance, balance.at(angular_frequency), x, sliders)
+    condensed = balance.at(angular_frequency)
+    try:
+        return solve_at(balance, condensed, x, sliders)
+    except NoConvergence:
+        found = from_many_starts(balance, condensed, x, sliders)
+        if found is not None:
+            return finished(balance, condensed, found[0], sliders, found[1], found[2])
+        before = start if isinstance(start, SteadyState) else None
+        state = along_an_arc(balance, angular_frequency, before, sliders)
+        if state is None:
+            raise
+        return state
 
 
 def solve_at(balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: Start) -> SteadyState:
@@ -149,7 +163,7 @@ def solve_at(balance: HarmonicBalance, condensed: Condensed, x: Real | None, sli
     for attempt in (x, linear):
         if attempt is None:
             continue
-        found, norm, count = _newton(balance, condensed, linear, attempt, sliders, TOLERANCE * scale, MAX_ITERATION)
+        found, norm, count = newton_at(balance, condensed, linear, attempt, sliders, TOLERANCE * scale, MAX_ITERATION)
         iterations += count
         if norm <= TOLERANCE * scale:
             return finished(balance, condensed, found, sliders, norm / scale, iterations)
@@ -165,9 +179,10 @@ def solve_at(balance: HarmonicBalance, condensed: Condensed, x: Real | None, sli
     )
 
 
-def _newton(
+def newton_at(
     balance: HarmonicBalance, condensed: Condensed, linear: Real, x: Real, sliders: Start, tolerance: float, limit: int
 ) -> tuple[Real, float, int]:
+    """Newton's method alone: motion, |R| [m] and iterations, whether it converged or not."""
     first, count = balance.joint_of_direction
     found: tuple[Real, float, int] = newton(
         np.ascontiguousarray(x), linear, condensed.angular_frequency, condensed.receptance, balance.table, first, count,
@@ -183,7 +198,7 @@ def _ramp(
     static = balance.linear(condensed, 0.0)
     x = static.copy()
     x[:, 0] = np.where(guess[:, 0] == 0, 0.0, static[:, 0])
-    x, norm, iterations = _newton(balance, condensed, static, x, sliders, TOLERANCE * scale, 3 * MAX_ITERATION)
+    x, norm, iterations = newton_at(balance, condensed, static, x, sliders, TOLERANCE * scale, 3 * MAX_ITERATION)
     if not norm <= TOLERANCE * scale:
         return x, norm, iterations
     share, step, before = 0.0, FIRST_STEP, x
@@ -192,7 +207,9 @@ def _ramp(
         linear = balance.linear(condensed, target * balance.level)
         # The secant through the last two states predicts; at first the linear change does.
         change = (x - before) * step if share else linear - static
-        trial, norm, count = _newton(balance, condensed, linear, x + change, sliders, TOLERANCE * scale, RAMP_ITERATION)
+        trial, norm, count = newton_at(
+            balance, condensed, linear, x + change, sliders, TOLERANCE * scale, RAMP_ITERATION
+        )
         iterations += count
         if norm <= TOLERANCE * scale:
             before = trial - (trial - x) / (target - share)

@@ -1,0 +1,68 @@
+"""What finds a steady state where Newton's method from one start does not: many starts, then an arc to the frequency.
+
+Where contacts slide against the linear structure's resonance, Newton's method may wander between pieces of the balance.
+It wanders differently from every start, and a share of them ends at a solution; and along an arc of solutions, close
+steps leave nowhere to wander.
+"""
+
+import numpy as np
+
+from hbsolve.aft import Start
+from hbsolve.balance import HarmonicBalance, Real
+from hbsolve.condensed import Condensed
+from hbsolve.continuation import REACHED, Continuation
+from hbsolve.parameter import FrequencyPath, LevelPath
+from hbsolve.steady_state import TOLERANCE, NoConvergence, SteadyState, newton_at, solve_at
+
+#: Starts, iterations in each, and the seed that makes them the same every time.
+N_START, ITERATIONS, SEED = 200, 60, 0
+#: Relative spread of a start about the motion given, and about the stuck one.
+SPREAD, STUCK_SPREAD = 0.3, 0.1
+#: Points of an arc at most, and its step in shares of the way.
+ARC_POINTS, ARC_STEP, LOW_LEVEL = 400, 0.2, 1e-2
+
+
+def from_many_starts(
+    balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: Start
+) -> tuple[Real, float, int] | None:
+    """Motion, |R| relative to the linear motion, and iterations; none if no start leads to a solution."""
+    linear = balance.linear(condensed)
+    scale = float(np.linalg.norm(linear)) or 1.0
+    near = linear if x is None else x
+    random = np.random.default_rng(SEED)
+    for number in range(N_START):
+        if number % 2:
+            start = near * (1 + SPREAD * random.normal(size=near.shape))
+        else:
+            start = linear + (near - linear) * random.uniform(-0.5, 1.5)
+            start = start + STUCK_SPREAD * linear * random.normal(size=near.shape)
+        found, norm, count = newton_at(balance, condensed, linear, start, sliders, TOLERANCE * scale, ITERATIONS)
+        if norm <= TOLERANCE * scale:
+            return found, norm / scale, count
+    return None
+
+
+def along_an_arc(
+    balance: HarmonicBalance, angular_frequency: float, before: SteadyState | None, sliders: Start
+) -> SteadyState | None:
+    """The state reached along an arc from another frequency's state, else from a low level; none if neither arrives."""
+    arcs: list[tuple[FrequencyPath | LevelPath, float, float, Real | None]] = []
+    if before is not None and before.angular_frequency != angular_frequency and before.level == balance.level:
+        arcs.append((FrequencyPath(balance=balance), before.angular_frequency, angular_frequency, before.motion))
+    if balance.level:
+        levels = LevelPath(balance=balance, angular_frequency=angular_frequency)
+        arcs.append((levels, LOW_LEVEL * balance.level, balance.level, None))
+    for path, first, last, start in arcs:
+        arc = Continuation(path=path, first=first, last=last, step=ARC_STEP * abs(last - first), most_points=ARC_POINTS)
+        try:
+            at, condensed = path.at(first)
+            found = solve_at(at, condensed, start, sliders)
+            state = arc.state_at(found.motion, sliders)
+        except NoConvergence:
+            continue
+        point: SteadyState | None = None
+        while not state.stop_reason:
+            point, state = arc.advance(state)
+        if state.stop_reason == REACHED:
+            return point
+    return None

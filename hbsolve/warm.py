@@ -1,0 +1,40 @@
+"""Compiles every joint law once, so that the first answer need not wait for it."""
+
+import numpy as np
+
+from hbsolve.balance import HarmonicBalance
+from hbsolve.contact_motion import contact_motion
+from hbsolve.continuation import frequency_response
+from hbsolve.steady_state import steady_state
+from reduction.jointed_system import CubicSpring, FrictionContact, JointedSystem
+
+
+def warm() -> None:
+    """Solve the smallest system of friction and a cubic spring; the machine code is kept on disk.
+
+    The switch between laws is one compiled function, so that any system compiles all of them.
+    """
+    rub = FrictionContact(
+        name="rub",
+        normal=np.array([0.0, 1.0]),
+        tangents=np.array([1.0, 0.0]),
+        normal_stiffness=1.0,
+        tangential_stiffness=1.0,
+        friction_coefficient=0.3,
+        preload=1.0,
+    )
+    system = JointedSystem(
+        mass=np.eye(2),
+        damping=0.1 * np.eye(2),
+        stiffness=np.eye(2),
+        joints=[rub, CubicSpring(name="cubic", direction=np.array([1.0, 0.0]), stiffness=0.1)],
+        static_load=np.array([0.0, 1.0]),
+        harmonic_force=np.array([[0.0, 0.0], [1.0, 0.0]]),
+    )
+    balance = HarmonicBalance(system=system, n_harmonic=4)
+    contact_motion(balance, steady_state(balance, 0.7))
+    frequency_response(balance, 0.7, 0.8)
+
+
+if __name__ == "__main__":
+    warm()
