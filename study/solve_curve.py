@@ -1,5 +1,6 @@
 """One response curve as a stage: begun, continued from where it was stopped, and kept when it is done."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,6 @@ from hbsolve.steady_state import NoConvergence, SteadyState, solve_at
 from reduction.jointed_system import JointedSystem
 from study.checkpoint import Checkpoint
 from study.errors import ComputationFailed
-from study.progress import Report
 from study.solve_model import Curve
 from study.store import stage
 
@@ -25,7 +25,6 @@ CODE = (
     "reduction",
     "hbsolve",
     "study.checkpoint",
-    "study.progress",
     "study.solve_model",
     "study.solve_case",
     "study.solve_place",
@@ -39,7 +38,7 @@ def response_curve(
     harmonics: int,
     n_sample: int,
     checkpoint: Checkpoint | None = None,
-    report: Report | None = None,
+    report: Callable[[float, float], None] | None = None,
 ) -> ResponseBranch:
     """Follow one curve from its first point, or from the last one that was saved.
 
