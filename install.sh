@@ -72,6 +72,13 @@ install_python_packages() {
     printf '%s\n' "$wanted" >"$stamp"
 }
 
+compile_solver() {
+    say "compiling the solver of friction, so that its first use need not wait (a minute or two; instant when repeated)"
+    # An installation without its machine code is sound: it is made on first use.
+    .venv/bin/python -m hbsolve.warm || say "that failed; it will be tried again on first use"
+}
+
 install_system_packages
 install_python_packages
+compile_solver
 .venv/bin/stickslip doctor
