@@ -174,6 +174,18 @@ def left_over(balance: HarmonicBalance, state: SteadyState) -> float:
     return float(np.linalg.norm(left - external) / np.linalg.norm(external))
 
 
+@pytest.mark.parametrize("damping", ["of the free structure", "modal", "coupled"])
+def test_the_slope_of_the_condensed_receptance_equals_central_differences(damping: str) -> None:
+    balance = HarmonicBalance(system=chain(damping), n_harmonic=4)
+    at, below, above = (balance.at(omega) for omega in (7.0, 7.0 - 1e-5, 7.0 + 1e-5))
+    for name in ("receptance", "dynamic"):
+        difference = (getattr(above, name) - getattr(below, name)) / 2e-5
+        exact = getattr(at, f"{name}_slope")
+        assert np.abs(exact).max() > 0
+        # Round-off over the step.
+        np.testing.assert_allclose(exact, difference, atol=1e-7 * np.abs(exact).max())
+
+
 # ---- the arc
 
 
