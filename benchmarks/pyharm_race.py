@@ -18,6 +18,7 @@ PYTHON is an interpreter that has pyHarm, which brings jax and jupyterlab along 
 import argparse
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -253,8 +254,9 @@ def with_stickslip(problem: dict[str, Any]) -> dict[str, Any]:
 
 def run_apart(python: str, package: str, folder: Path) -> dict[str, Any]:
     """In a process of its own; problem and answers are files in `folder`."""
-    command = [python, __file__, "--work", package, str(folder)]
-    done = subprocess.run(command, env=os.environ | ONE_THREAD, capture_output=True, text=True, check=False)
+    command = [python, str(Path(__file__).resolve()), "--work", package, str(folder)]
+    # pyHarm leaves files where it runs.
+    done = subprocess.run(command, env=os.environ | ONE_THREAD, cwd=folder, capture_output=True, text=True, check=False)
     if done.returncode:
         sys.exit(f"{package} failed:\n{done.stderr[-3000:]}")
     return dict(json.loads((folder / f"{package}.json").read_text()))
@@ -316,8 +318,12 @@ def main() -> None:
     if arguments.work:
         work(arguments.work[0], Path(arguments.work[1]))
         return
-    found = subprocess.run([arguments.pyharm_python, "-c", "import pyHarm"], capture_output=True, check=False)
-    if found.returncode:
+    asked = [
+        arguments.pyharm_python,
+        "-c",
+        "import importlib.util, sys; sys.exit(not importlib.util.find_spec('pyHarm'))",
+    ]
+    if not shutil.which(arguments.pyharm_python) or subprocess.run(asked, check=False).returncode:
         sys.exit(
             f"{arguments.pyharm_python} cannot import pyHarm: name an interpreter that can with --pyharm-python "
             "(python -m venv pyharm && pyharm/bin/pip install pyHarm-os==1.2.2)"
