@@ -45,9 +45,7 @@ def chain(n_dof: int, n_contact: int, diagonal: bool) -> JointedSystem:
 
 
 def main() -> None:
-    print(
-        f"{'DOF':>5} {'contacts':>9} {'damping':>9} {'us/step':>9} {'us/step/DOF':>12} {'iterations/step':>16} {'slip':>6} {'open':>6}"
-    )
+    print("  DOF  contacts   damping   us/step  us/step/DOF  iterations/step   slip   open")
     for diagonal in (True, False):
         for n_dof, n_contact in ((20, 4), (100, 14), (200, 28)):
             frequency = 1.02 * np.pi * 1e4 * (n_dof / 200) / (n_dof / 2 + 1) + 200

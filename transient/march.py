@@ -157,7 +157,22 @@ def solve_positions(
     if size <= STALLED * scale:
         residual(after, free, flexibility, offset, at_end, before, slider, joints, step, force, mean, end, moved)
         return N_NEWTON
-    # Kinks are in the way: a new tangent in every iteration, and a step that does make the residual smaller.
+    # Kinks are in the way: a new tangent in every iteration, first with whole steps, which may pass through larger
+    # residuals, then with half steps, which break cycles between two sides of a kink.
+    start = after.copy()
+    for damping in (1.0, 0.5):
+        after[:] = start
+        for iteration in range(N_NEWTON):
+            r = residual(
+                after, free, flexibility, offset, at_end, before, slider, joints, step, force, mean, end, moved
+            )
+            if np.abs(r).max() <= STALLED * scale:
+                return N_NEWTON + iteration
+            inverse[:] = jacobian_inverse(after, flexibility, offset, at_end, before, slider, joints, step, scale)
+            after -= damping * (inverse @ r)
+    # At last with steps that do make the residual smaller.
+    after[:] = start
+    r = residual(after, free, flexibility, offset, at_end, before, slider, joints, step, force, mean, end, moved)
     for iteration in range(N_CAREFUL):
         inverse[:] = jacobian_inverse(after, flexibility, offset, at_end, before, slider, joints, step, scale)
         change = inverse @ r
