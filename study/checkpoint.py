@@ -13,6 +13,8 @@ from study.codec import NPZ, Codec
 from study.output import replace_file
 
 KEY = "key"
+#: Saving may take this share of the time at most, however much there is to save.
+SHARE = 0.05
 
 
 class Checkpoint:
@@ -27,7 +29,7 @@ class Checkpoint:
     key
         A value that was saved under another key is not found.
     every
-        `offer` saves when so much time has passed [s].
+        `offer` saves when so much time has passed, or more where saving itself takes long [s].
     clock
         Seconds; another one in tests.
     """
@@ -47,6 +49,7 @@ class Checkpoint:
         self._codec = codec
         self._clock = clock
         self._last = clock()
+        self._cost = 0.0
 
     def load(self) -> Any:
         """The value; None if there is none, it belongs to something else, or the file is damaged."""
@@ -61,6 +64,7 @@ class Checkpoint:
 
     def save(self, value: Any) -> None:
         """Save a value in place of the one before."""
+        begin = self._clock()
         stream = io.BytesIO()
         with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(stream, "w") as archive:
             self._codec.save(value, Path(folder))
@@ -69,10 +73,11 @@ class Checkpoint:
                 archive.write(file, file.name)
         replace_file(self.file, stream.getvalue())
         self._last = self._clock()
+        self._cost = self._last - begin
 
     def offer(self, value: Any) -> None:
         """Save a value if the last one is old enough."""
-        if self._clock() - self._last >= self._every:
+        if self._clock() - self._last >= max(self._every, self._cost / SHARE):
             self.save(value)
 
     def remove(self) -> None:

@@ -137,7 +137,7 @@ def counted(monkeypatch: pytest.MonkeyPatch, stop: int | None) -> list[int]:
 
     monkeypatch.setattr(Continuation, "advance", step)
     # Every point is saved, so that the test does not depend on the time.
-    monkeypatch.setattr("study.solve_run.Checkpoint", partial(Checkpoint, every=0.0))
+    monkeypatch.setattr("study.solve_run.Checkpoint", partial(Checkpoint, every=0.0, clock=lambda: 0.0))
     return steps
 
 
