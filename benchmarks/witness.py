@@ -9,8 +9,9 @@ where they started, so harmonic balance is then solved again with the sliders of
 Histories: time integration starts at rest with the sliders drawn at random, for each of three levels at two
 frequencies; harmonic balance gets the sliders at the start of the steady period, and nothing else.
 
-The spread is the largest difference between two histories at one frequency and level. Harmonics are added until the fundamental changes by less than 0.05 %. Compared are the amplitude of the fundamental and
-its complex value, so that phases count. A motion that does not repeat with the excitation is named and not averaged.
+The spread is the largest difference between two histories at one frequency and level. Harmonics are added until the
+fundamental changes by less than 0.05 %. Compared are the amplitude of the fundamental and its complex value, so that
+phases count. A motion that does not repeat with the excitation is named and not averaged.
 """
 
 import argparse
@@ -18,7 +19,7 @@ import importlib.util
 import json
 import sys
 import time
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +42,7 @@ H, MOST_H = 7, 63
 #: Change of the fundamental by the last doubling of H; a tenth of the tolerance of the comparison.
 CONVERGED = 5e-4
 SEED = 20261121
-BLADE = "blade"
+BLADE, JAMMED = "blade", "jammed wedge"
 
 
 @dataclass
@@ -66,13 +67,18 @@ class Outcome:
 def main() -> None:
     witnessed = fixtures()
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--systems", nargs="*", default=[*witnessed.WITNESSED, BLADE])
+    parser.add_argument("--systems", nargs="*", default=[*witnessed.WITNESSED, JAMMED, BLADE])
     parser.add_argument("--output", type=Path)
     arguments = parser.parse_args()
     print(f"{'system':20s}{'zeta':>7s} {'what':10s}{'points':>7s}{'worst':>10s}{'median':>10s}{'with phase':>11s}"
           f"{'peak':>10s}{'spread':>9s}{'H':>4s}{'not compared':>14s}{'s':>7s}", flush=True)  # fmt: skip
     outcomes = []
     for name in arguments.systems:
+        if name == JAMMED:
+            # Friction beyond the tangent of the wedge's angle: it stays wherever its history left it.
+            case, peak = witnessed.wedge_damper(friction_coefficient=0.6), 2 * np.pi * 280.0
+            outcomes.append(show(histories(name, replace(case, histories=(0.1, 0.2, 0.3)), peak)))
+            continue
         case = blade(witnessed) if name == BLADE else witnessed.WITNESSED[name]()
         outcomes.append(show(curve(name, case)))
         if case.histories:
@@ -114,13 +120,14 @@ def curve(name: str, case: Any) -> Outcome:
     return outcome
 
 
-def histories(name: str, case: Any) -> Outcome:
+def histories(name: str, case: Any, peak: float | None = None) -> Outcome:
     """Twelve points: three levels, two frequencies about the resonance, two histories each."""
     outcome, begin = Outcome(name, case.damping_ratio, "histories"), time.perf_counter()
     random = np.random.default_rng(SEED)
-    balance = HarmonicBalance(system=case.system, n_harmonic=H + 1)
-    branch = frequency_response(balance, case.first, case.last)
-    peak = float(branch.angular_frequency[branch.amplitude(case.row).argmax()])
+    if peak is None:
+        balance = HarmonicBalance(system=case.system, n_harmonic=H + 1)
+        branch = frequency_response(balance, case.first, case.last)
+        peak = float(branch.angular_frequency[branch.amplitude(case.row).argmax()])
     for level in case.histories:
         for share in (1.0, 1.03):
             for history in range(2):
@@ -314,7 +321,7 @@ def blade(witnessed: Any) -> Any:
         )
         for name, side in (("contact_positive", 1.0), ("contact_negative", -1.0))
     ]
-    force = {int(np.flatnonzero(mean("excitation", 1))[0]): 20.0}
+    force = {int(np.flatnonzero(mean("excitation", 1))[0]): 60.0}
     system = witnessed.damped(rom.mass, rom.stiffness, joints, 0.005, force)
     first, last = 2 * np.pi * np.array([130.0, 175.0])
     return witnessed.Witnessed(

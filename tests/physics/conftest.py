@@ -189,7 +189,7 @@ def rubbing_beam() -> Witnessed:
     return Witnessed(system=system, row=row, first=first, last=last, damping_ratio=0.005, histories=(0.3, 1.0, 2.0))
 
 
-def wedge_damper() -> Witnessed:
+def wedge_damper(friction_coefficient: float = 0.3) -> Witnessed:
     """Two masses that vibrate past each other, and a wedge that its centrifugal load presses between them."""
     n, angle = 4, np.deg2rad(25)
     joints: list[Joint] = []
@@ -207,7 +207,7 @@ def wedge_damper() -> Witnessed:
                 normal=along(n, {2: normal[0], 3: normal[1], body: -normal @ path}),
                 normal_stiffness=2.4e6,
                 tangential_stiffness=1.2e6,
-                friction_coefficient=0.3,
+                friction_coefficient=friction_coefficient,
             )
         )
     mass = np.diag([0.5, 0.55, 0.06, 0.06])
