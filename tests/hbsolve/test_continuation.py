@@ -81,15 +81,16 @@ def chain(damping: str, joints: bool = True) -> JointedSystem:
         QuadraticDamper(name="drag", direction=along(n, {2: 1.0}), damping=0.5),
     ]
     D = sum(j.tangential_stiffness * j.tangents.T @ j.tangents for j in laws if isinstance(j, FrictionContact))
+    mass = np.diag([1.0, 1.5, 1.0, 0.8, 1.2]) if damping != "modal" else np.eye(n)
     matrices = {
-        "of the free structure": 1e-3 * stiffness + 0.2 * np.eye(n),
+        "of the free structure": 1e-3 * stiffness + 0.2 * mass,
         "modal": 0.4 * np.eye(n),
         "coupled": np.diag([0.1, 0.9, 0.2, 0.5, 0.3]) + 1e-4 * np.asarray(D),
     }
     force = np.zeros((3, n), dtype=complex)
     force[1, 4], force[2, 1] = 3.0 - 1.0j, 0.5j
     return JointedSystem(
-        mass=np.diag([1.0, 1.5, 1.0, 0.8, 1.2]) if damping != "modal" else np.eye(n),
+        mass=mass,
         damping=matrices[damping],
         stiffness=stiffness,
         joints=laws if joints else (),
