@@ -39,8 +39,8 @@ def test_the_motion_from_rest_is_the_steady_state_below_at_and_above_resonance(w
     balance = HarmonicBalance(system=witnessed.system, n_harmonic=8)
     branch = frequency_response(balance, witnessed.first, witnessed.last)
     peak = branch.angular_frequency[branch.amplitude(witnessed.row).argmax()]
-    # Off the peak by more than the fold of a curve that leans.
-    for omega in (0.9 * peak, peak if single(branch.angular_frequency) else 1.15 * peak, 1.1 * peak):
+    # Where the curve leans over, just before its folds instead: several motions are stable between them.
+    for omega in (0.9 * peak, peak if single(branch.angular_frequency) else 0.95 * peak, 1.1 * peak):
         motion = integrated(witnessed, omega)
         assert_same(witnessed, balanced(witnessed, omega, motion.start.slider), motion)
 
