@@ -1,10 +1,13 @@
 """Forces over one straight path against the same law followed in tiny increments."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from transient.law import closed_part, slide, slide_coupled
+from reduction.jointed_system import Friction, FrictionContact, JointedSystem
+from transient.joint_table import joint_table
+from transient.law import closed_part, joint_forces, slide, slide_coupled
 
 unit = st.floats(-1.0, 1.0)
 limit = st.floats(0.05, 2.0)
@@ -61,3 +64,27 @@ def test_the_closed_part_is_cut_at_the_zero() -> None:
     assert closed_part(1.0, 2.0) == (0.0, 1.0)
     first, last = closed_part(-1.0, -2.0)
     assert first == last
+
+
+@pytest.mark.parametrize("friction", list(Friction))
+def test_a_contact_that_closes_within_the_step_sticks_where_it_touched_down(friction: Friction) -> None:
+    # Closed over the last quarter: N ends at 10 N, T at kt times the last quarter of the way, far below mu N.
+    contact = FrictionContact(
+        name="c",
+        tangents=np.eye(3)[:2],
+        normal=np.eye(3)[2],
+        normal_stiffness=10.0,
+        tangential_stiffness=2.0,
+        friction_coefficient=5.0,
+        gap=2.0,
+        friction=friction,
+    )
+    zero = np.zeros((3, 3))
+    packed = joint_table(JointedSystem(mass=np.eye(3), damping=zero, stiffness=zero, joints=[contact])).packed
+    before, after = np.array([1.0, -1.0, -1.0]), np.array([5.0, 1.0, 3.0])
+    mean, end, slider = np.zeros(3), np.zeros(3), np.zeros(2)
+    joint_forces(packed, before, after, before[:2].copy(), 1.0, mean, end, slider)
+    np.testing.assert_allclose(slider, [4.0, 0.5], rtol=1e-15)
+    np.testing.assert_allclose(end, [2.0, 1.0, 10.0], rtol=1e-15)
+    # Linear over a quarter of the step: an eighth of the end values.
+    np.testing.assert_allclose(mean, end / 8, rtol=1e-15)
