@@ -10,6 +10,8 @@
         ├── fe.errors.SupportError
         ├── reduction.errors.{RomError, JointError, MatrixError}
         ├── hbsolve.errors.{ForceError, ModelError, PeakError, BalanceError}
+        ├── transient.errors.TransientError
+        │   └── transient.errors.StepError
         └── study.errors.{CaseError, OutputError, MissingSoftware}
 
 It lives in the lowest room, so that every other room can derive from it.

@@ -35,6 +35,10 @@ CORRECTIONS, EASY, HARD = 10, 3, 6
 GROW, SHRINK, RETRY = 1.5, 0.6, 0.35
 #: Two successive tangents with a smaller cosine belong to different branches, unless the step is tiny (a kink).
 ALIGNED, TINY = 0.5, 1e-3
+#: Cosine between a step and the last tangent below which the step runs back.
+BACKWARD = -0.8
+#: Points of a closed branch at least, and the largest difference of the tangents' shares of lambda where it closes.
+LEAST_LOOP, SAME_WAY = 12, 0.1
 #: Steps of largest length over the range by default, and points at most.
 STEPS, MOST_POINTS = 50, 5000
 
@@ -59,6 +63,8 @@ class ContinuationState:
         The next ds.
     n_point
         Points so far.
+    mark_motion, mark_value, mark_tangent, mark_point
+        An earlier point, with its tangent's share of lambda, and its number: a branch that comes back to it is closed.
     stop_reason
         Empty while there is a next step.
     """
@@ -71,6 +77,10 @@ class ContinuationState:
     tangent_value: float
     step: float
     n_point: int
+    mark_motion: Real
+    mark_value: float
+    mark_tangent: float
+    mark_point: int
     stop_reason: str = ""
 
 
@@ -104,6 +114,8 @@ class Continuation:
     def __post_init__(self) -> None:
         if not np.isfinite([self.first, self.last]).all() or self.first == self.last:
             raise BalanceError(f"the range from {self.first:g} to {self.last:g} is empty: give two different ends")
+        for end in (self.first, self.last):
+            self.path.at(end)  # refuses an end that its path cannot have, before anything is computed
         if self.step is not None and not self.step > 0:
             raise BalanceError(f"step = {self.step:g} must be positive")
 
@@ -143,6 +155,10 @@ class Continuation:
             tangent_value=0.0,
             step=FIRST,
             n_point=1,
+            mark_motion=motion,
+            mark_value=self.first,
+            mark_tangent=0.0,
+            mark_point=1,
         )
 
     def advance(self, state: ContinuationState) -> tuple[SteadyState | None, ContinuationState]:
@@ -158,16 +174,34 @@ class Continuation:
             if end is not None:
                 return self._finish(state, x + (self.last - value) / t_value * t_x, sliders)
             found = self._corrected(x, value, t_x, t_value, step, scale, sliders)
+            if found is not None and self._backward(state, found[0] - x, found[1] - value, scale):
+                # At a kink that turns by more than a right angle the way on has a negative share of the last tangent.
+                t_x, t_value = -t_x, -t_value
+                found = self._corrected(x, value, t_x, t_value, step, scale, sliders)
+                if found is not None and self._backward(state, found[0] - x, found[1] - value, scale):
+                    found, t_x, t_value = None, -t_x, -t_value
             if found is not None:
                 x_new, value_new, iterations, at = found
+                beyond = (value_new - self.last) * (self.last - self.first)
+                if beyond > 0:
+                    share = (self.last - value) / (value_new - value)
+                    return self._finish(state, x + share * (x_new - x), sliders)
                 if self._outside(value_new):
                     return None, replace(
                         state, stop_reason=self._words("turned back beyond its first value", value_new)
                     )
                 grow = GROW if iterations <= EASY else SHRINK if iterations >= HARD else 1.0
                 point = _point(at, x_new, sliders, iterations)
+                if self._closed(state, x_new, value_new, t_value, step, scale):
+                    reason = self._words("the branch closes on itself", value_new)
+                    return point, replace(state, n_point=state.n_point + 1, stop_reason=reason)
+                marked = state.n_point + 1 >= 2 * state.mark_point
                 return point, replace(
                     state,
+                    mark_motion=x_new if marked else state.mark_motion,
+                    mark_value=value_new if marked else state.mark_value,
+                    mark_tangent=t_value if marked else state.mark_tangent,
+                    mark_point=state.n_point + 1 if marked else state.mark_point,
                     value=value_new,
                     motion=x_new,
                     tangent_motion=t_x,
@@ -178,6 +212,21 @@ class Continuation:
                 )
             step *= RETRY
         return self._leap(state, x, sliders, t_value)
+
+    def _backward(self, state: ContinuationState, dx: Real, dvalue: float, scale: float) -> bool:
+        """Whether a step runs back along the way that led here."""
+        last = np.sqrt(np.sum((state.tangent_motion / scale) ** 2) + (state.tangent_value / self._scale) ** 2)
+        moved = np.sqrt(np.sum((dx / scale) ** 2) + (dvalue / self._scale) ** 2)
+        share = np.sum(state.tangent_motion * dx) / scale**2 + state.tangent_value * dvalue / self._scale**2
+        return bool(share < BACKWARD * last * moved)
+
+    def _closed(
+        self, state: ContinuationState, x: Real, value: float, t_value: float, step: float, scale: float
+    ) -> bool:
+        """Whether a point lies within a step of the marked one, and travels the same way."""
+        away = np.sum(((x - state.mark_motion) / scale) ** 2) + ((value - state.mark_value) / self._scale) ** 2
+        same_way = abs(t_value - state.mark_tangent) <= SAME_WAY * self._scale
+        return bool(away <= step**2 and same_way and state.n_point >= state.mark_point + LEAST_LOOP)
 
     def _tangent(self, here: Equation, state: ContinuationState, scale: float) -> tuple[Real, float]:
         """Unit tangent in the direction of travel, from the bordered system with the last one as its border."""

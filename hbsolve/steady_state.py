@@ -95,8 +95,11 @@ def slider_start(
     """
     n = balance.n_slider
     value = np.zeros(n) if slider is None else np.array(slider, dtype=np.float64)
-    if value.shape != (n,) or not np.isfinite(value).all():
+    if value.shape != (n,):
         raise BalanceError(f"slider has shape {value.shape}: give {n} finite numbers, one a tangent in order of joints")
+    if not np.isfinite(value).all():
+        at = int(np.flatnonzero(~np.isfinite(value))[0])
+        raise BalanceError(f"slider {at} starts at {value[at]}: give finite numbers")
     if multiplier and n and np.abs(value).max() > 1:
         worst = value[np.abs(value).argmax()]
         raise BalanceError(f"multiplier {worst:g} is outside [-1, 1]: it is the share of Coulomb's limit (eq. 11)")
@@ -139,6 +142,9 @@ def steady_state(
     from hbsolve.rescue import along_an_arc, from_many_starts  # which continue branches of these states
 
     x = start.motion if isinstance(start, SteadyState) else start
+    wanted = (balance.n_direction, 2 * balance.n_harmonic - 1)
+    if x is not None and (x.shape != wanted or not np.isfinite(x).all()):
+        raise BalanceError(f"the start has shape {x.shape}: give finite real coefficients of shape {wanted}")
     condensed = balance.at(angular_frequency)
     try:
         return solve_at(balance, condensed, x, sliders)

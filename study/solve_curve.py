@@ -1,16 +1,12 @@
 """One response curve as a stage: begun, continued from where it was stopped, and kept when it is done."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
-import numpy as np
-
-from hbsolve.aft import Start
 from hbsolve.balance import HarmonicBalance
 from hbsolve.branch import ResponseBranch, branch_of
-from hbsolve.continuation import REACHED, Continuation, ContinuationState
+from hbsolve.continuation import Continuation, ContinuationState
 from hbsolve.parameter import FrequencyPath, LevelPath
-from hbsolve.steady_state import NoConvergence, SteadyState, solve_at
+from hbsolve.steady_state import NoConvergence, SteadyState
 from reduction.jointed_system import JointedSystem
 from study.checkpoint import Checkpoint
 from study.errors import ComputationFailed
@@ -64,10 +60,7 @@ def response_curve(
     points, state = _begun(continuation, curve, checkpoint)
     way, done = abs(curve.last - curve.first), 0.0
     while not state.stop_reason:
-        before = state
         point, state = continuation.advance(state)
-        if (state.value - curve.last) * (curve.last - curve.first) > 0:
-            point, state = _at_the_end(continuation, before, state)
         if point is not None:
             points.append(point)
             if checkpoint is not None:
@@ -90,21 +83,6 @@ def continuation_of(system: JointedSystem, curve: Curve, harmonics: int, n_sampl
     else:
         path = LevelPath(balance=balance, angular_frequency=curve.fixed)
     return Continuation(path=path, first=curve.first, last=curve.last, step=curve.step)
-
-
-def _at_the_end(
-    continuation: Continuation, before: ContinuationState, beyond: ContinuationState
-) -> tuple[SteadyState | None, ContinuationState]:
-    """The point at the curve's end, in place of one whose corrections went beyond it."""
-    end = continuation.last
-    balance, condensed = continuation.path.at(end)
-    share = (end - before.value) / (beyond.value - before.value)
-    guess = before.motion + share * (beyond.motion - before.motion)
-    try:
-        found = solve_at(balance, condensed, guess, Start(np.array(before.slider), np.array(before.by_multiplier)))
-    except NoConvergence as error:
-        return None, replace(before, stop_reason=str(error))
-    return found, replace(before, value=end, motion=found.motion, n_point=before.n_point + 1, stop_reason=REACHED)
 
 
 def _begun(

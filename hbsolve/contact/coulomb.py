@@ -92,6 +92,10 @@ def force(
             weights = np.ascontiguousarray(sampling.project[:, :rows].T)
             own = np.ascontiguousarray(traces[:, d, : 3 * nh])
             out.jacobian[d, :rows, :] = -kt * np.dot(weights, own)
+        if derive and kt != reference[d]:
+            out.active[d] = nh
+            for a in range(nh):
+                out.jacobian[d, a, d * nh + a] += kt - reference[d]
 
 
 @compiled

@@ -37,7 +37,9 @@ def force(
             out.force[d, k] = kt * (u[d, k] - w[k]) - reference[d] * u[d, k]
             out.status[d, k] = state(k, event[k], closed[k])
         if want >= JACOBIAN:
-            tangent_jacobian(d, n_tangent, event, sign, closed, kt, mu * kn, by_multiplier[d], sampling, out)
+            tangent_jacobian(
+                d, n_tangent, event, sign, closed, kt, reference[d], mu * kn, by_multiplier[d], sampling, out
+            )
         if want < PARAMETERS:
             continue
         for k in range(n):

@@ -26,7 +26,7 @@ def force(
         out.force[0, k] = kt * (u[0, k] - w[k]) - reference[0] * u[0, k]
         out.status[0, k] = state(k, event[k], 1)
     if want >= JACOBIAN:
-        tangent_jacobian(0, 0, event, sign, closed, kt, 0.0, by_multiplier[0], sampling, out)
+        tangent_jacobian(0, 0, event, sign, closed, kt, reference[0], 0.0, by_multiplier[0], sampling, out)
     if want >= PARAMETERS:
         for k in range(n):
             j = event[k]

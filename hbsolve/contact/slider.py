@@ -55,10 +55,13 @@ def state(k: int, event: int, closed: int) -> int:
 
 @compiled
 def tangent_jacobian(
-    tangent: int, normal: int, event: Any, sign: Any, closed: Any, stiffness: float, limit_by_v: float,
-    by_multiplier: int, sampling: Any, out: Any,
+    tangent: int, normal: int, event: Any, sign: Any, closed: Any, stiffness: float, reference: float,
+    limit_by_v: float, by_multiplier: int, sampling: Any, out: Any,
 ) -> None:  # fmt: skip
-    """Derivative of -k_t w with respect to the coefficients of u, and of v through mu N (limit_by_v = mu k_n, or 0)."""
+    """Derivative of k_t (u - w) - D u with respect to the coefficients of u, and of v through mu N.
+
+    `reference` is D, and `limit_by_v` mu k_n, or 0 for a constant limit.
+    """
     n, nh = len(event), sampling.evaluate.shape[0]
     rows, k = 0, 0
     while k < n:
@@ -90,4 +93,8 @@ def tangent_jacobian(
                 out.jacobian[tangent, a, tangent * nh + b] -= stiffness * c
                 if closed[j] and limit_by_v != 0.0:
                     out.jacobian[tangent, a, normal * nh + b] += s * limit_by_v * c
+    if stiffness != reference:
+        rows = nh
+        for a in range(nh):
+            out.jacobian[tangent, a, tangent * nh + a] += stiffness - reference
     out.active[tangent] = rows

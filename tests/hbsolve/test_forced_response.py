@@ -1,6 +1,4 @@
-"""Forced response against closed forms, and that contact laws fit in."""
-
-from dataclasses import dataclass
+"""Forced response against closed forms."""
 
 import numpy as np
 import pytest
@@ -10,7 +8,6 @@ from hbsolve.errors import ForceError
 from hbsolve.forced_response import forced_response
 from hbsolve.fourier import samples_from_coefficients
 from hbsolve.harmonic_force import HarmonicForce
-from hbsolve.residual import residual
 
 ROUND_OFF = 1e-10
 
@@ -78,29 +75,6 @@ def test_the_motion_satisfies_the_equation_of_motion_in_time() -> None:
     )
     held = acceleration @ model.mass + velocity @ model.damping + displacement @ model.stiffness
     np.testing.assert_allclose(held, load, atol=ROUND_OFF)
-
-
-@dataclass(frozen=True)
-class Spring:
-    """The simplest contact law: a spring from one row to the ground."""
-
-    row: int
-    stiffness: float
-
-    def force(self, coefficients: np.ndarray, angular_frequency: float) -> np.ndarray:  # noqa: ARG002 (a spring does not care)
-        force = np.zeros_like(coefficients)
-        force[:, self.row] = self.stiffness * coefficients[:, self.row]
-        return force
-
-
-def test_a_contact_law_enters_the_residual() -> None:
-    model, force = chain(), force_on(4, static=3.0)
-    stiffened = model.stiffness + np.diag([0, 0, 40.0, 25.0])
-    with_springs = DynamicStiffness(mass=model.mass, damping=model.damping, stiffness=stiffened)
-    q = forced_response(with_springs, force, np.array([5.0])).coefficients[0]
-    balanced = residual(model, force, 5.0, q, (Spring(2, 40.0), Spring(3, 25.0)))
-    assert np.abs(balanced).max() < ROUND_OFF * np.abs(q).max()
-    assert np.abs(residual(model, force, 5.0, q)).max() > 1e-2 * np.abs(q).max()
 
 
 def test_no_force_no_motion() -> None:
