@@ -261,14 +261,13 @@ def main() -> None:
     with multiprocessing.get_context("spawn").Pool(arguments.processes) as pool:
         for count, system in enumerate(pool.imap_unordered(solve, range(first, last)), 1):
             systems.append(system)
+            if arguments.output:  # at once: a run that is stopped keeps what it has
+                arguments.output.write_text(json.dumps(systems, indent=1))
             if system["failures"]:
                 print(
                     f"seed {system['seed']}: {len(system['failures'])} failures, {count} of {last - first} done",
                     flush=True,
                 )
-    systems.sort(key=lambda system: system["seed"])
-    if arguments.output:
-        arguments.output.write_text(json.dumps(systems, indent=1))
     summarise(systems)
 
 
