@@ -16,6 +16,7 @@ from hbsolve.contact.catalogue import JointTable, joint_table
 from hbsolve.errors import BalanceError
 from hbsolve.fourier import Coefficients
 from hbsolve.sampling import Sampling, complex_from_real, real_from_complex, sampling
+from reduction.array_input import real_number, whole_number
 from reduction.jointed_system import JointedSystem
 
 Real = Float[NDArray[np.float64], "d nh"]
@@ -43,7 +44,7 @@ class HarmonicBalance:
     Raises
     ------
     BalanceError
-        Too few harmonics for the force, or too few samples for the harmonics.
+        Too few harmonics for the force, too few samples for the harmonics, or numbers of them that are not whole.
     ModelError
         Matrices of no vibrating structure, or one that is not held even with all contacts stuck.
 
@@ -60,6 +61,9 @@ class HarmonicBalance:
     table: JointTable = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        for name in ("n_harmonic", "n_sample"):
+            object.__setattr__(self, name, whole_number(getattr(self, name), name, BalanceError))
+        object.__setattr__(self, "level", real_number(self.level, "level", BalanceError))
         if not self.n_sample:
             wanted = max(SAMPLE_PER_HARMONIC * (self.n_harmonic - 1), LEAST_SAMPLE)
             object.__setattr__(self, "n_sample", 2 ** ceil(log2(wanted)))
@@ -102,11 +106,11 @@ class HarmonicBalance:
 
     def at_level(self, level: float) -> "HarmonicBalance":
         """The same system with its harmonic force scaled; shares the modal decomposition."""
-        return self._shared(level=float(level))
+        return self._shared(level=real_number(level, "level", BalanceError))
 
     def with_samples(self, n_sample: int) -> "HarmonicBalance":
         """The same balance on other instants."""
-        return self._shared(n_sample=n_sample)
+        return self._shared(n_sample=whole_number(n_sample, "n_sample", BalanceError))
 
     def with_harmonics(self, n_harmonic: int, n_sample: int) -> "HarmonicBalance":
         """The same system in more harmonics; shares the modal decomposition."""
@@ -163,11 +167,10 @@ class HarmonicBalance:
         BalanceError
             A frequency that is not positive.
         """
-        if not (np.isfinite(angular_frequency) and angular_frequency > 0):
-            raise BalanceError(
-                f"angular_frequency = {angular_frequency:g} rad/s must be positive: a static load is static_load"
-            )
-        return self.structure.at(float(angular_frequency))
+        omega = real_number(angular_frequency, "angular_frequency", BalanceError)
+        if not (np.isfinite(omega) and omega > 0):
+            raise BalanceError(f"angular_frequency = {omega:g} rad/s must be positive: a static load is static_load")
+        return self.structure.at(omega)
 
     def linear(self, condensed: Condensed, level: float | None = None) -> Real:
         """Motion of the directions with all contacts stuck, x_lin, shape (d, nh) [m]."""

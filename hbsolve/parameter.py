@@ -1,6 +1,6 @@
 """What a branch is continued over: the frequency, the level of the force, or a parameter of a joint."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Protocol
 
@@ -15,6 +15,7 @@ from hbsolve.errors import BalanceError
 from hbsolve.newton import apply_receptance
 from hbsolve.sampling import real_from_complex
 from hbsolve.steady_state import forces_at, residual
+from reduction.errors import JointError
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -144,8 +145,18 @@ class JointPath:
         return value
 
     def at(self, value: float) -> tuple[HarmonicBalance, Condensed]:
-        """See `Path`."""
-        _, index = joint_index(self.balance, self.joint, self.parameter)
+        """See `Path`.
+
+        Raises
+        ------
+        BalanceError
+            A value that the joint cannot have.
+        """
+        number, index = joint_index(self.balance, self.joint, self.parameter)
+        try:
+            replace(self.balance.system.joints[number], **{self.parameter: value})
+        except JointError as error:
+            raise BalanceError(f"{error} all along its branch") from error
         table = self.balance.table
         values = table.value.copy()
         values[index] = value

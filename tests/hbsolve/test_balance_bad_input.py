@@ -12,6 +12,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.branch import load_branch
 from hbsolve.continuation import frequency_response, joint_response, level_response
 from hbsolve.errors import BalanceError, ModelError
+from hbsolve.parameter import JointPath
 from hbsolve.sensitivity import JointParameter, LoadParameter, SliderParameter, scaled, sensitivity
 from hbsolve.steady_state import steady_state
 from reduction.errors import JointError
@@ -169,6 +170,51 @@ BALANCE: dict[str, tuple[Refused, str]] = {
         lambda: joint_response(balance(), 1.0, "rub", "stiffness", 0, 1),
         r'"rub" has no parameter "stiffness": it has tangential_stiffness, normal_stiffness, friction_coefficient',
     ),
+    "negative friction at the end of a branch": (
+        lambda: joint_response(balance(), 1.0, "rub", "friction_coefficient", 0.4, -0.1),
+        r'"rub": friction_coefficient = -0\.1 must not be negative all along its branch',
+    ),
+    "no stiffness at the beginning of a branch": (
+        lambda: joint_response(balance(), 1.0, "rub", "normal_stiffness", 0.0, 2.0),
+        r'"rub": normal_stiffness = 0 must be positive all along its branch',
+    ),
+    "infinite parameter at the end of a branch": (
+        lambda: JointPath(balance=balance(), angular_frequency=1.0, joint="cubic", parameter="stiffness").at(np.inf),
+        r'"cubic": stiffness = inf must be a finite number',
+    ),
+    "harmonics that are no whole number": (
+        lambda: HarmonicBalance(system=system(), n_harmonic=5.0),  # type: ignore[arg-type]
+        r"n_harmonic = 5\.0 must be a whole number: give an int",
+    ),
+    "harmonics in words": (
+        lambda: HarmonicBalance(system=system(), n_harmonic="5"),  # type: ignore[arg-type]
+        r"n_harmonic = '5' must be a whole number",
+    ),
+    "a truth value of harmonics": (
+        lambda: HarmonicBalance(system=system(), n_harmonic=True),
+        r"n_harmonic = True must be a whole number",
+    ),
+    "samples that are no whole number": (
+        lambda: HarmonicBalance(system=system(), n_harmonic=4, n_sample=128.0),  # type: ignore[arg-type]
+        r"n_sample = 128\.0 must be a whole number",
+    ),
+    "more samples that are no whole number": (
+        lambda: balance().with_samples(np.float64(256)),  # type: ignore[arg-type]
+        r"n_sample = np\.float64\(256\.0\) must be a whole number",
+    ),
+    "level in words": (
+        lambda: HarmonicBalance(system=system(), n_harmonic=4, level="1"),  # type: ignore[arg-type]
+        r"level = '1' must be a real number",
+    ),
+    "complex level": (lambda: balance().at_level(1j), r"level = 1j must be a real number"),  # type: ignore[arg-type]
+    "frequency in words": (
+        lambda: steady_state(balance(), "1"),  # type: ignore[arg-type]
+        r"angular_frequency = '1' must be a real number",
+    ),
+    "several frequencies": (
+        lambda: steady_state(balance(), np.array([1.0, 2.0])),  # type: ignore[arg-type]
+        r"angular_frequency = array\(\[1\., 2\.\]\) must be a real number",
+    ),
     "sensitivity to an unknown joint": (
         lambda: derivative(JointParameter(joint="nut", name="gap")),
         r'no joint "nut"',
@@ -209,6 +255,21 @@ def test_matrices_of_no_vibrating_structure_are_refused(case: str) -> None:
 @pytest.mark.parametrize("case", BALANCE)
 def test_harmonics_starts_and_ranges_that_cannot_be_used_are_refused(case: str) -> None:
     check(BalanceError, *BALANCE[case])
+
+
+def test_numbers_of_numpy_count_as_well() -> None:
+    made = HarmonicBalance(system=system(), n_harmonic=np.int64(4), n_sample=np.uint8(128), level=np.float32(0.5))  # type: ignore[arg-type]
+    assert [type(each) for each in (made.n_harmonic, made.n_sample, made.level)] == [int, int, float]
+    at = np.array(0.5)
+    assert steady_state(made, at).residual_norm < 1e-9  # type: ignore[arg-type]
+
+
+def test_a_branch_may_end_at_the_edge_of_what_a_joint_can_have() -> None:
+    branch = joint_response(balance(), 0.5, "rub", "friction_coefficient", 0.4, 0.0)
+    assert branch.stop_reason == "reached the last value"
+    # Without friction the tangent is free: a spring of no force, and the cubic one.
+    free = steady_state(balance(joints=[CubicSpring(name="cubic", direction=X, stiffness=0.1)]), 0.5)
+    np.testing.assert_allclose(branch.coefficients[-1][:, 0], free.coefficients[:, 0], atol=1e-8)  # residual 1e-9
 
 
 def test_what_the_cases_start_from_is_accepted() -> None:

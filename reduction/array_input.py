@@ -1,0 +1,99 @@
+"""Numbers that a caller hands in, checked where they enter; arrays are copied and read-only."""
+
+from numbers import Number, Real
+from operator import index
+from typing import TypeVar
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from geometry.errors import InputError
+
+Entries = TypeVar("Entries", bound=np.generic)
+
+
+def real_array(values: object, what: str, error: type[InputError]) -> Float[NDArray[np.float64], "..."]:
+    """An array of real numbers; complex ones pass where no imaginary part would be lost.
+
+    Parameters
+    ----------
+    values
+        An array, or nested lists.
+    what
+        How the message calls it, such as "the mass".
+    error
+        What is raised.
+
+    Raises
+    ------
+    InputError
+        As `error`: a ragged list, a sparse matrix, or an entry that is no real number.
+    """
+    given = _numbers(values, what, error)
+    lost = np.argwhere(given.imag != 0)
+    if len(lost):
+        raise error(f"{what} holds {given[tuple(lost[0])]:g}{_place(lost[0])}: give real numbers")
+    return _locked(given.real.astype(np.float64))
+
+
+def complex_array(values: object, what: str, error: type[InputError]) -> Complex[NDArray[np.complex128], "..."]:
+    """An array of complex numbers; see `real_array`."""
+    return _locked(_numbers(values, what, error).astype(np.complex128))
+
+
+def real_number(value: object, what: str, error: type[InputError]) -> float:
+    """A real number, of Python or of NumPy; a truth value is none.
+
+    Raises
+    ------
+    InputError
+        As `error`: anything else.
+    """
+    plain = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
+    if not isinstance(plain, Real) or isinstance(plain, bool):
+        raise error(f"{what} = {value!r} must be a real number")
+    return float(plain)
+
+
+def whole_number(value: object, what: str, error: type[InputError]) -> int:
+    """An integer, of Python or of NumPy; neither a truth value nor 5.0 is one.
+
+    Raises
+    ------
+    InputError
+        As `error`: anything else.
+    """
+    try:
+        if isinstance(value, bool):
+            raise TypeError
+        return index(value)  # type: ignore[arg-type]
+    except TypeError:
+        raise error(f"{what} = {value!r} must be a whole number: give an int") from None
+
+
+def _numbers(values: object, what: str, error: type[InputError]) -> NDArray[np.number]:
+    if hasattr(values, "toarray"):
+        raise error(f"{what} is a sparse {type(values).__name__}: give a dense array, such as its toarray()")
+    try:
+        given = np.array(values)
+    except ValueError:  # NumPy's answer to a ragged list
+        lengths = sorted({len(row) if hasattr(row, "__len__") else 1 for row in values})  # type: ignore[attr-defined]
+        raise error(f"{what} has rows of different lengths {lengths}: give as many numbers in each") from None
+    if given.dtype.kind in "biufc":
+        return given
+    entries = np.array(values, dtype=object)
+    for place, entry in np.ndenumerate(entries):
+        if not isinstance(entry, Number):
+            raise error(f"{what} holds {entry!r}{_place(place)}: give numbers")
+    return np.asarray(entries.astype(np.complex128))
+
+
+def _place(place: tuple[int, ...] | NDArray[np.int64]) -> str:
+    numbers = [int(each) for each in place]
+    return "" if not numbers else f" at {numbers[0]}" if len(numbers) == 1 else f" at {tuple(numbers)}"
+
+
+def _locked(values: NDArray[Entries]) -> NDArray[Entries]:
+    values.setflags(write=False)
+    return values
