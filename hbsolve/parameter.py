@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -153,8 +153,9 @@ class JointPath:
             A value that the joint cannot have.
         """
         number, index = joint_index(self.balance, self.joint, self.parameter)
+        changed: dict[str, Any] = {self.parameter: value}
         try:
-            replace(self.balance.system.joints[number], **{self.parameter: value})
+            replace(self.balance.system.joints[number], **changed)
         except JointError as error:
             raise BalanceError(f"{error} all along its branch") from error
         table = self.balance.table

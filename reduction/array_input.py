@@ -51,7 +51,7 @@ def real_number(value: object, what: str, error: type[InputError]) -> float:
         As `error`: anything else.
     """
     plain = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
-    if not isinstance(plain, Real) or isinstance(plain, bool):
+    if isinstance(plain, bool) or not isinstance(plain, Real):
         raise error(f"{what} = {value!r} must be a real number")
     return float(plain)
 
@@ -79,7 +79,7 @@ def _numbers(values: object, what: str, error: type[InputError]) -> NDArray[np.n
         given = np.array(values)
     except ValueError:  # NumPy's answer to a ragged list
         lengths = sorted({len(row) if hasattr(row, "__len__") else 1 for row in values})  # type: ignore[attr-defined]
-        raise error(f"{what} has rows of different lengths {lengths}: give as many numbers in each") from None
+        raise error(f"{what}: its rows have different lengths {lengths}, give as many numbers in each") from None
     if given.dtype.kind in "biufc":
         return given
     entries = np.array(values, dtype=object)

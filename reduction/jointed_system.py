@@ -20,6 +20,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
+from reduction.array_input import complex_array, real_array, real_number
 from reduction.errors import JointError
 
 Row = Float[NDArray[np.float64], " r"]
@@ -65,7 +66,8 @@ class FrictionContact:
     Raises
     ------
     JointError
-        A stiffness that is not positive, a negative friction coefficient, or a number that is not finite.
+        A stiffness that is not positive, a negative friction coefficient, a number that is not finite, or another
+        friction.
 
     References
     ----------
@@ -95,6 +97,10 @@ class FrictionContact:
             )
         _check_positive(self, "normal_stiffness", "tangential_stiffness")
         _check_not_negative(self, "friction_coefficient")
+        friction: object = self.friction
+        if not isinstance(friction, Friction):
+            known = " or ".join(str(each) for each in Friction)
+            raise JointError(f"{_label(self)}: friction = {friction!r} must be {known}")
 
     @property
     def directions(self) -> Float[NDArray[np.float64], "d r"]:
@@ -265,7 +271,8 @@ class JointedSystem:
     Raises
     ------
     JointError
-        Shapes that do not fit, loads that are not finite, a force in row 0, or two joints of one name.
+        Shapes that do not fit, entries that are no real numbers, loads that are not finite, a force in row 0, or two
+        joints of one name.
     """
 
     mass: Matrix
@@ -277,22 +284,20 @@ class JointedSystem:
 
     def __post_init__(self) -> None:
         for name in ("mass", "damping", "stiffness"):
-            object.__setattr__(self, name, _locked(np.array(getattr(self, name), dtype=np.float64)))
+            object.__setattr__(self, name, real_array(getattr(self, name), f"the {name}", JointError))
             shape = getattr(self, name).shape
             if shape != self.mass.shape or len(shape) != 2 or shape[0] != shape[1] or not shape[0]:
                 raise JointError(
                     f"the {name} has shape {shape}, the mass {self.mass.shape}: give three square matrices of one size"
                 )
         r = self.n_dof
-        static = np.zeros(r) if self.static_load is None else np.array(self.static_load, dtype=np.float64)
-        harmonic = (
-            np.zeros((1, r), dtype=np.complex128)
-            if self.harmonic_force is None
-            else np.array(self.harmonic_force, dtype=np.complex128)
-        )
-        object.__setattr__(self, "static_load", _locked(static))
-        object.__setattr__(self, "harmonic_force", _locked(harmonic))
-        object.__setattr__(self, "joints", tuple(self.joints))
+        static = np.zeros(r) if self.static_load is None else self.static_load
+        harmonic = np.zeros((1, r)) if self.harmonic_force is None else self.harmonic_force
+        static = real_array(static, "the static load", JointError)
+        harmonic = complex_array(harmonic, "the harmonic force", JointError)
+        object.__setattr__(self, "static_load", static)
+        object.__setattr__(self, "harmonic_force", harmonic)
+        object.__setattr__(self, "joints", _joints(self.joints))
         _check_loads(static, harmonic, r)
         names: set[str] = set()
         for joint in self.joints:
@@ -361,13 +366,16 @@ def between(n_dof: int, dof: int, other: int | None = None) -> Row:
 
 def _lock_rows(joint: object, *names: str) -> None:
     for name in names:
-        row = np.array(getattr(joint, name), dtype=np.float64)
-        object.__setattr__(joint, name, _locked(row))
+        row = real_array(getattr(joint, name), f"{_label(joint)}: its {name}", JointError)
+        object.__setattr__(joint, name, row)
+        if name != "tangents" and row.ndim != 1:
+            raise JointError(f"{_label(joint)}: its {name} has shape {row.shape}, give one row of shape (r,)")
         if not np.isfinite(row).all() or not row.any():
             raise JointError(f"{_label(joint)}: its {name} must hold finite numbers, not all of them zero")
     for field in fields(joint):  # type: ignore[arg-type]
-        value = getattr(joint, field.name)
-        if isinstance(value, int | float) and not isinstance(value, bool):
+        if field.type is float:
+            what = f"{_label(joint)}: {field.name}"
+            object.__setattr__(joint, field.name, real_number(getattr(joint, field.name), what, JointError))
             _check_finite(joint, field.name)
 
 
@@ -389,6 +397,19 @@ def _check_not_negative(joint: object, *names: str) -> None:
     for name in names:
         if getattr(joint, name) < 0:
             raise JointError(f"{_label(joint)}: {name} = {getattr(joint, name):g} must not be negative")
+
+
+def _joints(given: object) -> tuple[Joint, ...]:
+    if isinstance(given, Joint):
+        raise JointError(f"the joints are one joint, {given.name!r}: give a list of joints")
+    joints: list[Joint] = []
+    for number, joint in enumerate(given):  # type: ignore[arg-type, var-annotated]
+        if not isinstance(joint, Joint):
+            raise JointError(
+                f"joint {number} is a {type(joint).__name__}: give a contact, a spring, a stop or a damper"
+            )
+        joints.append(joint)
+    return tuple(joints)
 
 
 def _check_loads(static: Row, harmonic: Complex[NDArray[np.complex128], "harmonic r"], n_dof: int) -> None:
@@ -417,8 +438,3 @@ def _check_loads(static: Row, harmonic: Complex[NDArray[np.complex128], "harmoni
 
 def _label(joint: object) -> str:
     return f'joint "{getattr(joint, "name", "")}"'
-
-
-def _locked(values: NDArray[np.generic]) -> NDArray[np.generic]:
-    values.setflags(write=False)
-    return values

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.sparse import eye_array
 
 from geometry.errors import InputError
 from hbsolve.balance import HarmonicBalance
@@ -64,6 +65,52 @@ DATA: dict[str, tuple[Refused, str]] = {
     "mass that is not square": (lambda: system(mass=np.ones((2, 3))), r"mass has shape \(2, 3\)"),
     "damping of another size": (lambda: system(damping=np.eye(3)), r"damping has shape \(3, 3\), the mass \(2, 2\)"),
     "empty matrices": (lambda: system(mass=np.zeros((0, 0))), r"mass has shape \(0, 0\)"),
+    "complex stiffness": (
+        lambda: system(stiffness=np.diag([1.0, 1 + 0.02j])),
+        r"the stiffness holds 1\+0\.02j at \(1, 1\): give real numbers",
+    ),
+    "complex mass": (lambda: system(mass=[[1, 0], [2j, 1]]), r"the mass holds 0\+2j at \(1, 0\): give real numbers"),
+    "complex damping": (lambda: system(damping=1j * np.eye(2)), r"the damping holds 0\+1j at \(0, 0\)"),
+    "complex static load": (
+        lambda: system(static_load=[0, 3j]),
+        r"the static load holds 0\+3j at 1: give real numbers",
+    ),
+    "words in the mass": (lambda: system(mass=[["1", 0], [0, "1"]]), r"the mass holds '1' at \(0, 0\): give numbers"),
+    "nothing in the damping": (lambda: system(damping=[[0, None], [0, 0]]), r"the damping holds None at \(0, 1\)"),
+    "no stiffness": (lambda: system(stiffness=None), r"the stiffness holds None: give numbers"),
+    "sparse stiffness": (
+        lambda: system(stiffness=eye_array(2)),
+        r"the stiffness is a sparse dia_array: give a dense array, such as its toarray\(\)",
+    ),
+    "ragged mass": (
+        lambda: system(mass=[[1, 0], [0]]),
+        r"the mass: its rows have different lengths \[1, 2\], give as many numbers in each",
+    ),
+    "ragged harmonic force": (lambda: system(harmonic_force=[[0, 0], 1]), r"harmonic force: its rows have different"),
+    "words in the harmonic force": (
+        lambda: system(harmonic_force=[[0, 0], ["one", 0]]),
+        r"the harmonic force holds 'one' at \(1, 0\): give numbers",
+    ),
+    "one joint for a list": (lambda: system(joints=contact()), r"joints are one joint, 'rub': give a list"),
+    "a row for a joint": (lambda: system(joints=[contact(), X]), r"joint 1 is a ndarray: give a contact"),
+    "complex row": (lambda: contact(normal=[0, 1j]), r'"rub": its normal holds 0\+1j at 1: give real numbers'),
+    "ragged tangents": (lambda: contact(tangents=[[1, 0], [1]]), r"its tangents: its rows have different lengths"),
+    "a normal of two dimensions": (
+        lambda: contact(normal=[[0, 1]]),
+        r'"rub": its normal has shape \(1, 2\), give one row',
+    ),
+    "stiffness in words": (
+        lambda: contact(normal_stiffness="stiff"),
+        r"\"rub\": normal_stiffness = 'stiff' must be a real number",
+    ),
+    "complex cubic spring": (
+        lambda: CubicSpring(name="c", direction=X, stiffness=1j),  # type: ignore[arg-type]
+        r'"c": stiffness = 1j must be a real number',
+    ),
+    "friction in words": (
+        lambda: contact(friction="coulomb"),
+        r"friction = 'coulomb' must be Friction\.UNCOUPLED or Friction\.COULOMB",
+    ),
     "NaN in the static load": (
         lambda: system(static_load=[0, np.nan]),
         r"static load on degree of freedom 1 is nan N",
@@ -255,6 +302,12 @@ def test_matrices_of_no_vibrating_structure_are_refused(case: str) -> None:
 @pytest.mark.parametrize("case", BALANCE)
 def test_harmonics_starts_and_ranges_that_cannot_be_used_are_refused(case: str) -> None:
     check(BalanceError, *BALANCE[case])
+
+
+def test_a_complex_array_without_imaginary_parts_loses_nothing() -> None:
+    made = system(mass=np.eye(2, dtype=complex), static_load=np.array([1, 2], dtype=object))
+    np.testing.assert_array_equal(made.mass, np.eye(2))
+    np.testing.assert_array_equal(made.static, [1, 2])
 
 
 def test_numbers_of_numpy_count_as_well() -> None:
