@@ -27,6 +27,7 @@ from hbsolve.newton import active_rows, apply_receptance, scattered, solve_linea
 from hbsolve.parameter import joint_index, spread
 from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.steady_state import SteadyState, forces_at
+from reduction.array_input import real_array, real_number, whole_number
 
 Row = Float[NDArray[np.float64], " r"]
 Matrix = Float[NDArray[np.float64], "r r"]
@@ -140,8 +141,17 @@ def sensitivity(
     Raises
     ------
     BalanceError
-        A joint, parameter or harmonic that the system does not have.
+        A joint, parameter, slider or harmonic that the system does not have, a row or a matrix of another size or
+        without finite numbers, or a state of another balance.
     """
+    if isinstance(parameters, Parameter):
+        raise BalanceError(f"the parameters are one {type(parameters).__name__}: give a list of parameters")
+    wanted = (balance.n_harmonic, balance.system.n_dof)
+    if state.coefficients.shape != wanted or state.displacement.shape[1] != balance.n_direction:
+        raise BalanceError(
+            f"the state has coefficients of shape {state.coefficients.shape}, the balance {wanted}: give the balance "
+            "with which the state was found"
+        )
     at_level = balance.at_level(state.level)
     condensed = at_level.at(state.angular_frequency)
     forces = forces_at(at_level, state.angular_frequency, state.motion, state.start, want=PARAMETERS)
@@ -168,35 +178,48 @@ def _change(
         joint, index = joint_index(balance, parameter.joint, parameter.name)
         g = spread(balance, joint, forces.by_parameter[index])
     elif isinstance(parameter, SliderParameter):
-        if not 0 <= parameter.slider < balance.n_slider:
-            raise BalanceError(f"there is no slider {parameter.slider}: the system has {balance.n_slider}")
-        joint = int(np.searchsorted(balance.table.slider, parameter.slider, side="right")) - 1
-        g = spread(balance, joint, forces.by_start[parameter.slider])
+        slider = whole_number(parameter.slider, "slider", BalanceError)
+        if not 0 <= slider < balance.n_slider:
+            raise BalanceError(f"there is no slider {slider}: the system has {balance.n_slider}")
+        joint = int(np.searchsorted(balance.table.slider, slider, side="right")) - 1
+        g = spread(balance, joint, forces.by_start[slider])
     elif isinstance(parameter, LevelParameter):
         load = balance.structure.dynamic.copy()
     elif isinstance(parameter, LoadParameter):
-        if not 0 <= parameter.harmonic < balance.n_harmonic:
-            raise BalanceError(f"harmonic {parameter.harmonic} is none of 0 to {balance.n_harmonic - 1}")
-        load[parameter.harmonic] = np.exp(1j * parameter.phase * (parameter.harmonic > 0)) * parameter.row
+        harmonic = whole_number(parameter.harmonic, "harmonic", BalanceError)
+        if not 0 <= harmonic < balance.n_harmonic:
+            raise BalanceError(f"harmonic {harmonic} is none of 0 to {balance.n_harmonic - 1}")
+        phase = real_number(parameter.phase, "phase", BalanceError)
+        if not np.isfinite(phase):
+            raise BalanceError(f"phase = {phase} must be a finite number")
+        row = _entries(parameter.row, "the row of a load parameter", (balance.system.n_dof,))
+        load[harmonic] = np.exp(1j * phase * (harmonic > 0)) * row
     elif isinstance(parameter, MatrixParameter):
-        load = _matrix_load(state, parameter.mass, parameter.damping, parameter.stiffness)
-    else:
+        load = _matrix_load(state, parameter)
+    elif isinstance(parameter, FrequencyParameter):
         load, g = _frequency_load(balance, state), forces.by_frequency
+    else:
+        raise BalanceError(f"{parameter!r} is no parameter: give a JointParameter, a LoadParameter or another of these")
     return load, np.ascontiguousarray(g)
 
 
-def _matrix_load(
-    state: SteadyState, mass: Matrix | None, damping: Matrix | None, stiffness: Matrix | None
-) -> Coefficients:
+def _entries(values: object, what: str, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    entries = real_array(values, what, BalanceError)
+    if entries.shape != shape:
+        raise BalanceError(f"{what} has shape {entries.shape}: give {shape}, over all degrees of freedom")
+    if not np.isfinite(entries).all():
+        raise BalanceError(f"{what} holds {entries[~np.isfinite(entries)][0]}: give finite numbers")
+    return entries
+
+
+def _matrix_load(state: SteadyState, parameter: MatrixParameter) -> Coefficients:
     q = state.coefficients
     k = np.arange(len(q))[:, None] * state.angular_frequency
     load = np.zeros_like(q)
-    if mass is not None:
-        load += k**2 * (q @ np.asarray(mass).T)
-    if damping is not None:
-        load -= 1j * k * (q @ np.asarray(damping).T)
-    if stiffness is not None:
-        load -= q @ np.asarray(stiffness).T
+    for name, factor in (("mass", k**2), ("damping", -1j * k), ("stiffness", -1.0)):
+        matrix = getattr(parameter, name)
+        if matrix is not None:
+            load += factor * (q @ _entries(matrix, f"the {name} of a matrix parameter", (q.shape[1],) * 2).T)
     return load
 
 

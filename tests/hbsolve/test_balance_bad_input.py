@@ -14,7 +14,17 @@ from hbsolve.branch import load_branch
 from hbsolve.continuation import frequency_response, joint_response, level_response
 from hbsolve.errors import BalanceError, ModelError
 from hbsolve.parameter import JointPath
-from hbsolve.sensitivity import JointParameter, LoadParameter, SliderParameter, scaled, sensitivity
+from hbsolve.sensitivity import (
+    JointParameter,
+    LevelParameter,
+    LoadParameter,
+    MatrixParameter,
+    Parameter,
+    SliderParameter,
+    point_mass,
+    scaled,
+    sensitivity,
+)
 from hbsolve.steady_state import steady_state
 from reduction.errors import JointError
 from reduction.jointed_system import (
@@ -271,12 +281,68 @@ BALANCE: dict[str, tuple[Refused, str]] = {
         lambda: derivative(LoadParameter(row=X, harmonic=4)),
         r"harmonic 4 is none of 0 to 3",
     ),
+    "sensitivity to an unknown parameter": (
+        lambda: derivative(JointParameter(joint="cubic", name="gap")),
+        r'"cubic" has no parameter "gap": it has stiffness',
+    ),
+    "sensitivity to half a slider": (
+        lambda: derivative(SliderParameter(slider=0.5)),  # type: ignore[arg-type]
+        r"slider = 0\.5 must be a whole number",
+    ),
+    "sensitivity to half a harmonic": (
+        lambda: derivative(LoadParameter(row=X, harmonic=1.5)),  # type: ignore[arg-type]
+        r"harmonic = 1\.5 must be a whole number",
+    ),
+    "sensitivity to a load over another structure": (
+        lambda: derivative(LoadParameter(row=np.ones(3))),
+        r"row of a load parameter has shape \(3,\): give \(2,\)",
+    ),
+    "sensitivity to a load on a number": (
+        lambda: derivative(LoadParameter(row=1)),  # type: ignore[arg-type]
+        r"row of a load parameter has shape \(\): give \(2,\)",
+    ),
+    "sensitivity to a load of NaN": (
+        lambda: derivative(LoadParameter(row=np.array([0, np.nan]))),
+        r"row of a load parameter holds nan: give finite numbers",
+    ),
+    "sensitivity to a complex load": (
+        lambda: derivative(LoadParameter(row=np.array([0, 2j]))),
+        r"row of a load parameter holds 0\+2j at 1: give real numbers",
+    ),
+    "sensitivity to a load without a phase": (
+        lambda: derivative(LoadParameter(row=X, phase=np.inf)),
+        r"phase = inf must be a finite number",
+    ),
+    "sensitivity to a mass over another structure": (
+        lambda: derivative(point_mass(np.ones(3))),
+        r"mass of a matrix parameter has shape \(3, 3\): give \(2, 2\)",
+    ),
+    "sensitivity to a row for a stiffness": (
+        lambda: derivative(MatrixParameter(stiffness=X)),
+        r"stiffness of a matrix parameter has shape \(2,\): give \(2, 2\)",
+    ),
+    "sensitivity to an infinite damping": (
+        lambda: derivative(MatrixParameter(damping=np.diag([1, np.inf]))),
+        r"damping of a matrix parameter holds inf: give finite numbers",
+    ),
+    "sensitivity to a word": (
+        lambda: derivative("gap"),  # type: ignore[arg-type]
+        r"'gap' is no parameter: give a JointParameter",
+    ),
+    "one parameter for a list": (
+        lambda: sensitivity(balance(), steady_state(balance(), 0.5), LevelParameter()),  # type: ignore[arg-type]
+        r"parameters are one LevelParameter: give a list",
+    ),
+    "sensitivity of a state of another balance": (
+        lambda: sensitivity(balance(5), steady_state(balance(4), 0.5), [LevelParameter()]),
+        r"state has coefficients of shape \(4, 2\), the balance \(5, 2\)",
+    ),
     "another matrix": (lambda: scaled(balance(), "inertia"), r'no matrix "inertia" to scale'),
     "missing file": (lambda: load_branch(Path("nowhere.nc")), r'"nowhere\.nc" holds no response branch'),
 }
 
 
-def derivative(parameter: JointParameter | SliderParameter | LoadParameter) -> object:
+def derivative(parameter: Parameter) -> object:
     of = balance()
     return sensitivity(of, steady_state(of, 0.5), [parameter])
 
