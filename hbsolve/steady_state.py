@@ -14,6 +14,8 @@ from hbsolve.contact.law import JACOBIAN
 from hbsolve.errors import BalanceError
 from hbsolve.newton import apply_receptance, newton
 from hbsolve.sampling import complex_from_real, real_from_complex
+from reduction.array_input import real_array
+from reduction.jointed_system import FrictionContact
 
 #: |R| of a solution relative to the linear motion of the directions.
 TOLERANCE = 1e-9
@@ -94,7 +96,7 @@ def slider_start(
         Another number than the system's sliders, or a multiplier beyond Coulomb's cone.
     """
     n = balance.n_slider
-    value = np.zeros(n) if slider is None else np.array(slider, dtype=np.float64)
+    value = np.zeros(n) if slider is None else np.array(real_array(slider, "slider", BalanceError))
     if value.shape != (n,):
         raise BalanceError(f"slider has shape {value.shape}: give {n} finite numbers, one a tangent in order of joints")
     if not np.isfinite(value).all():
@@ -104,6 +106,36 @@ def slider_start(
         worst = value[np.abs(value).argmax()]
         raise BalanceError(f"multiplier {worst:g} is outside [-1, 1]: it is the share of Coulomb's limit (eq. 11)")
     return Start(value, np.full(n, int(multiplier)))
+
+
+def start_motion(balance: HarmonicBalance, start: SteadyState | Real | None) -> Real | None:
+    """Check the motion to start from that a caller gives; compiled code does not.
+
+    Raises
+    ------
+    BalanceError
+        Another shape than the balance's, or entries that are no finite real numbers.
+    """
+    if start is None:
+        return None
+    n_direction, n_harmonic = balance.n_direction, balance.n_harmonic
+    if isinstance(start, SteadyState):
+        if start.displacement.shape != (n_harmonic, n_direction):
+            raise BalanceError(
+                f"the start is a state with displacement of shape {start.displacement.shape}, the balance has "
+                f"{n_harmonic} harmonics with the mean and {n_direction} directions: give a state of this balance"
+            )
+        return start.motion
+    x = real_array(start, "the start", BalanceError)
+    wanted = (n_direction, 2 * n_harmonic - 1)
+    if x.shape != wanted:
+        raise BalanceError(
+            f"the start has shape {x.shape}: give real coefficients of the directions, shape {wanted}, a steady state "
+            "or a branch's `start`"
+        )
+    if not np.isfinite(x).all():
+        raise BalanceError(f"the start holds {x[~np.isfinite(x)][0]}: give finite numbers")
+    return x
 
 
 def steady_state(
@@ -136,15 +168,12 @@ def steady_state(
         Newton's method failed from the start, from rest, along a ramp of the level, from many starts and along arcs
         of frequency and level.
     BalanceError
-        A frequency that is not positive, or sliders that do not fit.
+        A frequency that is not positive, or sliders or a start that do not fit.
     """
     sliders = slider_start(balance, slider, multiplier)
     from hbsolve.rescue import along_an_arc, from_many_starts  # which continue branches of these states
 
-    x = start.motion if isinstance(start, SteadyState) else start
-    wanted = (balance.n_direction, 2 * balance.n_harmonic - 1)
-    if x is not None and (x.shape != wanted or not np.isfinite(x).all()):
-        raise BalanceError(f"the start has shape {x.shape}: give finite real coefficients of shape {wanted}")
+    x = start_motion(balance, start)
     condensed = balance.at(angular_frequency)
     try:
         return solve_at(balance, condensed, x, sliders)
@@ -161,6 +190,7 @@ def steady_state(
 
 def solve_at(balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: Start) -> SteadyState:
     """`steady_state` where the linear structure at Omega is at hand."""
+    x = start_motion(balance, x)
     linear = balance.linear(condensed)
     scale = float(np.linalg.norm(linear))
     if scale == 0.0:
@@ -181,8 +211,20 @@ def solve_at(balance: HarmonicBalance, condensed: Condensed, x: Real | None, sli
     raise NoConvergence(
         f"no steady state was found at {condensed.angular_frequency / (2 * np.pi):.6g} Hz, level {balance.level:g}: "
         f"Newton's method from the start and from rest, and a ramp of the level, stopped at |R| = "
-        f"{norm / scale:.1e} of the linear motion; start from a neighbouring state, or continue a branch to here"
+        f"{norm / scale:.1e} of the linear motion; {_advice(balance, sliders)}"
     )
+
+
+def _advice(balance: HarmonicBalance, sliders: Start) -> str:
+    """What to try where nothing was found."""
+    elsewhere = "start from a neighbouring state, or continue a branch to here"
+    pressed = [
+        joint.name for joint in balance.system.joints
+        if isinstance(joint, FrictionContact) and (joint.preload > 0 or joint.gap < 0)
+    ]  # fmt: skip
+    if not pressed or sliders.value.any():
+        return elsewhere
+    return f'"{pressed[0]}" is pressed before it moves and sliders start at 0: give `slider`, {elsewhere}'
 
 
 def newton_at(

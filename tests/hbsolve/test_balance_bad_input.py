@@ -1,5 +1,6 @@
 """What the harmonic balance cannot use is refused in one sentence that shows it."""
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -8,12 +9,14 @@ import numpy as np
 import pytest
 from scipy.sparse import eye_array
 
+import hbsolve.rescue
+import hbsolve.steady_state
 from geometry.errors import InputError
 from hbsolve.balance import HarmonicBalance
 from hbsolve.branch import load_branch
-from hbsolve.continuation import frequency_response, joint_response, level_response
+from hbsolve.continuation import Continuation, frequency_response, joint_response, level_response
 from hbsolve.errors import BalanceError, ModelError
-from hbsolve.parameter import JointPath
+from hbsolve.parameter import FrequencyPath, JointPath
 from hbsolve.sensitivity import (
     JointParameter,
     LevelParameter,
@@ -25,7 +28,7 @@ from hbsolve.sensitivity import (
     scaled,
     sensitivity,
 )
-from hbsolve.steady_state import steady_state
+from hbsolve.steady_state import NoConvergence, steady_state
 from reduction.errors import JointError
 from reduction.jointed_system import (
     CubicSpring,
@@ -212,6 +215,45 @@ BALANCE: dict[str, tuple[Refused, str]] = {
         lambda: steady_state(balance(), 1.0, slider=[0.1, 0.2]),
         r"slider has shape \(2,\): give 1 finite number",
     ),
+    "no sliders for one": (lambda: steady_state(balance(), 1.0, slider=[]), r"slider has shape \(0,\): give 1 finite"),
+    "a column of sliders": (lambda: steady_state(balance(), 1.0, slider=[[0.1]]), r"slider has shape \(1, 1\)"),  # type: ignore[list-item]
+    "ragged sliders": (
+        lambda: steady_state(balance(), 1.0, slider=[0.1, [0.1, 0.2]]),  # type: ignore[list-item]
+        r"slider: its rows have different lengths \[1, 2\]",
+    ),
+    "a complex slider": (
+        lambda: steady_state(balance(), 1.0, slider=[1j]),  # type: ignore[list-item]
+        r"slider holds 0\+1j at 0: give real numbers",
+    ),
+    "NaN in a slider": (lambda: steady_state(balance(), 1.0, slider=[np.nan]), r"slider 0 starts at nan"),
+    "a start of too few harmonics": (
+        lambda: steady_state(balance(), 1.0, start=np.zeros((3, 5))),
+        r"start has shape \(3, 5\): give real coefficients of the directions, shape \(3, 7\)",
+    ),
+    "a start of all degrees of freedom": (
+        lambda: steady_state(balance(), 1.0, start=np.zeros((4, 2))),
+        r"start has shape \(4, 2\): give .* \(3, 7\)",
+    ),
+    "a complex start": (
+        lambda: steady_state(balance(), 1.0, start=1j * np.ones((3, 7))),  # type: ignore[arg-type]
+        r"the start holds 0\+1j at \(0, 0\): give real numbers",
+    ),
+    "NaN in the start": (
+        lambda: steady_state(balance(), 1.0, start=np.full((3, 7), np.nan)),
+        r"the start holds nan: give finite numbers",
+    ),
+    "a start in words": (
+        lambda: steady_state(balance(), 1.0, start="rest"),  # type: ignore[arg-type]
+        r"the start holds 'rest': give numbers",
+    ),
+    "a state of other harmonics": (
+        lambda: steady_state(balance(5), 1.0, start=steady_state(balance(4), 1.0)),
+        r"state with displacement of shape \(4, 3\), the balance has 5 harmonics with the mean and 3 directions",
+    ),
+    "a branch from a start of another shape": (
+        lambda: Continuation(path=FrequencyPath(balance=balance()), first=1.0, last=2.0).begin(np.zeros((2, 7))),
+        r"start has shape \(2, 7\): give .* \(3, 7\)",
+    ),
     "multiplier above 1": (
         lambda: steady_state(balance(), 1.0, slider=[-1.25], multiplier=True),
         r"multiplier -1\.25 is outside \[-1, 1\]",
@@ -368,6 +410,28 @@ def test_matrices_of_no_vibrating_structure_are_refused(case: str) -> None:
 @pytest.mark.parametrize("case", BALANCE)
 def test_harmonics_starts_and_ranges_that_cannot_be_used_are_refused(case: str) -> None:
     check(BalanceError, *BALANCE[case])
+
+
+@pytest.mark.parametrize(
+    ("joint", "slider", "advice"),
+    [
+        (contact(), None, r'; "rub" is pressed before it moves and sliders start at 0: give `slider`, start from'),
+        (contact(preload=0.0, gap=-0.1), [0.0], r'; "rub" is pressed before it moves and sliders start at 0: give'),
+        (contact(), [0.1], r"motion; start from a neighbouring state, or continue a branch to here$"),
+        (contact(preload=0.0), None, r"motion; start from a neighbouring state, or continue a branch to here$"),
+    ],
+)
+def test_where_nothing_converges_the_message_says_what_to_try(
+    joint: FrictionContact, slider: list[float] | None, advice: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stuck(*given: object) -> tuple[object, float, int]:
+        return given[3], 1.0, 0
+
+    for room in (hbsolve.steady_state, hbsolve.rescue):
+        monkeypatch.setattr(room, "newton_at", stuck)
+    with pytest.raises(NoConvergence, match=advice) as caught:
+        steady_state(balance(joints=[joint]), 0.5, slider=slider)
+    assert re.match(r"no steady state was found at 0\.0795775 Hz, level 1: ", str(caught.value))
 
 
 def test_a_complex_array_without_imaginary_parts_loses_nothing() -> None:
