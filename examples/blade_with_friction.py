@@ -15,7 +15,6 @@ from geometry.blade import Blade, contact_lines
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from hbsolve.continuation import frequency_response
-from hbsolve.sampling import real_from_complex
 from hbsolve.steady_state import steady_state
 from reduction.craig_bampton import craig_bampton
 from reduction.jointed_system import FrictionContact, JointedSystem, along
@@ -67,8 +66,8 @@ for level in LEVELS:
     curve = frequency_response(at_level, 2 * np.pi * 0.96 * stuck, 2 * np.pi * 1.02 * stuck)
     top = int(curve.amplitude(tip).argmax())
     near = int(np.abs(curve.frequency - stuck).argmin())
-    start = real_from_complex(curve.coefficients[near] @ B.T)
-    motion = contact_motion(at_level, steady_state(at_level, 2 * np.pi * stuck, start=start))[0]
+    state = steady_state(at_level, 2 * np.pi * stuck, start=curve.start(at_level, near))
+    motion = contact_motion(at_level, state)[0]
     frequency.append(curve.frequency[top])
     ratio.append(curve.amplitude(tip)[top] / level * 1e6)
     print(f"{level:4g} N: peak at {frequency[-1]:.2f} Hz, {ratio[-1]:.3f} um/N")

@@ -6,7 +6,6 @@ from matplotlib.figure import Figure
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from hbsolve.continuation import frequency_response
-from hbsolve.sampling import real_from_complex
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import CubicSpring, FrictionContact, JointedSystem, along, between
 
@@ -29,8 +28,7 @@ for level in (0.02, 1.0, 2.5, 4.0):
     curve = frequency_response(at_level, 2 * np.pi * 12, 2 * np.pi * 32)
     compliance = curve.amplitude(2) / level * 1e3
     peak = int(compliance.argmax())
-    start = real_from_complex(curve.coefficients[peak] @ np.vstack([rub.directions, cubic.directions]).T)
-    state = steady_state(at_level, curve.angular_frequency[peak], start=start)
+    state = steady_state(at_level, curve.angular_frequency[peak], start=curve.start(at_level, peak))
     motion = contact_motion(at_level, state)[0]
     response.semilogy(curve.frequency, compliance, ".-", markersize=3, label=f"{level:g} N")
     closed = np.r_[-1 : balance.n_sample]  # a period ends where it began

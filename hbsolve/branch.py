@@ -10,6 +10,8 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from hbsolve.errors import BalanceError
+from hbsolve.sampling import real_from_complex
+from reduction.array_input import whole_number
 
 if TYPE_CHECKING:
     import xarray
@@ -105,6 +107,35 @@ class ResponseBranch:
     def amplitude(self, row: int | Float[NDArray[np.float64], " r"], harmonic: int = 1, derivative: int = 0) -> Numbers:
         """Amplitude of `output`, shape (p,)."""
         return np.asarray(np.abs(self.output(row, harmonic, derivative)))
+
+    def start(self, balance: "HarmonicBalance", index: int) -> Float[NDArray[np.float64], "d nh"]:
+        """Motion of the joints at a point, for `steady_state` or a continuation to start from, shape (d, 2 H + 1) [m].
+
+        Parameters
+        ----------
+        balance
+            What is to start there; it may keep other harmonics than the branch: those it has more are zero.
+        index
+            Of the point; negative from the end.
+
+        Raises
+        ------
+        BalanceError
+            No such point, or a balance of another structure.
+        """
+        count, n_harmonic, n_dof = self.coefficients.shape
+        number = whole_number(index, "index", BalanceError)
+        if not -count <= number < count:
+            raise BalanceError(f"there is no point {number}: the branch has {count}, give 0 to {count - 1}")
+        if n_dof != balance.system.n_dof:
+            raise BalanceError(
+                f"the branch has {n_dof} degrees of freedom, the balance {balance.system.n_dof}: give the balance of "
+                "the same structure"
+            )
+        kept = min(n_harmonic, balance.n_harmonic)
+        motion = np.zeros((balance.n_harmonic, balance.n_direction), dtype=np.complex128)
+        motion[:kept] = self.coefficients[number, :kept] @ balance.structure.directions.T
+        return real_from_complex(motion)
 
     def to_xarray(self) -> "xarray.Dataset":
         """As a labelled data set, with units as attributes."""

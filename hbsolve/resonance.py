@@ -71,9 +71,8 @@ def resonance(
         raise PeakError(
             f"the response is highest at {branch.frequency[top]:.6g} Hz, an end of the branch: widen its range"
         )
-    directions = balance.structure.directions
     omega = branch.angular_frequency
-    start = _motion(branch, top, directions)
+    start = branch.start(balance, top)
 
     def solved(value: float) -> SteadyState:
         return steady_state(balance, value, start=start, slider=slider)
@@ -154,14 +153,6 @@ def _width(branch: ResponseBranch, row: Row) -> float:
     amplitude = branch.amplitude(row)
     near = branch.angular_frequency[amplitude >= amplitude.max() / np.sqrt(2)]
     return float(near.max() - near.min())
-
-
-def _motion(
-    branch: ResponseBranch, point: int, directions: Float[NDArray[np.float64], "d r"]
-) -> Float[NDArray[np.float64], "d nh"]:
-    from hbsolve.sampling import real_from_complex
-
-    return real_from_complex(branch.coefficients[point] @ directions.T)
 
 
 def _at(coefficients: NDArray[np.complex128], row: Row) -> complex:

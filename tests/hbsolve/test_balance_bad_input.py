@@ -72,6 +72,13 @@ def balance(n_harmonic: int = 4, **changes: object) -> HarmonicBalance:
     return HarmonicBalance(system=system(**changes), n_harmonic=n_harmonic)
 
 
+def duffing() -> HarmonicBalance:
+    one = np.eye(1)
+    spring = CubicSpring(name="cubic", direction=one[0], stiffness=0.1)
+    made = JointedSystem(mass=one, damping=0.1 * one, stiffness=one, joints=[spring], harmonic_force=[[0], [0.1]])
+    return HarmonicBalance(system=made, n_harmonic=2)
+
+
 Refused = Callable[[], object]
 
 DATA: dict[str, tuple[Refused, str]] = {
@@ -253,6 +260,18 @@ BALANCE: dict[str, tuple[Refused, str]] = {
     "a branch from a start of another shape": (
         lambda: Continuation(path=FrequencyPath(balance=balance()), first=1.0, last=2.0).begin(np.zeros((2, 7))),
         r"start has shape \(2, 7\): give .* \(3, 7\)",
+    ),
+    "a point that a branch does not have": (
+        lambda: frequency_response(balance(), 0.5, 0.6).start(balance(), 10**6),
+        r"there is no point 1000000: the branch has \d+, give 0 to",
+    ),
+    "half a point of a branch": (
+        lambda: frequency_response(balance(), 0.5, 0.6).start(balance(), 0.5),  # type: ignore[arg-type]
+        r"index = 0\.5 must be a whole number",
+    ),
+    "a point of a branch of another structure": (
+        lambda: frequency_response(duffing(), 0.5, 0.6).start(balance(), 0),
+        r"branch has 1 degrees of freedom, the balance 2",
     ),
     "multiplier above 1": (
         lambda: steady_state(balance(), 1.0, slider=[-1.25], multiplier=True),

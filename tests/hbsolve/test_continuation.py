@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import ellipk
 
 from hbsolve.balance import HarmonicBalance
-from hbsolve.branch import ResponseBranch, load_branch
+from hbsolve.branch import load_branch
 from hbsolve.contact_motion import contact_motion
 from hbsolve.continuation import Continuation, frequency_response, joint_response, level_response
 from hbsolve.errors import BalanceError
@@ -18,7 +18,6 @@ from hbsolve.forced_response import forced_response
 from hbsolve.fourier import coefficients_from_samples, samples_from_coefficients
 from hbsolve.harmonic_force import HarmonicForce
 from hbsolve.parameter import FrequencyPath
-from hbsolve.sampling import real_from_complex
 from hbsolve.steady_state import SteadyState, steady_state
 from reduction.jointed_system import (
     CubicSpring,
@@ -95,10 +94,6 @@ def chain(damping: str, joints: bool = True) -> JointedSystem:
     )
 
 
-def state_at(branch: ResponseBranch, balance: HarmonicBalance, point: int) -> NDArray[np.float64]:
-    return real_from_complex(branch.coefficients[point] @ balance.structure.directions.T)
-
-
 def folds(values: NDArray[np.float64]) -> list[int]:
     """Points where a branch turns round."""
     return [int(k) + 1 for k in np.flatnonzero(np.diff(np.sign(np.diff(values))))]
@@ -153,7 +148,7 @@ def test_states_satisfy_the_equation_of_motion_in_plain_matrices(damping: str) -
     assert branch.contact_share[:, :, 2].max() > 0.1  # lifts off
     start: NDArray[np.float64] | None = None
     for point in range(0, len(branch.angular_frequency), 3):
-        start = state_at(branch, balance, point)
+        start = branch.start(balance, point)
         state = steady_state(balance, float(branch.angular_frequency[point]), start=start)
         assert left_over(balance, state) < 1e-7  # |R| < 1e-9 of the motion, and stiff against soft contacts
 
@@ -196,7 +191,7 @@ def test_the_arc_turns_twice_and_every_point_is_a_solution_of_its_own() -> None:
     assert (np.diff(omega[up : down + 1]) < 0).all()  # the middle branch runs backwards
     assert (branch.residual_norm <= 1e-9).all()
     for point in range(1, len(omega), 4):
-        start = state_at(branch, balance, point)
+        start = branch.start(balance, point)
         state = steady_state(balance, float(omega[point]), start=start)
         np.testing.assert_allclose(state.coefficients, branch.coefficients[point], atol=1e-7)
         assert left_over(balance, state) < 1e-7
@@ -210,7 +205,7 @@ def test_three_states_share_a_frequency_between_the_folds() -> None:
     crossings = np.flatnonzero(np.diff(np.sign(branch.angular_frequency - between_folds)))
     assert len(crossings) == 3
     amplitudes = [
-        steady_state(balance, between_folds, start=state_at(branch, balance, point)).amplitude(0) for point in crossings
+        steady_state(balance, between_folds, start=branch.start(balance, point)).amplitude(0) for point in crossings
     ]
     assert amplitudes[0] > 1.05 * amplitudes[1] > 5 * amplitudes[2]
 
@@ -228,6 +223,23 @@ def test_both_directions_of_travel_find_the_same_curve() -> None:
     np.testing.assert_allclose(turns[0], turns[1][::-1], rtol=5e-3)
 
 
+def test_a_point_of_a_branch_starts_its_own_state_and_that_of_a_finer_balance() -> None:
+    balance = HarmonicBalance(system=chain("coupled"), n_harmonic=4)
+    branch = frequency_response(balance, 8.0, 9.0, step=0.5)
+    for point in (2, -1):
+        state = steady_state(balance, float(branch.angular_frequency[point]), start=branch.start(balance, point))
+        assert state.iterations <= 1  # the branch was solved to the same tolerance
+        np.testing.assert_allclose(branch.start(balance, point), state.motion, atol=1e-8 * np.abs(state.motion).max())
+    fine = HarmonicBalance(system=chain("coupled"), n_harmonic=6)
+    start = branch.start(fine, -1)
+    assert start.shape == (fine.n_direction, 11)
+    np.testing.assert_array_equal(start[:, :7], branch.start(balance, -1))
+    assert not start[:, 7:].any()
+    assert steady_state(fine, 9.0, start=start).residual_norm < 1e-9
+    coarse = HarmonicBalance(system=chain("coupled"), n_harmonic=3)
+    np.testing.assert_array_equal(branch.start(coarse, -1), branch.start(balance, -1)[:, :5])
+
+
 def test_the_step_is_the_largest_one_and_points_ascend_to_the_end() -> None:
     balance = HarmonicBalance(system=chain("modal"), n_harmonic=4)
     reports: list[tuple[float, float]] = []
@@ -242,7 +254,7 @@ def test_a_branch_over_the_level_turns_twice_and_ends_in_the_state_of_that_level
     branch = level_response(balance, 1.1, 0.05, 6.0)
     assert len(folds(branch.level)) == 2
     assert (branch.angular_frequency == 1.1).all()
-    end = steady_state(balance.at_level(6.0), 1.1, start=state_at(branch, balance, -1))
+    end = steady_state(balance.at_level(6.0), 1.1, start=branch.start(balance, -1))
     np.testing.assert_allclose(branch.coefficients[-1], end.coefficients, atol=1e-7)
     assert end.level == branch.level[-1] == 6.0
     start = steady_state(balance.at_level(0.05), 1.1)
@@ -270,7 +282,7 @@ def test_a_branch_over_a_joint_parameter_ends_in_the_state_of_a_system_made_with
     changed[number] = replace(changed[number], **{parameter: last})
     # The stuck stiffness of the two differs, which must not matter.
     made = HarmonicBalance(system=replace(system, joints=changed), n_harmonic=4)
-    end = steady_state(made, omega, start=state_at(branch, balance, -1))
+    end = steady_state(made, omega, start=branch.start(balance, -1))
     scale = np.abs(end.coefficients).max()
     np.testing.assert_allclose(branch.coefficients[-1], end.coefficients, atol=1e-7 * scale)
     assert len(branch.iterations) < 80  # 50 largest steps: corrections converge fast, with the exact Jacobian
