@@ -1,16 +1,23 @@
 """Several steady states at one frequency: other branches, and other histories of the sliders."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
-from hbsolve.balance import HarmonicBalance
+from hbsolve.aft import Start
+from hbsolve.balance import HarmonicBalance, Real
 from hbsolve.contact.law import FORCE
+from hbsolve.continuation import Continuation
+from hbsolve.parameter import LevelPath
 from hbsolve.steady_state import NoConvergence, SteadyState, forces_at, slider_start, solve_at
 
 #: Two motions that differ by less than this share are the same.
 SAME = 1e-6
 #: Random starts reach this far, in amplitudes of the linear motion.
 REACH = 2.0
+#: An arc over the level goes from the first to the last of these shares of it, in so many points at most.
+ARC_FIRST, ARC_LAST, ARC_POINTS = 0.05, 10.0, 400
 
 
 def steady_states(
@@ -23,30 +30,25 @@ def steady_states(
 ) -> tuple[SteadyState, ...]:
     """Distinct steady states of the same sliders from several starts, lowest vibration first.
 
-    Starts are the motion with all contacts stuck, scaled from rest to twice itself, with random phases. None of them
-    is bound to find all states.
+    Starts are the points at which an arc over the level passes that of the balance, up and down round its folds, to
+    ten times the level; then the motion with all contacts stuck, scaled from rest to twice itself, with random phases.
+    Not even all of them are bound to find all states.
 
     Parameters
     ----------
     balance, angular_frequency, slider
         As `hbsolve.steady_state.steady_state`.
     n_start
-        Number of starts [-].
+        Number of starts beside the arc's [-].
     seed
         Of the random numbers.
     """
     condensed = balance.at(angular_frequency)
     sliders = slider_start(balance, slider, multiplier=False)
-    linear = balance.linear(condensed)
-    random = np.random.default_rng(seed)
     found: list[SteadyState] = []
-    for number in range(n_start):
-        start = linear.copy()
-        angle = random.uniform(-np.pi, np.pi) if number else 0.0
-        scale = random.uniform(0, REACH) if number else 1.0
-        cosine, sine = linear[:, 1::2], linear[:, 2::2]
-        start[:, 1::2] = scale * (np.cos(angle) * cosine + np.sin(angle) * sine)
-        start[:, 2::2] = scale * (np.cos(angle) * sine - np.sin(angle) * cosine)
+    starts = [*_along_the_level(balance, angular_frequency, sliders)]
+    starts += _scaled(balance.linear(condensed), n_start, seed)
+    for start in starts:
         try:
             state = solve_at(balance, condensed, start, sliders)
         except NoConvergence:
@@ -54,6 +56,40 @@ def steady_states(
         if all(_differ(state, other) for other in found):
             found.append(state)
     return tuple(sorted(found, key=lambda state: float(np.linalg.norm(state.displacement[1:]))))
+
+
+def _scaled(linear: Real, n_start: int, seed: int) -> Iterator[Real]:
+    """The linear motion, and others of its shape."""
+    random = np.random.default_rng(seed)
+    for number in range(n_start):
+        start = linear.copy()
+        angle = random.uniform(-np.pi, np.pi) if number else 0.0
+        scale = random.uniform(0, REACH) if number else 1.0
+        cosine, sine = linear[:, 1::2], linear[:, 2::2]
+        start[:, 1::2] = scale * (np.cos(angle) * cosine + np.sin(angle) * sine)
+        start[:, 2::2] = scale * (np.cos(angle) * sine - np.sin(angle) * cosine)
+        yield start
+
+
+def _along_the_level(balance: HarmonicBalance, angular_frequency: float, sliders: Start) -> Iterator[Real]:
+    """Motions where an arc over the level passes that of the balance."""
+    level = balance.level
+    if not level or not balance.n_direction:
+        return
+    path = LevelPath(balance=balance, angular_frequency=angular_frequency)
+    arc = Continuation(path=path, first=ARC_FIRST * level, last=ARC_LAST * level, most_points=ARC_POINTS)
+    at, condensed = path.at(arc.first)
+    try:
+        state = arc.state_at(solve_at(at, condensed, None, sliders).motion, sliders)
+    except NoConvergence:
+        return
+    while not state.stop_reason:
+        before = state
+        _, state = arc.advance(state)
+        way = state.value - before.value
+        share = (level - before.value) / way if way else -1.0
+        if 0 <= share <= 1:
+            yield before.motion + share * (state.motion - before.motion)
 
 
 def history_states(
