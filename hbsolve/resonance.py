@@ -1,7 +1,7 @@
 """Resonance peaks of nonlinear forced response: one peak, and the peak against the level of the force."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -10,10 +10,11 @@ from scipy.optimize import brentq
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.branch import ResponseBranch
-from hbsolve.continuation import frequency_response
+from hbsolve.continuation import Continuation, frequency_response
 from hbsolve.errors import PeakError
+from hbsolve.parameter import FrequencyPath
 from hbsolve.sensitivity import FrequencyParameter, sensitivity
-from hbsolve.steady_state import NoConvergence, SteadyState, steady_state
+from hbsolve.steady_state import NoConvergence, SteadyState, slider_start, steady_state
 
 Row = int | Float[NDArray[np.float64], " r"]
 
@@ -21,6 +22,8 @@ Row = int | Float[NDArray[np.float64], " r"]
 WIDTHS, SHIFTS, WIDENINGS = 8.0, 3.0, 6
 #: Relative accuracy of the peak's frequency.
 ACCURACY = 1e-9
+#: Where the branch folds beside its top, arc lengths of ever shorter steps over the top, in shares of the amplitude.
+FINER, FINER_POINTS = (0.03, 3e-3, 3e-4), 60
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -71,28 +74,88 @@ def resonance(
         raise PeakError(
             f"the response is highest at {branch.frequency[top]:.6g} Hz, an end of the branch: widen its range"
         )
-    omega = branch.angular_frequency
-    start = branch.start(balance, top)
+    points = [
+        _Point(angular_frequency=float(branch.angular_frequency[at]), motion=branch.start(balance, at),
+               amplitude=float(amplitude[at]))
+        for at in (top - 1, top, top + 1)
+    ]  # fmt: skip
+    for share in (0.0, *FINER):
+        if share:
+            points = _over_the_top(balance, points, row, slider, share)
+        state = _between(balance, points, row, slider)
+        if state is not None:
+            break
+    else:
+        state = steady_state(balance, points[1].angular_frequency, start=points[1].motion, slider=slider)
+    return Resonance(state=state, amplitude=state.amplitude(row))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Point:
+    angular_frequency: float
+    motion: Float[NDArray[np.float64], "d nh"]
+    amplitude: float
+
+
+def _between(
+    balance: HarmonicBalance, points: Sequence[_Point], row: Row, slider: NDArray[np.float64] | None
+) -> SteadyState | None:
+    """The state where the amplitude is stationary between three points; none if a fold or a kink is between them."""
+    before, top, behind = (each.angular_frequency for each in points)
+    if not (top - before) * (behind - top) > 0:
+        return None
 
     def solved(value: float) -> SteadyState:
-        return steady_state(balance, value, start=start, slider=slider)
+        nearest = min(points, key=lambda each: abs(each.angular_frequency - value))
+        return steady_state(balance, value, start=nearest.motion, slider=slider)
 
     def slope(value: float) -> float:
         state = solved(value)
         change = sensitivity(balance, state, [FrequencyParameter()])[0]
         return float((_at(change[1], row) * np.conj(_at(state.coefficients[1], row))).real)
 
-    at = float(omega[top])
+    low, high = sorted((before, behind))
     try:
-        low, high = sorted((float(omega[top - 1]), float(omega[top + 1])))
-        if low < at < high and slope(low) > 0 > slope(high):
-            at = float(brentq(slope, low, high, xtol=ACCURACY * at))
-        state = solved(at)
+        if not slope(low) > 0 > slope(high):
+            return None
+        state = solved(float(brentq(slope, low, high, xtol=ACCURACY * top)))
     except NoConvergence:
-        state = solved(float(omega[top]))
-    if state.amplitude(row) < amplitude[top]:  # another state of the same frequency, next to a fold
-        state = solved(float(omega[top]))
-    return Resonance(state=state, amplitude=state.amplitude(row))
+        return None
+    # Lower than the points would be another state of the same frequency, next to a fold.
+    return state if state.amplitude(row) >= (1 - ACCURACY) * points[1].amplitude else None
+
+
+def _over_the_top(
+    balance: HarmonicBalance, points: Sequence[_Point], row: Row, slider: NDArray[np.float64] | None, share: float
+) -> list[_Point]:
+    """Three points about the top again, from an arc that begins at the first of them and takes shorter steps."""
+    before, top = points[:2]
+    at, reach = before.angular_frequency, float(np.ptp([each.angular_frequency for each in points]))
+    if not reach:
+        return list(points)
+    # The ends of the arc are far away: it is left when it is over the top.
+    arc = Continuation(
+        path=FrequencyPath(balance=balance), first=max(at - 10 * reach, at / 2), last=at + 10 * reach, step=reach
+    )
+    state = replace(
+        arc.state_at(before.motion, slider_start(balance, slider, multiplier=False)),
+        value=at,
+        tangent_motion=top.motion - before.motion,
+        tangent_value=top.angular_frequency - at,
+    )
+    finer = [before]
+    for _ in range(FINER_POINTS):
+        state = replace(state, step=min(state.step, share))
+        found, state = arc.advance(state)
+        if found is None:
+            break
+        omega, height = found.angular_frequency, found.amplitude(row)
+        finer.append(_Point(angular_frequency=omega, motion=found.motion, amplitude=height))
+        if len(finer) > 2 and height < finer[-2].amplitude:
+            return finer[-3:]
+        if state.stop_reason:
+            break
+    return list(points)
 
 
 def resonance_curve(
