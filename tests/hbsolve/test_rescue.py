@@ -1,0 +1,134 @@
+"""What finds a steady state where Newton's method from one start does not, on oscillators whose states are known."""
+
+import numpy as np
+import pytest
+from numpy.polynomial import Polynomial
+from numpy.typing import NDArray
+
+import hbsolve.rescue
+import hbsolve.steady_state
+from hbsolve.balance import HarmonicBalance
+from hbsolve.rescue import along_an_arc, from_many_starts
+from hbsolve.steady_state import NoConvergence, SteadyState, slider_start, steady_state
+from reduction.jointed_system import CubicSpring, JenkinsElement, JointedSystem
+
+ONE = np.ones(1)
+DAMPING, CUBIC, FORCE = 0.05, 0.2, 0.3
+#: Where the Duffing oscillator has three states, and where it has one on the upper branch.
+THREE, ONE_HIGH = 1.5, 1.0
+
+
+def duffing() -> HarmonicBalance:
+    system = JointedSystem(
+        mass=[[1.0]],
+        damping=[[DAMPING]],
+        stiffness=[[1.0]],
+        joints=[CubicSpring(name="cubic", direction=ONE, stiffness=CUBIC)],
+        harmonic_force=[[0.0], [FORCE]],
+    )
+    return HarmonicBalance(system=system, n_harmonic=2)
+
+
+def amplitudes(omega: float) -> NDArray[np.float64]:
+    """Of one harmonic, ascending: roots of ((1 - Omega^2 + 3/4 g z)^2 + (c Omega)^2) z = F^2 over z = A^2."""
+    z = Polynomial([0, 1])
+    roots = (((1 - omega**2 + 0.75 * CUBIC * z) ** 2 + (DAMPING * omega) ** 2) * z - FORCE**2).roots()
+    return np.sqrt(np.sort(roots[np.abs(roots.imag) < 1e-9].real))
+
+
+def none(balance: HarmonicBalance) -> object:
+    return slider_start(balance, None, multiplier=False)
+
+
+def test_an_arc_from_another_frequency_stays_on_its_branch() -> None:
+    balance = duffing()
+    low, _, high = amplitudes(THREE)
+    before = steady_state(balance, ONE_HIGH)
+    np.testing.assert_allclose(before.amplitude(0), amplitudes(ONE_HIGH), rtol=1e-7)
+    reached = along_an_arc(balance, THREE, before, none(balance))  # type: ignore[arg-type]
+    assert reached is not None
+    assert (reached.angular_frequency, reached.level) == (THREE, 1.0)
+    assert reached.residual_norm < 1e-9
+    np.testing.assert_allclose(reached.amplitude(0), high, rtol=1e-7)  # |R| < 1e-9 of a fifteenth of it, near a fold
+    # From above, along the lower branch.
+    before = steady_state(balance, 2.5)
+    reached = along_an_arc(balance, THREE, before, none(balance))  # type: ignore[arg-type]
+    assert reached is not None
+    np.testing.assert_allclose(reached.amplitude(0), low, rtol=1e-7)
+
+
+@pytest.mark.parametrize("omega", [0.7, ONE_HIGH, THREE, 2.5])
+def test_an_arc_from_a_low_level_ends_at_the_lowest_state(omega: float) -> None:
+    balance = duffing()
+    other = steady_state(balance.at_level(0.5), 0.9)
+    for before in (None, other):  # a state of another level is no start
+        reached = along_an_arc(balance, omega, before, none(balance))  # type: ignore[arg-type]
+        assert reached is not None
+        np.testing.assert_allclose(reached.amplitude(0), amplitudes(omega)[0], rtol=1e-7)
+
+
+def test_no_arc_leads_to_a_force_of_zero_or_beyond_its_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    balance = duffing()
+    assert along_an_arc(balance.at_level(0.0), 1.0, None, none(balance)) is None  # type: ignore[arg-type]
+    monkeypatch.setattr(hbsolve.rescue, "ARC_POINTS", 2)
+    assert along_an_arc(balance, THREE, None, none(balance)) is None  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("given", [False, True])
+def test_a_motion_from_many_starts_is_a_state(given: bool) -> None:
+    balance = duffing()
+    condensed = balance.at(THREE)
+    x = np.array([[0.0, 3.0, 0.1]]) if given else None
+    found = from_many_starts(balance, condensed, x, none(balance))  # type: ignore[arg-type]
+    assert found is not None
+    motion, norm, iterations = found
+    assert norm < 1e-9
+    assert 0 < iterations <= hbsolve.rescue.ITERATIONS
+    amplitude = np.hypot(*motion[0, 1:])
+    assert np.abs(amplitudes(THREE) / amplitude - 1).min() < 1e-7
+    again = from_many_starts(balance, condensed, x, none(balance))  # type: ignore[arg-type]
+    assert again is not None
+    np.testing.assert_array_equal(again[0], motion)  # the seed is fixed
+
+
+def test_sliders_of_the_states_found_are_those_given() -> None:
+    """A stuck slider at w pulls the mean to kt w / (k + kt)."""
+    slider = JenkinsElement(name="slider", direction=ONE, tangential_stiffness=0.5, limit_force=1.0)
+    system = JointedSystem(
+        mass=[[1.0]], damping=[[0.05]], stiffness=[[1.0]], joints=[slider], harmonic_force=[[0.0], [0.05]]
+    )
+    balance = HarmonicBalance(system=system, n_harmonic=3)
+    sliders = slider_start(balance, [0.6], multiplier=False)
+    found = from_many_starts(balance, balance.at(0.9), None, sliders)
+    reached = along_an_arc(balance, 0.9, None, sliders)
+    assert found is not None
+    assert reached is not None
+    for mean in (found[0][0, 0], reached.coefficients[0, 0].real):
+        np.testing.assert_allclose(mean, 0.5 * 0.6 / 1.5, atol=1e-8)  # residual, of a motion of 0.1
+
+
+def test_a_steady_state_is_rescued_by_many_starts_and_then_by_an_arc(monkeypatch: pytest.MonkeyPatch) -> None:
+    balance = duffing()
+    before = steady_state(balance, ONE_HIGH)
+    low, _, high = amplitudes(THREE)
+    tried = []
+
+    def fails(*given: object) -> SteadyState:
+        tried.append("Newton")
+        raise NoConvergence("Newton's method wandered")
+
+    def no_start(*given: object) -> None:
+        tried.append("starts")
+
+    monkeypatch.setattr(hbsolve.steady_state, "solve_at", fails)
+    state = steady_state(balance, THREE)
+    assert state.residual_norm < 1e-9
+    assert np.abs(amplitudes(THREE) / state.amplitude(0) - 1).min() < 1e-7
+    monkeypatch.setattr(hbsolve.rescue, "from_many_starts", no_start)
+    tried.clear()
+    np.testing.assert_allclose(steady_state(balance, THREE, start=before).amplitude(0), high, rtol=1e-7)
+    np.testing.assert_allclose(steady_state(balance, THREE).amplitude(0), low, rtol=1e-7)
+    assert tried == ["Newton", "starts"] * 2
+    monkeypatch.setattr(hbsolve.rescue, "ARC_POINTS", 2)
+    with pytest.raises(NoConvergence, match="Newton's method wandered"):
+        steady_state(balance, THREE, start=before)
