@@ -13,242 +13,39 @@ of degrees of freedom, such as a station between the nodes of a mesh, is a row a
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
-from enum import Enum
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from reduction.array_input import complex_array, real_array, real_number
+from reduction.array_input import complex_array, real_array
 from reduction.errors import JointError
+from reduction.joint import (
+    CubicSpring,
+    ElasticStop,
+    Friction,
+    FrictionContact,
+    JenkinsElement,
+    Joint,
+    QuadraticDamper,
+    Row,
+)
 
-Row = Float[NDArray[np.float64], " r"]
+__all__ = [
+    "CubicSpring",
+    "ElasticStop",
+    "Friction",
+    "FrictionContact",
+    "JenkinsElement",
+    "Joint",
+    "JointedSystem",
+    "QuadraticDamper",
+    "along",
+    "between",
+]
+
 Matrix = Float[NDArray[np.float64], "r r"]
-
-
-class Friction(Enum):
-    """How the two tangents of a contact share Coulomb's limit."""
-
-    UNCOUPLED = "uncoupled"
-    """Each tangent has a limit mu N of its own."""
-    COULOMB = "coulomb"
-    """The resultant has the limit mu N and opposes the sliding (isotropic)."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class FrictionContact:
-    r"""The paper's contact element: a unilateral normal spring beside elastic Coulomb friction in one or two tangents.
-
-    .. math:: N = \max(N_0 + k_n (v - g),\ 0), \qquad T = k_t (u - w), \qquad |T| \le \mu N
-
-    with v > 0 closing; w is the position of the slider, and T = 0 in lift-off.
-
-    Parameters
-    ----------
-    name
-        What messages and results call it.
-    normal
-        Row of v, shape (r,) [-].
-    tangents
-        Rows of u, shape (1, r) or (2, r); one row of shape (r,) is taken as (1, r) [-].
-    normal_stiffness, tangential_stiffness
-        k_n and k_t [N/m].
-    friction_coefficient
-        mu [-].
-    preload
-        N_0 [N], the normal force at v = g; negative holds the contact open by that force.
-    gap
-        g [m]; negative is an interference.
-    friction
-        How two tangents share the limit.
-
-    Raises
-    ------
-    JointError
-        A stiffness that is not positive, a negative friction coefficient, a number that is not finite, or another
-        friction.
-
-    References
-    ----------
-    Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eqs 6-8.
-    """
-
-    name: str
-    normal: Row
-    tangents: Float[NDArray[np.float64], "tangent r"]
-    normal_stiffness: float
-    tangential_stiffness: float
-    friction_coefficient: float
-    preload: float = 0.0
-    gap: float = 0.0
-    friction: Friction = Friction.UNCOUPLED
-
-    def __post_init__(self) -> None:
-        _lock_rows(self, "normal", "tangents")
-        if self.tangents.ndim == 1:
-            object.__setattr__(self, "tangents", self.tangents[None, :])
-        if self.tangents.ndim != 2 or len(self.tangents) not in {1, 2}:
-            raise JointError(f'contact "{self.name}" has tangents of shape {self.tangents.shape}: give one or two rows')
-        if self.tangents.shape[1:] != self.normal.shape:
-            raise JointError(
-                f'contact "{self.name}" has a normal over {self.normal.size} degrees of freedom but tangents over '
-                f"{self.tangents.shape[1]}: both are rows over the whole structure"
-            )
-        _check_positive(self, "normal_stiffness", "tangential_stiffness")
-        _check_not_negative(self, "friction_coefficient")
-        friction: object = self.friction
-        if not isinstance(friction, Friction):
-            known = " or ".join(str(each) for each in Friction)
-            raise JointError(f"{_label(self)}: friction = {friction!r} must be {known}")
-
-    @property
-    def directions(self) -> Float[NDArray[np.float64], "d r"]:
-        """Tangents, then the normal, shape (n_tangent + 1, r) [-]."""
-        return np.vstack([self.tangents, self.normal])
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class JenkinsElement:
-    r"""A spring and a slider in series with a constant limit: T = k_t (u - w), abs(T) <= limit_force.
-
-    Parameters
-    ----------
-    name
-        What messages and results call it.
-    direction
-        Row of u, shape (r,) [-].
-    tangential_stiffness
-        k_t [N/m].
-    limit_force
-        mu N [N].
-
-    Raises
-    ------
-    JointError
-        A stiffness that is not positive, a negative limit, or a number that is not finite.
-    """
-
-    name: str
-    direction: Row
-    tangential_stiffness: float
-    limit_force: float
-
-    def __post_init__(self) -> None:
-        _lock_rows(self, "direction")
-        _check_positive(self, "tangential_stiffness")
-        _check_not_negative(self, "limit_force")
-
-    @property
-    def directions(self) -> Float[NDArray[np.float64], "1 r"]:
-        """The direction, shape (1, r) [-]."""
-        return self.direction[None, :]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class CubicSpring:
-    """f = stiffness u^3.
-
-    Parameters
-    ----------
-    name
-        What messages and results call it.
-    direction
-        Row of u, shape (r,) [-].
-    stiffness
-        [N/m^3], of either sign.
-
-    Raises
-    ------
-    JointError
-        A number that is not finite.
-    """
-
-    name: str
-    direction: Row
-    stiffness: float
-
-    def __post_init__(self) -> None:
-        _lock_rows(self, "direction")
-        _check_finite(self, "stiffness")
-
-    @property
-    def directions(self) -> Float[NDArray[np.float64], "1 r"]:
-        """The direction, shape (1, r) [-]."""
-        return self.direction[None, :]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class ElasticStop:
-    """f = stiffness max(u - gap, 0): a one-sided stop without friction.
-
-    Parameters
-    ----------
-    name
-        What messages and results call it.
-    direction
-        Row of u, positive towards the stop, shape (r,) [-].
-    stiffness
-        [N/m].
-    gap
-        [m]; negative is a pre-compressed stop.
-
-    Raises
-    ------
-    JointError
-        A stiffness that is not positive, or a number that is not finite.
-    """
-
-    name: str
-    direction: Row
-    stiffness: float
-    gap: float = 0.0
-
-    def __post_init__(self) -> None:
-        _lock_rows(self, "direction")
-        _check_positive(self, "stiffness")
-        _check_finite(self, "gap")
-
-    @property
-    def directions(self) -> Float[NDArray[np.float64], "1 r"]:
-        """The direction, shape (1, r) [-]."""
-        return self.direction[None, :]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class QuadraticDamper:
-    """f = damping |du/dt| du/dt: drag of the surrounding air.
-
-    Parameters
-    ----------
-    name
-        What messages and results call it.
-    direction
-        Row of u, shape (r,) [-].
-    damping
-        [N s^2/m^2], not negative.
-
-    Raises
-    ------
-    JointError
-        A negative damping, or a number that is not finite.
-    """
-
-    name: str
-    direction: Row
-    damping: float
-
-    def __post_init__(self) -> None:
-        _lock_rows(self, "direction")
-        _check_not_negative(self, "damping")
-
-    @property
-    def directions(self) -> Float[NDArray[np.float64], "1 r"]:
-        """The direction, shape (1, r) [-]."""
-        return self.direction[None, :]
-
-
-Joint = FrictionContact | JenkinsElement | CubicSpring | ElasticStop | QuadraticDamper
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -364,41 +161,6 @@ def between(n_dof: int, dof: int, other: int | None = None) -> Row:
     return along(n_dof, {dof: 1.0} if other is None else {dof: 1.0, other: -1.0})
 
 
-def _lock_rows(joint: object, *names: str) -> None:
-    for name in names:
-        row = real_array(getattr(joint, name), f"{_label(joint)}: its {name}", JointError)
-        object.__setattr__(joint, name, row)
-        if name != "tangents" and row.ndim != 1:
-            raise JointError(f"{_label(joint)}: its {name} has shape {row.shape}, give one row of shape (r,)")
-        if not np.isfinite(row).all() or not row.any():
-            raise JointError(f"{_label(joint)}: its {name} must hold finite numbers, not all of them zero")
-    for field in fields(joint):  # type: ignore[arg-type]
-        if field.type is float:
-            what = f"{_label(joint)}: {field.name}"
-            object.__setattr__(joint, field.name, real_number(getattr(joint, field.name), what, JointError))
-            _check_finite(joint, field.name)
-
-
-def _check_finite(joint: object, *names: str) -> None:
-    for name in names:
-        if not np.isfinite(getattr(joint, name)):
-            raise JointError(f"{_label(joint)}: {name} = {getattr(joint, name):g} must be a finite number")
-
-
-def _check_positive(joint: object, *names: str) -> None:
-    _check_finite(joint, *names)
-    for name in names:
-        if not getattr(joint, name) > 0:
-            raise JointError(f"{_label(joint)}: {name} = {getattr(joint, name):g} must be positive")
-
-
-def _check_not_negative(joint: object, *names: str) -> None:
-    _check_finite(joint, *names)
-    for name in names:
-        if getattr(joint, name) < 0:
-            raise JointError(f"{_label(joint)}: {name} = {getattr(joint, name):g} must not be negative")
-
-
 def _joints(given: object) -> tuple[Joint, ...]:
     if isinstance(given, Joint):
         raise JointError(f"the joints are one joint, {given.name!r}: give a list of joints")
@@ -434,7 +196,3 @@ def _check_loads(static: Row, harmonic: Complex[NDArray[np.complex128], "harmoni
             f"the harmonic force has {harmonic[0, dof]:g} N in row 0 on degree of freedom {dof}: a constant force is "
             "static_load, and row k is harmonic k"
         )
-
-
-def _label(joint: object) -> str:
-    return f'joint "{getattr(joint, "name", "")}"'
