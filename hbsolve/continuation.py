@@ -1,15 +1,11 @@
-r"""Pseudo-arclength continuation of steady states over frequency, level or a joint's parameter, round folds.
+r"""Continuation of steady states over frequency, level or a joint's parameter, round folds: control of the steps.
 
-A step goes from (x, lambda) along the unit tangent t by ds and is corrected in the plane square to t,
-
-.. math:: R(x, \lambda) = 0, \qquad \frac{t_x \cdot \Delta x}{s_x^2} + \frac{t_\lambda \Delta \lambda}{s_\lambda^2} = 0
-
-with s_x the amplitude of the vibration at the last point and s_lambda a share of the range: a step changes the motion
-by a share ds of itself, or lambda by that share of s_lambda, whichever comes first.
+The steps themselves are `hbsolve.arclength`'s. s_x is the amplitude of the vibration at the last point and s_lambda a
+share of the range: a step changes the motion by a share ds of itself, or lambda by that share of s_lambda, whichever
+comes first.
 
 References
 ----------
-Keller, in Applications of Bifurcation Theory (1977): pseudo-arclength.
 Seydel, Practical Bifurcation and Stability Analysis (2010), section 4.5: scaling and step control.
 """
 
@@ -21,24 +17,24 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from hbsolve.aft import Start
+from hbsolve.arclength import Corrected, Direction, Metric, corrected, round_kink, tangent
 from hbsolve.balance import HarmonicBalance, Real
 from hbsolve.branch import ResponseBranch, branch_of
 from hbsolve.errors import BalanceError
-from hbsolve.newton import solve_bordered
 from hbsolve.parameter import Equation, FrequencyPath, JointPath, LevelPath, equation
-from hbsolve.steady_state import TOLERANCE, NoConvergence, SteadyState, finished, slider_start, solve_at, steady_state
+from hbsolve.steady_state import NoConvergence, SteadyState, finished, slider_start, solve_at, steady_state
 
 #: Largest, first and smallest ds.
 LARGEST, FIRST, LEAST = 0.2, 0.05, 1e-7
-#: Corrections at most; a step that takes EASY or fewer grows, one that takes HARD or more shrinks.
-CORRECTIONS, EASY, HARD = 10, 3, 6
+#: A step that takes EASY corrections or fewer grows, one that takes HARD or more shrinks.
+EASY, HARD = 3, 6
 GROW, SHRINK, RETRY = 1.5, 0.6, 0.35
-#: Two successive tangents with a smaller cosine belong to different branches, unless the step is tiny (a kink).
-ALIGNED, TINY = 0.5, 1e-3
-#: Cosine between a step and the last tangent below which the step runs back.
-BACKWARD = -0.8
-#: Points of a closed branch at least, and the largest difference of the tangents' shares of lambda where it closes.
-LEAST_LOOP, SAME_WAY = 12, 0.1
+#: A step across which the tangent turns more than by this cosine, or changes its orientation, is tried shorter, down to
+#: the length at which kinks are taken as they come.
+TURN, SURE = 0.7, 5e-3
+#: A closed branch has this many points at least, comes back to a point of its own by this share of a step (sheets that
+#: lie close together are no closed branch), and runs on in the same direction, by this cosine.
+LEAST_LOOP, ASIDE, SAME_WAY = 12, 0.05, 0.9
 #: Steps of largest length over the range by default, and points at most.
 STEPS, MOST_POINTS = 50, 5000
 
@@ -58,13 +54,15 @@ class ContinuationState:
     slider, by_multiplier
         Initial state of the sliders, shape (s,).
     tangent_motion, tangent_value
-        Unit tangent, in the direction of travel; zeros before the first step.
+        Tangent, in the direction of travel; before the first step, lambda's way alone.
+    orientation
+        Sign of the determinant along it (`hbsolve.arclength.tangent`); 0 before the first step.
     step
         The next ds.
     n_point
         Points so far.
-    mark_motion, mark_value, mark_tangent, mark_point
-        An earlier point, with its tangent's share of lambda, and its number: a branch that comes back to it is closed.
+    mark_motion, mark_value, mark_tangent_motion, mark_tangent_value, mark_point
+        An earlier point, its tangent, and its number: a branch that comes back to it is closed.
     stop_reason
         Empty while there is a next step.
     """
@@ -75,11 +73,13 @@ class ContinuationState:
     by_multiplier: NDArray[np.int64]
     tangent_motion: Real
     tangent_value: float
+    orientation: int
     step: float
     n_point: int
     mark_motion: Real
     mark_value: float
-    mark_tangent: float
+    mark_tangent_motion: Real
+    mark_tangent_value: float
     mark_point: int
     stop_reason: str = ""
 
@@ -152,12 +152,14 @@ class Continuation:
             slider=sliders.value,
             by_multiplier=sliders.by_multiplier,
             tangent_motion=np.zeros_like(motion),
-            tangent_value=0.0,
+            tangent_value=float(np.sign(self.last - self.first)) * self._scale,
+            orientation=0,
             step=FIRST,
             n_point=1,
             mark_motion=motion,
             mark_value=self.first,
-            mark_tangent=0.0,
+            mark_tangent_motion=np.zeros_like(motion),
+            mark_tangent_value=0.0,
             mark_point=1,
         )
 
@@ -165,118 +167,81 @@ class Continuation:
         """The next point, and the state after it; no point, and a stop reason, if there is none."""
         sliders = Start(np.array(state.slider), np.array(state.by_multiplier))
         x, value = np.array(state.motion), state.value
-        here = equation(self.path, value, x, sliders)
-        scale = _amplitude(x)
-        t_x, t_value = self._tangent(here, state, scale)
+        metric = Metric(_amplitude(x), self._scale)
+        t, orientation = self._set_out(state, metric, sliders)
         step = state.step
         while step >= LEAST:
-            end = self._end(value, t_value, step)
-            if end is not None:
-                return self._finish(state, x + (self.last - value) / t_value * t_x, sliders)
-            found = self._corrected(x, value, t_x, t_value, step, scale, sliders)
-            if found is not None and self._backward(state, found[0] - x, found[1] - value, scale):
-                # At a kink that turns by more than a right angle the way on has a negative share of the last tangent.
-                t_x, t_value = -t_x, -t_value
-                found = self._corrected(x, value, t_x, t_value, step, scale, sliders)
-                if found is not None and self._backward(state, found[0] - x, found[1] - value, scale):
-                    found, t_x, t_value = None, -t_x, -t_value
-            if found is not None:
-                x_new, value_new, iterations, at = found
-                beyond = (value_new - self.last) * (self.last - self.first)
-                if beyond > 0:
-                    share = (self.last - value) / (value_new - value)
-                    return self._finish(state, x + share * (x_new - x), sliders)
-                if self._outside(value_new):
-                    return None, replace(
-                        state, stop_reason=self._words("turned back beyond its first value", value_new)
-                    )
-                grow = GROW if iterations <= EASY else SHRINK if iterations >= HARD else 1.0
-                point = _point(at, x_new, sliders, iterations)
-                if self._closed(state, x_new, value_new, t_value, step, scale):
-                    reason = self._words("the branch closes on itself", value_new)
-                    return point, replace(state, n_point=state.n_point + 1, stop_reason=reason)
-                marked = state.n_point + 1 >= 2 * state.mark_point
-                return point, replace(
-                    state,
-                    mark_motion=x_new if marked else state.mark_motion,
-                    mark_value=value_new if marked else state.mark_value,
-                    mark_tangent=t_value if marked else state.mark_tangent,
-                    mark_point=state.n_point + 1 if marked else state.mark_point,
-                    value=value_new,
-                    motion=x_new,
-                    tangent_motion=t_x,
-                    tangent_value=t_value,
-                    step=min(grow * step, LARGEST),
-                    n_point=state.n_point + 1,
-                    stop_reason="" if state.n_point + 1 < self.most_points else f"reached {self.most_points} points",
-                )
+            if self._ends(value, t, step):
+                return self._finish(state, x + (self.last - value) / t.value * t.motion, sliders)
+            for find in (corrected, round_kink):
+                found = find(self.path, x, value, t, step, metric, sliders, orientation)
+                if found is None:
+                    continue
+                onward, sign = tangent(found.at, found.way, metric, orientation)
+                turned = metric.cosine(onward, found.way) < TURN or sign != orientation
+                if step <= SURE or not turned:
+                    return self._accept(replace(state, orientation=sign), found, onward, step, metric, sliders)
             step *= RETRY
-        return self._leap(state, x, sliders, t_value)
+        return self._leap(state, x, sliders, t.value)
 
-    def _backward(self, state: ContinuationState, dx: Real, dvalue: float, scale: float) -> bool:
-        """Whether a step runs back along the way that led here."""
-        last = np.sqrt(np.sum((state.tangent_motion / scale) ** 2) + (state.tangent_value / self._scale) ** 2)
-        moved = np.sqrt(np.sum((dx / scale) ** 2) + (dvalue / self._scale) ** 2)
-        share = np.sum(state.tangent_motion * dx) / scale**2 + state.tangent_value * dvalue / self._scale**2
-        return bool(share < BACKWARD * last * moved)
+    def _set_out(self, state: ContinuationState, metric: Metric, sliders: Start) -> tuple[Direction, int]:
+        """Tangent at the last point, of length 1, and its orientation."""
+        t = Direction(np.array(state.tangent_motion), state.tangent_value)
+        if not state.orientation:
+            here = equation(self.path, state.value, np.array(state.motion), sliders)
+            return tangent(here, t, metric, 0)
+        length = metric.length(t)
+        return Direction(t.motion / length, t.value / length), state.orientation
 
-    def _closed(
-        self, state: ContinuationState, x: Real, value: float, t_value: float, step: float, scale: float
-    ) -> bool:
-        """Whether a point lies within a step of the marked one, and travels the same way."""
-        away = np.sum(((x - state.mark_motion) / scale) ** 2) + ((value - state.mark_value) / self._scale) ** 2
-        same_way = abs(t_value - state.mark_tangent) <= SAME_WAY * self._scale
-        return bool(away <= step**2 and same_way and state.n_point >= state.mark_point + LEAST_LOOP)
-
-    def _tangent(self, here: Equation, state: ContinuationState, scale: float) -> tuple[Real, float]:
-        """Unit tangent in the direction of travel, from the bordered system with the last one as its border."""
-        border, corner = state.tangent_motion / scale**2, state.tangent_value / self._scale**2
-        if not state.tangent_value and not border.any():
-            corner = np.sign(self.last - self.first) / self._scale**2
-        balance = here.balance
-        first, count = balance.joint_of_direction
-        t_x, t_value = solve_bordered(
-            here.forces, here.condensed.receptance, first, count, 0 * here.residual, here.by_value,
-            np.ascontiguousarray(border), float(corner), -1.0,
-        )  # fmt: skip
-        length = np.sqrt(np.sum((t_x / scale) ** 2) + (t_value / self._scale) ** 2)
-        if not np.isfinite(length) or length == 0.0:
-            return np.zeros_like(state.motion), float(np.sign(self.last - self.first) * self._scale)
-        return t_x / length, float(t_value / length)
-
-    def _corrected(
-        self, x: Real, value: float, t_x: Real, t_value: float, step: float, scale: float, sliders: Start
-    ) -> tuple[Real, float, int, Equation] | None:
-        """The point at one step from (x, value), with the number of corrections; none if they fail."""
-        x_new, value_new = x + step * t_x, value + step * t_value
-        border, corner = np.ascontiguousarray(t_x / scale**2), t_value / self._scale**2
-        best = np.inf
-        for iteration in range(CORRECTIONS + 1):
-            try:
-                at = equation(self.path, value_new, x_new, sliders)
-            except BalanceError:
-                return None
-            norm = float(np.linalg.norm(at.residual))
-            if norm <= TOLERANCE * float(np.linalg.norm(at.balance.linear(at.condensed))):
-                break
-            if iteration == CORRECTIONS or not np.isfinite(norm) or norm > 1e3 * best:
-                return None
-            best = min(best, norm)
-            remainder = float((border * (x_new - x - step * t_x)).sum() + corner * (value_new - value - step * t_value))
-            first, count = at.balance.joint_of_direction
-            dx, dvalue = solve_bordered(
-                at.forces, at.condensed.receptance, first, count, at.residual, at.by_value, border, corner, remainder
+    def _accept(
+        self, state: ContinuationState, found: Corrected, t: Direction, step: float, metric: Metric, sliders: Start
+    ) -> tuple[SteadyState | None, ContinuationState]:
+        """The point, unless it lies outside the range, and what comes after it."""
+        if (found.value - self.last) * (self.last - self.first) > 0:
+            share = (self.last - state.value) / (found.value - state.value)
+            return self._finish(state, state.motion + share * (found.motion - state.motion), sliders)
+        if self._outside(found.value):
+            return None, replace(state, stop_reason=self._words("turned back beyond its first value", found.value))
+        point = _point(found.at, found.motion, sliders, found.iterations)
+        n_point = state.n_point + 1
+        if self._closed(state, found, t, step, metric):
+            return point, replace(
+                state, n_point=n_point, stop_reason=self._words("the branch closes on itself", found.value)
             )
-            x_new, value_new = x_new + dx, value_new + float(dvalue)
-        moved = np.sqrt(np.sum(((x_new - x) / scale) ** 2) + ((value_new - value) / self._scale) ** 2)
-        aligned = step / moved if moved else 0.0
-        return None if aligned < ALIGNED and step > TINY else (x_new, value_new, iteration, at)
+        if n_point >= 2 * state.mark_point:
+            state = replace(
+                state,
+                mark_motion=found.motion,
+                mark_value=found.value,
+                mark_tangent_motion=t.motion,
+                mark_tangent_value=t.value,
+                mark_point=n_point,
+            )
+        grow = GROW if found.iterations <= EASY else SHRINK if found.iterations >= HARD else 1.0
+        return point, replace(
+            state,
+            value=found.value,
+            motion=found.motion,
+            tangent_motion=t.motion,
+            tangent_value=t.value,
+            step=min(grow * step, LARGEST),
+            n_point=n_point,
+            stop_reason="" if n_point < self.most_points else f"reached {self.most_points} points",
+        )
 
-    def _end(self, value: float, t_value: float, step: float) -> float | None:
-        """Share of the step at which its prediction reaches the last value."""
-        ahead = self.last - value
-        reach = step * t_value
-        return ahead / reach if reach and 0 <= ahead / reach <= 1 else None
+    def _closed(self, state: ContinuationState, found: Corrected, t: Direction, step: float, metric: Metric) -> bool:
+        """Whether a point lies on the marked way, within a step of the mark, and travels the same way."""
+        mark = Direction(state.mark_tangent_motion, state.mark_tangent_value)
+        away = Direction(found.motion - state.mark_motion, found.value - state.mark_value)
+        along = metric.dot(away, mark) / (metric.length(mark) or 1.0)
+        aside = np.sqrt(max(metric.dot(away, away) - along**2, 0.0))
+        near = abs(along) <= step and aside <= ASIDE * step
+        return bool(near and metric.cosine(t, mark) >= SAME_WAY and state.n_point >= state.mark_point + LEAST_LOOP)
+
+    def _ends(self, value: float, t: Direction, step: float) -> bool:
+        """Whether the prediction of the step reaches the last value."""
+        ahead, reach = self.last - value, step * t.value
+        return bool(reach and 0 <= ahead / reach <= 1)
 
     def _finish(
         self, state: ContinuationState, predicted: Real, sliders: Start
@@ -312,7 +277,8 @@ class Continuation:
                 value=value,
                 motion=found.motion,
                 tangent_motion=np.zeros_like(x),
-                tangent_value=float(towards),
+                tangent_value=float(towards) * self._scale,
+                orientation=0,
                 step=FIRST,
                 n_point=state.n_point + 1,
             )

@@ -1,0 +1,178 @@
+r"""One step of pseudo-arclength continuation: the metric, the oriented tangent, the corrections.
+
+A step goes from (x, lambda) along the unit tangent t by ds and is corrected in the plane square to t,
+
+.. math:: R(x, \lambda) = 0, \qquad \frac{t_x \cdot \Delta x}{s_x^2} + \frac{t_\lambda \Delta \lambda}{s_\lambda^2} = ds
+
+R is piecewise smooth. Where a contact changes its state the tangent turns by any angle, and "ahead" is no longer the
+direction nearest to the last one. What is kept across such a kink is
+
+.. math:: \operatorname{sign} \det \begin{bmatrix} R_x & R_\lambda \\ t_x^T & t_\lambda \end{bmatrix}
+          = \operatorname{sign} \det (I + L A) \cdot \operatorname{sign} t_\lambda
+
+because the two Jacobians differ by a product with the normal n of the kink, so that both give the same determinant when
+bordered by n, and the branch crosses the kink if n . t keeps its sign. (A smooth branch point changes the sign.)
+
+References
+----------
+Keller, in Applications of Bifurcation Theory (1977): pseudo-arclength.
+Allgower and Georg, Introduction to Numerical Continuation Methods (2003), sections 2.1 and 12: orientation, piecewise
+linear branches.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hbsolve.aft import Start
+from hbsolve.balance import Real
+from hbsolve.errors import BalanceError
+from hbsolve.newton import active_rows, small_matrix, solve_bordered
+from hbsolve.parameter import Equation, Path, equation
+from hbsolve.steady_state import TOLERANCE
+
+#: Corrections at most.
+CORRECTIONS = 10
+#: The corrected point may lie this much further away than the step, unless the step is tiny (a kink).
+STRETCH, TINY = 2.0, 1e-3
+#: A tangent nearer to the last one than this cosine has met no kink: the sign has changed at a smooth branch point.
+STRAIGHT_ON = 0.9999
+
+
+class Direction(NamedTuple):
+    """A direction in motion, shape (d, nh) [m], and lambda."""
+
+    motion: Real
+    value: float
+
+
+class Metric(NamedTuple):
+    """Scales s_x [m] and s_lambda: lengths of directions are relative to them."""
+
+    motion: float
+    value: float
+
+    def dot(self, a: Direction, b: Direction) -> float:
+        """Inner product of two directions."""
+        return float(np.sum(a.motion * b.motion)) / self.motion**2 + a.value * b.value / self.value**2
+
+    def length(self, a: Direction) -> float:
+        """Length of a direction."""
+        return float(np.sqrt(self.dot(a, a)))
+
+    def cosine(self, a: Direction, b: Direction) -> float:
+        """Cosine between two directions; 1 where one has no length."""
+        lengths = self.length(a) * self.length(b)
+        return self.dot(a, b) / lengths if lengths else 1.0
+
+
+class Corrected(NamedTuple):
+    """A point of the branch, and the direction that led there."""
+
+    way: Direction
+
+    motion: Real
+    value: float
+    iterations: int
+    at: Equation
+
+
+def tangent(here: Equation, last: Direction, metric: Metric, orientation: int) -> tuple[Direction, int]:
+    """Unit tangent in the direction of travel, and its orientation.
+
+    Parameters
+    ----------
+    here
+        Where.
+    last
+        The last tangent.
+    metric
+        Scales.
+    orientation
+        Sign of the determinant along the way here; 0 where there was none, and `last` alone tells what is ahead.
+
+    Returns
+    -------
+    Direction, int
+        Of length 1, and the sign along it.
+    """
+    t = _along_kernel(here, last, metric)
+    sign = _determinant_sign(here) * (1 if t.value >= 0 else -1)
+    if sign == -orientation and metric.cosine(t, last) < STRAIGHT_ON:
+        return Direction(-t.motion, -t.value), orientation
+    return t, sign
+
+
+def corrected(
+    path: Path, x: Real, value: float, t: Direction, step: float, metric: Metric, sliders: Start, orientation: int
+) -> Corrected | None:
+    """The point at one step from (x, value) along t; none if the corrections fail."""
+    del orientation
+    return _corrections(path, x, value, t, step, metric, sliders, Direction(step * t.motion, step * t.value))
+
+
+def round_kink(
+    path: Path, x: Real, value: float, t: Direction, step: float, metric: Metric, sliders: Start, orientation: int
+) -> Corrected | None:
+    """The same where the branch turns within the step: along the tangent of the piece that t leads to."""
+    ahead = Direction(step * t.motion, step * t.value)
+    try:
+        beyond = equation(path, value + ahead.value, x + ahead.motion, sliders)
+    except BalanceError:
+        return None
+    turned, _ = tangent(beyond, t, metric, orientation)
+    return _corrections(path, x, value, turned, step, metric, sliders, ahead)
+
+
+def _corrections(
+    path: Path, x: Real, value: float, t: Direction, step: float, metric: Metric, sliders: Start, ahead: Direction
+) -> Corrected | None:
+    """Newton's method in the plane square to t at one step from (x, value), from the point `ahead`."""
+    x_new, value_new = x + ahead.motion, value + ahead.value
+    border, corner = np.ascontiguousarray(t.motion / metric.motion**2), t.value / metric.value**2
+    best = np.inf
+    for iteration in range(CORRECTIONS + 1):
+        try:
+            at = equation(path, value_new, x_new, sliders)
+        except BalanceError:
+            return None
+        norm = float(np.linalg.norm(at.residual))
+        if norm <= TOLERANCE * float(np.linalg.norm(at.balance.linear(at.condensed))):
+            break
+        if iteration == CORRECTIONS or not np.isfinite(norm) or norm > 1e3 * best:
+            return None
+        best = min(best, norm)
+        remainder = metric.dot(t, Direction(x_new - x, value_new - value)) - step
+        first, count = at.balance.joint_of_direction
+        dx, dvalue = solve_bordered(
+            at.forces, at.condensed.receptance, first, count, at.residual, at.by_value, border, corner, remainder
+        )
+        x_new, value_new = x_new + dx, value_new + float(dvalue)
+    moved = metric.length(Direction(x_new - x, value_new - value))
+    return None if moved > STRETCH * step and step > TINY else Corrected(t, x_new, value_new, iteration, at)
+
+
+def _along_kernel(here: Equation, last: Direction, metric: Metric) -> Direction:
+    """Unit tangent at an acute angle to the last one, from the system bordered by it."""
+    first, count = here.balance.joint_of_direction
+    t_x, t_value = solve_bordered(
+        here.forces, here.condensed.receptance, first, count, 0 * here.residual, here.by_value,
+        np.ascontiguousarray(last.motion / metric.motion**2), last.value / metric.value**2, -1.0,
+    )  # fmt: skip
+    t = Direction(t_x, float(t_value))
+    length = metric.length(t)
+    if not np.isfinite(length) or length == 0.0:
+        return Direction(np.zeros_like(last.motion), float(np.sign(last.value) or 1.0) * metric.value)
+    return Direction(t.motion / length, t.value / length)
+
+
+def _determinant_sign(here: Equation) -> int:
+    """Sign of det(I + L A)."""
+    first, count = here.balance.joint_of_direction
+    rows: NDArray[np.int64] = active_rows(here.forces.active)
+    if not len(rows):
+        return 1
+    nh = here.residual.shape[1]
+    matrix = small_matrix(rows, here.forces.jacobian, first, count, here.condensed.receptance, nh)
+    return int(np.linalg.slogdet(matrix)[0])

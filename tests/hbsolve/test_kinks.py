@@ -1,0 +1,96 @@
+"""Branches through kinks: contacts that change their state turn the branch by any angle."""
+
+import numpy as np
+import pytest
+
+from hbsolve.balance import HarmonicBalance
+from hbsolve.continuation import REACHED, Continuation, frequency_response
+from hbsolve.parameter import FrequencyPath
+from hbsolve.steady_state import steady_state
+from reduction.jointed_system import CubicSpring, ElasticStop, FrictionContact, JointedSystem, along, between
+
+
+def wedge_chain(level: float) -> HarmonicBalance:
+    """Three masses; the further the last one moves, the harder it presses on what rubs."""
+    stiffness = 4e4 * np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
+    wedge = along(3, {2: 0.5})
+    rub = FrictionContact(
+        name="rub",
+        tangents=between(3, 2),
+        normal=wedge,
+        tangential_stiffness=3e4,
+        normal_stiffness=4e4,
+        friction_coefficient=0.4,
+        preload=8.0,
+    )
+    system = JointedSystem(
+        mass=np.eye(3),
+        damping=1e-4 * stiffness,
+        stiffness=stiffness,
+        joints=[rub, CubicSpring(name="cubic", direction=between(3, 0), stiffness=2e11)],
+        static_load=8.0 * wedge,
+        harmonic_force=[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]],
+    )
+    return HarmonicBalance(system=system, n_harmonic=10, level=level)
+
+
+def stopped(level: float) -> HarmonicBalance:
+    """One mass, before a stop a hundred times stiffer than its spring: sharp folds where they touch."""
+    system = JointedSystem(
+        mass=[[1.0]],
+        damping=[[0.02]],
+        stiffness=[[1.0]],
+        joints=[ElasticStop(name="stop", direction=along(1, {0: 1.0}), stiffness=100.0, gap=1.0)],
+        harmonic_force=[[0.0], [0.1]],
+    )
+    return HarmonicBalance(system=system, n_harmonic=12, level=level)
+
+
+@pytest.mark.parametrize("level", [4.0, 6.0, 8.0, 10.0, 12.0, 14.0])
+def test_a_branch_passes_the_kinks_of_a_wedge_to_its_last_value(level: float) -> None:
+    balance = wedge_chain(level)
+    branch = frequency_response(balance, 2 * np.pi * 12, 2 * np.pi * 32)
+
+    assert branch.stop_reason.startswith(REACHED)
+    # Each point solves the balance by itself, to Newton's own tolerance of 1e-9 and a margin for the recovery.
+    assert branch.residual_norm.max() < 1e-8
+    # Folds hide nothing: on the way the branch meets the single states at its two ends.
+    assert branch.frequency[0] == pytest.approx(12)
+    assert branch.frequency[-1] == pytest.approx(32)
+
+
+@pytest.mark.parametrize("balance", [wedge_chain(4.0), wedge_chain(10.0), stopped(1.0)], ids=["4 N", "10 N", "stop"])
+def test_the_orientation_is_kept_round_folds_and_kinks(balance: HarmonicBalance) -> None:
+    # A branch without branch points keeps the sign of its bordered determinant from end to end.
+    natural = 1.0 if balance.n_direction == 1 else 2 * np.pi * 16
+    continuation = Continuation(path=FrequencyPath(balance=balance), first=0.75 * natural, last=2 * natural)
+    _, state = continuation.begin()
+    signs, turns, last = set(), 0, 1.0
+    while not state.stop_reason:
+        point, state = continuation.advance(state)
+        if point is not None and not state.stop_reason:
+            signs.add(state.orientation)
+            turns += np.sign(state.tangent_value) != last
+            last = np.sign(state.tangent_value)
+
+    assert state.stop_reason.startswith(REACHED)
+    assert signs == {1}
+    assert turns >= 2  # or it says nothing about folds
+
+
+def test_both_directions_of_travel_meet_at_a_stop() -> None:
+    # Away from its folds a stop has one state a frequency, whichever way the branch came.
+    balance = stopped(1.0)
+    path = FrequencyPath(balance=balance)
+    for omega in (0.8, 2.4):
+        found = []
+        for first in (0.6, 3.0):
+            continuation = Continuation(path=path, first=first, last=omega)
+            _, state = continuation.begin()
+            while not state.stop_reason:
+                _, state = continuation.advance(state)
+            assert state.stop_reason.startswith(REACHED)
+            found.append(state.motion)
+        alone = steady_state(balance, omega)
+        np.testing.assert_allclose(found[0], alone.motion, atol=1e-7 * np.abs(alone.motion).max())
+        np.testing.assert_allclose(found[1], alone.motion, atol=1e-7 * np.abs(alone.motion).max())
