@@ -1,0 +1,124 @@
+"""One periodic response, and the motion and the sliders that another one starts from."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from hbsolve.aft import Start
+from hbsolve.balance import HarmonicBalance, Real
+from hbsolve.errors import BalanceError
+from hbsolve.sampling import real_from_complex
+from reduction.array_input import real_array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SteadyState:
+    """One periodic response; d joint directions, s sliders, harmonics 0 to H.
+
+    Parameters
+    ----------
+    angular_frequency
+        Omega [rad/s].
+    level
+        Scale of the harmonic force [-].
+    displacement
+        Coefficients of the joint directions, shape (H + 1, d) [m].
+    coefficients
+        Coefficients of all degrees of freedom, shape (H + 1, r) [m].
+    slider
+        Slider positions (or multipliers, see `multiplier`) at the first instant, as given, shape (s,) [m or -].
+    multiplier
+        Whether `slider` holds the multipliers m of eq. 11.
+    slider_at_start
+        Slider positions at the start of the steady period, shape (s,) [m].
+    residual_norm
+        |R| relative to the linear motion [-].
+    iterations
+        Newton iterations in all [-].
+    """
+
+    angular_frequency: float
+    level: float
+    displacement: Complex[NDArray[np.complex128], "harmonic d"]
+    coefficients: Complex[NDArray[np.complex128], "harmonic r"]
+    slider: Float[NDArray[np.float64], " s"]
+    multiplier: bool
+    slider_at_start: Float[NDArray[np.float64], " s"]
+    residual_norm: float
+    iterations: int
+
+    @property
+    def frequency(self) -> float:
+        """Omega / (2 pi) [Hz]."""
+        return self.angular_frequency / (2 * np.pi)
+
+    @property
+    def start(self) -> Start:
+        """The sliders as the compiled code wants them."""
+        return Start(np.array(self.slider), np.full(len(self.slider), int(self.multiplier)))
+
+    @property
+    def motion(self) -> Real:
+        """`displacement` as real coefficients, shape (d, nh) [m]."""
+        return real_from_complex(self.displacement)
+
+    def amplitude(self, row: int | Float[NDArray[np.float64], " r"], harmonic: int = 1) -> float:
+        """Amplitude of one harmonic of a degree of freedom, or of a row over all of them [m]."""
+        q = self.coefficients[harmonic]
+        return float(abs(q[row] if isinstance(row, int | np.integer) else q @ np.asarray(row)))
+
+
+def slider_start(
+    balance: HarmonicBalance, slider: Sequence[float] | NDArray[np.float64] | None, multiplier: bool
+) -> Start:
+    """Check the sliders that a caller gives; none means unstressed springs at rest.
+
+    Raises
+    ------
+    BalanceError
+        Another number than the system's sliders, or a multiplier beyond Coulomb's cone.
+    """
+    n = balance.n_slider
+    value = np.zeros(n) if slider is None else np.array(real_array(slider, "slider", BalanceError))
+    if value.shape != (n,):
+        raise BalanceError(f"slider has shape {value.shape}: give {n} finite numbers, one a tangent in order of joints")
+    if not np.isfinite(value).all():
+        at = int(np.flatnonzero(~np.isfinite(value))[0])
+        raise BalanceError(f"slider {at} starts at {value[at]}: give finite numbers")
+    if multiplier and n and np.abs(value).max() > 1:
+        worst = value[np.abs(value).argmax()]
+        raise BalanceError(f"multiplier {worst:g} is outside [-1, 1]: it is the share of Coulomb's limit (eq. 11)")
+    return Start(value, np.full(n, int(multiplier)))
+
+
+def start_motion(balance: HarmonicBalance, start: SteadyState | Real | None) -> Real | None:
+    """Check the motion to start from that a caller gives; compiled code does not.
+
+    Raises
+    ------
+    BalanceError
+        Another shape than the balance's, or entries that are no finite real numbers.
+    """
+    if start is None:
+        return None
+    n_direction, n_harmonic = balance.n_direction, balance.n_harmonic
+    if isinstance(start, SteadyState):
+        if start.displacement.shape != (n_harmonic, n_direction):
+            raise BalanceError(
+                f"the start is a state with displacement of shape {start.displacement.shape}, the balance has "
+                f"{n_harmonic} harmonics with the mean and {n_direction} directions: give a state of this balance"
+            )
+        return start.motion
+    x = real_array(start, "the start", BalanceError)
+    wanted = (n_direction, 2 * n_harmonic - 1)
+    if x.shape != wanted:
+        raise BalanceError(
+            f"the start has shape {x.shape}: give real coefficients of the directions, shape {wanted}, a steady state "
+            "or a branch's `start`"
+        )
+    if not np.isfinite(x).all():
+        raise BalanceError(f"the start holds {x[~np.isfinite(x)][0]}: give finite numbers")
+    return x
