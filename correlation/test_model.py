@@ -1,0 +1,235 @@
+"""A jointed system as a test sees it: where its points are, what its sensors read, which contacts make a line.
+
+An effect changes this: parts get lighter, springs are added, a sensor reads too much. Loads are those of a level of
+1 N; the level of a test scales the harmonic force alone.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.errors import TestModelError
+from reduction.jointed_system import FrictionContact, Joint, JointedSystem
+
+Row = Float[NDArray[np.float64], " r"]
+Matrix = Float[NDArray[np.float64], "r r"]
+
+#: How many time derivatives of the displacement a quantity is.
+DERIVATIVE = {"displacement": 0, "velocity": 1, "acceleration": 2}
+COMPONENTS = ("tangential", "normal")
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz", "modal")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Sensor:
+    """What reads the motion of a point.
+
+    Parameters
+    ----------
+    name
+        As in the measurements.
+    row
+        Displacement that it follows, over the degrees of freedom, shape (r,) [-].
+    quantity
+        "displacement", "velocity" or "acceleration".
+    gain
+        What it reads of one unit [-].
+    """
+
+    name: str
+    row: Row
+    quantity: str = "displacement"
+    gain: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.quantity not in DERIVATIVE:
+            raise TestModelError(f'sensor "{self.name}" reads "{self.quantity}": give {", ".join(DERIVATIVE)}')
+        object.__setattr__(self, "row", _locked(self.row))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LineSensor:
+    """What reads the force of a contact line on the structure, summed over its contacts.
+
+    Parameters
+    ----------
+    name
+        As in the measurements.
+    line
+        Name of the line.
+    component
+        "tangential" (along the first tangents) or "normal" (positive in compression).
+    gain
+        What it reads of one newton [-].
+    """
+
+    name: str
+    line: str
+    component: str
+    gain: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.component not in COMPONENTS:
+            raise TestModelError(f'sensor "{self.name}" reads "{self.component}": give {" or ".join(COMPONENTS)}')
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Dof:
+    """One degree of freedom.
+
+    Parameters
+    ----------
+    body, node
+        Whose it is.
+    direction
+        "x", "y", "z", "rx", "ry", "rz"; "modal" for one that is no motion of a point.
+    coordinates
+        Of the point, shape (3,) [m]; none if it is none or not known.
+    """
+
+    body: str = "structure"
+    node: int = 0
+    direction: str = "modal"
+    coordinates: Float[NDArray[np.float64], "3"] | None = None
+
+    def __post_init__(self) -> None:
+        if self.direction not in DIRECTIONS:
+            raise TestModelError(f'direction "{self.direction}" is none of {", ".join(DIRECTIONS)}')
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Part:
+    """A named share of the structure's mass and stiffness, each of shape (r, r) [kg, N/m]."""
+
+    name: str
+    mass: Matrix
+    stiffness: Matrix
+
+    def __post_init__(self) -> None:
+        for name in ("mass", "stiffness"):
+            object.__setattr__(self, name, _locked(getattr(self, name)))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TestModel:
+    """A model beside its test set-up.
+
+    Parameters
+    ----------
+    system
+        Structure, joints, and loads for a level of 1 N.
+    sensors
+        What is measured.
+    parts
+        Shares of mass and stiffness; one, "all", by default.
+    dofs
+        What each degree of freedom is; unknown by default.
+    lines
+        Contacts of each line, in order along it, by their names.
+    places
+        Named points with a direction, as rows of displacement: where an effect may act.
+    n_harmonic, n_sample
+        H + 1, and instants a period (0 leaves them to the balance) [-].
+
+    Raises
+    ------
+    TestModelError
+        A row, part or table of another size than the structure, a line without its contacts, two sensors of one name.
+    """
+
+    __test__ = False  # no test of pytest's
+
+    system: JointedSystem
+    sensors: tuple[Sensor | LineSensor, ...]
+    parts: tuple[Part, ...] = ()
+    dofs: tuple[Dof, ...] = ()
+    lines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    places: Mapping[str, Row] = field(default_factory=dict)
+    n_harmonic: int = 8
+    n_sample: int = 0
+
+    def __post_init__(self) -> None:
+        r = self.system.n_dof
+        if not self.parts:
+            whole = Part(name="all", mass=self.system.mass, stiffness=self.system.stiffness)
+            object.__setattr__(self, "parts", (whole,))
+        if not self.dofs:
+            object.__setattr__(self, "dofs", (Dof(),) * r)
+        object.__setattr__(self, "lines", {line: tuple(names) for line, names in self.lines.items()})
+        object.__setattr__(self, "places", {name: _locked(row) for name, row in self.places.items()})
+        object.__setattr__(self, "sensors", tuple(self.sensors))
+        self._check(r)
+
+    def _check(self, r: int) -> None:
+        if len(self.dofs) != r:
+            raise TestModelError(f"{len(self.dofs)} degrees of freedom are described, the structure has {r}")
+        rows = {f'place "{name}"': row for name, row in self.places.items()}
+        rows |= {f'sensor "{each.name}"': each.row for each in self.sensors if isinstance(each, Sensor)}
+        for what, row in rows.items():
+            if row.shape != (r,):
+                raise TestModelError(f"{what} has a row of shape {row.shape}: give ({r},), one number a DOF")
+        for part in self.parts:
+            if part.mass.shape != (r, r) or part.stiffness.shape != (r, r):
+                raise TestModelError(f'part "{part.name}" has matrices of another size than ({r}, {r})')
+        names = [each.name for each in self.sensors]
+        for name in names:
+            if names.count(name) > 1:
+                raise TestModelError(f'two sensors are called "{name}": give each a name of its own')
+        contacts = {joint.name for joint in self.system.joints if isinstance(joint, FrictionContact)}
+        for line, members in self.lines.items():
+            for member in members:
+                if member not in contacts:
+                    raise TestModelError(
+                        f'line "{line}" has no contact "{member}": the system has {", ".join(contacts)}'
+                    )
+        for each in self.sensors:
+            if isinstance(each, LineSensor) and each.line not in self.lines:
+                raise TestModelError(f'sensor "{each.name}" reads line "{each.line}", which the model does not have')
+
+    def free(self) -> "TestModel":
+        """The same structure without the contacts of its lines, and without the static load that balances them."""
+        members = {name for line in self.lines.values() for name in line}
+        joints = [joint for joint in self.system.joints if joint.name not in members]
+        sensors = tuple(each for each in self.sensors if isinstance(each, Sensor))
+        system = replace(self.system, joints=joints, static_load=np.zeros(self.system.n_dof))
+        return replace(self, system=system, sensors=sensors, lines={})
+
+    def with_system(self, **changes: Any) -> "TestModel":
+        """Other matrices, joints or loads."""
+        return replace(self, system=replace(self.system, **changes))
+
+    def with_joints(self, change: Mapping[str, Mapping[str, float]]) -> "TestModel":
+        """Other parameters of some joints, by their names."""
+        joints: list[Joint] = [
+            replace(joint, **change[joint.name]) if joint.name in change else joint  # type: ignore[arg-type]
+            for joint in self.system.joints
+        ]
+        return self.with_system(joints=joints)
+
+    def with_sensor(self, name: str, **changes: Any) -> "TestModel":
+        """One sensor changed."""
+        sensors = tuple(replace(each, **changes) if each.name == name else each for each in self.sensors)
+        return replace(self, sensors=sensors)
+
+    def joint(self, name: str) -> Joint:
+        """A joint by its name.
+
+        Raises
+        ------
+        TestModelError
+            There is none.
+        """
+        for joint in self.system.joints:
+            if joint.name == name:
+                return joint
+        raise TestModelError(f'there is no joint "{name}"')
+
+
+def _locked(values: Any) -> NDArray[np.float64]:
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,1 @@
+"""Which physical effect is missing: candidate effects, calibration, screening, ranking, verdicts."""

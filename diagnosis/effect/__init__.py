@@ -1,0 +1,1 @@
+"""Candidate effects, one a file."""
