@@ -3,9 +3,11 @@ r"""Newton's method for the balance of the joint directions, compiled as a whole
 .. math:: R(x) = x - x_\mathrm{lin} + A\, g(x), \qquad g = f - D x
 
 is eq. 12 in the joint directions. g differs from a constant only where a contact slips or lifts off: with those rows
-L of its Jacobian, the step solves a system of their number alone,
+L of its Jacobian, the step solves a system of their number alone (`hbsolve.linearised`),
 
-.. math:: (I + L A)\, y = -L R, \qquad \Delta x = -R - A\, y .
+.. math:: (I + L A)\, y = -L R, \qquad \Delta x = -R - A\, y ,
+
+by GMRES where they are many (`hbsolve.krylov`), and by elimination where they are few or GMRES is slow.
 
 The functions are continuous with kinks. Backtracking on |R| handles those; where no shorter step helps, one is taken
 anyway, because a kink can make every short step worse while the next piece converges at once.
@@ -27,6 +29,19 @@ import numpy as np
 from fe.compiled import compiled
 from hbsolve.aft import joint_forces
 from hbsolve.contact.law import FORCE, JACOBIAN
+from hbsolve.krylov import Border, gmres, operator
+
+# For those who look into a step, too.
+from hbsolve.linearised import active_rows as active_rows
+from hbsolve.linearised import scattered as scattered
+from hbsolve.linearised import small_matrix as small_matrix
+from hbsolve.linearised import times_jacobian as times_jacobian
+
+#: Up to this many rows elimination is faster than GMRES; with more it is as fast as GMRES with rows / 3 vectors.
+DENSE, ROWS_PER_VECTOR = 150, 3
+#: |residual| of GMRES relative to the right side: from 1e-6 on Newton's method takes the steps that it would take with
+#: exact ones.
+RELATIVE = 1e-8
 
 #: Sufficient decrease, the factor of a shortened step, and the shortest one (Nocedal and Wright, chapter 3).
 DECREASE, SHORTEN, SHORTEST = 1e-4, 0.4, 5e-3
@@ -47,74 +62,39 @@ def apply_receptance(receptance: Any, g: Any) -> Any:
 
 
 @compiled
-def active_rows(active: Any) -> Any:
-    """Direction and column of each row of the Jacobian that is not zero, shape (m, 2)."""
-    rows = np.empty((active.sum(), 2), np.int64)
-    m = 0
-    for d in range(len(active)):
-        for a in range(active[d]):
-            rows[m, 0], rows[m, 1] = d, a
-            m += 1
-    return rows
-
-
-@compiled
-def times_jacobian(rows: Any, jacobian: Any, first: Any, count: Any, x: Any) -> Any:
-    """L x on the active rows, shape (m,); first and count are those of the joint of each direction."""
-    nh = x.shape[1]
-    y = np.zeros(len(rows))
-    for i in range(len(rows)):
-        d, a = rows[i, 0], rows[i, 1]
-        for e in range(count[d]):
-            for b in range(nh):
-                y[i] += jacobian[d, a, e * nh + b] * x[first[d] + e, b]
-    return y
-
-
-@compiled
-def small_matrix(rows: Any, jacobian: Any, first: Any, count: Any, receptance: Any, nh: int) -> Any:
-    """I + L A on the active rows, shape (m, m)."""
-    m = len(rows)
-    Z = np.zeros((m, m))
-    for i in range(m):
-        d, a = rows[i, 0], rows[i, 1]
-        for e in range(count[d]):
-            seen = first[d] + e
-            for j in range(m):
-                column, b = rows[j, 0], rows[j, 1]
-                if b == 0:
-                    Z[i, j] += jacobian[d, a, e * nh] * receptance[0, seen, column].real
-                    continue
-                k = (b + 1) // 2
-                cosine, sine = jacobian[d, a, e * nh + 2 * k - 1], jacobian[d, a, e * nh + 2 * k]
-                alpha = receptance[k, seen, column]
-                if b % 2:
-                    Z[i, j] += cosine * alpha.real - sine * alpha.imag
-                else:
-                    Z[i, j] += cosine * alpha.imag + sine * alpha.real
-    for i in range(m):
-        Z[i, i] += 1.0
-    return Z
-
-
-@compiled
-def scattered(rows: Any, y: Any, d: int, nh: int) -> Any:
-    """Values on the active rows as coefficients, shape (d, nh)."""
-    g = np.zeros((d, nh))
-    for i in range(len(rows)):
-        g[rows[i, 0], rows[i, 1]] = y[i]
+def transposed_receptance(receptance: Any, x: Any) -> Any:
+    """A^T x, shape (d, nh) both."""
+    d, nh = x.shape
+    g = np.empty((d, nh))
+    g[:, 0] = np.dot(np.ascontiguousarray(x[:, 0]), np.ascontiguousarray(receptance[0].real))
+    for k in range(1, (nh + 1) // 2):
+        felt = np.dot(x[:, 2 * k - 1] + 1j * x[:, 2 * k], receptance[k])
+        g[:, 2 * k - 1], g[:, 2 * k] = felt.real, felt.imag
     return g
 
 
 @compiled
 def solve_linearised(forces: Any, receptance: Any, first: Any, count: Any, right: Any) -> Any:
-    """Solve (I + A L) x = right."""
+    """Solve (I + A L) x = right by elimination."""
+    return newton_step(forces, receptance, first, count, right, 0.0)
+
+
+@compiled
+def newton_step(forces: Any, receptance: Any, first: Any, count: Any, right: Any, relative: float) -> Any:
+    """`solve_linearised` to a relative residual; 0 asks for elimination."""
     d, nh = right.shape
     rows = active_rows(forces.active)
     if len(rows) == 0:
         return right.copy()
-    Z = small_matrix(rows, forces.jacobian, first, count, receptance, nh)
-    y = np.linalg.solve(Z, times_jacobian(rows, forces.jacobian, first, count, right))
+    moved = times_jacobian(rows, forces.jacobian, first, count, right)
+    y: Any = np.empty(0)
+    solved = False
+    if len(rows) > DENSE and relative > 0.0:
+        matrix = operator(rows, forces.jacobian, first, count, receptance)
+        border = Border(np.empty(0), np.empty(0), 0.0)
+        y, solved = gmres(matrix, border, moved, relative, len(rows) // ROWS_PER_VECTOR)
+    if not solved:
+        y = np.linalg.solve(small_matrix(rows, forces.jacobian, first, count, receptance, nh), moved)
     return right - apply_receptance(receptance, scattered(rows, y, d, nh))
 
 
@@ -124,37 +104,52 @@ def solve_bordered(
     remainder: float,
 ) -> Any:  # fmt: skip
     """Step (dx, dlambda) of the bordered system above; it stays regular at a fold."""
+    return bordered_step(forces, receptance, first, count, residual, by_lambda, border, corner, remainder, RELATIVE)
+
+
+@compiled
+def bordered_step(
+    forces: Any, receptance: Any, first: Any, count: Any, residual: Any, by_lambda: Any, border: Any, corner: float,
+    remainder: float, relative: float,
+) -> Any:  # fmt: skip
+    """`solve_bordered` to a relative residual; 0 asks for elimination."""
     d, nh = residual.shape
     rows = active_rows(forces.active)
     m = len(rows)
-    Z = np.zeros((m + 1, m + 1))
-    right = np.zeros(m + 1)
-    Z[:m, :m] = small_matrix(rows, forces.jacobian, first, count, receptance, nh)
-    Z[:m, m] = times_jacobian(rows, forces.jacobian, first, count, by_lambda)
+    column = times_jacobian(rows, forces.jacobian, first, count, by_lambda)
+    right = np.empty(m + 1)
     right[:m] = -times_jacobian(rows, forces.jacobian, first, count, residual)
-    # -border . A e_i for each active row i.
-    for i in range(m):
-        column, b = rows[i, 0], rows[i, 1]
-        total = 0.0
-        if b == 0:
-            for e in range(d):
-                total += border[e, 0] * receptance[0, e, column].real
-        else:
-            k = (b + 1) // 2
-            for e in range(d):
-                alpha = receptance[k, e, column]
-                if b % 2:
-                    total += border[e, 2 * k - 1] * alpha.real - border[e, 2 * k] * alpha.imag
-                else:
-                    total += border[e, 2 * k - 1] * alpha.imag + border[e, 2 * k] * alpha.real
-        Z[m, i] = -total
-    Z[m, m] = corner - (border * by_lambda).sum()
     right[m] = -remainder + (border * residual).sum()
-    y = np.linalg.solve(Z, right)
-    dx = -residual - by_lambda * y[m]
+    # -border . A e_i for each active row i.
+    row = np.empty(m)
+    seen = transposed_receptance(receptance, border)
+    for i in range(m):
+        row[i] = -seen[rows[i, 0], rows[i, 1]]
+    last = corner - (border * by_lambda).sum()
+    # GMRES weighs forces, lambda and the last equation alike only when the new row and column have the size of I.
+    width = np.sqrt((column * column).sum())
+    width = width if width > 0.0 else 1.0
+    height = np.sqrt((row * row).sum() + (last / width) ** 2)
+    height = height if height > 0.0 else 1.0
+    column /= width
+    row /= height
+    last /= width * height
+    right[m] /= height
+    y: Any = np.empty(0)
+    solved = False
+    if m > DENSE and relative > 0.0:
+        matrix = operator(rows, forces.jacobian, first, count, receptance)
+        y, solved = gmres(matrix, Border(column, row, last), right, relative, m // ROWS_PER_VECTOR)
+    if not solved:
+        Z = np.empty((m + 1, m + 1))
+        Z[:m, :m] = small_matrix(rows, forces.jacobian, first, count, receptance, nh)
+        Z[:m, m], Z[m, :m], Z[m, m] = column, row, last
+        y = np.linalg.solve(Z, right)
+    by = y[m] / width
+    dx = -residual - by_lambda * by
     if m:
         dx -= apply_receptance(receptance, scattered(rows, y[:m], d, nh))
-    return dx, y[m]
+    return dx, by
 
 
 @compiled
@@ -169,7 +164,7 @@ def newton(
     iteration = 0
     while norm > tolerance and iteration < max_iteration:
         iteration += 1
-        dx = -solve_linearised(forces, receptance, first, count, R)
+        dx = -newton_step(forces, receptance, first, count, R, RELATIVE)
         step, best, best_step = 1.0, np.inf, 1.0
         while True:
             want = JACOBIAN if step == 1.0 else FORCE
