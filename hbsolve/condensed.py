@@ -23,7 +23,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from hbsolve.dynamic_stiffness import DynamicStiffness
@@ -120,17 +120,26 @@ class CondensedStructure:
 
     def displacement(self, angular_frequency: float, force: Coefficients) -> Coefficients:
         """Full response of the stuck structure to the coefficients of a force, shape (H + 1, r) [m]."""
-        omega = harmonics(angular_frequency, len(force))
+        return np.asarray(self.displacements(angular_frequency, force[None])[0])
+
+    def displacements(
+        self, angular_frequency: float, forces: Complex[NDArray[np.complex128], "p harmonic r"]
+    ) -> Complex[NDArray[np.complex128], "p harmonic r"]:
+        """Full responses of the stuck structure to several forces, shape (p, H + 1, r) both [N, m]."""
+        count, n_harmonic, r = forces.shape
+        omega = harmonics(angular_frequency, n_harmonic)
         free = self._free
         if free is None:
-            return self.stuck.response(omega, force)
+            return np.asarray(self.stuck.response(np.tile(omega, count), forces.reshape(-1, r)).reshape(forces.shape))
         B, D = self.directions, self.reference
-        q = free.response(omega[1:], force[1:])
-        receptance, _, _, _ = free.condensed(omega[1:], B, force[1:])
-        identity = np.eye(len(B))
-        held = np.linalg.solve(identity + receptance * D, (q @ B.T)[..., None])[..., 0]
-        correction = free.response(omega[1:], -(held * D) @ B)
-        return np.concatenate([self.stuck.response(omega[:1], force[:1]), q + correction])
+        dynamic = np.ascontiguousarray(forces[:, 1:]).reshape(-1, r)
+        q = free.response(np.tile(omega[1:], count), dynamic).reshape(count, n_harmonic - 1, r)
+        receptance, _, _, _ = free.condensed(omega[1:], B, forces[0, 1:])
+        held = np.linalg.solve(np.eye(len(B)) + receptance * D, (q @ B.T)[..., None])[..., 0]
+        load = -(held * D) @ B
+        q = q + free.response(np.tile(omega[1:], count), load.reshape(-1, r)).reshape(q.shape)
+        mean = self.stuck.response(np.zeros(count), forces[:, 0])
+        return np.asarray(np.concatenate([mean[:, None], q], axis=1))
 
 
 def _with_stiffness(

@@ -11,8 +11,9 @@ References
 Petrov, Mech. Syst. Signal Process. 23 (2009): sensitivities of friction-damped structures.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -20,10 +21,11 @@ from numpy.typing import NDArray
 
 from hbsolve.aft import JointForces
 from hbsolve.balance import HarmonicBalance, Real
+from hbsolve.condensed import Condensed
 from hbsolve.contact.law import PARAMETERS
 from hbsolve.errors import BalanceError
 from hbsolve.fourier import Coefficients
-from hbsolve.newton import active_rows, apply_receptance, scattered, solve_linearised, times_jacobian
+from hbsolve.newton import active_rows, apply_receptance, scattered, small_matrix, times_jacobian
 from hbsolve.parameter import joint_index, spread
 from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.steady_state import SteadyState, forces_at
@@ -92,7 +94,46 @@ class MatrixParameter:
     stiffness: Matrix | None = None
 
 
-Parameter = JointParameter | SliderParameter | LevelParameter | FrequencyParameter | LoadParameter | MatrixParameter
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ModelParameter:
+    """A number that changes matrices, loads and joints at once, at the rates given.
+
+    Parameters
+    ----------
+    matrices
+        dM/dp, dC/dp, dK/dp.
+    static_load
+        Shape (r,) [N]; none for zero.
+    harmonic_force
+        At level 1, shape (k, r) with row 0 zero [N]; none for zero.
+    joints
+        Rates of the joints' parameters, by the names of joint and field.
+    """
+
+    matrices: MatrixParameter = field(default_factory=MatrixParameter)
+    static_load: Row | None = None
+    harmonic_force: Complex[NDArray[np.complex128], "k r"] | None = None
+    joints: Mapping[tuple[str, str], float] = field(default_factory=dict)
+
+
+Parameter = (
+    JointParameter
+    | SliderParameter
+    | LevelParameter
+    | FrequencyParameter
+    | LoadParameter
+    | MatrixParameter
+    | ModelParameter
+)
+
+
+class Derivatives(NamedTuple):
+    """Of one steady state with respect to p parameters."""
+
+    coefficients: Complex[NDArray[np.complex128], "p harmonic r"]
+    """Of all degrees of freedom [m / unit of the parameter]."""
+    force: Complex[NDArray[np.complex128], "p harmonic d"]
+    """Of the joint forces f in their directions [N / unit of the parameter]."""
 
 
 def point_mass(row: Row) -> MatrixParameter:
@@ -144,6 +185,13 @@ def sensitivity(
         A joint, parameter, slider or harmonic that the system does not have, a row or a matrix of another size or
         without finite numbers, or a state of another balance.
     """
+    return derivatives(balance, state, parameters).coefficients
+
+
+def derivatives(
+    balance: HarmonicBalance, state: SteadyState, parameters: Sequence[Parameter], condensed: Condensed | None = None
+) -> Derivatives:
+    """As `sensitivity`, with the derivatives of the joint forces; `condensed` is the structure at the state's Omega."""
     if isinstance(parameters, Parameter):
         raise BalanceError(f"the parameters are one {type(parameters).__name__}: give a list of parameters")
     wanted = (balance.n_harmonic, balance.system.n_dof)
@@ -153,20 +201,42 @@ def sensitivity(
             "with which the state was found"
         )
     at_level = balance.at_level(state.level)
-    condensed = at_level.at(state.angular_frequency)
+    condensed = at_level.at(state.angular_frequency) if condensed is None else condensed
     forces = forces_at(at_level, state.angular_frequency, state.motion, state.start, want=PARAMETERS)
-    first, count = at_level.joint_of_direction
-    structure, omega = at_level.structure, state.angular_frequency
+    structure, omega, p = at_level.structure, state.angular_frequency, len(parameters)
+    loads = np.zeros((p, *state.coefficients.shape), dtype=np.complex128)
+    g = np.zeros((p, *forces.coefficients.shape))
+    for number, parameter in enumerate(parameters):
+        loads[number], g[number] = _change(at_level, state, forces, parameter)
+    right = np.array(
+        [real_from_complex(each) for each in structure.displacements(omega, loads) @ structure.directions.T]
+    )
+    right = right.reshape(g.shape)
+    for number in range(p):
+        right[number] -= apply_receptance(condensed.receptance, g[number])
+    dx, answer = _answers(at_level, forces, condensed, right)
+    force = np.array([complex_from_real(each) for each in answer + g]).reshape(p, wanted[0], -1)
+    moved = structure.displacements(omega, loads - force @ structure.directions)
+    elastic = np.array([complex_from_real(each) for each in at_level.table.reference[:, None] * dx])
+    return Derivatives(moved, force + elastic.reshape(force.shape))
+
+
+def _answers(
+    balance: HarmonicBalance, forces: JointForces, condensed: Condensed, right: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Solve (I + A L) dx = right: dx and L dx, for several right-hand sides, shape (p, d, nh)."""
+    first, count = balance.joint_of_direction
     rows = active_rows(forces.active)
-    derivatives = []
-    for parameter in parameters:
-        load, g = _change(at_level, state, forces, parameter)
-        moved = real_from_complex(structure.displacement(omega, load) @ structure.directions.T)
-        right = moved - apply_receptance(condensed.receptance, g)
-        dx = solve_linearised(forces, condensed.receptance, first, count, right)
-        answer = scattered(rows, times_jacobian(rows, forces.jacobian, first, count, dx), *g.shape)
-        derivatives.append(structure.displacement(omega, load - complex_from_real(answer + g) @ structure.directions))
-    return np.array(derivatives).reshape(len(parameters), *state.coefficients.shape)
+    dx, answer = right.copy(), np.zeros_like(right)
+    if len(rows) == 0 or len(right) == 0:
+        return dx, answer
+    d, nh = right.shape[1:]
+    matrix = small_matrix(rows, forces.jacobian, first, count, condensed.receptance, nh)
+    moved = np.array([times_jacobian(rows, forces.jacobian, first, count, each) for each in right])
+    for number, y in enumerate(np.linalg.solve(matrix, moved.T).T):
+        answer[number] = scattered(rows, np.ascontiguousarray(y), d, nh)
+        dx[number] -= apply_receptance(condensed.receptance, answer[number])
+    return dx, answer
 
 
 def _change(
@@ -196,11 +266,29 @@ def _change(
         load[harmonic] = np.exp(1j * phase * (harmonic > 0)) * row
     elif isinstance(parameter, MatrixParameter):
         load = _matrix_load(state, parameter)
+    elif isinstance(parameter, ModelParameter):
+        load, g = _model_change(balance, state, forces, parameter)
     elif isinstance(parameter, FrequencyParameter):
         load, g = _frequency_load(balance, state), forces.by_frequency
     else:
         raise BalanceError(f"{parameter!r} is no parameter: give a JointParameter, a LoadParameter or another of these")
     return load, np.ascontiguousarray(g)
+
+
+def _model_change(
+    balance: HarmonicBalance, state: SteadyState, forces: JointForces, parameter: ModelParameter
+) -> tuple[Coefficients, Real]:
+    load, g = _matrix_load(state, parameter.matrices), np.zeros_like(forces.coefficients)
+    r = load.shape[1]
+    if parameter.static_load is not None:
+        load[0] += _entries(parameter.static_load, "the static load of a model parameter", (r,))
+    if parameter.harmonic_force is not None:
+        kept = min(len(parameter.harmonic_force), len(load))
+        load[:kept] += balance.level * parameter.harmonic_force[:kept]
+    for (joint, name), rate in parameter.joints.items():
+        number, index = joint_index(balance, joint, name)
+        g += rate * spread(balance, number, forces.by_parameter[index])
+    return load, g
 
 
 def _entries(values: object, what: str, shape: tuple[int, ...]) -> NDArray[np.float64]:

@@ -1,0 +1,96 @@
+r"""From coefficients to the numbers that are compared: they change almost linearly with a model's parameters.
+
+A resonance that shifts by its width changes X by its own size; the inverse F / X hardly leaves a straight line. So,
+
+- motion, harmonic 1: the dynamic stiffness D = F / X_1,
+- higher harmonics, and forces of harmonics 1 and up: the ratio to the fundamental of the reference motion, X_k / X_1 or
+  T_k / X_1 (a contact's complex stiffness),
+- static parts: as they are.
+
+The reference motion of a state is its largest fundamental, so that its noise is the least.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Complex, Float, Int
+from numpy.typing import NDArray
+
+from correlation.prediction import Points
+
+Coefficients = Complex[NDArray[np.complex128], " k"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FeatureVector:
+    """How coefficients at some points become real numbers.
+
+    Parameters
+    ----------
+    points
+        Rows.
+    inverse
+        Rows that become F / X, shape (k,).
+    reference
+        Row that a ratio refers to, shape (k,); -1 where there is none.
+    real_only
+        Rows without an imaginary part (harmonic 0), shape (k,).
+    """
+
+    points: Points
+    inverse: Bool[NDArray[np.bool_], " k"]
+    reference: Int[NDArray[np.int64], " k"]
+    real_only: Bool[NDArray[np.bool_], " k"]
+
+    @classmethod
+    def of(cls, points: Points, value: Coefficients, motion: Bool[NDArray[np.bool_], " k"]) -> "FeatureVector":
+        """Choose features.
+
+        Parameters
+        ----------
+        points
+            Rows.
+        value
+            Measured coefficients, shape (k,).
+        motion
+            Whether a row is of a motion sensor, shape (k,).
+        """
+        fundamental = motion & (points.harmonic == 1)
+        reference = np.full(len(points), -1, dtype=np.int64)
+        largest: dict[tuple[bool, float, float], int] = {}
+        for row in np.flatnonzero(fundamental):
+            key = (bool(points.free[row]), float(points.level[row]), float(points.frequency[row]))
+            if key not in largest or abs(value[row]) > abs(value[largest[key]]):
+                largest[key] = int(row)
+        for row in np.flatnonzero(~fundamental & (points.harmonic > 0)):
+            key = (bool(points.free[row]), float(points.level[row]), float(points.frequency[row]))
+            reference[row] = largest.get(key, -1)
+        return cls(points=points, inverse=fundamental, reference=reference, real_only=points.harmonic == 0)
+
+    @property
+    def row(self) -> Int[NDArray[np.int64], " m"]:
+        """Row of the points that each number comes from: real parts first, then imaginary ones."""
+        return np.concatenate([np.arange(len(self.points)), np.flatnonzero(~self.real_only)])
+
+    def of_values(self, value: Complex[NDArray[np.complex128], "k ..."]) -> Float[NDArray[np.float64], "m ..."]:
+        """Features of coefficients, shape (k,) or (k, n) for n sets of them."""
+        level = self.points.level.reshape(-1, *[1] * (value.ndim - 1))
+        features = np.array(value, dtype=np.complex128)
+        features[self.inverse] = level[self.inverse] / value[self.inverse]
+        ratio = self.reference >= 0
+        features[ratio] = value[ratio] / value[self.reference[ratio]]
+        return self._real(features)
+
+    def slopes(
+        self, value: Coefficients, slopes: Complex[NDArray[np.complex128], "k p"]
+    ) -> Float[NDArray[np.float64], "m p"]:
+        """Derivatives of the features from those of the coefficients."""
+        x = value[:, None]
+        changed = np.array(slopes, dtype=np.complex128)
+        changed[self.inverse] = (-self.points.level[:, None] / x**2 * slopes)[self.inverse]
+        ratio, to = self.reference >= 0, self.reference
+        changed[ratio] = slopes[ratio] / x[to[ratio]] - x[ratio] / x[to[ratio]] ** 2 * slopes[to[ratio]]
+        return self._real(changed)
+
+    def _real(self, features: Complex[NDArray[np.complex128], "k ..."]) -> Float[NDArray[np.float64], "m ..."]:
+        return np.concatenate([features.real, features.imag[~self.real_only]])

@@ -1,0 +1,287 @@
+"""What a test model predicts at the points of a campaign, and how that changes with the model.
+
+All points of a configuration share the condensed structure of their frequency; each is solved from the state that the
+model had there before (after a small change of the model one or two Newton steps are enough), else from its neighbour
+in frequency.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Complex, Float, Int
+from numpy.typing import NDArray
+
+from correlation.test_model import DERIVATIVE, LineSensor, Sensor, TestModel
+from hbsolve.balance import HarmonicBalance
+from hbsolve.condensed import Condensed
+from hbsolve.sampling import complex_from_real
+from hbsolve.sensitivity import ModelParameter, derivatives
+from hbsolve.steady_state import NoConvergence, SteadyState, forces_at, solve_at, steady_state
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Points:
+    """Where something is measured: k rows, each one harmonic of one sensor at one level and frequency.
+
+    Parameters
+    ----------
+    free
+        Whether the structure is without its contacts, shape (k,).
+    level
+        Shape (k,) [N].
+    frequency
+        Shape (k,) [Hz].
+    sensor
+        Name of the sensor, shape (k,).
+    harmonic
+        Shape (k,) [-].
+    """
+
+    free: NDArray[np.bool_]
+    level: Float[NDArray[np.float64], " k"]
+    frequency: Float[NDArray[np.float64], " k"]
+    sensor: NDArray[np.str_]
+    harmonic: Int[NDArray[np.int64], " k"]
+
+    def __len__(self) -> int:
+        return len(self.level)
+
+    def where(self, chosen: NDArray[np.bool_]) -> "Points":
+        """Some of the rows."""
+        return Points(
+            free=self.free[chosen],
+            level=self.level[chosen],
+            frequency=self.frequency[chosen],
+            sensor=self.sensor[chosen],
+            harmonic=self.harmonic[chosen],
+        )
+
+
+#: Configuration, level [N] and frequency [Hz] of one steady state.
+Key = tuple[bool, float, float]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Prediction:
+    """Predicted coefficients at some points.
+
+    Parameters
+    ----------
+    points
+        Where.
+    value
+        Coefficients of e^{i k Omega t}, shape (k,) [SI unit of the sensor]; NaN where no steady state was found.
+    states
+        The steady states, to start other ones from.
+    """
+
+    points: Points
+    value: Complex[NDArray[np.complex128], " k"]
+    states: Mapping[Key, SteadyState]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Predictor:
+    """Predicts at fixed points.
+
+    Parameters
+    ----------
+    points
+        Where.
+    slider
+        Initial positions of all sliders, from the balance of the jointed structure [m]; zero by default.
+    """
+
+    points: Points
+    slider: Callable[[HarmonicBalance], NDArray[np.float64]] | None = None
+
+    def predict(self, model: TestModel, before: Prediction | None = None) -> Prediction:
+        """Solve for all points.
+
+        Parameters
+        ----------
+        model
+            What is tested.
+        before
+            A prediction for a model nearby.
+        """
+        value = np.full(len(self.points), np.nan, dtype=np.complex128)
+        states: dict[Key, SteadyState] = {}
+        for free, levels in self._configurations():
+            solver = _Configuration.of(model, free, self.slider)
+            for level, groups in levels.items():
+                neighbour: SteadyState | None = None
+                for frequency, rows in groups:
+                    key = (free, level, frequency)
+                    start = before.states.get(key) if before is not None else None
+                    state = solver.solve(level, frequency, start, neighbour)
+                    if state is None:
+                        continue
+                    neighbour = states[key] = state
+                    value[rows] = solver.read(state, self.points.sensor[rows], self.points.harmonic[rows])
+        return Prediction(points=self.points, value=value, states=states)
+
+    def derivatives(
+        self, model: TestModel, prediction: Prediction, tangents: Sequence["Tangent"]
+    ) -> Complex[NDArray[np.complex128], "k p"]:
+        """Derivative of each predicted value with respect to each parameter, by the implicit function theorem.
+
+        Parameters
+        ----------
+        model
+            With which the prediction was made.
+        prediction
+            There.
+        tangents
+            How the model's data change with each parameter.
+
+        Returns
+        -------
+        Shape (k, p); NaN where there is no state.
+        """
+        slopes = np.full((len(self.points), len(tangents)), np.nan, dtype=np.complex128)
+        for free, levels in self._configurations():
+            solver = _Configuration.of(model, free, self.slider)
+            for level, groups in levels.items():
+                for frequency, rows in groups:
+                    state = prediction.states.get((free, level, frequency))
+                    if state is not None:
+                        names, harmonics = self.points.sensor[rows], self.points.harmonic[rows]
+                        slopes[rows] = solver.slopes(state, names, harmonics, tangents)
+        return slopes
+
+    def _configurations(self) -> list[tuple[bool, dict[float, list[tuple[float, NDArray[np.int64]]]]]]:
+        """Rows by configuration, level and ascending frequency."""
+        points = self.points
+        order = np.lexsort((points.frequency, points.level, points.free))
+        found: dict[bool, dict[float, list[tuple[float, list[int]]]]] = {}
+        for row in order:
+            free, level, frequency = bool(points.free[row]), float(points.level[row]), float(points.frequency[row])
+            groups = found.setdefault(free, {}).setdefault(level, [])
+            if not groups or groups[-1][0] != frequency:
+                groups.append((frequency, []))
+            groups[-1][1].append(int(row))
+        return [
+            (free, {level: [(f, np.array(rows)) for f, rows in groups] for level, groups in levels.items()})
+            for free, levels in found.items()
+        ]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Tangent:
+    """How a model's data change with one parameter.
+
+    Parameters
+    ----------
+    jointed, free
+        Rates of the structure's data in either configuration.
+    gain
+        Rate of each sensor's gain, by its name.
+    """
+
+    jointed: ModelParameter
+    free: ModelParameter
+    gain: Mapping[str, float]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Configuration:
+    """The balance of one configuration, and what its sensors read."""
+
+    free: bool
+    model: TestModel
+    balance: HarmonicBalance
+    condensed: dict[float, Condensed]
+    slider: NDArray[np.float64]
+
+    @classmethod
+    def of(
+        cls, model: TestModel, free: bool, slider: Callable[[HarmonicBalance], NDArray[np.float64]] | None
+    ) -> "_Configuration":
+        seen = model.free() if free else model
+        balance = HarmonicBalance(system=seen.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
+        start = np.zeros(balance.n_slider) if slider is None or free else slider(balance)
+        return cls(free=free, model=seen, balance=balance, condensed={}, slider=start)
+
+    def at(self, frequency: float) -> Condensed:
+        """The linear structure at a frequency, kept for the other levels."""
+        if frequency not in self.condensed:
+            self.condensed[frequency] = self.balance.at(2 * np.pi * frequency)
+        return self.condensed[frequency]
+
+    def solve(
+        self, level: float, frequency: float, start: SteadyState | None, neighbour: SteadyState | None
+    ) -> SteadyState | None:
+        """The steady state; none if there is none to be found."""
+        from hbsolve.state import slider_start
+
+        balance, condensed = self.balance.at_level(level), self.at(frequency)
+        sliders = slider_start(balance, self.slider, False)
+        for guess in (start, neighbour):
+            if guess is None or guess.displacement.shape != (balance.n_harmonic, balance.n_direction):
+                continue
+            try:
+                return solve_at(balance, condensed, guess.motion, sliders)
+            except NoConvergence:
+                continue
+        try:
+            return steady_state(balance, 2 * np.pi * frequency, slider=self.slider)
+        except NoConvergence:
+            return None
+
+    def read(
+        self, state: SteadyState, names: NDArray[np.str_], harmonics: NDArray[np.int64]
+    ) -> Complex[NDArray[np.complex128], " k"]:
+        """What sensors read of a state, one harmonic each."""
+        forces: NDArray[np.complex128] | None = None
+        values = np.empty(len(names), dtype=np.complex128)
+        for number, (name, harmonic) in enumerate(zip(names, harmonics, strict=True)):
+            sensor = self._sensor(str(name))
+            if isinstance(sensor, Sensor):
+                motion = state.coefficients[harmonic] @ sensor.row
+                values[number] = sensor.gain * self._derived(sensor, state, harmonic) * motion
+            else:
+                forces = self._forces(state) if forces is None else forces
+                values[number] = sensor.gain * (forces[harmonic] @ self._line(sensor.line, sensor.component))
+        return values
+
+    def slopes(
+        self, state: SteadyState, names: NDArray[np.str_], harmonics: NDArray[np.int64], tangents: Sequence[Tangent]
+    ) -> Complex[NDArray[np.complex128], "k p"]:
+        """Their derivatives."""
+        changes = [tangent.free if self.free else tangent.jointed for tangent in tangents]
+        found = derivatives(self.balance, state, changes, self.at(state.frequency))
+        read = self.read(state, names, harmonics)
+        values = np.empty((len(names), len(tangents)), dtype=np.complex128)
+        for number, (name, harmonic) in enumerate(zip(names, harmonics, strict=True)):
+            sensor = self._sensor(str(name))
+            if isinstance(sensor, Sensor):
+                moved = found.coefficients[:, harmonic] @ sensor.row * self._derived(sensor, state, harmonic)
+            else:
+                moved = found.force[:, harmonic] @ self._line(sensor.line, sensor.component)
+            rates = np.array([tangent.gain.get(sensor.name, 0.0) for tangent in tangents])
+            values[number] = sensor.gain * moved + rates * read[number] / (sensor.gain or 1.0)
+        return values
+
+    def _sensor(self, name: str) -> Sensor | LineSensor:
+        return next(each for each in self.model.sensors if each.name == name)
+
+    def _derived(self, sensor: Sensor, state: SteadyState, harmonic: int) -> complex:
+        return complex((1j * harmonic * state.angular_frequency) ** DERIVATIVE[sensor.quantity])
+
+    def _forces(self, state: SteadyState) -> Complex[NDArray[np.complex128], "harmonic d"]:
+        """Coefficients of all joint forces f = g + D x."""
+        balance = self.balance.at_level(state.level)
+        g = forces_at(balance, state.angular_frequency, state.motion, state.start, want=0).coefficients
+        return complex_from_real(g) + balance.table.reference * state.displacement
+
+    def _line(self, line: str, component: str) -> Float[NDArray[np.float64], " d"]:
+        """Which joint directions a line sensor sums."""
+        members = self.model.lines[line]
+        seen = np.zeros(self.balance.n_direction)
+        for number, joint in enumerate(self.model.system.joints):
+            if joint.name in members:
+                first, last = self.balance.table.direction[number : number + 2]
+                seen[last - 1 if component == "normal" else first] = 1.0
+        return seen

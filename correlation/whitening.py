@@ -1,0 +1,55 @@
+r"""Differences in units of what is to be expected of them: noise of each number, and errors that many numbers share.
+
+.. math:: S = \Lambda + \sum_j u_j u_j^T
+
+The modes u_j are what a shift of all frequencies by the exciter, a change of temperature, or a mesh that is a little
+too stiff does to all numbers at once; as diagonal noise it would hide real effects, left out it would invent some.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.errors import CampaignError
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Whitening:
+    """Covariance of a vector of features, and S^(-1/2).
+
+    Parameters
+    ----------
+    deviation
+        Square root of Lambda, shape (m,) [unit of each feature].
+    modes
+        Shape (m, j); none by default.
+    """
+
+    deviation: Float[NDArray[np.float64], " m"]
+    modes: Float[NDArray[np.float64], "m j"] | None = None
+    _basis: Float[NDArray[np.float64], "m j"] = field(init=False, repr=False)
+    _shrink: Float[NDArray[np.float64], " j"] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.deviation).all() and (self.deviation > 0).all()):
+            raise CampaignError("a standard deviation is zero or not finite: repeat the test, or give an uncertainty")
+        modes = np.zeros((len(self.deviation), 0)) if self.modes is None else self.modes
+        basis, size, _ = np.linalg.svd(modes / self.deviation[:, None], full_matrices=False)
+        object.__setattr__(self, "_basis", basis)
+        object.__setattr__(self, "_shrink", 1 - 1 / np.sqrt(1 + size**2))
+
+    def __call__(self, difference: Float[NDArray[np.float64], "m ..."]) -> Float[NDArray[np.float64], "m ..."]:
+        """S^(-1/2) times one difference, shape (m,), or several, shape (m, n)."""
+        scale = self.deviation if difference.ndim == 1 else self.deviation[:, None]
+        scaled = difference / scale
+        shrink = self._shrink if difference.ndim == 1 else self._shrink[:, None]
+        return np.asarray(scaled - self._basis @ (shrink * (self._basis.T @ scaled)))
+
+    def sample(self, generator: np.random.Generator) -> Float[NDArray[np.float64], " m"]:
+        """A random difference with this covariance, normally distributed."""
+        drawn = self.deviation * generator.standard_normal(len(self.deviation))
+        if self.modes is not None:
+            drawn += self.modes @ generator.standard_normal(self.modes.shape[1])
+        return drawn

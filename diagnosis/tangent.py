@@ -1,0 +1,102 @@
+"""How a test model's data change with the parameters of what is applied to it.
+
+Matrices, loads, joint parameters and gains are closed forms of the parameters, so that central differences of them are
+exact to round-off for all that is linear or quadratic. The response is differentiated by the implicit function theorem
+from there (`correlation.prediction`): no second solution, and no derivative that an effect has to bring along.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.prediction import Tangent
+from correlation.test_model import TestModel
+from diagnosis.effect.candidate import EffectError
+from hbsolve.contact.catalogue import parameter_names
+from hbsolve.sensitivity import MatrixParameter, ModelParameter
+from reduction.jointed_system import JointedSystem
+
+Compose = Callable[[Float[NDArray[np.float64], " p"]], TestModel]
+
+#: Step of the differences, relative to the size of each parameter: round-off and curvature both stay below 1e-9.
+STEP = 1e-4
+
+
+def tangents(
+    compose: Compose,
+    values: Float[NDArray[np.float64], " p"],
+    size: Float[NDArray[np.float64], " p"],
+    bounds: Sequence[tuple[float, float]],
+) -> list[Tangent]:
+    """Rates of a model's data with each parameter.
+
+    Parameters
+    ----------
+    compose
+        The model of some parameters.
+    values, size
+        Where, and by how much each may be changed for a difference [unit of each].
+    bounds
+        Within these; a difference at a bound is one-sided.
+
+    Raises
+    ------
+    EffectError
+        An effect that moves the points or directions of a joint, or changes their number.
+    """
+    found = []
+    for number, (lower, upper) in enumerate(bounds):
+        ends = []
+        for side in (-1, 1):
+            moved = np.array(values, dtype=np.float64)
+            moved[number] = np.clip(moved[number] + side * STEP * size[number], lower, upper)
+            ends.append((moved[number], compose(moved)))
+        (low, before), (high, after) = ends
+        found.append(
+            Tangent(
+                jointed=_rates(before.system, after.system, high - low),
+                free=_rates(before.free().system, after.free().system, high - low),
+                gain={
+                    a.name: (b.gain - a.gain) / (high - low)
+                    for a, b in zip(before.sensors, after.sensors, strict=True)
+                    if a.gain != b.gain
+                },
+            )
+        )
+    return found
+
+
+def _rates(before: JointedSystem, after: JointedSystem, step: float) -> ModelParameter:
+    def rate(name: str) -> NDArray[np.float64] | None:
+        change = getattr(after, name) - getattr(before, name)
+        return np.asarray(change / step) if change.any() else None
+
+    k = max(len(before.dynamic), len(after.dynamic))
+    force = np.zeros((k, before.n_dof), dtype=np.complex128)
+    force[: len(after.dynamic)] += after.dynamic
+    force[: len(before.dynamic)] -= before.dynamic
+    return ModelParameter(
+        matrices=MatrixParameter(mass=rate("mass"), damping=rate("damping"), stiffness=rate("stiffness")),
+        static_load=rate("static"),
+        harmonic_force=force / step if force.any() else None,
+        joints=_joint_rates(before, after, step),
+    )
+
+
+def _joint_rates(before: JointedSystem, after: JointedSystem, step: float) -> dict[tuple[str, str], float]:
+    names = [joint.name for joint in before.joints]
+    if names != [joint.name for joint in after.joints]:
+        raise EffectError(
+            f"the joints change from {', '.join(names) or 'none'} while a parameter is varied: an effect adds its "
+            "joint at all values, with zero stiffness where it vanishes"
+        )
+    rates: dict[tuple[str, str], float] = {}
+    for a, b in zip(before.joints, after.joints, strict=True):
+        if not np.array_equal(a.directions, b.directions):
+            raise EffectError(f'joint "{a.name}" changes its direction with a parameter: only its numbers may change')
+        for field in parameter_names(a):
+            if getattr(a, field) != getattr(b, field):
+                rates[a.name, field] = (getattr(b, field) - getattr(a, field)) / step
+    return rates
