@@ -1,0 +1,62 @@
+"""Drag of the surrounding air."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.test_model import TestModel
+from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
+from diagnosis.effect.place import moving_places, with_quadratic_damper
+from diagnosis.effect.scale import scale
+
+KIND = "air damping"
+LARGEST = 1000.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AirDamping:
+    """f = d |du/dt| du/dt along a row, shape (r,) [-]."""
+
+    name: str
+    row: Float[NDArray[np.float64], " r"]
+    parameters: tuple[EffectParameter, ...]
+    kind: str = KIND
+    physics: str = "The surrounding air drags at this place with the square of the velocity."
+    signature: str = (
+        "Damping rises with the amplitude while frequencies stay; a weak third harmonic; the missing force is "
+        "opposite to the velocity (-90 deg to the displacement) with exponent 2; without contacts as well."
+    )
+
+    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+        """One joint more, also where its damping is zero."""
+        (damping,) = values
+        return with_quadratic_damper(test_model, self.name, self.row, damping)
+
+
+def candidates(test_model: TestModel, *, level: float = 1.0) -> list[Effect | Untestable]:
+    r"""Drag at each place, typically 8/(3 pi) d omega a of a dashpot with a tenth of the modal damping.
+
+    Parameters
+    ----------
+    test_model
+        Whose places.
+    level
+        Of the force whose stuck response at resonance is the amplitude a [N].
+    """
+    size = scale(test_model, level)
+    places, left = moving_places(test_model, size, KIND)
+    found: list[Effect | Untestable] = []
+    for place in places:
+        name, speed = f"{KIND} at {place.name}", size.angular_frequency * size.amplitude(place.row)
+        if not speed:
+            found.append(Untestable(name=name, reason="the model has no harmonic force that would move it"))
+            continue
+        typical = 3 * pi / 8 * size.dashpot(place.row) / speed
+        upper, unit = LARGEST * typical, place.unit("N s^2/m^2", "N m s^2")
+        parameter = EffectParameter(name="damping", unit=unit, lower=0.0, upper=upper, typical=typical)
+        found.append(AirDamping(name=name, row=place.row, parameters=(parameter,)))
+    return [*found, *left]

@@ -1,0 +1,85 @@
+"""One contact line against the others: a property of its contacts, scaled."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import sqrt
+
+from correlation.test_model import TestModel
+from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
+from reduction.jointed_system import FrictionContact
+
+
+def contacts(test_model: TestModel, line: str) -> list[FrictionContact]:
+    """Contacts of a line, in order along it; none where the test does not have the line."""
+    members = test_model.lines.get(line, ())
+    found = {joint.name: joint for joint in test_model.system.joints if isinstance(joint, FrictionContact)}
+    return [found[name] for name in members]
+
+
+def scaled_contacts(test_model: TestModel, factor: dict[str, float], quantity: str) -> TestModel:
+    """A property of the contacts times a factor for each line."""
+    return test_model.with_joints(
+        {
+            contact.name: {quantity: value * getattr(contact, quantity)}
+            for line, value in factor.items()
+            for contact in contacts(test_model, line)
+        }
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LineRatio:
+    """A property of a line times a ratio; or times its root, and another line's divided by it.
+
+    Parameters
+    ----------
+    line, other
+        The line that is scaled up; the one that is scaled down ("" for none).
+    quantity
+        Field of `FrictionContact`.
+    """
+
+    name: str
+    kind: str
+    physics: str
+    signature: str
+    line: str
+    quantity: str
+    parameters: tuple[EffectParameter, ...]
+    other: str = ""
+
+    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+        """The contacts of the lines with other values."""
+        (ratio,) = values
+        factor = {self.line: sqrt(ratio), self.other: 1 / sqrt(ratio)} if self.other else {self.line: ratio}
+        return scaled_contacts(test_model, factor, self.quantity)
+
+
+def line_ratios(
+    test_model: TestModel, *, kind: str, quantity: str, physics: str, signature: str
+) -> list[Effect | Untestable]:
+    """A property of each line against the others.
+
+    What all lines have in common is an accepted parameter, so that two lines have one question between them: their
+    ratio. It leaves the geometric mean, the common value, as it is.
+    """
+    lines = list(test_model.lines)
+    if not lines:
+        return [Untestable(name=kind, reason="the model has no contact lines")]
+    if len(lines) == 1:
+        reason = f"the model has no other line: its common {kind} is calibrated"
+        return [Untestable(name=f"{kind} of {lines[0]}", reason=reason)]
+    parameter = EffectParameter(name="ratio", unit="-", lower=0.2, upper=5.0, typical=1.1, vanishes=1.0)
+    pairs = [(lines[0], lines[1])] if len(lines) == 2 else [(line, "") for line in lines]
+    found: list[Effect | Untestable] = []
+    for line, other in pairs:
+        name = f"{kind} of {line}" + (f" against {other}" if other else "")
+        if not any(getattr(contact, quantity) for each in (line, other) for contact in contacts(test_model, each)):
+            found.append(Untestable(name=name, reason="it is zero in the model, and a ratio leaves it so"))
+            continue
+        effect = LineRatio(
+            name=name, kind=kind, physics=physics, signature=signature, line=line, other=other, quantity=quantity,
+            parameters=(parameter,),
+        )  # fmt: skip
+        found.append(effect)
+    return found

@@ -1,0 +1,68 @@
+"""A cubic spring: membrane stretching, a hardening or softening support."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.test_model import TestModel
+from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
+from diagnosis.effect.place import moving_places, with_cubic_spring
+from diagnosis.effect.scale import scale
+
+KIND = "cubic"
+#: Bounds in typical strengths: softening could let a place escape from its well, and friction may hold amplitudes far
+#: below the stuck ones that the typical strength is reckoned at.
+SOFTEST, LARGEST = 20.0, 1000.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Cubic:
+    """f = k u^3 along a row, shape (r,) [-]."""
+
+    name: str
+    row: Float[NDArray[np.float64], " r"]
+    parameters: tuple[EffectParameter, ...]
+    kind: str = KIND
+    physics: str = "A spring to the ground hardens (softens, if negative) with the cube of the displacement."
+    signature: str = (
+        "Resonances rise with the square of the amplitude, most at the highest level; third harmonic; the missing "
+        "force is opposite to the displacement (180 deg) with exponent 3; without contacts as well."
+    )
+
+    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+        """One joint more, also where its stiffness is zero."""
+        (stiffness,) = values
+        return with_cubic_spring(test_model, self.name, self.row, stiffness)
+
+
+def candidates(test_model: TestModel, *, level: float = 1.0) -> list[Effect | Untestable]:
+    r"""A cubic spring at each place, typically 3/4 k a^2 of a spring that shifts the resonance by 0.5 %.
+
+    Parameters
+    ----------
+    test_model
+        Whose places.
+    level
+        Of the force whose stuck response at resonance is the amplitude a [N].
+    """
+    size = scale(test_model, level)
+    places, left = moving_places(test_model, size, KIND)
+    found: list[Effect | Untestable] = []
+    for place in places:
+        name = f"{KIND} at {place.name}"
+        spring, amplitude = size.spring(place.row), size.amplitude(place.row)
+        if spring is None:
+            found.append(
+                Untestable(name=name, reason="no stiffness there can shift the first stuck frequency by 0.5 %")
+            )
+        elif not amplitude:
+            found.append(Untestable(name=name, reason="the model has no harmonic force that would move it"))
+        else:
+            typical = 4 / 3 * abs(spring) / amplitude**2
+            lower, upper, unit = -SOFTEST * typical, LARGEST * typical, place.unit("N/m^3", "N m")
+            parameter = EffectParameter(name="stiffness", unit=unit, lower=lower, upper=upper, typical=typical)
+            found.append(Cubic(name=name, row=place.row, parameters=(parameter,)))
+    return [*found, *left]

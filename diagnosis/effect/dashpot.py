@@ -1,0 +1,56 @@
+"""A viscous dashpot: a cable, a shaker's coil, an oil film."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.test_model import TestModel
+from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
+from diagnosis.effect.place import moving_places
+from diagnosis.effect.scale import scale
+
+KIND = "dashpot"
+LARGEST = 100.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Dashpot:
+    """f = c du/dt along a row, shape (r,) [-]."""
+
+    name: str
+    row: Float[NDArray[np.float64], " r"]
+    parameters: tuple[EffectParameter, ...]
+    kind: str = KIND
+    physics: str = "A viscous damper to the ground acts at this place: a cable, the coil of a shaker, an oil film."
+    signature: str = (
+        "Damping rises by the same amount at all levels; the missing force is opposite to the velocity (-90 deg to "
+        "the displacement), proportional to it (exponent 1), without higher harmonics."
+    )
+
+    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+        """C + c b^T b."""
+        (damping,) = values
+        return test_model.with_system(damping=test_model.system.damping + damping * np.outer(self.row, self.row))
+
+
+def candidates(test_model: TestModel, *, level: float = 1.0) -> list[Effect | Untestable]:
+    """A dashpot at each place, typically with a tenth of the modal damping.
+
+    Parameters
+    ----------
+    test_model
+        Whose places.
+    level
+        Of the force; a dashpot does not ask [N].
+    """
+    size = scale(test_model, level)
+    places, left = moving_places(test_model, size, KIND)
+    found: list[Effect | Untestable] = []
+    for place in places:
+        typical, unit = size.dashpot(place.row), place.unit("N s/m", "N m s")
+        parameter = EffectParameter(name="damping", unit=unit, lower=0.0, upper=LARGEST * typical, typical=typical)
+        found.append(Dashpot(name=f"{KIND} at {place.name}", row=place.row, parameters=(parameter,)))
+    return [*found, *left]

@@ -1,0 +1,55 @@
+"""Another density of a part."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from correlation.test_model import TestModel
+from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
+
+KIND = "density"
+RATIO = EffectParameter(name="density ratio", unit="-", lower=0.5, upper=2.0, typical=1.01, vanishes=1.0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Density:
+    """Scales the mass of a part."""
+
+    name: str
+    part: str
+    parameters: tuple[EffectParameter, ...] = (RATIO,)
+    kind: str = KIND
+    physics: str = "The part is heavier or lighter than modelled: another alloy, pores, a coating, or its dimensions."
+    signature: str = (
+        "Resonances fall by the same share at all levels; the missing inertia force (0 deg, exponent 1) is spread "
+        "over the part like its mass."
+    )
+
+    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+        """M + (ratio - 1) M of the part."""
+        (ratio,) = values
+        mass = test_model.system.mass
+        for part in test_model.parts:
+            if part.name == self.part:
+                mass = mass + (ratio - 1) * part.mass
+        return test_model.with_system(mass=mass)
+
+
+def candidates(test_model: TestModel, *, level: float = 1.0) -> list[Effect | Untestable]:
+    """The density of each part.
+
+    Parameters
+    ----------
+    test_model
+        Whose parts.
+    level
+        Of the force; a density does not ask [N].
+    """
+    del level
+    found: list[Effect | Untestable] = []
+    for part in test_model.parts:
+        name = f"{KIND} of {part.name}"
+        if part.mass.any():
+            found.append(Density(name=name, part=part.name))
+        else:
+            found.append(Untestable(name=name, reason="the part has no mass"))
+    return found

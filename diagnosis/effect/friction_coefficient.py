@@ -1,0 +1,30 @@
+"""One contact line is rougher than the others."""
+
+from correlation.test_model import TestModel
+from diagnosis.effect.candidate import Effect, Untestable
+from diagnosis.effect.contact_line import line_ratios
+
+KIND = "friction coefficient"
+
+
+def candidates(test_model: TestModel, *, level: float = 1.0) -> list[Effect | Untestable]:
+    """The friction coefficient of each line; of two lines, their ratio.
+
+    Parameters
+    ----------
+    test_model
+        Whose lines.
+    level
+        Of the force; a ratio does not ask [N].
+    """
+    del level
+    return line_ratios(
+        test_model,
+        kind=KIND,
+        quantity="friction_coefficient",
+        physics="One contact line has another friction coefficient than the others: wear, oxide, grease.",
+        signature=(
+            "Nothing while all contacts stick; at levels that slip the line's tangential force saturates at another "
+            "value, while its normal force stays; nothing without contacts."
+        ),
+    )

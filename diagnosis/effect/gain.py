@@ -1,0 +1,49 @@
+"""A sensor that reads too much or too little."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from correlation.test_model import TestModel
+from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
+
+KIND = "gain"
+RATIO = EffectParameter(name="gain ratio", unit="-", lower=0.5, upper=2.0, typical=1.02, vanishes=1.0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Gain:
+    """Scales what one sensor reads."""
+
+    name: str
+    sensor: str
+    parameters: tuple[EffectParameter, ...] = (RATIO,)
+    kind: str = KIND
+    physics: str = "The sensor reads a constant factor too much or too little: its calibration or its amplifier."
+    signature: str = (
+        "One sensor alone is off by the same factor at all levels, frequencies and harmonics, in phase; all other "
+        "sensors agree."
+    )
+
+    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+        """The sensor with its gain scaled; nothing where the test does not have it."""
+        (ratio,) = values
+        for sensor in test_model.sensors:
+            if sensor.name == self.sensor:
+                return test_model.with_sensor(self.sensor, gain=ratio * sensor.gain)
+        return test_model
+
+
+def candidates(test_model: TestModel, *, level: float = 1.0) -> list[Effect | Untestable]:
+    """The gain of each sensor.
+
+    Parameters
+    ----------
+    test_model
+        Whose sensors.
+    level
+        Of the force; a gain does not ask [N].
+    """
+    del level
+    if not test_model.sensors:
+        return [Untestable(name=KIND, reason="the model has no sensors")]
+    return [Gain(name=f"{KIND} of {sensor.name}", sensor=sensor.name) for sensor in test_model.sensors]

@@ -1,0 +1,119 @@
+"""A contact line that does not lie flat: a gap that opens towards one of its ends."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.test_model import TestModel
+from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
+from diagnosis.effect.contact_line import contacts
+from diagnosis.effect.place import TRANSLATIONS
+from diagnosis.effect.scale import scale
+from reduction.jointed_system import FrictionContact
+
+KIND = "gap"
+#: Typical and largest gap, in what the pre-load presses the contacts together elastically.
+TYPICAL, LARGEST = 0.25, 3.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Gap:
+    """Adds a gap that is linear along a line.
+
+    Parameters
+    ----------
+    line
+        Its name.
+    share
+        Of the gap at the end, for each contact in order, 0 to 1 [-].
+    """
+
+    name: str
+    line: str
+    share: tuple[float, ...]
+    parameters: tuple[EffectParameter, ...]
+    kind: str = KIND
+    physics: str = "The surfaces are not parallel: a gap opens along the line towards this end, an edge or a rotation."
+    signature: str = (
+        "The line's mean normal force falls at all levels and contacts near this end lift off first, so that "
+        "resonances fall early and even harmonics of the normal force appear; nothing without contacts."
+    )
+
+    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+        """Gaps rise by their share; the static load stays, since the line is loaded and not moved."""
+        (gap,) = values
+        members = contacts(test_model, self.line)
+        change = {
+            contact.name: {"gap": contact.gap + gap * share}
+            for contact, share in zip(members, self.share, strict=False)
+        }
+        return test_model.with_joints(change)
+
+
+def candidates(test_model: TestModel, *, level: float = 1.0) -> list[Effect | Untestable]:
+    """A gap at each end of each line; one for a line of a single contact.
+
+    Parameters
+    ----------
+    test_model
+        Whose lines.
+    level
+        Of the force whose stuck response stands in for the elastic closing of a line without pre-load [N].
+    """
+    if not test_model.lines:
+        return [Untestable(name=KIND, reason="the model has no contact lines")]
+    found: list[Effect | Untestable] = []
+    for line in test_model.lines:
+        members = contacts(test_model, line)
+        if not members:
+            found.append(Untestable(name=f"{KIND} of {line}", reason="the line has no contacts"))
+            continue
+        closing = sum(each.preload for each in members) / sum(each.normal_stiffness for each in members)
+        if not closing > 0:
+            size = scale(test_model, level)
+            closing = max(size.amplitude(each.normal) for each in members)
+        if not closing > 0:
+            reason = "the line is not pressed and no force moves it, so that its contacts never close"
+            found.append(Untestable(name=f"{KIND} of {line}", reason=reason))
+            continue
+        largest = LARGEST * closing
+        parameter = EffectParameter(name="gap", unit="m", lower=-largest, upper=largest, typical=TYPICAL * closing)
+        along = _along(test_model, members)
+        ends = {f"{KIND} of {line}": (1.0,)} if len(members) == 1 else {
+            f"{KIND} of {line} at {members[0].name}": tuple(1 - each for each in along),
+            f"{KIND} of {line} at {members[-1].name}": tuple(along),
+        }  # fmt: skip
+        found += [Gap(name=name, line=line, share=share, parameters=(parameter,)) for name, share in ends.items()]
+    return found
+
+
+def _along(test_model: TestModel, members: Sequence[FrictionContact]) -> list[float]:
+    """Where each contact lies between the first (0) and the last (1): by coordinates, or evenly if they do not say."""
+    even = [number / max(len(members) - 1, 1) for number in range(len(members))]
+    points = [_point(test_model, each) for each in members]
+    known = [each for each in points if each is not None]
+    if len(known) < len(members) or len(members) < 3:
+        return even
+    line = known[-1] - known[0]
+    length = float(line @ line)
+    along = [float((each - known[0]) @ line) / length for each in known] if length else []
+    return along if along and all(one < other for one, other in pairwise(along)) else even
+
+
+def _point(test_model: TestModel, contact: FrictionContact) -> Float[NDArray[np.float64], "3"] | None:
+    """Mean of the points whose translations the contact follows; none if one is not known."""
+    weights, points = [], []
+    for number in np.flatnonzero(np.abs(contact.directions).max(axis=0)):
+        dof = test_model.dofs[int(number)]
+        if dof.direction in TRANSLATIONS:
+            weights.append(float(np.linalg.norm(contact.directions[:, number])))
+            points.append(dof.coordinates)
+        elif dof.direction == "modal":
+            return None
+    if not points or any(each is None for each in points):
+        return None
+    return np.asarray(np.average(np.array(points, dtype=np.float64), axis=0, weights=weights))

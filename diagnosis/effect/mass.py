@@ -1,0 +1,82 @@
+"""A point mass: a sensor, its cable, or the moving part of a shaker."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.test_model import TestModel
+from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
+from diagnosis.effect.place import TRANSLATIONS, dof_of, moving_places
+from diagnosis.effect.scale import scale
+
+KIND = "mass"
+LARGEST = 100.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PointMass:
+    """A mass that moves along rows, shape (t, r) [-]; negative takes mass away."""
+
+    name: str
+    rows: Float[NDArray[np.float64], "t r"]
+    parameters: tuple[EffectParameter, ...]
+    kind: str = KIND
+    physics: str = "A point mass moves with this place: a sensor, its cable, or the armature of a shaker."
+    signature: str = (
+        "Resonances fall by the same share at all levels, more so at high frequencies; the missing force is in phase "
+        "with the displacement (0 deg), proportional to it (exponent 1), without higher harmonics."
+    )
+
+    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+        """M + m sum b^T b."""
+        (mass,) = values
+        return test_model.with_system(mass=test_model.system.mass + mass * self.rows.T @ self.rows)
+
+
+def candidates(test_model: TestModel, *, level: float = 1.0) -> list[Effect | Untestable]:
+    """A mass at each place: on all translations of its node, or along the place's row where the node is not known.
+
+    Parameters
+    ----------
+    test_model
+        Whose places.
+    level
+        Of the force; a mass does not ask [N].
+    """
+    size = scale(test_model, level)
+    places, left = moving_places(test_model, size, KIND)
+    found: list[Effect | Untestable] = []
+    taken: dict[tuple[int, ...], str] = {}
+    for place in places:
+        name = f"{KIND} at {place.name}"
+        moved = _translations(test_model, place.row)
+        if moved in taken:
+            found.append(Untestable(name=name, reason=f'it is the mass at "{taken[moved]}": one node'))
+            continue
+        if moved:
+            taken[moved] = place.name
+        rows = np.eye(len(place.row))[list(moved)] if moved else place.row[None]
+        typical = size.point_mass(rows)
+        if typical is None:
+            found.append(Untestable(name=name, reason="no mass there can lower the first stuck frequency by 0.5 %"))
+            continue
+        lower, upper = -min(size.removable_mass(rows), LARGEST * typical), LARGEST * typical
+        unit = place.unit("kg", "kg m^2")
+        parameter = EffectParameter(name="mass", unit=unit, lower=lower, upper=upper, typical=typical)
+        found.append(PointMass(name=name, rows=rows, parameters=(parameter,)))
+    return [*found, *left]
+
+
+def _translations(test_model: TestModel, row: Float[NDArray[np.float64], " r"]) -> tuple[int, ...]:
+    """Translations of the node that a row follows; none if it is no translation, a mix, or not known."""
+    known = dof_of(test_model, row)
+    if known is None or known.direction not in TRANSLATIONS:
+        return ()
+    return tuple(
+        number
+        for number, dof in enumerate(test_model.dofs)
+        if (dof.body, dof.node) == (known.body, known.node) and dof.direction in TRANSLATIONS
+    )

@@ -1,0 +1,107 @@
+"""Where an effect may act at a point: the named places that move, each once, and what hangs on them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.test_model import Dof, Sensor, TestModel
+from diagnosis.effect.candidate import Untestable
+from diagnosis.effect.scale import Scale
+from reduction.jointed_system import CubicSpring, Joint, QuadraticDamper
+
+Row = Float[NDArray[np.float64], " r"]
+
+TRANSLATIONS, ROTATIONS = ("x", "y", "z"), ("rx", "ry", "rz")
+#: A place moves if its motion in the mode is this share of the largest.
+MOVES = 1e-3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Place:
+    """A named displacement or rotation.
+
+    Parameters
+    ----------
+    name
+        As in the test model.
+    row
+        Over the degrees of freedom, shape (r,) [-].
+    rotational
+        It is an angle, so that forces there are moments.
+    """
+
+    name: str
+    row: Row
+    rotational: bool = False
+
+    def unit(self, of_displacement: str, of_rotation: str) -> str:
+        """The one that suits it."""
+        return of_rotation if self.rotational else of_displacement
+
+
+def moving_places(test_model: TestModel, scale: Scale, kind: str) -> tuple[list[Place], list[Untestable]]:
+    """Places where an effect can act, and those where it cannot with the reason."""
+    if not test_model.places:
+        return [], [Untestable(name=kind, reason="the model names no place: give places as rows over its DOFs")]
+    rows = [*test_model.places.values(), *(each.row for each in test_model.sensors if isinstance(each, Sensor))]
+    largest = max(abs(float(row @ scale.mode_shape)) for row in rows)
+    found: list[Place] = []
+    left: list[Untestable] = []
+    for name, row in test_model.places.items():
+        share = abs(float(row @ scale.mode_shape)) / largest if largest else 0.0
+        twin = next((each.name for each in found if parallel(each.row, row)), None)
+        reason = ""
+        if not row.any():
+            reason = "it does not move: its row is zero"
+        elif share < MOVES:
+            reason = f"it moves by {share:.1e} of the largest motion in the first stuck mode"
+        elif twin is not None:
+            reason = f'it moves with "{twin}"'
+        if reason:
+            left.append(Untestable(name=f"{kind} at {name}", reason=reason))
+        else:
+            known = dof_of(test_model, row)
+            found.append(Place(name=name, row=row, rotational=known is not None and known.direction in ROTATIONS))
+    return found, left
+
+
+def parallel(one: Row, other: Row) -> bool:
+    """Whether two rows are the same but for a factor."""
+    return bool(abs(one @ other) >= (1 - 1e-9) * np.linalg.norm(one) * np.linalg.norm(other))
+
+
+def dof_of(test_model: TestModel, row: Row) -> Dof | None:
+    """The degree of freedom that a row follows, with a factor of 1 or -1; none if it is a mix or none that is known."""
+    where = np.flatnonzero(row)
+    if len(where) != 1 or abs(row[where[0]]) != 1.0:
+        return None
+    dof = test_model.dofs[int(where[0])]
+    return None if dof.direction == "modal" else dof
+
+
+def with_cubic_spring(test_model: TestModel, name: str, row: Row, stiffness: float) -> TestModel:
+    """A cubic spring more; one of this name gets stiffer instead."""
+    joints = list(test_model.system.joints)
+    for number, joint in enumerate(joints):
+        if isinstance(joint, CubicSpring) and joint.name == name:
+            joints[number] = replace(joint, stiffness=joint.stiffness + stiffness)
+            return test_model.with_system(joints=joints)
+    return _with_joint(test_model, CubicSpring(name=name, direction=row, stiffness=stiffness))
+
+
+def with_quadratic_damper(test_model: TestModel, name: str, row: Row, damping: float) -> TestModel:
+    """A quadratic damper more; one of this name damps more instead."""
+    joints = list(test_model.system.joints)
+    for number, joint in enumerate(joints):
+        if isinstance(joint, QuadraticDamper) and joint.name == name:
+            joints[number] = replace(joint, damping=joint.damping + damping)
+            return test_model.with_system(joints=joints)
+    return _with_joint(test_model, QuadraticDamper(name=name, direction=row, damping=damping))
+
+
+def _with_joint(test_model: TestModel, joint: Joint) -> TestModel:
+    joints: Sequence[Joint] = [*test_model.system.joints, joint]
+    return test_model.with_system(joints=joints)

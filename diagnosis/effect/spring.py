@@ -1,0 +1,77 @@
+"""A linear spring: a stinger, a cable or a support; or between two bodies."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.test_model import TestModel
+from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
+from diagnosis.effect.place import Place, dof_of, moving_places
+from diagnosis.effect.scale import Scale, scale
+
+KIND = "spring"
+#: Largest strength in typical ones.
+LARGEST = 100.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LinearSpring:
+    """f = k u along a row, shape (r,) [-]; negative takes stiffness away."""
+
+    name: str
+    row: Float[NDArray[np.float64], " r"]
+    parameters: tuple[EffectParameter, ...]
+    kind: str = KIND
+    physics: str = "A linear spring holds this place: a stinger, a cable, or a support unlike the modelled one."
+    signature: str = (
+        "Resonances rise by the same share at all levels, with contacts and without; the missing force is opposite "
+        "to the displacement (180 deg), proportional to it (exponent 1), without higher harmonics."
+    )
+
+    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+        """K + k b^T b."""
+        (stiffness,) = values
+        return test_model.with_system(stiffness=test_model.system.stiffness + stiffness * np.outer(self.row, self.row))
+
+
+def candidates(test_model: TestModel, *, level: float = 1.0) -> list[Effect | Untestable]:
+    """A spring to the ground at each place, and between places of two bodies that move in one direction.
+
+    Parameters
+    ----------
+    test_model
+        Whose places.
+    level
+        Of the force; a linear spring does not ask [N].
+    """
+    size = scale(test_model, level)
+    places, left = moving_places(test_model, size, KIND)
+    found: list[Effect | Untestable] = [_candidate(f"{KIND} at {each.name}", each, size) for each in places]
+    for one, other in combinations(places, 2):
+        first, second = dof_of(test_model, one.row), dof_of(test_model, other.row)
+        if first and second and first.body != second.body and first.direction == second.direction:
+            gap = Place(name="", row=_unsigned(one.row) - _unsigned(other.row), rotational=one.rotational)
+            found.append(_candidate(f"{KIND} between {one.name} and {other.name}", gap, size))
+    return [*found, *left]
+
+
+def _unsigned(row: Float[NDArray[np.float64], " r"]) -> Float[NDArray[np.float64], " r"]:
+    return np.abs(row)  # of a single degree of freedom, along its own direction
+
+
+def _candidate(name: str, place: Place, size: Scale) -> Effect | Untestable:
+    typical = size.spring(place.row)
+    if typical is None:
+        return Untestable(name=name, reason="no stiffness there can shift the first stuck frequency by 0.5 %")
+    parameter = EffectParameter(
+        name="stiffness",
+        unit=place.unit("N/m", "N m"),
+        lower=-min(size.removable_stiffness(place.row), LARGEST * abs(typical)),
+        upper=LARGEST * abs(typical),
+        typical=typical,
+    )
+    return LinearSpring(name=name, row=place.row, parameters=(parameter,))

@@ -1,0 +1,30 @@
+"""One contact line is tangentially stiffer than the others."""
+
+from correlation.test_model import TestModel
+from diagnosis.effect.candidate import Effect, Untestable
+from diagnosis.effect.contact_line import line_ratios
+
+KIND = "tangential stiffness"
+
+
+def candidates(test_model: TestModel, *, level: float = 1.0) -> list[Effect | Untestable]:
+    """The tangential contact stiffness of each line; of two lines, their ratio.
+
+    Parameters
+    ----------
+    test_model
+        Whose lines.
+    level
+        Of the force; a ratio does not ask [N].
+    """
+    del level
+    return line_ratios(
+        test_model,
+        kind=KIND,
+        quantity="tangential_stiffness",
+        physics="One contact line has another tangential stiffness than the others: less real area, other asperities.",
+        signature=(
+            "The tangential forces of the lines are shared otherwise from the lowest level on, where all contacts "
+            "stick, and alike where they slip; nothing without contacts."
+        ),
+    )
