@@ -215,8 +215,8 @@ class TestModel:
         sensors = tuple(replace(each, **changes) if each.name == name else each for each in self.sensors)
         return replace(self, sensors=sensors)
 
-    def joint(self, name: str) -> Joint:
-        """A joint by its name.
+    def contact(self, name: str) -> FrictionContact:
+        """A contact by its name.
 
         Raises
         ------
@@ -224,9 +224,9 @@ class TestModel:
             There is none.
         """
         for joint in self.system.joints:
-            if joint.name == name:
+            if joint.name == name and isinstance(joint, FrictionContact):
                 return joint
-        raise TestModelError(f'there is no joint "{name}"')
+        raise TestModelError(f'there is no contact "{name}"')
 
 
 def _locked(values: Any) -> NDArray[np.float64]:

@@ -1,0 +1,162 @@
+r"""Noise from few repeats: a variance that follows the amplitude, pooled over points, and shrunk towards each point.
+
+The scatter of a point with d degrees of freedom is :math:`s^2 \sim v\,\chi^2_d / d`. Over the points of one sensor
+:math:`v = a^2 |X|^2 + b^2` is fitted by maximum likelihood, with the ratios :math:`s^2 / v` cut at a high quantile so
+that a few points of wild friction history do not decide. What is left over of the spread of :math:`\log s^2` is the
+points' own: their variances scatter about the fit like a scaled inverse :math:`\chi^2` with :math:`d_0` degrees of
+freedom, and the variance expected at a point is
+
+.. math:: \frac{d_0 v_0 + d s^2}{d_0 + d - 2} .
+
+References
+----------
+G. K. Smyth, Linear models and empirical Bayes methods for assessing differential expression in microarray experiments,
+Stat. Appl. Genet. Mol. Biol. 3 (2004), article 3, section 6.2 (the moments of :math:`\log s^2`).
+"""
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+from scipy.special import chdtri, digamma, gammainc, polygamma
+
+Column = Float[NDArray[np.float64], " k"]
+Degrees = Int[NDArray[np.int64], " k"]
+
+#: Ratios of scatter to variance above this quantile are cut [-].
+CUT = 0.05
+#: Iterations of the fit, which converges by a factor of about three each [-].
+ITERATIONS = 40
+#: Least and largest degrees of freedom of the fit itself: the variance is finite above 2, and 1e4 is as good as certain.
+LEAST_DEGREES, MOST_DEGREES = 3.0, 1e4
+#: No channel is more exact than this share of its largest amplitude (double precision written with few digits) [-].
+EXACT = 1e-9
+
+
+def pooled_variance(amplitude: Column, squares: Column, dof: Degrees) -> Column:
+    """Variance of one value, of its real or imaginary part, at each point of one sensor and harmonic.
+
+    Parameters
+    ----------
+    amplitude
+        |X| of the means, shape (k,).
+    squares
+        Squared residuals summed, shape (k,) [its unit squared].
+    dof
+        Their degrees of freedom, 0 where a point was measured once, shape (k,); not all zero.
+
+    Returns
+    -------
+    Positive, shape (k,) [its unit squared].
+    """
+    floor = (EXACT * max(float(amplitude.max()), np.finfo(np.float64).tiny ** 0.25)) ** 2
+    seen = dof > 0
+    d = dof[seen].astype(np.float64)
+    scatter = np.maximum(squares[seen] / d, floor)
+    squared = amplitude**2
+    a2, b2 = variance_law(squared[seen], scatter, d)
+    trend = np.maximum(a2 * squared + b2, floor)
+    degrees, scale = _prior(np.log(scatter / trend[seen]), d)
+    prior = trend * scale
+    variance: Column = (degrees * prior + np.where(seen, squares, 0.0)) / (degrees + dof - 2.0)
+    return np.maximum(variance, floor)
+
+
+def variance_law(squared: Column, scatter: Column, dof: Column) -> tuple[float, float]:
+    r"""a^2 and b^2 of :math:`v = a^2 |X|^2 + b^2`.
+
+    Fisher scoring of the likelihood of scaled :math:`\chi^2`, whose equations
+    :math:`\sum d\,(s^2 - v)\,\partial v / v^2 = 0` see the scatter cut at a quantile and scaled to keep its mean.
+
+    Parameters
+    ----------
+    squared
+        |X|^2, shape (k,).
+    scatter
+        s^2, positive, shape (k,).
+    dof
+        Positive, shape (k,).
+    """
+    limit = chdtri(dof, CUT) / dof
+    # Mean of a cut chi^2_d / d: P(d/2 + 1, d c / 2) + c CUT.
+    kept = gammainc(dof / 2 + 1, dof * limit / 2) + limit * CUT
+    top = float(squared.max())
+    columns = np.stack([squared / top if top > 0 else np.zeros_like(squared), np.ones_like(squared)])
+    variance = np.full_like(scatter, float(np.median(scatter)))
+    share = np.zeros(2)
+    for _ in range(ITERATIONS):
+        cut = np.minimum(scatter, limit * variance) / kept
+        share = _non_negative(columns, cut, dof / variance**2)
+        # Never below a millionth of the largest: such a point would have all the weight.
+        before, variance = variance, share @ columns
+        variance = np.maximum(variance, 1e-6 * variance.max())
+        if np.allclose(before, variance, rtol=1e-4, atol=0.0):
+            break
+    return (float(share[0] / top) if top > 0 else 0.0), float(share[1])
+
+
+def design_effect(effect: Column, squares: Column, dof: Degrees) -> float:
+    """How many values of one repeat count as one: 1 if its sweeps err independently, their number if alike.
+
+    Parameters
+    ----------
+    effect
+        Squares of residuals summed over the sweeps of each repeat, summed over repeats, shape (k,).
+    squares
+        Squared residuals summed, shape (k,).
+    dof
+        Degrees of freedom, shape (k,).
+
+    Returns
+    -------
+    Mean of their ratio over the points, which no single wild point can move far; at least 1.
+    """
+    seen = (dof > 0) & (squares > 0)
+    if not seen.any():
+        return 1.0
+    ratio = np.average(effect[seen] / squares[seen], weights=dof[seen])
+    return float(max(ratio, 1.0))
+
+
+def _non_negative(columns: Float[NDArray[np.float64], "2 k"], target: Column, weight: Column) -> Column:
+    """Weighted least squares of two columns with coefficients that are not negative, shape (2,)."""
+    normal = (columns * weight) @ columns.T
+    right = (columns * weight) @ target
+    determinant = normal[0, 0] * normal[1, 1] - normal[0, 1] ** 2
+    if determinant > 1e-12 * normal[0, 0] * normal[1, 1]:
+        both = np.array(
+            [
+                normal[1, 1] * right[0] - normal[0, 1] * right[1],
+                normal[0, 0] * right[1] - normal[0, 1] * right[0],
+            ]
+        )
+        both /= determinant
+        if (both >= 0).all():
+            return both
+    alone = np.where(np.diag(normal) > 0, right / np.maximum(np.diag(normal), np.finfo(np.float64).tiny), 0.0)
+    gain = alone * right  # what each column alone takes off the sum of squares
+    best = int(np.argmax(gain))
+    return np.where(np.arange(2) == best, alone, 0.0)
+
+
+def _prior(log_ratio: Column, dof: Column) -> tuple[float, float]:
+    r"""Degrees of freedom d_0 of the fit, and the factor that its :math:`v` is off by (Smyth 2004, 6.2)."""
+    centred = log_ratio - digamma(dof / 2) + np.log(dof / 2)
+    mean = float(centred.mean())
+    if len(centred) < 3:
+        return MOST_DEGREES, 1.0
+    excess = float(centred.var(ddof=1) - polygamma(1, dof / 2).mean())
+    degrees = 2 * _inverse_trigamma(excess) if excess > 0 else MOST_DEGREES
+    degrees = float(np.clip(degrees, LEAST_DEGREES, MOST_DEGREES))
+    return degrees, float(np.exp(mean + digamma(degrees / 2) - np.log(degrees / 2)))
+
+
+def _inverse_trigamma(value: float) -> float:
+    """x of trigamma(x) = value > 0, by Newton's method on 1 / trigamma, which is convex (Smyth 2004, appendix)."""
+    x = 0.5 + 1 / value
+    for _ in range(50):
+        trigamma = float(polygamma(1, x))
+        step = trigamma * (1 - trigamma / value) / float(polygamma(2, x))
+        x += step
+        if -step / x < 1e-8:
+            break
+    return x

@@ -1,0 +1,87 @@
+"""What differs between repeats, or between a model and its mesh refined, without being an effect to look for."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.feature_vector import FeatureVector
+from correlation.prediction import Prediction, Predictor, Tangent
+from correlation.test_model import TestModel
+from hbsolve.sensitivity import MatrixParameter, ModelParameter
+
+Modes = Float[NDArray[np.float64], "m q"]
+
+NOTHING = ModelParameter()
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Budget:
+    """Numerical error of a model, measured on models alone and never on what they are compared with.
+
+    Parameters
+    ----------
+    frequency
+        Standard deviation of the relative error of natural frequencies, of either configuration [-].
+    compliance
+        ... of the relative error of each contact line's stiffness, normal and tangential [-].
+    refined
+        The same model with more elements, stations or harmonics: what they change is one standard deviation.
+    """
+
+    frequency: float = 2e-4
+    compliance: float = 0.01
+    refined: Sequence[TestModel] = ()
+
+
+def jitter_modes(
+    predictor: Predictor, features: FeatureVector, model: TestModel, prediction: Prediction, lines: bool = True
+) -> Modes:
+    """What a shift of the frequency, and of the pre-load of each line, does to all features, for 100 % of each."""
+    tangents = [*_frequency_shifts(model), *(_preload(model, line) for line in model.lines if lines)]
+    return _features(predictor, features, model, prediction, tangents)
+
+
+def budget_modes(
+    predictor: Predictor, features: FeatureVector, model: TestModel, prediction: Prediction, budget: Budget
+) -> Modes:
+    """Errors of discretisation, at one standard deviation, shape (m, b)."""
+    modes = [budget.frequency * _features(predictor, features, model, prediction, _frequency_shifts(model))]
+    softer = [_stiffness(model, line, name) for line in model.lines for name in ("tangential", "normal")]
+    modes.append(budget.compliance * _features(predictor, features, model, prediction, softer))
+    for refined in budget.refined:
+        change = features.of_values(predictor.predict(refined, prediction).value) - features.of_values(prediction.value)
+        modes.append(np.where(np.isfinite(change), change, 0.0)[:, None])
+    return np.column_stack(modes)
+
+
+def _features(
+    predictor: Predictor, features: FeatureVector, model: TestModel, prediction: Prediction, tangents: list[Tangent]
+) -> Modes:
+    if not tangents:
+        return np.zeros((len(features.row), 0))
+    slopes = features.slopes(prediction.value, predictor.derivatives(model, prediction, tangents))
+    return np.where(np.isfinite(slopes), slopes, 0.0)
+
+
+def _frequency_shifts(model: TestModel) -> list[Tangent]:
+    """A relative shift of Omega at fixed forces, of each configuration by itself: (1 + 2 e) M and (1 + e) C."""
+    shift = ModelParameter(matrices=MatrixParameter(mass=2 * model.system.mass, damping=model.system.damping))
+    return [Tangent(jointed=shift, free=NOTHING, gain={}), Tangent(jointed=NOTHING, free=shift, gain={})]
+
+
+def _preload(model: TestModel, line: str) -> Tangent:
+    static, rates = np.zeros(model.system.n_dof), {}
+    for name in model.lines[line]:
+        contact = model.contact(name)
+        static += contact.preload * contact.normal
+        rates[name, "preload"] = contact.preload
+    return Tangent(jointed=ModelParameter(static_load=static, joints=rates), free=NOTHING, gain={})
+
+
+def _stiffness(model: TestModel, line: str, component: str) -> Tangent:
+    field = f"{component}_stiffness"
+    rates = {(name, field): float(getattr(model.contact(name), field)) for name in model.lines[line]}
+    return Tangent(jointed=ModelParameter(joints=rates), free=NOTHING, gain={})

@@ -1,0 +1,115 @@
+r"""What repeats say about the noise: a share that moves all points at once, and a share of each point's own.
+
+Repeats differ by more than noise: the exciter's frequency, the pre-load and the room are a little different each time.
+Such a difference moves all points along a known mode. With the modes taken out, what is left scatters by
+
+.. math:: v = a^2 |y|^2 + b^2
+
+for each sensor and harmonic. A few repeats tell a variance badly, so that each point's own is drawn towards this; not
+all the way, because friction scatters where it likes.
+"""
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+from correlation.errors import CampaignError
+from correlation.feature_vector import FeatureVector
+from correlation.observation import Observation
+from correlation.whitening import Whitening
+
+#: Degrees of freedom that the pooled variance counts for beside those of a point's own.
+POOLED = 6.0
+#: Rounds of the weighted fit of a and b.
+ROUNDS = 6
+
+
+def whitening(
+    observed: Observation,
+    features: FeatureVector,
+    jitter: Float[NDArray[np.float64], "m q"],
+    budget: Float[NDArray[np.float64], "m b"],
+) -> Whitening:
+    """Covariance of the mean of the repeats.
+
+    Parameters
+    ----------
+    observed
+        Repeats.
+    features
+        Of the same points.
+    jitter
+        Modes along which repeats differ, in any unit: their sizes are found here.
+    budget
+        Modes of errors that repeats do not show (discretisation, calibration of sensors), at one standard deviation.
+
+    Raises
+    ------
+    CampaignError
+        Fewer than two repeats.
+    """
+    n = np.isfinite(observed.repeat).sum(axis=1)[features.row]
+    if n.max() < 2:
+        raise CampaignError("there is one repeat alone: noise cannot be told from effects; repeat the test")
+    y = features.of_values(observed.value)
+    each = features.of_values(observed.repeat)
+    apart = each - np.nanmean(each, axis=1, keepdims=True)
+    freedom = np.maximum(n - 1.0, 0.0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        variance = np.nansum(apart**2, axis=1) / freedom
+    group = _groups(features)
+    pooled = _pooled(variance, y, freedom, group)
+    amplitude = _amplitudes(apart, jitter, np.sqrt(pooled))
+    apart = apart - jitter @ amplitude
+    with np.errstate(invalid="ignore", divide="ignore"):
+        variance = np.nansum(apart**2, axis=1) / freedom
+    pooled = _pooled(variance, y, freedom, group)
+    own = np.where(freedom > 0, variance, 0.0)
+    variance = (POOLED * pooled + freedom * own) / (POOLED + freedom)
+    repeats = amplitude.shape[1]
+    spread = np.sqrt((amplitude**2).sum(axis=1) / max(repeats - 1, 1) / repeats)
+    return Whitening(deviation=np.sqrt(variance / np.maximum(n, 1)), modes=np.column_stack([jitter * spread, budget]))
+
+
+def _groups(features: FeatureVector) -> NDArray[np.int64]:
+    """Numbers of one sensor, harmonic and configuration share a noise model."""
+    points, row = features.points, features.row
+    _, sensor = np.unique(points.sensor, return_inverse=True)
+    key = np.column_stack([sensor[row], points.harmonic[row], points.free[row]])
+    return np.asarray(np.unique(key, axis=0, return_inverse=True)[1]).ravel()
+
+
+def _pooled(
+    variance: Float[NDArray[np.float64], " m"],
+    y: Float[NDArray[np.float64], " m"],
+    freedom: Float[NDArray[np.float64], " m"],
+    group: NDArray[np.int64],
+) -> Float[NDArray[np.float64], " m"]:
+    pooled = np.empty_like(variance)
+    for number in range(int(group.max()) + 1):
+        rows = np.flatnonzero(group == number)
+        seen = rows[freedom[rows] > 0]
+        size = float(np.mean(y[rows] ** 2)) or 1.0
+        v, table = variance[seen], np.column_stack([y[seen] ** 2, np.full(len(seen), size)])
+        fitted = np.full(len(seen), float(np.median(v)) or 1e-12 * size)
+        share = np.zeros(2)
+        for _ in range(ROUNDS):
+            share, _ = nnls(table / fitted[:, None], v / fitted)
+            fitted = np.maximum(table @ share, 1e-12 * size)
+        pooled[rows] = np.maximum(share[0] * y[rows] ** 2 + share[1] * size, 1e-12 * size)
+    return pooled
+
+
+def _amplitudes(
+    apart: Float[NDArray[np.float64], "m R"],
+    modes: Float[NDArray[np.float64], "m q"],
+    deviation: Float[NDArray[np.float64], " m"],
+) -> Float[NDArray[np.float64], "q R"]:
+    """Weighted least squares of each repeat's difference along the modes."""
+    amplitudes = np.zeros((modes.shape[1], apart.shape[1]))
+    for number, column in enumerate(apart.T):
+        there = np.isfinite(column)
+        scaled = modes[there] / deviation[there, None]
+        amplitudes[:, number] = np.linalg.lstsq(scaled, column[there] / deviation[there], rcond=1e-10)[0]
+    return amplitudes

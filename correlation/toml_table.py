@@ -1,0 +1,121 @@
+"""A table of a TOML file, read key by key; a mistake is one sentence with file, key, value and remedy."""
+
+import difflib
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+from correlation.errors import CampaignError
+
+Value = TypeVar("Value")
+_REQUIRED = object()
+
+@dataclass(kw_only=True)
+class TomlTable:
+    """A table that knows which of its keys have been asked for, so that what is left is unknown.
+
+    Parameters
+    ----------
+    file
+        Name of the file.
+    path
+        Dotted path of the table; empty for the file itself.
+    values
+        What TOML makes of it.
+    known
+        Keys that have been asked for.
+    """
+
+    file: str
+    path: str = ""
+    values: Mapping[str, Any]
+    known: set[str] = field(default_factory=set)
+
+    def problem(self, key: str, text: str, *, show: bool = True) -> CampaignError:
+        """What is wrong with a key; its value is shown unless it says nothing."""
+        dotted = f"{self.path}.{key}" if self.path else key
+        shown = f" = {_shown(self.values[key])}" if show and key in self.values else ""
+        return CampaignError(f"{self.file}: {dotted}{shown}: {text}")
+
+    def take(self, key: str, kind: type, default: Any = _REQUIRED) -> Any:
+        """Value of a key, of one kind; without a default it must be there."""
+        self.known.add(key)
+        if key not in self.values:
+            if default is _REQUIRED:
+                raise self.problem(key, f"is missing; add {key} = {_EXAMPLE.get(key, '...')}")
+            return default
+        value = self.values[key]
+        if type(value) is not kind:
+            raise self.problem(key, f"must be {_WORDS[kind]}")
+        return value
+
+    def choice(self, key: str, choices: Collection[str]) -> str:
+        """Text that is one of some words."""
+        value: str = self.take(key, str)
+        if value not in choices:
+            listed = ", ".join(f'"{each}"' for each in choices)
+            close = difflib.get_close_matches(value, choices, 1)
+            raise self.problem(key, f"must be one of {listed}" + (f'; did you mean "{close[0]}"?' if close else ""))
+        return value
+
+    def converted(self, key: str, read: Callable[[object], Value], default: Value | None = None) -> Value:
+        """Value of a key, through a function that refuses with a ValueError in words."""
+        self.known.add(key)
+        if key not in self.values:
+            if default is not None:
+                return default
+            raise self.problem(key, f"is missing; add {key} = {_EXAMPLE.get(key, '...')}")
+        try:
+            return read(self.values[key])
+        except ValueError as error:
+            raise self.problem(key, str(error)) from None
+
+    def table(self, key: str, *, required: bool = True) -> "TomlTable":
+        """A table within; an empty one if it need not be there."""
+        values = self.take(key, dict, _REQUIRED if required else {})
+        return TomlTable(file=self.file, path=f"{self.path}.{key}" if self.path else key, values=values)
+
+    def tables(self, key: str, *, required: bool = True) -> tuple["TomlTable", ...]:
+        """An array of tables, whose paths count from 1."""
+        values = self.take(key, list, _REQUIRED if required else [])
+        if not all(isinstance(each, dict) for each in values) or (required and not values):
+            raise self.problem(key, f"must be tables; write [[{key}]] above the keys of each", show=False)
+        return tuple(TomlTable(file=self.file, path=f"{key}[{number}]", values=each) for number, each in enumerate(values, start=1))
+
+    def finish(self) -> None:
+        """Refuse keys that nothing has asked for."""
+        for key in self.values:
+            if key not in self.known:
+                close = difflib.get_close_matches(key, self.known, 1)
+                hint = f'did you mean "{close[0]}"?' if close else f"known here: {', '.join(sorted(self.known))}"
+                raise self.problem(key, f"unknown key; {hint}")
+
+
+def _shown(value: object) -> str:
+    text = f'"{value}"' if isinstance(value, str) else str(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+_WORDS = {
+    int: "a whole number, without quotes",
+    str: 'text in quotes, e.g. "name"',
+    list: "a list",
+    dict: "a table of keys",
+    bool: "true or false",
+}
+_EXAMPLE = {
+    "schema": "1",
+    "time": '"exp(+i omega t)"',
+    "amplitude": '"peak"',
+    "level": '"N"',
+    "frequency": '"Hz"',
+    "quantity": '"displacement"',
+    "direction": '"z"',
+    "component": '"tangential"',
+    "configuration": '"jointed"',
+    "file": '"stepped.csv"',
+    "convention": 'a table [convention] with time = "exp(+i omega t)" and amplitude = "peak"',
+    "units": 'a table [units] with level = "N" and frequency = "Hz"',
+    "sensor": "a table [[sensor]]",
+    "test": "a table [[test]]",
+}

@@ -1,0 +1,119 @@
+"""A campaign beside a model, ready to be compared: training and held-out features, their covariance, a first fit."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from correlation.feature_vector import FeatureVector
+from correlation.measurement import Campaign
+from correlation.nuisance import Budget, Modes, budget_modes, jitter_modes
+from correlation.observation import Observation, held_out, training
+from correlation.prediction import Prediction, Predictor
+from correlation.scatter import whitening
+from correlation.test_model import TestModel
+from diagnosis.accepted import Accepted
+from diagnosis.calibration import Fit, calibrate
+from diagnosis.comparison import Comparison
+from diagnosis.effect.candidate import Effect
+from diagnosis.unknowns import Unknowns
+
+Report = Callable[[str, float], None]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Arrangement:
+    """What a diagnosis works on.
+
+    Parameters
+    ----------
+    base
+        The model as the engineer has it, with what was added before.
+    accepted
+        Parameters that every fit calibrates.
+    train, held
+        Comparisons with the measurements to fit to, and with those that test a fit.
+    fit
+        The accepted parameters, calibrated on `train`.
+    """
+
+    base: TestModel
+    accepted: tuple[Accepted, ...]
+    train: Comparison
+    held: Comparison
+    fit: Fit
+
+    def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
+        """Accepted parameters with their priors, and effects without."""
+        return Unknowns.of(self.base, [(each, each.deviation) for each in self.accepted], effects)
+
+
+def arrange(
+    campaign: Campaign, base: TestModel, accepted: Sequence[Accepted], budget: Budget, report: Report | None = None
+) -> Arrangement:
+    """Prepare features, covariance and the first fit.
+
+    Parameters
+    ----------
+    campaign, base
+        Measurements and model; sensors agree by name.
+    accepted
+        What every fit calibrates.
+    budget
+        Numerical error of the model.
+    report
+        Called with what is done, and chi^2 a number.
+
+    Raises
+    ------
+    CampaignError
+        Nothing is held out, a single repeat, or a sensor that the model does not have.
+    """
+    unknowns = Unknowns.of(base, [(each, each.deviation) for each in accepted], ())
+    seen, unseen = training(campaign), held_out(campaign)
+    train, held = _features(seen), _features(unseen)
+    # The budget compares models as they are; jitter is taken where the model fits.
+    nominal = train.predictor.predict(base)
+    errors = budget_modes(train.predictor, train.features, base, nominal, budget)
+    comparison = _compared(train, jitter_modes(train.predictor, train.features, base, nominal), errors)
+    fit = calibrate(comparison, unknowns, unknowns.vanishing, nominal, _told(report, "first calibration"))
+    comparison = _compared(train, jitter_modes(train.predictor, train.features, fit.model, fit.prediction), errors)
+    fit = calibrate(comparison, unknowns, fit.values, fit.prediction, _told(report, "calibration"))
+    beside = held.predictor.predict(base, nominal)
+    errors = budget_modes(held.predictor, held.features, base, beside, budget)
+    fitted = held.predictor.predict(fit.model, fit.prediction)
+    tested = _compared(held, jitter_modes(held.predictor, held.features, fit.model, fitted), errors)
+    return Arrangement(base=base, accepted=tuple(accepted), train=comparison, held=tested, fit=fit)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Features:
+    observed: Observation
+    features: FeatureVector
+    predictor: Predictor
+
+
+def _features(observed: Observation) -> _Features:
+    features = FeatureVector.of(observed.points, observed.value, observed.motion)
+    return _Features(observed=observed, features=features, predictor=Predictor(points=observed.points))
+
+
+def _compared(of: _Features, jitter: Modes, budget: Modes) -> Comparison:
+    return Comparison(
+        observed=of.observed,
+        features=of.features,
+        measured=of.features.of_values(of.observed.value),
+        whitening=whitening(of.observed, of.features, jitter, budget),
+        predictor=of.predictor,
+    )
+
+
+def _told(report: Report | None, what: str) -> Callable[[float], None] | None:
+    return None if report is None else lambda chi2: report(what, chi2)
+
+
+def with_base(arrangement: Arrangement, base: TestModel, start: Prediction | None = None) -> Arrangement:
+    """The same measurements and covariance beside another model, calibrated anew."""
+    unknowns = Unknowns.of(base, [(each, each.deviation) for each in arrangement.accepted], ())
+    fit = calibrate(arrangement.train, unknowns, np.array(arrangement.fit.values), start or arrangement.fit.prediction)
+    return replace(arrangement, base=base, fit=fit)

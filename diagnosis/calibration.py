@@ -1,0 +1,159 @@
+r"""Fitting numbers of a model: generalised least squares with priors and bounds, by Levenberg and Marquardt.
+
+.. math:: \chi^2 = |S^{-1/2} (y - \varphi(\theta))|^2 + \sum_j ((\theta_j - \theta_{0j}) / \sigma_j)^2
+
+The Jacobian is that of the implicit function theorem; a number at a bound that would leave it is held there.
+
+References
+----------
+Nocedal and Wright, Numerical Optimization (2006), section 10.3.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.prediction import Prediction
+from correlation.test_model import TestModel
+from diagnosis.comparison import Comparison, Vector
+from diagnosis.unknowns import Unknowns, Values
+
+#: Steps at most; it ends when a step is expected to gain less than this of chi^2.
+MOST_STEPS, ENOUGH = 12, 0.05
+#: Marquardt's factor at first, its decrease after a success, its increase after a failure, and failures in a row.
+FIRST_DAMPING, LESS, MORE, MOST_FAILURES = 1e-3, 0.1, 8.0, 5
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Fit:
+    """A fitted model.
+
+    Parameters
+    ----------
+    unknowns
+        What was fitted.
+    values
+        Shape (p,).
+    covariance
+        Of the values, from the curvature of chi^2, shape (p, p).
+    chi2
+        With the priors' share.
+    model, prediction
+        There.
+    residual
+        Whitened, with the priors' rows below, shape (m + p,).
+    jacobian
+        Of -residual, shape (m + p, p).
+    """
+
+    unknowns: Unknowns
+    values: Values
+    covariance: Float[NDArray[np.float64], "p p"]
+    chi2: float
+    model: TestModel
+    prediction: Prediction
+    residual: Vector
+    jacobian: Float[NDArray[np.float64], "m p"]
+
+    @property
+    def deviation(self) -> Values:
+        """Standard deviation of each value."""
+        return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+
+    @property
+    def n_number(self) -> int:
+        """Numbers compared [-]."""
+        return len(self.residual) - len(self.values)
+
+
+def calibrate(
+    comparison: Comparison,
+    unknowns: Unknowns,
+    start: Values,
+    before: Prediction | None = None,
+    report: Callable[[float], None] | None = None,
+) -> Fit:
+    """Minimise chi^2 from a start.
+
+    Parameters
+    ----------
+    comparison
+        With what.
+    unknowns
+        Which numbers.
+    start
+        Shape (p,).
+    before
+        A prediction nearby.
+    report
+        Called with chi^2 after each step.
+    """
+    size, damping, failures = unknowns.size, FIRST_DAMPING, 0
+    values = unknowns.clipped(np.array(start, dtype=np.float64))
+    here = _evaluate(comparison, unknowns, values, before)
+    jacobian = _jacobian(comparison, unknowns, here)
+    for _ in range(MOST_STEPS):
+        gradient, curvature = jacobian.T @ here.residual * size, jacobian.T @ jacobian * np.outer(size, size)
+        free = _free(unknowns, here.values, gradient)
+        if not free.any():
+            break
+        step = np.zeros(len(values))
+        reduced = curvature[np.ix_(free, free)]
+        step[free] = np.linalg.solve(reduced + damping * np.diag(np.diag(reduced) + 1e-12), gradient[free])
+        trial = unknowns.clipped(here.values + step * size)
+        moved = (trial - here.values) / size
+        expected = float(2 * gradient @ moved - moved @ curvature @ moved)
+        if expected < ENOUGH:
+            break
+        there = _evaluate(comparison, unknowns, trial, here.prediction)
+        if there.chi2 < here.chi2:
+            gained = here.chi2 - there.chi2
+            here, damping, failures = there, damping * LESS, 0
+            jacobian = _jacobian(comparison, unknowns, here)
+            if report is not None:
+                report(here.chi2)
+            if gained < ENOUGH:
+                break
+        else:
+            damping, failures = max(damping, 1e-4) * MORE, failures + 1
+            if failures > MOST_FAILURES:
+                break
+    curvature = jacobian.T @ jacobian
+    covariance = np.linalg.pinv(curvature / np.outer(1 / size, 1 / size), hermitian=True) * np.outer(size, size)
+    return Fit(
+        unknowns=unknowns, values=here.values, covariance=covariance, chi2=here.chi2, model=here.model,
+        prediction=here.prediction, residual=here.residual, jacobian=jacobian,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Evaluation:
+    values: Values
+    model: TestModel
+    prediction: Prediction
+    residual: Vector
+    chi2: float
+
+
+def _evaluate(comparison: Comparison, unknowns: Unknowns, values: Values, before: Prediction | None) -> _Evaluation:
+    model = unknowns.compose(values)
+    prediction = comparison.predict(model, before)
+    away = (unknowns.vanishing - values) / unknowns.prior
+    residual = np.concatenate([comparison.residual(prediction), away])
+    return _Evaluation(
+        values=values, model=model, prediction=prediction, residual=residual, chi2=float(residual @ residual)
+    )
+
+
+def _jacobian(comparison: Comparison, unknowns: Unknowns, here: _Evaluation) -> Float[NDArray[np.float64], "m p"]:
+    slopes = comparison.slopes(unknowns, here.values, here.model, here.prediction)
+    return np.concatenate([slopes, np.diag(1 / unknowns.prior)])
+
+
+def _free(unknowns: Unknowns, values: Values, gradient: Values) -> NDArray[np.bool_]:
+    """Numbers that are not held at a bound by the gradient (of -chi^2 / 2)."""
+    lower, upper = np.array(unknowns.bounds).T
+    return np.asarray(~(((values <= lower) & (gradient < 0)) | ((values >= upper) & (gradient > 0))))

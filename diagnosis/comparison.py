@@ -1,0 +1,73 @@
+"""Measured features beside those of a model, in units of what noise and numerical error explain."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Complex, Float
+from numpy.typing import NDArray
+
+from correlation.feature_vector import FeatureVector
+from correlation.observation import Observation
+from correlation.prediction import Prediction, Predictor
+from correlation.test_model import TestModel
+from correlation.whitening import Whitening
+from diagnosis.tangent import tangents
+from diagnosis.unknowns import Unknowns, Values
+
+Vector = Float[NDArray[np.float64], " m"]
+
+#: What a number counts whose steady state is not found, in standard deviations: a model that has none fits badly.
+NOT_FOUND = 10.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Comparison:
+    """Observed features, their covariance, and the prediction of the same.
+
+    Parameters
+    ----------
+    observed
+        Measurements.
+    features
+        How they are compared.
+    measured
+        Features of the measurements, shape (m,).
+    whitening
+        Their covariance.
+    predictor
+        Of the same points.
+    """
+
+    observed: Observation
+    features: FeatureVector
+    measured: Vector
+    whitening: Whitening
+    predictor: Predictor
+
+    def predict(self, model: TestModel, before: Prediction | None = None) -> Prediction:
+        """What the model says."""
+        return self.predictor.predict(model, before)
+
+    def residual(self, prediction: Prediction) -> Vector:
+        """S^(-1/2) (measured - predicted), shape (m,) [standard deviations]."""
+        return self.residual_of(prediction.value)
+
+    def residual_of(self, value: Complex[NDArray[np.complex128], " k"]) -> Vector:
+        """The same of any coefficients."""
+        predicted = self.features.of_values(value)
+        there = np.isfinite(predicted)
+        residual = self.whitening(np.where(there, self.measured - predicted, 0.0))
+        return np.where(there, residual, NOT_FOUND)
+
+    def found(self, prediction: Prediction) -> Bool[NDArray[np.bool_], " m"]:
+        """Which numbers have a prediction."""
+        return np.isfinite(self.features.of_values(prediction.value))
+
+    def slopes(
+        self, unknowns: Unknowns, values: Values, model: TestModel, prediction: Prediction
+    ) -> Float[NDArray[np.float64], "m p"]:
+        """S^(-1/2) d predicted / d values, shape (m, p)."""
+        changes = tangents(unknowns.compose, values, unknowns.size, unknowns.bounds)
+        slopes = self.predictor.derivatives(model, prediction, changes)
+        features = self.features.slopes(prediction.value, slopes)
+        return self.whitening(np.where(np.isfinite(features), features, 0.0))
