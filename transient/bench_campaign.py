@@ -1,0 +1,236 @@
+r"""A measurement campaign on the virtual test bench: repeats with their own histories, jitter and noise, and its files.
+
+A repeat is one set-up: its pre-load is off by one factor and its frequency by another, both alike in all its sweeps
+(the free specimen is a set-up of its own). A sweep starts with friction forces at random shares of their limits, steps through the frequencies up
+and then down. A reading y of a sensor becomes
+
+.. math:: y \, (1 + \sigma \zeta_1) + s \, \zeta_2
+
+with complex normal zeta of mean square 1, the static part without sigma.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from transient.bench_beam import Beam, BeamParameters
+from transient.bench_effect import Effect, plant
+from transient.bench_sweep import Readings, SweptBench
+
+#: Standard deviations of the specimen's parameters, relative to its drawing [-].
+PARAMETER_DEVIATION: Mapping[str, float] = {
+    "tangential_stiffness": 0.03,
+    "normal_stiffness": 0.03,
+    "friction_coefficient": 0.05,
+    "damping_ratio": 0.10,
+    "youngs_modulus": 0.005,
+}
+#: Standard deviations of pre-load and frequency from repeat to repeat, relative [-].
+PRELOAD_JITTER = 0.01
+FREQUENCY_JITTER = 3e-4
+#: Root mean square of the relative error of a dynamic reading [-], and floors [m, N].
+NOISE = 0.005
+MOTION_FLOOR = 1e-9
+FORCE_FLOOR = 0.02
+#: Largest share of a contact's limit in which a sweep may find its friction force [-].
+HISTORY = 0.9
+
+SENSORS = ("tip", "slot", "excitation", "mid")
+LINE_SENSORS = ("left_T", "left_N", "right_T", "right_N")
+MOTION_HARMONICS = (1, 3)
+FORCE_HARMONICS = (0, 1, 3)
+
+#: Shares of the stuck first frequency 471.96 Hz, and of the free one, 91.72 Hz.
+JOINTED_GRID = (
+    0.90, 0.92, 0.94, 0.955, 0.965, 0.972, 0.978, 0.983, 0.987, 0.990, 0.9925, 0.995,
+    0.997, 0.9985, 1.0, 1.0015, 1.003, 1.006, 1.010, 1.016, 1.024, 1.034, 1.046, 1.06,
+)  # fmt: skip
+FREE_GRID = (0.0004, 0.0013, 0.0023, 0.0035, 0.005, 0.007, 0.010, 0.014, 0.02, 0.03, 0.045, 0.07)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CampaignPoints:
+    """Where a campaign measures.
+
+    Parameters
+    ----------
+    levels
+        Amplitudes of the force [N].
+    frequencies, free_frequencies
+        Ascending, of the jointed and of the free specimen [Hz].
+    n_repeat
+        [-].
+    """
+
+    levels: Sequence[float] = (1.0, 3.0, 5.0, 10.0)
+    frequencies: Sequence[float] = tuple(round(471.96 * each, 2) for each in JOINTED_GRID)
+    free_frequencies: Sequence[float] = tuple(
+        round(91.72 * (1 + each), 3) for each in (*(-step for step in reversed(FREE_GRID)), *FREE_GRID)
+    )
+    n_repeat: int = 5
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Sweep:
+    """One sweep up and down.
+
+    Parameters
+    ----------
+    configuration
+        "jointed" or "free".
+    repeat
+        From 1.
+    level
+        [N].
+    readings
+        At the frequencies up, then down.
+    """
+
+    configuration: str
+    repeat: int
+    level: float
+    readings: Readings
+
+
+def random_parameters(random: np.random.Generator) -> BeamParameters:
+    """A specimen as it is made: its accepted parameters are off their drawing."""
+    drawn = BeamParameters()
+    off = {name: 1 + sigma * random.standard_normal() for name, sigma in PARAMETER_DEVIATION.items()}
+    friction = off["friction_coefficient"]
+    return replace(
+        drawn,
+        tangential_stiffness=drawn.tangential_stiffness * off["tangential_stiffness"],
+        normal_stiffness=drawn.normal_stiffness * off["normal_stiffness"],
+        friction_coefficient=(drawn.friction_coefficient[0] * friction, drawn.friction_coefficient[1] * friction),
+        damping_ratio=drawn.damping_ratio * off["damping_ratio"],
+        youngs_modulus=drawn.youngs_modulus * off["youngs_modulus"],
+    )
+
+
+def sweeps(
+    beam: Beam,
+    parameters: BeamParameters,
+    effect: Effect,
+    points: CampaignPoints,
+    random: np.random.Generator,
+    *,
+    jitter: float = 1.0,
+) -> Iterator[Sweep]:
+    """All sweeps of a campaign, free of noise.
+
+    Parameters
+    ----------
+    beam, parameters, effect
+        The specimen and what is hidden in it.
+    points
+        Where to measure.
+    random
+        Of jitter and histories; as many numbers are drawn whatever the effect.
+    jitter
+        Scale of both jitters [-].
+    """
+    for repeat in range(1, points.n_repeat + 1):
+        load, shift, shift_free = 1 + jitter * random.standard_normal(3) * [
+            PRELOAD_JITTER,
+            FREQUENCY_JITTER,
+            FREQUENCY_JITTER,
+        ]
+        left, right = parameters.preload
+        set_up = replace(parameters, preload=(left * load, right * load))
+        jointed, free = plant(beam, set_up, effect)
+        sensors = {name: beam.places[name] for name in SENSORS}
+        for configuration, system, frequencies, factor in (
+            ("jointed", jointed, points.frequencies, shift),
+            ("free", free, points.free_frequencies, shift_free),
+        ):
+            bench = SweptBench(system, sensors)
+            up = [float(each * factor) for each in frequencies]
+            for level in points.levels:
+                multipliers = random.uniform(-HISTORY, HISTORY, 2 * len(beam.station))
+                readings = bench.sweep([*up, *reversed(up)], level, multipliers if configuration == "jointed" else None)
+                yield Sweep(configuration=configuration, repeat=repeat, level=float(level), readings=readings)
+
+
+def with_noise(readings: Readings, random: np.random.Generator) -> Readings:
+    """What the sensors say of it."""
+    return replace(
+        readings,
+        motion=readings.motion * (1 + NOISE * _complex_normal(random, readings.motion.shape))
+        + MOTION_FLOOR * _complex_normal(random, readings.motion.shape),
+        force=_noisy_force(readings.force, random),
+    )
+
+
+def write_campaign(folder: Path, measured: Sequence[Sweep], points: CampaignPoints) -> None:
+    """Write campaign.toml, stepped.csv and free.csv."""
+    folder.mkdir(parents=True, exist_ok=True)
+    frequencies = {"jointed": points.frequencies, "free": points.free_frequencies}
+    for configuration, name in (("jointed", "stepped"), ("free", "free")):
+        lines = ["test,order,repeat,sweep,level,frequency,sensor,harmonic,real,imag,unit"]
+        order = 0
+        for sweep in measured:
+            if sweep.configuration != configuration:
+                continue
+            up = [(each, "up") for each in frequencies[configuration]]
+            down = [(each, "down") for each in reversed(frequencies[configuration])]
+            for number, (frequency, direction) in enumerate([*up, *down]):
+                order += 1
+                head = f"{name},{order},{sweep.repeat},{direction},{sweep.level:g},{frequency:.10g}"
+                lines += _point_lines(head, sweep.readings, number)
+        (folder / f"{name}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    (folder / "campaign.toml").write_text(_manifest(points), encoding="utf-8")
+
+
+def _point_lines(head: str, readings: Readings, number: int) -> Iterator[str]:
+    for sensors, harmonics, values, unit in (
+        (SENSORS, MOTION_HARMONICS, readings.motion[number], "m"),
+        (LINE_SENSORS, FORCE_HARMONICS, readings.force[number], "N"),
+    ):
+        # The free specimen has no lines: no rows.
+        for sensor, row in zip(sensors, values, strict=False):
+            for harmonic, value in zip(harmonics, row.tolist(), strict=True):
+                yield f"{head},{sensor},{harmonic},{value.real:.9e},{value.imag:.9e},{unit}"
+
+
+def _manifest(points: CampaignPoints) -> str:
+    sensors = [
+        f'[[sensor]]\nname = "{name}"\nquantity = "displacement"\ndirection = "z"\nplace = "{name}"\n'
+        for name in SENSORS
+    ]
+    components = {"T": "tangential", "N": "normal"}
+    sensors += [
+        f'[[sensor]]\nname = "{name}"\nquantity = "contact force"\nline = "{name[:-2]}"\n'
+        f'component = "{components[name[-1]]}"\n'
+        for name in LINE_SENSORS
+    ]
+    levels = [level for level in points.levels if level == 5.0 and len(points.levels) > 1]
+    repeats = [repeat for repeat in (4, 5) if repeat <= points.n_repeat]
+    return "\n".join(
+        [
+            'schema = 1\ntitle = "Beam with two contact lines"\n',
+            '[convention]\ntime = "exp(+i omega t)"\namplitude = "peak"\n',
+            '[units]\nlevel = "N"\nfrequency = "Hz"\n',
+            *sensors,
+            '[[test]]\nname = "stepped"\nconfiguration = "jointed"\nfile = "stepped.csv"\n',
+            '[[test]]\nname = "free"\nconfiguration = "free"\nfile = "free.csv"\n',
+            f"[held_out]\nlevels = {levels}\nrepeats = {repeats}\n",
+        ]
+    )
+
+
+def _noisy_force(force: NDArray[np.complex128], random: np.random.Generator) -> NDArray[np.complex128]:
+    relative = NOISE * _complex_normal(random, force.shape)
+    floor = FORCE_FLOOR * _complex_normal(random, force.shape)
+    relative[..., 0] = 0.0
+    # A real reading has its noise in the real part alone.
+    floor[..., 0] = np.sqrt(2) * floor[..., 0].real
+    return np.asarray(force * (1 + relative) + floor)
+
+
+def _complex_normal(random: np.random.Generator, shape: tuple[int, ...]) -> NDArray[np.complex128]:
+    parts: Float[NDArray[np.float64], ...] = random.standard_normal((*shape, 2)) / np.sqrt(2)
+    return np.asarray(parts[..., 0] + 1j * parts[..., 1])

@@ -1,0 +1,249 @@
+r"""Stepped-sine sweeps of the virtual test bench: steady states by time integration, each started from the last one.
+
+A period of the excitation maps the state z = (q, v, w) at its phase 0 to P(z). The steady state P(z) = z of the
+structure is approached by Broyden's method, which starts from the exact monodromy of the beam with sticking contacts,
+
+.. math:: z \leftarrow z + s, \quad J s = -(P(z) - z), \quad J_0 = \mathrm{diag}(e^{A T} - 1, -1), \quad
+          J \leftarrow J + \frac{(y - J s) s^T}{s^T s}
+
+y being the change of P(z) - z by s. Sliders that stood still over the period are not touched, so that friction keeps
+its memory. A step of the method is no motion of the bench; contacts may remember one, as they may remember any other
+loading on the way to a point.
+
+References
+----------
+Broyden, A class of methods for solving nonlinear simultaneous equations, Mathematics of Computation 19 (1965).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from reduction.jointed_system import FrictionContact, JointedSystem
+from transient.equilibrium import equilibrium
+from transient.joint_table import joint_table
+from transient.state import TransientState
+from transient.stepper import Record, Stepper
+from transient.transition import ModalStructure
+
+Vector = Float[NDArray[np.float64], " n"]
+Matrix = Float[NDArray[np.float64], "n m"]
+
+STEPS_PER_PERIOD = 128
+#: Distance to the steady state, relative to the motion, at which a point is taken: a tenth of what noise leaves.
+TOLERANCE = 1e-4
+#: Periods after which a point is taken as it is.
+MAX_PERIOD = 80
+#: Longest step towards the steady state but the first, as a share of the motion.
+LONGEST = 0.5
+#: A slider that moves less than this share of the motion over a period stood still.
+STOOD_STILL = 1e-12
+
+#: Harmonics of motions, of forces, share of slip, periods, whether periodic: what is known of a point.
+_Point = tuple[NDArray[np.complex128], NDArray[np.complex128], float, int, bool]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Readings:
+    """What the sensors saw along a sweep.
+
+    Parameters
+    ----------
+    motion
+        Harmonics 1 and 3 of each motion sensor, shape (point, sensor, 2) [m].
+    force
+        Harmonics 0, 1 and 3 of each line's tangential and normal force (left T, left N, right T, right N), shape
+        (point, 4 or 0, 3) [N].
+    slip_share
+        Share of the period in which a contact slips, mean over the contacts, shape (point,) [-].
+    n_period
+        Periods integrated at each point, shape (point,) [-].
+    periodic
+        Whether the motion repeated at each point, shape (point,).
+    """
+
+    motion: Complex[NDArray[np.complex128], "p s 2"]
+    force: Complex[NDArray[np.complex128], "p l 3"]
+    slip_share: Vector
+    n_period: NDArray[np.int64]
+    periodic: NDArray[np.bool_]
+
+
+@dataclass(eq=False)
+class _Approach:
+    """What the next point of a sweep starts from: weighted state, Broyden's correction of J_0, size of the motion."""
+
+    state: Vector
+    correction: Matrix
+    motion: float = 0.0
+
+
+class SweptBench:
+    """One specimen on the bench with its motion sensors; steps of time are prepared once a frequency.
+
+    Parameters
+    ----------
+    system
+        Beam, contacts and then other joints, and loads for a level of 1 N; the first word of a contact's name is its
+        line.
+    sensors
+        Rows of the motion sensors by name, each of shape (r,) [-].
+    steps_per_period
+        [-].
+    """
+
+    def __init__(
+        self, system: JointedSystem, sensors: Mapping[str, Vector], steps_per_period: int = STEPS_PER_PERIOD
+    ) -> None:
+        self.system = system
+        self.steps_per_period = steps_per_period
+        self._contacts = [joint for joint in system.joints if isinstance(joint, FrictionContact)]
+        self._structure = structure = _stuck_structure(system)
+        self._rows = np.array(list(sensors.values())) @ structure.mode_shapes
+        self._lines = _line_sums(system)
+        self._rest = equilibrium(structure)
+        self._steppers: dict[float, tuple[Stepper, Matrix]] = {}
+        frequency = np.sqrt(structure.eigenvalue)
+        stiffness = [joint.tangential_stiffness for joint in self._contacts]
+        # Roots of the energies of displacements, velocities and sliders: z is weighted with them.
+        self._weight = np.concatenate([frequency, np.ones_like(frequency), np.sqrt(stiffness)])
+        r = len(frequency)
+        generator = np.zeros((2 * r, 2 * r))
+        generator[:r, r:] = np.diag(frequency)
+        generator[r:, :r] = -np.diag(frequency)
+        generator[r:, r:] = -structure.damping
+        self._rate, self._vectors = np.linalg.eig(generator)
+        self._inverse_vectors = np.linalg.inv(self._vectors)
+
+    def sweep(
+        self,
+        frequencies: Sequence[float],
+        level: float,
+        multipliers: Vector | None = None,
+        *,
+        tolerance: float = TOLERANCE,
+    ) -> Readings:
+        """Steady states at one frequency after the other, the first one from rest.
+
+        Parameters
+        ----------
+        frequencies
+            In the order of the sweep [Hz].
+        level
+            Amplitude of the force [N].
+        multipliers
+            Friction force of each contact at rest as a share of its limit, shape (contact,) [-]; what the pre-load
+            leaves by default.
+        tolerance
+            See `TOLERANCE` [-].
+        """
+        stepper = self._stepper(frequencies[0])[0]
+        stepper.place(self._rest if multipliers is None else self._random_start(multipliers))
+        n = len(self._weight)
+        approach = _Approach(stepper.vector * self._weight, np.zeros((n, n)))
+        points = [self._settle(frequency, level, approach, tolerance) for frequency in frequencies]
+        motion, force, slip, n_period, periodic = (np.array(column) for column in zip(*points, strict=True))
+        return Readings(motion=motion, force=force, slip_share=slip, n_period=n_period, periodic=periodic)
+
+    def _stepper(self, frequency: float) -> tuple[Stepper, Matrix]:
+        if frequency not in self._steppers:
+            stepper = Stepper(self._structure, 2 * np.pi * frequency, self.steps_per_period, self._rest)
+            turn = (self._vectors * np.expm1(self._rate / frequency)) @ self._inverse_vectors
+            slope = -np.eye(len(self._weight))
+            slope[: len(turn), : len(turn)] = turn.real
+            self._steppers[frequency] = stepper, slope
+        return self._steppers[frequency]
+
+    def _settle(self, frequency: float, level: float, approach: _Approach, tolerance: float) -> _Point:
+        stepper, slope = self._stepper(frequency)
+        stepper.level = level
+        weight, n = self._weight, 2 * self.system.n_dof
+        z, longest = approach.state, np.inf
+        last_step, last_change = np.zeros(len(z)), np.zeros(len(z))
+        n_period = 0
+        while True:
+            n_period += 1
+            stepper.vector = z / weight
+            # Sliders beyond their limits have moved at once.
+            z = stepper.vector * weight
+            record = stepper.record()
+            change = stepper.vector * weight - z
+            motion = max(float(np.linalg.norm(record.modal_velocity, axis=1).max()), np.finfo(float).tiny)
+            if last_step.any():
+                miss = change - last_change - (slope + approach.correction) @ last_step
+                approach.correction += np.outer(miss, last_step) / (last_step @ last_step)
+            step = -np.linalg.solve(slope + approach.correction, change)
+            step[n:][np.abs(change[n:]) <= STOOD_STILL * motion] = 0.0
+            length = float(np.linalg.norm(step))
+            distance = max(length, float(np.linalg.norm(change))) / motion
+            if distance <= tolerance or n_period == MAX_PERIOD:
+                break
+            if length > longest:
+                step *= longest / length
+            # The first step is that of the structure as it was: what follows corrects it.
+            longest = LONGEST * max(motion, approach.motion)
+            last_step, last_change = step, change
+            z = z + step
+        approach.state, approach.motion = z, motion
+        return (*self._read(record), n_period, distance <= tolerance)
+
+    def _read(self, record: Record) -> tuple[NDArray[np.complex128], NDArray[np.complex128], float]:
+        n = self.steps_per_period
+        motion = np.fft.rfft(self._rows @ record.modal_displacement.T, axis=1) * (2 / n)
+        force = np.fft.rfft(self._lines @ record.force, axis=1) * (2 / n)
+        force[:, 0] /= 2
+        return motion[:, [1, 3]], force[:, [0, 1, 3]], self._slip_share(record)
+
+    def _slip_share(self, record: Record) -> float:
+        count = len(self._contacts)
+        if not count:
+            return 0.0
+        # A slider that moves while its contact is closed; in lift-off it is dragged along without force.
+        moved = np.abs(np.diff(record.slider, axis=1, append=record.slider[:, :1]))
+        swing = np.ptp(record.displacement[: 2 * count : 2], axis=1, keepdims=True)
+        closed = record.force[1 : 2 * count : 2] > 0
+        return float(np.mean((moved > 1e-6 * swing) & closed))
+
+    def _random_start(self, multipliers: Vector) -> TransientState:
+        """The rest, with sliders whose friction forces are these shares of their limits."""
+        sliders = self._rest.slider.copy()
+        for number, (joint, share) in enumerate(zip(self._contacts, multipliers, strict=True)):
+            tangential = float(joint.tangents[0] @ self._rest.displacement)
+            closing = float(joint.normal @ self._rest.displacement) - joint.gap
+            normal = max(joint.preload + joint.normal_stiffness * closing, 0.0)
+            sliders[number] = tangential - share * joint.friction_coefficient * normal / joint.tangential_stiffness
+        return TransientState(displacement=self._rest.displacement, velocity=self._rest.velocity, slider=sliders)
+
+
+def _stuck_structure(system: JointedSystem) -> ModalStructure:
+    """Modes with sticking contacts, full damping: such contacts then move exactly, whatever the step."""
+    from scipy.linalg import eigh
+
+    table = joint_table(system)
+    contact = [isinstance(joint, FrictionContact) for joint in system.joints for _ in joint.directions]
+    offset = np.where(contact, table.stuck_stiffness, 0.0)
+    eigenvalue, shapes = eigh(system.stiffness + table.rows.T @ (offset[:, None] * table.rows), system.mass)
+    return ModalStructure(
+        system=system,
+        table=table,
+        mode_shapes=shapes,
+        inverse_shapes=shapes.T @ system.mass,
+        eigenvalue=eigenvalue,
+        damping=shapes.T @ system.damping @ shapes,
+        diagonal=False,
+        offset=offset,
+    )
+
+
+def _line_sums(system: JointedSystem) -> Matrix:
+    """Tangential and normal sums over each line, over the directions of all joints, shape (4 or 0, d) [-]."""
+    names = [joint.name.split()[0] for joint in system.joints if isinstance(joint, FrictionContact)]
+    sums = np.zeros((2 * len(set(names)), sum(len(joint.directions) for joint in system.joints)))
+    for row, line in enumerate(dict.fromkeys(names)):
+        for contact, name in enumerate(names):
+            if name == line:
+                sums[2 * row, 2 * contact] = sums[2 * row + 1, 2 * contact + 1] = 1.0
+    return sums
