@@ -27,7 +27,7 @@ LEAST_DAMPING_RATIO = 1e-3
 #: A mode is driven if its modal force is this share of the largest; eigenvalues below this share are rounding.
 DRIVEN, ROUNDING = 1e-3, 1e-13
 #: Share of what would make the structure unstable, or massless, that a bound leaves to a negative spring or mass.
-REMOVABLE = 0.5
+REMOVABLE = 0.9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

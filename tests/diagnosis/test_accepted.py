@@ -1,0 +1,87 @@
+"""Accepted parameters scale what all contacts, the damping or all parts have in common."""
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from correlation.test_model import TestModel
+from diagnosis.accepted import Accepted, accepted
+from diagnosis.effect.candidate import EffectError
+from reduction.jointed_system import FrictionContact
+
+FIELD = {"kt": "tangential_stiffness", "kn": "normal_stiffness", "mu": "friction_coefficient"}
+
+
+def of(model: TestModel, name: str) -> Accepted:
+    return next(each for each in accepted(model) if each.name == name)
+
+
+@pytest.mark.parametrize("name", ["kt", "kn", "mu"])
+def test_contact_factors_scale_one_property_of_every_contact_and_nothing_else(bench: TestModel, name: str) -> None:
+    changed = of(bench, name).apply(bench, [1.3])
+    for before, after in zip(bench.system.joints, changed.system.joints, strict=True):
+        assert isinstance(before, FrictionContact)
+        wanted = replace(before, **{FIELD[name]: 1.3 * getattr(before, FIELD[name])})
+        for key, value in vars(wanted).items():
+            np.testing.assert_array_equal(getattr(after, key), value)
+    for matrix in ("mass", "damping", "stiffness", "static_load"):
+        np.testing.assert_array_equal(getattr(changed.system, matrix), getattr(bench.system, matrix))
+
+
+def test_zeta_scales_the_damping_and_e_the_stiffness_of_the_parts(bench: TestModel) -> None:
+    np.testing.assert_allclose(of(bench, "zeta").apply(bench, [1.3]).system.damping, 1.3 * bench.system.damping)
+    # What is no part, such as a spring that was added, keeps its stiffness.
+    sprung = bench.with_system(stiffness=bench.system.stiffness + 50 * np.eye(7))
+    stiffer = of(sprung, "E").apply(sprung, [1.02]).system
+    np.testing.assert_allclose(stiffer.stiffness, 1.02 * bench.system.stiffness + 50 * np.eye(7), rtol=1e-14)
+    np.testing.assert_array_equal(stiffer.damping, bench.system.damping)
+
+
+def test_a_factor_of_one_changes_nothing(bench: TestModel) -> None:
+    for each in accepted(bench):
+        assert (each.parameters[0].vanishes, each.parameters[0].unit) == (1.0, "-")
+        same = each.apply(bench, [1.0]).system
+        for matrix in ("mass", "damping", "stiffness", "static_load"):
+            np.testing.assert_array_equal(getattr(same, matrix), getattr(bench.system, matrix))
+        for before, after in zip(bench.system.joints, same.joints, strict=True):
+            assert [v for v in vars(before).values() if isinstance(v, float)] == [
+                v for v in vars(after).values() if isinstance(v, float)
+            ]
+
+
+def test_priors_are_relative_and_can_be_overridden(bench: TestModel) -> None:
+    assert {each.name: each.deviation for each in accepted(bench)} == {
+        "kt": 0.1, "kn": 0.1, "mu": 0.1, "zeta": 0.2, "E": 0.01
+    }  # fmt: skip
+    given = {each.name: each for each in accepted(bench, deviation={"kt": 0.3, "E": 0.0})}
+    assert list(given) == ["kt", "kn", "mu", "zeta"]
+    assert (given["kt"].deviation, given["kt"].parameters[0].typical) == (0.3, 1.3)
+
+
+def test_what_a_model_has_not_is_not_calibrated(bench: TestModel) -> None:
+    assert [each.name for each in accepted(bench.free())] == ["zeta", "E"]
+    smooth = bench.with_joints({joint.name: {"friction_coefficient": 0.0} for joint in bench.system.joints})
+    assert [each.name for each in accepted(smooth)] == ["kt", "kn", "zeta", "E"]
+    assert [each.name for each in accepted(bench.with_system(damping=np.zeros((7, 7))))] == ["kt", "kn", "mu", "E"]
+
+
+def test_accepted_parameters_act_before_or_after_the_contacts_are_taken_away(bench: TestModel) -> None:
+    for each in accepted(bench):
+        one, other = each.apply(bench, [1.1]).free().system, each.apply(bench.free(), [1.1]).system
+        np.testing.assert_array_equal(one.stiffness, other.stiffness)
+        np.testing.assert_array_equal(one.damping, other.damping)
+        assert len(one.joints) == len(other.joints) == 0
+
+
+def test_accepted_parameters_travel(bench: TestModel) -> None:
+    for each in accepted(bench):
+        assert pickle.loads(pickle.dumps(each)).parameters == each.parameters
+
+
+def test_bad_priors_are_refused_in_words(bench: TestModel) -> None:
+    with pytest.raises(EffectError, match='"nu" is no accepted parameter: there are kt, kn, mu, zeta, E'):
+        accepted(bench, deviation={"nu": 0.1})
+    with pytest.raises(EffectError, match=r"the deviation of kt is -0\.1: give a relative standard deviation"):
+        accepted(bench, deviation={"kt": -0.1})

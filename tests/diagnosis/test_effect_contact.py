@@ -1,0 +1,136 @@
+"""What effects of one contact line against the others do."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from correlation.test_model import Dof, TestModel
+from diagnosis.catalogue import catalogue
+from diagnosis.effect.contact_line import contacts
+from diagnosis.effect.gap import Gap
+from hbsolve.balance import HarmonicBalance
+from hbsolve.steady_state import steady_state
+from reduction.jointed_system import FrictionContact
+
+
+def applied(model: TestModel, name: str, value: float) -> TestModel:
+    return catalogue(model).effect(name).apply(model, [value])
+
+
+def values(model: TestModel, line: str, quantity: str) -> np.ndarray:
+    return np.array([getattr(contact, quantity) for contact in contacts(model, line)])
+
+
+def reasons(model: TestModel) -> dict[str, str]:
+    return {each.name: each.reason for each in catalogue(model).untestable}
+
+
+def with_lines(model: TestModel, *names: str) -> TestModel:
+    """Lines of two contacts each instead, of the contacts of the bench in turn."""
+    joints = [joint.name for joint in model.system.joints]
+    lines = {name: (joints[2 * number], joints[2 * number + 1]) for number, name in enumerate(names)}
+    return replace(model, lines=lines, sensors=())
+
+
+@pytest.mark.parametrize(
+    ("kind", "quantity"),
+    [("friction coefficient", "friction_coefficient"), ("tangential stiffness", "tangential_stiffness")],
+)
+def test_two_lines_have_one_ratio_between_them(bench: TestModel, kind: str, quantity: str) -> None:
+    assert [each for each in catalogue(bench).names if each.startswith(kind)] == [f"{kind} of left against right"]
+    changed = applied(bench, f"{kind} of left against right", 1.44)
+    np.testing.assert_allclose(values(changed, "left", quantity), 1.2 * values(bench, "left", quantity))
+    np.testing.assert_allclose(values(changed, "right", quantity), values(bench, "right", quantity) / 1.2)
+
+
+@pytest.mark.parametrize(
+    ("kind", "quantity"),
+    [("friction coefficient", "friction_coefficient"), ("tangential stiffness", "tangential_stiffness")],
+)
+def test_of_three_lines_each_has_its_own(bench: TestModel, kind: str, quantity: str) -> None:
+    three = with_lines(bench, "a", "b", "c")
+    assert [each for each in catalogue(three).names if each.startswith(kind)] == [f"{kind} of {x}" for x in "abc"]
+    changed = applied(three, f"{kind} of b", 1.44)
+    for line, factor in {"a": 1.0, "b": 1.44, "c": 1.0}.items():
+        np.testing.assert_allclose(values(changed, line, quantity), factor * values(three, line, quantity))
+
+
+def test_a_single_line_has_no_other(bench: TestModel) -> None:
+    left = reasons(with_lines(bench, "a"))
+    assert left["friction coefficient of a"] == (
+        "the model has no other line: its common friction coefficient is calibrated"
+    )
+    assert "pre-load of a" in catalogue(with_lines(bench, "a")).names
+
+
+def test_without_lines_nothing_of_them_can_be_tested(bench: TestModel) -> None:
+    left = reasons(bench.free())
+    for kind in ("friction coefficient", "tangential stiffness", "pre-load", "gap"):
+        assert left[kind] == "the model has no contact lines"
+
+
+@pytest.mark.parametrize("ratio", [0.1, 0.7, 1.0, 2.5])
+def test_rest_stays_rest_at_any_preload(bench: TestModel, ratio: float) -> None:
+    changed = applied(bench, "pre-load of right", ratio)
+    np.testing.assert_allclose(values(changed, "right", "preload"), ratio * values(bench, "right", "preload"))
+    np.testing.assert_array_equal(values(changed, "left", "preload"), values(bench, "left", "preload"))
+    # All loads at rest: the static load and the contacts pushing back.
+    pushed = sum(joint.preload * joint.normal for joint in changed.system.joints)
+    np.testing.assert_allclose(changed.system.static, pushed, atol=1e-14)
+    level = 1e-3  # N; far from slip, so that the mean is that of rest
+    state = steady_state(HarmonicBalance(system=changed.system, n_harmonic=3, level=level), 60.0)
+    assert abs(state.coefficients[0]).max() < 1e-9 * abs(state.coefficients[1]).max()
+
+
+def test_a_gap_is_linear_along_its_line(bench: TestModel) -> None:
+    # The stations sit at 0.1, 0.3 and 0.9 between two nodes: a quarter of the way, not a half.
+    changed = applied(bench, "gap of left at left 2", 4e-5)
+    np.testing.assert_allclose(values(changed, "left", "gap"), [0, 1e-5, 4e-5], atol=1e-18)
+    again = catalogue(changed).effect("gap of left at left 0").apply(changed, [4e-5])
+    np.testing.assert_allclose(values(again, "left", "gap"), [4e-5, 4e-5, 4e-5])
+    assert not values(again, "right", "gap").any()
+    np.testing.assert_array_equal(again.system.static, bench.system.static)
+
+
+@pytest.mark.parametrize("dof", [Dof(), Dof(direction="z")])
+def test_a_gap_along_contacts_of_unknown_coordinates_is_shared_evenly(bench: TestModel, dof: Dof) -> None:
+    unknown = replace(bench, dofs=(dof,) * 7)
+    np.testing.assert_allclose(
+        values(applied(unknown, "gap of left at left 2", 1e-5), "left", "gap"), [0, 5e-6, 1e-5], atol=1e-18
+    )
+
+
+def test_a_gap_lowers_the_mean_normal_force(bench: TestModel) -> None:
+    def stretch(model: TestModel) -> float:
+        state = steady_state(HarmonicBalance(system=model.system, n_harmonic=3, level=1e-3), 60.0)
+        left = contacts(model, "left")
+        normal = sum(
+            joint.preload + joint.normal_stiffness * (joint.normal @ state.coefficients[0].real - joint.gap)
+            for joint in left
+        )
+        return float(normal)
+
+    effect = catalogue(bench).effect("gap of left at left 2")
+    assert stretch(bench) == pytest.approx(8.0, rel=1e-6)
+    assert stretch(effect.apply(bench, [effect.parameters[0].typical])) < 7.9
+
+
+def test_gaps_are_typically_a_quarter_of_what_the_preload_closes(bench: TestModel) -> None:
+    parameter = catalogue(bench).effect("gap of right at right 0").parameters[0]
+    assert parameter.typical == pytest.approx(8.0 / 4e4 / 4)
+    loose = bench.with_joints({f"left {number}": {"preload": 0.0} for number in range(3)})
+    normal = contacts(loose, "left")[2].normal
+    assert 0 < catalogue(loose).effect("gap of left at left 0").parameters[0].typical < abs(normal).max()
+    assert reasons(loose)["pre-load of left"] == "it is zero in the model, and a ratio leaves it so"
+    still = loose.with_system(harmonic_force=None)
+    assert "never close" in reasons(still)["gap of left"]
+
+
+def test_a_line_of_one_contact_has_one_gap_and_an_empty_one_none(bench: TestModel) -> None:
+    model = replace(bench, lines={"point": ("left 1",), "none": ()}, sensors=())
+    effect = catalogue(model).effect("gap of point")
+    assert isinstance(effect, Gap)
+    gaps = [joint.gap for joint in effect.apply(model, [1e-5]).system.joints if isinstance(joint, FrictionContact)]
+    assert gaps == [0, 1e-5, 0, 0, 0, 0]
+    assert reasons(model)["gap of none"] == "the line has no contacts"
