@@ -35,7 +35,7 @@ class CsvTable:
         """
         column = self.columns[name]
         try:
-            values = np.array(column, dtype=str).astype(np.float64)
+            values = np.fromiter(map(float, column), dtype=np.float64, count=len(column))
         except ValueError:
             row = next(row for row, text in enumerate(column) if not _is_number(text))
             raise self.problem(row, f'{name} = "{column[row]}" is no number; {_remedy(column[row])}') from None
@@ -73,7 +73,9 @@ def read_table(path: Path) -> CsvTable:
     try:
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
-        raise CampaignError(f'{file}: there is no such file in "{path.parent}"; mend its name in the manifest') from None
+        raise CampaignError(
+            f'{file}: there is no such file in "{path.parent}"; mend its name in the manifest'
+        ) from None
     except UnicodeDecodeError:
         raise CampaignError(f"{file}: is no text in UTF-8; save it as CSV in UTF-8") from None
     except OSError as error:
@@ -85,11 +87,13 @@ def read_table(path: Path) -> CsvTable:
     lines: list[int] = []
     try:
         for row in reader:
-            if row:
-                rows.append(row)
-                lines.append(reader.line_num)
+            rows.append(row)
+            lines.append(reader.line_num)
     except csv.Error as error:
         raise CampaignError(f"{file}:{reader.line_num}: is no CSV ({error}); save it with commas") from None
+    if [] in rows:
+        lines = [line for row, line in zip(rows, lines, strict=True) if row]
+        rows = [row for row in rows if row]
     if len(rows) < 2:
         raise CampaignError(f"{file}: has no rows below a header; write a line of column names, then one a value")
     header = [name.strip() for name in rows[0]]
@@ -101,12 +105,14 @@ def read_table(path: Path) -> CsvTable:
     for name in header:
         if header.count(name) > 1:
             raise CampaignError(f'{file}:{lines[0]}: two columns are called "{name}"; remove one')
-    for row, line in zip(rows, lines, strict=True):
-        if len(row) != len(header):
-            comma = "are its decimals commas? write points" if len(row) > len(header) else "is the row cut short?"
-            raise CampaignError(f"{file}:{line}: has {len(row)} fields, the header has {len(header)}: {comma}")
-    texts = ([text.strip() for text in column[1:]] for column in zip(*rows, strict=True))
-    return CsvTable(file=file, columns=dict(zip(header, texts, strict=True)), lines=lines[1:])
+    if set(map(len, rows)) != {len(header)}:
+        row, line = next((row, line) for row, line in zip(rows, lines, strict=True) if len(row) != len(header))
+        comma = "are its decimals commas? write points" if len(row) > len(header) else "is the row cut short?"
+        raise CampaignError(f"{file}:{line}: has {len(row)} fields, the header has {len(header)}: {comma}")
+    columns = zip(*rows[1:], strict=True)
+    if " " in text:
+        columns = zip(*([field.strip() for field in row] for row in rows[1:]), strict=True)
+    return CsvTable(file=file, columns=dict(zip(header, columns, strict=True)), lines=lines[1:])
 
 
 def _is_number(text: str) -> bool:

@@ -1,7 +1,8 @@
 r"""Features: what repeats and sweeps measured at one point, averaged, with the noise of the mean.
 
 The values of a point differ by noise of the instruments and by the history of the friction, so their scatter is partly
-proportional to the amplitude, partly constant, and here and there much larger. Three steps make the best of few repeats:
+proportional to the amplitude, partly constant, and here and there much larger. Three steps make the best of few
+repeats:
 
 1. their scatter :math:`s^2` is fitted, over all points of a test, sensor and harmonic, by
    :math:`a^2 |X|^2 + b^2`, robustly (`correlation.noise`);
@@ -30,6 +31,8 @@ from correlation.measurement import (
 )
 from correlation.noise import design_effect, pooled_variance
 
+#: Frequencies that differ by less than this share are one: counters and files round.
+SAME_FREQUENCY = 1e-5
 _POINT = ("test", "sensor", "harmonic", "level", "frequency")
 
 
@@ -64,9 +67,7 @@ class FeatureTable:
     spread: FloatColumn
 
     def __post_init__(self) -> None:
-        lock_columns(
-            self, float_columns=("level", "frequency", "deviation", "spread"), complex_columns=("value",)
-        )
+        lock_columns(self, float_columns=("level", "frequency", "deviation", "spread"), complex_columns=("value",))
 
     def __len__(self) -> int:
         """Number of rows."""
@@ -124,19 +125,20 @@ def averaged(campaign: Campaign, rows: Bool[NDArray[np.bool_], " k"]) -> Feature
     table = campaign.measurement.where(rows)
     if not len(table):
         raise CampaignError("nothing was measured at these levels and repeats; choose among those of the campaign")
+    table = replace(table, frequency=_aligned(table.frequency))
     table = table.where(np.lexsort([table.repeat, table.sweep, *(getattr(table, name) for name in reversed(_POINT))]))
     starts = _starts(table, _POINT)
     n = np.diff([*starts, len(table)])
-    mean = np.add.reduceat(table.value, starts) / n
+    mean = _summed(table.value, starts) / n
     point = np.repeat(np.arange(len(starts)), n)
     # About the mean of its sweep: what sweeps disagree by is no noise, and is told as `spread`.
     sweep_starts = _starts(table, (*_POINT, "sweep"))
     n_sweep = np.diff([*sweep_starts, len(table)])
-    sweep_mean = np.add.reduceat(table.value, sweep_starts) / n_sweep
+    sweep_mean = _summed(table.value, sweep_starts) / n_sweep
     residual = table.value - np.repeat(sweep_mean, n_sweep)
     parts = np.where(table.harmonic[starts] == 0, 1, 2)  # a mean is real
-    dof = parts * (n - np.bincount(point[sweep_starts]))
-    squares = np.bincount(point, residual.real**2 + residual.imag**2)
+    dof = (parts * (n - np.bincount(point[sweep_starts]))).astype(np.float64)
+    squares = _squares(point, residual)
     effect = _repeat_effects(table, point, residual, squares)
     variance, together = _noise(campaign, table.where(starts), mean, squares, dof, effect)
     return FeatureTable(
@@ -148,12 +150,20 @@ def averaged(campaign: Campaign, rows: Bool[NDArray[np.bool_], " k"]) -> Feature
     )
 
 
+def _aligned(frequency: FloatColumn) -> FloatColumn:
+    """Frequencies that are the same but for rounding made equal, to the least of them."""
+    rising, index = np.unique(frequency, return_inverse=True)
+    first = np.concatenate([[True], np.diff(rising) > SAME_FREQUENCY * rising[1:]])
+    aligned: FloatColumn = rising[first][np.cumsum(first) - 1][index]
+    return aligned
+
+
 def _noise(
     campaign: Campaign,
     first: Measurement,
     mean: ComplexColumn,
     squares: FloatColumn,
-    dof: IntColumn,
+    dof: FloatColumn,
     effect: FloatColumn,
 ) -> tuple[FloatColumn, FloatColumn]:
     """Variance of one value, and how many values count as one, at every point, shape (k,) each."""
@@ -164,25 +174,26 @@ def _noise(
         if not dof[block].any():
             test, sensor = campaign.tests[first.test[start]].name, campaign.sensors[first.sensor[start]].name
             raise CampaignError(
-                f'test "{test}", sensor "{sensor}": no point was measured twice in one sweep, so its noise is not known; '
-                "measure repeats, or hold out fewer"
+                f'test "{test}", sensor "{sensor}": no point was measured twice in one sweep, so its noise is '
+                "not known; measure repeats, or hold out fewer"
             )
-        variance[block] = pooled_variance(np.abs(mean[block]), squares[block], dof[block])
         together[block] = design_effect(effect[block], squares[block], dof[block])
+        # Values that err together with a correlation rho tell less of their variance: by 1 + rho^2 for pairs.
+        certain = dof[block] / (1 + (together[block] - 1) ** 2)
+        scatter = squares[block] / np.maximum(dof[block], 1.0)
+        variance[block] = pooled_variance(np.abs(mean[block]), scatter, certain)
     return variance, together
 
 
-def _repeat_effects(
-    table: Measurement, point: IntColumn, residual: ComplexColumn, squares: FloatColumn
-) -> FloatColumn:
+def _repeat_effects(table: Measurement, point: IntColumn, residual: ComplexColumn, squares: FloatColumn) -> FloatColumn:
     """Squares of the residuals summed over the sweeps of each repeat, shape (k,)."""
     if not (table.sweep != table.sweep[0]).any():
         return squares
     order = np.lexsort((table.repeat, point))
     key = np.stack([point[order], table.repeat[order]])
     starts = np.flatnonzero(np.concatenate([[True], (key[:, 1:] != key[:, :-1]).any(axis=0)]))
-    summed = np.add.reduceat(residual[order], starts)
-    return np.bincount(point[order][starts], summed.real**2 + summed.imag**2)
+    summed = _summed(residual[order], starts)
+    return _squares(point[order][starts], summed)
 
 
 def _spread(
@@ -195,8 +206,20 @@ def _spread(
     first = np.searchsorted(point, np.arange(len(variance)), side="left")
     last = np.searchsorted(point, np.arange(len(variance)), side="right") - 1
     deviation = np.sqrt(variance * (1 / n[first] + 1 / n[last]))
-    spread: Float[NDArray[np.float64], " k"] = np.where(first == last, 0.0, np.abs(mean[last] - mean[first]) / deviation)
+    spread: Float[NDArray[np.float64], " k"] = np.where(
+        first == last, 0.0, np.abs(mean[last] - mean[first]) / deviation
+    )
     return spread
+
+
+def _summed(value: ComplexColumn, starts: IntColumn) -> ComplexColumn:
+    """Sums of consecutive groups."""
+    return np.asarray(np.add.reduceat(value, starts), dtype=np.complex128)
+
+
+def _squares(point: IntColumn, value: ComplexColumn) -> FloatColumn:
+    """Squared moduli summed over the rows of each point."""
+    return np.bincount(point, value.real**2 + value.imag**2).astype(np.float64)
 
 
 def _starts(table: Measurement, names: tuple[str, ...]) -> IntColumn:

@@ -10,6 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from correlation.errors import CampaignError
 from correlation.measurement import (
     COMPONENTS,
@@ -116,10 +119,14 @@ def read_manifest(folder: Path) -> Manifest:
     )
     for table in (root, convention, units, *tests, *records):
         table.finish()
-    for kind, named in (("sensor", manifest.sensors), ("test", manifest.tests), ("record", manifest.records)):
-        names = [each.name for each in named]  # type: ignore[attr-defined]
-        for name in names:
-            if names.count(name) > 1:
+    names = {
+        "sensor": [each.name for each in manifest.sensors],
+        "test": [each.name for each in manifest.tests],
+        "record": [each.name for each in manifest.records],
+    }
+    for kind, given in names.items():
+        for name in given:
+            if given.count(name) > 1:
                 raise root.problem(kind, f'two are called "{name}"; give each a name of its own', show=False)
     return manifest
 
@@ -149,13 +156,15 @@ def _sensor(table: TomlTable) -> MeasuredSensor:
             quantity=quantity,
             direction=table.choice("direction", DIRECTIONS),
             place=place,
-            coordinates=None
-            if point is None
-            else table.converted("coordinates", lambda values: [si_quantity(value, "m") for value in values]),  # type: ignore[arg-type]
+            coordinates=point and table.converted("coordinates", _point),
             uncertainty=uncertainty,
         )
     table.finish()
     return sensor
+
+
+def _point(values: object) -> NDArray[np.float64]:
+    return np.array([si_quantity(value, "m") for value in values]) if isinstance(values, list) else np.zeros(0)
 
 
 def _record(table: TomlTable) -> RecordEntry:

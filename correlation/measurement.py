@@ -219,6 +219,6 @@ def lock_columns(table: Any, *, float_columns: tuple[str, ...], complex_columns:
 
 def locked(values: Any, kind: type) -> NDArray[Any]:
     """A read-only copy."""
-    array = np.array(values, dtype=kind)
+    array: NDArray[Any] = np.array(values, dtype=kind)
     array.setflags(write=False)
     return array

@@ -15,34 +15,33 @@ Stat. Appl. Genet. Mol. Biol. 3 (2004), article 3, section 6.2 (the moments of :
 """
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.special import chdtri, digamma, gammainc, polygamma
 
 Column = Float[NDArray[np.float64], " k"]
-Degrees = Int[NDArray[np.int64], " k"]
 
 #: Ratios of scatter to variance above this quantile are cut [-].
 CUT = 0.05
 #: Iterations of the fit, which converges by a factor of about three each [-].
 ITERATIONS = 40
-#: Least and largest degrees of freedom of the fit itself: the variance is finite above 2, and 1e4 is as good as certain.
+#: Least and largest degrees of freedom of the fit: variances are finite above 2, and 1e4 is as good as certain.
 LEAST_DEGREES, MOST_DEGREES = 3.0, 1e4
 #: No channel is more exact than this share of its largest amplitude (double precision written with few digits) [-].
 EXACT = 1e-9
 
 
-def pooled_variance(amplitude: Column, squares: Column, dof: Degrees) -> Column:
+def pooled_variance(amplitude: Column, scatter: Column, dof: Column) -> Column:
     """Variance of one value, of its real or imaginary part, at each point of one sensor and harmonic.
 
     Parameters
     ----------
     amplitude
         |X| of the means, shape (k,).
-    squares
-        Squared residuals summed, shape (k,) [its unit squared].
+    scatter
+        s^2, squared residuals over their degrees of freedom, shape (k,) [its unit squared].
     dof
-        Their degrees of freedom, 0 where a point was measured once, shape (k,); not all zero.
+        Degrees of freedom that s^2 scatters with, 0 where a point was measured once, shape (k,); not all zero.
 
     Returns
     -------
@@ -50,14 +49,13 @@ def pooled_variance(amplitude: Column, squares: Column, dof: Degrees) -> Column:
     """
     floor = (EXACT * max(float(amplitude.max()), np.finfo(np.float64).tiny ** 0.25)) ** 2
     seen = dof > 0
-    d = dof[seen].astype(np.float64)
-    scatter = np.maximum(squares[seen] / d, floor)
+    own = np.maximum(scatter, floor)
     squared = amplitude**2
-    a2, b2 = variance_law(squared[seen], scatter, d)
+    a2, b2 = variance_law(squared[seen], own[seen], dof[seen])
     trend = np.maximum(a2 * squared + b2, floor)
-    degrees, scale = _prior(np.log(scatter / trend[seen]), d)
+    degrees, scale = _prior(np.log(own[seen] / trend[seen]), dof[seen])
     prior = trend * scale
-    variance: Column = (degrees * prior + np.where(seen, squares, 0.0)) / (degrees + dof - 2.0)
+    variance: Column = (degrees * prior + dof * own) / (degrees + dof - 2.0)
     return np.maximum(variance, floor)
 
 
@@ -94,7 +92,7 @@ def variance_law(squared: Column, scatter: Column, dof: Column) -> tuple[float, 
     return (float(share[0] / top) if top > 0 else 0.0), float(share[1])
 
 
-def design_effect(effect: Column, squares: Column, dof: Degrees) -> float:
+def design_effect(effect: Column, squares: Column, dof: Column) -> float:
     """How many values of one repeat count as one: 1 if its sweeps err independently, their number if alike.
 
     Parameters
@@ -151,7 +149,7 @@ def _prior(log_ratio: Column, dof: Column) -> tuple[float, float]:
 
 
 def _inverse_trigamma(value: float) -> float:
-    """x of trigamma(x) = value > 0, by Newton's method on 1 / trigamma, which is convex (Smyth 2004, appendix)."""
+    """Solve trigamma(x) = value > 0, by Newton's method on 1 / trigamma, which is convex (Smyth 2004, appendix)."""
     x = 0.5 + 1 / value
     for _ in range(50):
         trigamma = float(polygamma(1, x))

@@ -66,7 +66,9 @@ def _tables(folder: Path, manifest: Manifest) -> Measurement:
     )
     for number, (test, file) in enumerate(zip(manifest.tests, manifest.files, strict=True)):
         if not (measurement.test == number).any():
-            raise CampaignError(f'{file}: has no rows of test "{test.name}"; add them, or remove the test in {MANIFEST}')
+            raise CampaignError(
+                f'{file}: has no rows of test "{test.name}"; add them, or remove the test in {MANIFEST}'
+            )
     return measurement.where(sorting(measurement)) if len(tables) > 1 else measurement
 
 
@@ -99,7 +101,8 @@ def _check_held_out(manifest: Manifest, measurement: Measurement) -> None:
         if not same_level(measurement.level, level).any():
             measured = ", ".join(f"{each / manifest.level_factor:g}" for each in np.unique(measurement.level))
             raise CampaignError(
-                f"{MANIFEST}: held_out.levels = {level / manifest.level_factor:g} was not measured; measured: {measured}"
+                f"{MANIFEST}: held_out.levels = {level / manifest.level_factor:g} was not measured; "
+                f"measured: {measured}"
             )
     for repeat in manifest.held_out.repeats:
         if not (measurement.repeat == repeat).any():
@@ -116,8 +119,8 @@ def _check_records(manifest: Manifest, records: tuple[TimeRecord, ...]) -> None:
             sensor = sensors.get(channel)
             if channel != record.force and sensor is None:
                 raise CampaignError(
-                    f'{MANIFEST}: record "{record.name}" has a channel "{channel}", which is no sensor; add the sensor, '
-                    f'or force = "{channel}" if it is what drives'
+                    f'{MANIFEST}: record "{record.name}" has a channel "{channel}", which is no sensor; '
+                    f'add the sensor, or force = "{channel}" if it is what drives'
                 )
             # A voltage is a channel that has not been calibrated: it is compared up to its scale.
             wanted = {"V", base_unit(sensor.unit)[1] if sensor else "N"}

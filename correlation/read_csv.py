@@ -93,7 +93,9 @@ def _check_header(table: CsvTable) -> None:
             raise CampaignError(f'{where}there is no column "{name}"; the header must be {",".join(COLUMNS)}')
     for name in table.columns:
         if name not in COLUMNS:
-            raise CampaignError(f'{where}column "{name}" is not known; remove it: the header must be {",".join(COLUMNS)}')
+            raise CampaignError(
+                f'{where}column "{name}" is not known; remove it: the header must be {",".join(COLUMNS)}'
+            )
 
 
 def _index(table: CsvTable, name: str, known: Mapping[str, int]) -> Int[NDArray[np.int64], " k"]:
@@ -153,6 +155,6 @@ def _refuse_duplicates(table: CsvTable, measurement: Measurement, order: Sequenc
         first, second = sorted((int(order[at]), int(order[at + 1])))
         raise table.problem(
             second,
-            f"measures the same as line {table.lines[first]} (test, repeat, sweep, level, frequency, sensor, harmonic): "
-            "remove one, or number its repeat",
+            f"measures the same as line {table.lines[first]} (test, repeat, sweep, level, frequency, sensor, "
+            "harmonic): remove one, or number its repeat",
         )

@@ -183,8 +183,8 @@ def _missing_levels(campaign: Campaign) -> Iterator[Suspicion]:
                 listed = ", ".join(f"{level:.4g}" for level in missing)
                 yield Suspicion(
                     where=f'test "{test.name}"',
-                    sentence=f"repeat {repeat}, sweep {SWEEPS[int(sweep)]} lacks the level {listed} N, which others have: "
-                    "was a file cut short?",
+                    sentence=f"repeat {repeat}, sweep {SWEEPS[int(sweep)]} lacks the level {listed} N, which others "
+                    "have: was a file cut short?",
                 )
 
 
@@ -217,8 +217,8 @@ def _sweeps(campaign: Campaign) -> Iterator[Suspicion]:
             if step.sum() >= 3 and wrong > 0.5 * step.sum():
                 yield Suspicion(
                     where=f'test "{test.name}"',
-                    sentence=f"in sweeps {SWEEPS[sweep]} the frequency goes the other way, by the column order, in {wrong} "
-                    f"of {step.sum()} steps: are up and down mixed up?",
+                    sentence=f"in sweeps {SWEEPS[sweep]} the frequency goes the other way, by the column order, "
+                    f"in {wrong} of {step.sum()} steps: are up and down mixed up?",
                 )
 
 
@@ -258,7 +258,7 @@ def _is_smooth(values: Float[NDArray[np.float64], " f"]) -> bool:
 
 
 def _resonance(campaign: Campaign, test: int) -> tuple[float, float, str]:
-    """Where a test has its resonance [Hz]: at the peak of its lowest level, else somewhere in its band; and in words."""
+    """Where a test resonates [Hz], at the peak of its lowest level or else somewhere in its band, and in words."""
     for _, sensor, rows in (each for each in _channels(campaign) if each[0] == test):
         table = campaign.measurement.where(rows)
         frequency, value = _line(table, float(table.level.min()))
@@ -283,7 +283,12 @@ def _common_rows(table: FeatureTable, i: int, j: int) -> tuple[NDArray[np.int64]
     """Rows of two sensors at the same test, level and frequency, harmonic 1."""
     rows = [np.flatnonzero((table.sensor == sensor) & (table.harmonic == 1)) for sensor in (i, j)]
     keys = [
-        {key: row for row, key in zip(each, zip(table.test[each], table.level[each], table.frequency[each], strict=True), strict=True)}
+        {
+            key: row
+            for row, key in zip(
+                each, zip(table.test[each], table.level[each], table.frequency[each], strict=True), strict=True
+            )
+        }
         for each in rows
     ]
     common = [key for key in keys[0] if key in keys[1]]

@@ -63,7 +63,8 @@ class TimeRecord:
         """
         if name not in self.channels:
             raise CampaignError(f'record "{self.name}" has no channel "{name}": it has {", ".join(self.channels)}')
-        return self.values[self.channels.index(name)]
+        values: Float[NDArray[np.float64], " n"] = self.values[self.channels.index(name)]
+        return values
 
     @property
     def step(self) -> float:
@@ -117,7 +118,9 @@ def read_time_record(
     factors: dict[str, tuple[float, str]] = {}
     for column in (TIME, *channels):
         if column != TIME and column not in units:
-            raise CampaignError(f'{where}column "{column}" has no unit; add {column} = "m" to its units in the manifest')
+            raise CampaignError(
+                f'{where}column "{column}" has no unit; add {column} = "m" to its units in the manifest'
+            )
         try:
             if column == TIME:
                 factors[column] = si_factor(units.get(TIME, "s"), "s"), "s"

@@ -10,6 +10,7 @@ from correlation.errors import CampaignError
 Value = TypeVar("Value")
 _REQUIRED = object()
 
+
 @dataclass(kw_only=True)
 class TomlTable:
     """A table that knows which of its keys have been asked for, so that what is left is unknown.
@@ -80,7 +81,10 @@ class TomlTable:
         values = self.take(key, list, _REQUIRED if required else [])
         if not all(isinstance(each, dict) for each in values) or (required and not values):
             raise self.problem(key, f"must be tables; write [[{key}]] above the keys of each", show=False)
-        return tuple(TomlTable(file=self.file, path=f"{key}[{number}]", values=each) for number, each in enumerate(values, start=1))
+        return tuple(
+            TomlTable(file=self.file, path=f"{key}[{number}]", values=each)
+            for number, each in enumerate(values, start=1)
+        )
 
     def finish(self) -> None:
         """Refuse keys that nothing has asked for."""
