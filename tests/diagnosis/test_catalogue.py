@@ -1,0 +1,68 @@
+"""The catalogue: all kinds, each name once, what is left out and what is brought along."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from correlation.test_model import TestModel
+from diagnosis.catalogue import KINDS, catalogue
+from diagnosis.effect.candidate import EffectError, Untestable
+from diagnosis.effect.density import Density
+
+OWN = Path(__file__).parents[2] / "examples" / "effects" / "exciter_third_harmonic.py"
+
+
+def test_all_kinds_are_offered_and_all_names_are_unique(bench: TestModel) -> None:
+    found = catalogue(bench)
+    assert set(found.kinds) == set(KINDS)
+    names = [*found.names, *(each.name for each in found.untestable)]
+    assert len(names) == len(set(names))
+    assert all(each.reason for each in found.untestable)
+
+
+def test_kinds_can_be_left_out(bench: TestModel) -> None:
+    found = catalogue(bench, without=["cubic", "gap"])
+    assert set(found.kinds) == set(KINDS) - {"cubic", "gap"}
+    assert not any(each.name.startswith(("cubic", "gap")) for each in found.untestable)
+    assert catalogue(bench, without="cubic").kinds == catalogue(bench, without=["cubic"]).kinds
+
+
+def test_an_unknown_kind_to_leave_out_is_refused(bench: TestModel) -> None:
+    with pytest.raises(EffectError, match='"cubik" is no kind of effect: leave out any of spring, mass'):
+        catalogue(bench, without=["cubik"])
+
+
+def test_effects_of_ones_own_take_part(bench: TestModel) -> None:
+    lighter = replace(Density(name="density of all", part="beam"), kind="lightness")
+    found = catalogue(bench, extra=[OWN, lighter])
+    assert found.kinds[-2:] == ("exciter distortion", "lightness")
+    assert catalogue(bench, extra=[OWN, lighter], without=["lightness"]).kinds[-1] == "exciter distortion"
+    assert catalogue(bench, extra=[str(OWN)]).effect("third harmonic of the exciter").kind == "exciter distortion"
+
+
+def test_two_effects_of_one_name_are_refused(bench: TestModel) -> None:
+    with pytest.raises(EffectError, match='two effects are called "density of beam"'):
+        catalogue(bench, extra=[Density(name="density of beam", part="beam")])
+
+
+def test_what_is_no_effect_is_refused(bench: TestModel) -> None:
+    with pytest.raises(EffectError, match="3 is no effect: give effects, or paths"):
+        catalogue(bench, extra=[3])  # type: ignore[list-item]
+
+
+def test_what_a_source_cannot_test_is_listed(bench: TestModel) -> None:
+    class Source:
+        def candidates(self, test_model: TestModel) -> list[Untestable]:
+            return [Untestable(name="root slip", reason=f"the model has {len(test_model.parts)} parts and no root")]
+
+    assert catalogue(bench, extra=[Source()]).untestable[-1].reason == "the model has 2 parts and no root"
+
+
+def test_an_effect_is_found_by_its_name(bench: TestModel) -> None:
+    found = catalogue(bench)
+    assert found.effect("mass at tip z").kind == "mass"
+    with pytest.raises(EffectError, match='there is no effect "mass at the moon": there are spring at tip z'):
+        found.effect("mass at the moon")
+    with pytest.raises(EffectError, match='"mass at tip x" cannot be tested: it is the mass at "tip z"'):
+        found.effect("mass at tip x")
