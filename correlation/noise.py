@@ -8,6 +8,8 @@ freedom, and the variance expected at a point is
 
 .. math:: \frac{d_0 v_0 + d s^2}{d_0 + d - 2} .
 
+A point that scatters far more than even this allows keeps its own scatter.
+
 References
 ----------
 G. K. Smyth, Linear models and empirical Bayes methods for assessing differential expression in microarray experiments,
@@ -17,12 +19,14 @@ Stat. Appl. Genet. Mol. Biol. 3 (2004), article 3, section 6.2 (the moments of :
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.special import chdtri, digamma, gammainc, polygamma
+from scipy.special import chdtri, digamma, fdtrc, gammainc, polygamma
 
 Column = Float[NDArray[np.float64], " k"]
 
 #: Ratios of scatter to variance above this quantile are cut [-].
 CUT = 0.05
+#: Share of tables in which chance may take a point for one whose scatter the fit does not describe [-].
+OWN = 0.01
 #: Iterations of the fit, which converges by a factor of about three each [-].
 ITERATIONS = 40
 #: Least and largest degrees of freedom of the fit: variances are finite above 2, and 1e4 is as good as certain.
@@ -55,7 +59,10 @@ def pooled_variance(amplitude: Column, scatter: Column, dof: Column) -> Column:
     trend = np.maximum(a2 * squared + b2, floor)
     degrees, scale = _prior(np.log(own[seen] / trend[seen]), dof[seen])
     prior = trend * scale
-    variance: Column = (degrees * prior + dof * own) / (degrees + dof - 2.0)
+    # What chance would do in one table of a hundred is a point of its own: the fit has little to say there.
+    chance = fdtrc(np.maximum(dof, 1.0), degrees, own / prior)
+    each = np.where((dof > 0) & (chance * len(dof) < OWN), LEAST_DEGREES, degrees)
+    variance: Column = (each * prior + dof * own) / (each + dof - 2.0)
     return np.maximum(variance, floor)
 
 

@@ -43,12 +43,17 @@ class TomlTable:
         self.known.add(key)
         if key not in self.values:
             if default is _REQUIRED:
-                raise self.problem(key, f"is missing; add {key} = {_EXAMPLE.get(key, '...')}")
+                raise self._missing(key)
             return default
         value = self.values[key]
         if type(value) is not kind:
             raise self.problem(key, f"must be {_WORDS[kind]}")
         return value
+
+    def _missing(self, key: str) -> CampaignError:
+        close = difflib.get_close_matches(key, set(self.values) - self.known, 1)
+        found = f'found "{close[0]}", ' if close else ""
+        return self.problem(key, f"is missing; {found}add {key} = {_EXAMPLE.get(key, '...')}")
 
     def choice(self, key: str, choices: Collection[str]) -> str:
         """Text that is one of some words."""
@@ -65,7 +70,7 @@ class TomlTable:
         if key not in self.values:
             if default is not None:
                 return default
-            raise self.problem(key, f"is missing; add {key} = {_EXAMPLE.get(key, '...')}")
+            raise self._missing(key)
         try:
             return read(self.values[key])
         except ValueError as error:

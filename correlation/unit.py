@@ -70,13 +70,14 @@ def si_quantity(value: object, si: str) -> float:
         It is not a finite number with a unit of this quantity; in words, with the remedy.
     """
     example = f'"0.5 {si}"' if si else '"0.5 %"'
+    if isinstance(value, str) and re.match(r"\s*[+-]?\d*,\d", value):
+        raise ValueError(f"write a decimal point, not a comma, e.g. {example}")
     if isinstance(value, int | float) and not isinstance(value, bool) and not si:
         number, unit = float(value), ""
     elif isinstance(value, str) and (match := NUMBER_AND_UNIT.fullmatch(value)):
         number, unit = float(match[1]), match[2]
     else:
-        comma = "; write a decimal point, not a comma" if isinstance(value, str) and "," in value else ""
-        raise ValueError(f"must be text with a number and a unit, e.g. {example}{comma}")
+        raise ValueError(f"must be text with a number and a unit, e.g. {example}")
     if not unit and si:
         raise ValueError(f"give a unit, e.g. {example}")
     number *= si_factor(unit, si)
