@@ -98,7 +98,7 @@ def read_table(path: Path) -> CsvTable:
         raise CampaignError(f"{file}: has no rows below a header; write a line of column names, then one a value")
     header = [name.strip() for name in rows[0]]
     for separator, word in ((";", "semicolons"), ("\t", "tabs")):
-        if separator in rows[0][0]:
+        if len(header) == 1 and separator in rows[0][0]:
             raise CampaignError(
                 f"{file}:{lines[0]}: its fields are separated by {word}; save it with commas, and with decimal points"
             )

@@ -30,7 +30,7 @@ def write_campaign(campaign: Campaign, folder: Path) -> None:
         (folder / f"test_{file}.csv").write_text("\n".join(_table(campaign, number)) + "\n", encoding="utf-8")
     for record, file in zip(campaign.records, records, strict=True):
         rows = np.vstack([record.time, record.values]).T.tolist()
-        lines = [",".join([TIME, *record.channels]), *(",".join(map(repr, row)) for row in rows)]
+        lines = [",".join(map(_field, [TIME, *record.channels])), *(",".join(map(repr, row)) for row in rows)]
         (folder / f"record_{file}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

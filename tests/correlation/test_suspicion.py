@@ -1,0 +1,184 @@
+"""What looks wrong is told with its evidence; what is right is not suspected."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from correlation.feature import features
+from correlation.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
+from correlation.suspicion import suspicions, suspicions_against, swapped_sensors
+
+LEVELS = (1.0, 3.0, 10.0)
+FREQUENCY = np.linspace(92.0, 108.0, 17)
+SHAPE = {"tip": 1.0, "slot": 0.55, "mid": -0.16}
+
+
+def response(level: float, frequency: float, f0: float = 100.0, zeta: float = 0.02) -> complex:
+    """Of one mode; damping grows with the level, as friction does."""
+    damping = zeta * level**0.2
+    return level * 1e-6 / (1 - (frequency / f0) ** 2 + 2j * damping * frequency / f0)
+
+
+def campaign(seed: int = 1, noise: float = 0.003, factor: float = 1.0) -> Campaign:
+    """Three sensors of one mode, up and down, three repeats; harmonics 1 and 3."""
+    rng = np.random.default_rng(seed)
+    rows = []
+    for sensor, gain in enumerate(SHAPE.values()):
+        for level in LEVELS:
+            for number, frequency in enumerate(FREQUENCY):
+                for harmonic in (1, 3):
+                    for repeat in (1, 2, 3):
+                        for sweep in (1, -1):
+                            x = gain * response(level, frequency) / harmonic**3
+                            x *= 1 + noise * (rng.normal() + 1j * rng.normal())
+                            order = number if sweep == 1 else 100 - number
+                            rows.append((0, order, repeat, sweep, level, frequency * factor, sensor, harmonic, x))
+    names = ("test", "order", "repeat", "sweep", "level", "frequency", "sensor", "harmonic", "value")
+    columns = dict(zip(names, zip(*rows, strict=True), strict=True))
+    sensors = tuple(MeasuredSensor(name=name, quantity="displacement", direction="z", place=name) for name in SHAPE)
+    return Campaign(
+        title="",
+        folder=Path(),
+        sensors=sensors,
+        tests=(Test(name="stepped"),),
+        measurement=Measurement(**columns),
+        held_out=HeldOut(),
+    )
+
+
+def with_values(made: Campaign, value: np.ndarray) -> Campaign:
+    return replace(made, measurement=replace(made.measurement, value=value))
+
+
+def sentences(made: Campaign) -> str:
+    return "\n".join(map(str, suspicions(made)))
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("noise", [0.001, 0.03])
+def test_a_sound_campaign_is_not_suspected(seed: int, noise: float) -> None:
+    assert suspicions(campaign(seed, noise)) == ()
+
+
+def test_a_band_below_the_resonance_is_not_taken_for_phases() -> None:
+    made = campaign()
+    below = made.measurement.where((made.measurement.frequency < 98) & (made.measurement.sensor < 2))
+    assert (below.value.real > 0).all()  # as amplitudes are
+    assert "phase" not in sentences(replace(made, measurement=below))
+
+
+@pytest.mark.parametrize("convert", [np.degrees, np.asarray], ids=["degrees", "radians"])
+@pytest.mark.parametrize("unit", [1.0, 1e-6], ids=["m", "um"])
+def test_phases_in_the_imaginary_column_are_suspected(unit: float, convert: np.ufunc) -> None:
+    made = campaign()
+    value = made.measurement.value
+    polar = unit * (np.abs(value) / unit + 1j * convert(np.angle(value)))
+    found = sentences(with_values(made, polar))
+    assert 'test "stepped", sensor "tip": real is never negative and from 1 to 10 N real grows' in found
+    assert "are these amplitude and phase? Write real = amplitude cos(phase)" in found
+
+
+def test_phases_at_a_single_level_are_suspected_by_their_size() -> None:
+    made = campaign()
+    one = made.measurement.where((made.measurement.level == 1.0) & (made.measurement.sensor == 0))
+    polar = np.abs(one.value) + 1j * np.degrees(np.angle(one.value))
+    found = sentences(replace(made, measurement=replace(one, value=polar)))
+    assert "imag reaches" in found
+    assert "amplitude and phase" in found
+
+
+def test_a_constant_harmonic_is_suspected() -> None:
+    made = campaign()
+    table = made.measurement
+    value = np.where((table.harmonic == 3) & (table.sensor == 2), 0.0, table.value)
+    assert 'sensor "mid": harmonic 3 reads 0+0j m at all 306 points' in sentences(with_values(made, value))
+
+
+def test_copied_repeats_are_suspected() -> None:
+    made = campaign()
+    assert "300 of" not in sentences(made)
+    table = made.measurement
+    order = np.lexsort((table.repeat, table.sweep, table.harmonic, table.sensor, table.frequency, table.level))
+    table = table.where(order)
+    value = table.value.copy()
+    value[1::3] = value[0::3]  # repeat 2 is repeat 1
+    copies = replace(made, measurement=replace(table, value=value))
+    assert "102 of 204 pairs of repeats agree in every digit: are they copies?" in sentences(copies)
+
+
+def test_a_missing_level_is_suspected() -> None:
+    made = campaign()
+    table = made.measurement
+    left = table.where(~((table.level == 10.0) & (table.repeat == 2) & (table.sweep == -1)))
+    found = sentences(replace(made, measurement=left))
+    assert 'test "stepped": repeat 2, sweep down lacks the level 10 N, which others have' in found
+
+
+def test_missing_points_of_a_sensor_are_suspected() -> None:
+    made = campaign()
+    table = made.measurement
+    left = table.where(~((table.sensor == 1) & (table.harmonic == 3) & (table.frequency > 107)))
+    found = sentences(replace(made, measurement=left))
+    assert 'sensor "slot": harmonic 3 has 288 values where others have 306' in found
+
+
+def test_sweeps_that_run_the_other_way_are_suspected() -> None:
+    made = campaign()
+    mixed = replace(made.measurement, sweep=-made.measurement.sweep)
+    found = sentences(replace(made, measurement=mixed))
+    assert "in sweeps up the frequency goes the other way, by the column order, in 144 of 144 steps" in found
+
+
+def test_radians_per_second_labelled_hertz_are_suspected_beside_a_model() -> None:
+    wrong = campaign(factor=2 * np.pi)
+    (found,) = suspicions_against(wrong, [97.0, 610.0 / 1.5, 2500.0])
+    assert found.where == 'test "stepped"'
+    assert '"tip" peaks at 628.3 in the column frequency, which is 2 pi times the model' in found.sentence
+    assert "resonance of 97 Hz" in found.sentence
+    assert 'write units.frequency = "rad/s" instead of "Hz"' in found.sentence
+
+
+def test_hertz_labelled_radians_per_second_are_suspected_beside_a_model() -> None:
+    (found,) = suspicions_against(campaign(factor=1 / (2 * np.pi)), [97.0])
+    assert "a 2 pi-th of the model" in found.sentence
+    assert 'write units.frequency = "Hz" instead of "rad/s"' in found.sentence
+
+
+def test_a_band_without_a_peak_is_compared_as_a_whole() -> None:
+    made = campaign(factor=2 * np.pi)
+    below = replace(made, measurement=made.measurement.where(made.measurement.frequency < 600))
+    (found,) = suspicions_against(below, [97.0])
+    assert "the column frequency covers 578.1 to 596.9" in found.sentence
+
+
+@pytest.mark.parametrize("model", [[90.0], [110.0, 620.0], [20.0, 350.0], []])
+def test_a_model_that_is_near_or_altogether_different_raises_no_suspicion(model: list[float]) -> None:
+    assert suspicions_against(campaign(), model) == ()
+
+
+@pytest.mark.parametrize(("i", "j"), [(0, 1), (0, 2), (1, 2)])
+@pytest.mark.parametrize("f0", [100.0, 97.0, 103.0])
+def test_swapped_sensors_are_found_though_the_resonance_is_off(i: int, j: int, f0: float) -> None:
+    made = campaign()
+    swap = np.arange(3)
+    swap[[i, j]] = j, i
+    swapped = replace(made, measurement=replace(made.measurement, sensor=swap[made.measurement.sensor]))
+    for each, expected in ((made, 0), (swapped, 1)):
+        table = features(each)
+        gain = np.array(list(SHAPE.values()))[table.sensor] / table.harmonic**3
+        predicted = gain * [response(*point, f0) for point in zip(table.level, table.frequency, strict=True)]
+        found = swapped_sensors(each, table, predicted)
+        assert len(found) == expected
+    names = list(SHAPE)
+    assert found[0].where == f'sensors "{names[min(i, j)]}" and "{names[max(i, j)]}" look swapped'
+    assert "the model says" in found[0].sentence
+    assert "swapped, they agree within" in found[0].sentence
+
+
+def test_a_wrong_gain_is_not_taken_for_a_swap() -> None:
+    made = campaign()
+    table = features(made)
+    predicted = np.where(table.sensor == 0, 1.3, 1.0) * table.value
+    assert swapped_sensors(made, table, predicted) == ()
