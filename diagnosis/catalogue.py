@@ -20,14 +20,15 @@ from diagnosis.effect import (
     tangential_stiffness,
 )
 from diagnosis.effect.candidate import Effect, EffectError, Untestable
+from diagnosis.effect.scale import CONFIGURATIONS, Scale, scale
 from diagnosis.own_effect import read_effects
 
 
 class Candidates(Protocol):
     """What a file of `diagnosis.effect` offers."""
 
-    def __call__(self, test_model: TestModel, *, level: float = ...) -> list[Effect | Untestable]:
-        """Effects of its kind for a model, typical at a level [N]."""
+    def __call__(self, test_model: TestModel, size: Scale | None = ...) -> list[Effect | Untestable]:
+        """Effects of its kind for a model of a size."""
         ...
 
 
@@ -104,7 +105,12 @@ class Catalogue:
 
 
 def catalogue(
-    test_model: TestModel, *, without: Collection[str] = (), extra: Sequence[Extra] = (), level: float = 1.0
+    test_model: TestModel,
+    *,
+    without: Collection[str] = (),
+    extra: Sequence[Extra] = (),
+    level: float = 1.0,
+    configurations: Collection[str] = CONFIGURATIONS,
 ) -> Catalogue:
     """All candidates for a model.
 
@@ -118,11 +124,13 @@ def catalogue(
         Effects of one's own: effects, paths of files that offer some, or `diagnosis.own_effect.installed_effects()`.
     level
         Highest force of the tests, at which typical strengths of nonlinear effects are reckoned [N].
+    configurations
+        That are tested: "jointed", and "free" without the contacts of the lines.
 
     Raises
     ------
     EffectError
-        An unknown kind, two effects of one name, or a file of effects that is none.
+        A structure that is not held, an unknown kind, two effects of one name, or a file of effects that is none.
     """
     without = {without} if isinstance(without, str) else set(without)
     more = [each for source in extra for each in _from(source, test_model)]
@@ -130,7 +138,8 @@ def catalogue(
     for kind in sorted(without):
         if kind not in known:
             raise EffectError(f'"{kind}" is no kind of effect: leave out any of {", ".join(known)}')
-    listed = [each for kind, make in KINDS.items() if kind not in without for each in make(test_model, level=level)]
+    size = scale(test_model, level=level, configurations=configurations)
+    listed = [each for kind, make in KINDS.items() if kind not in without for each in make(test_model, size)]
     listed += [each for each in more if isinstance(each, Untestable) or each.kind not in without]
     names: set[str] = set()
     for each in listed:

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import pi
 
 import numpy as np
 from jaxtyping import Float
@@ -11,10 +10,11 @@ from numpy.typing import NDArray
 from correlation.test_model import TestModel
 from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
 from diagnosis.effect.place import moving_places, with_quadratic_damper
-from diagnosis.effect.scale import scale
+from diagnosis.effect.scale import Scale, scale
 
 KIND = "air damping"
-LARGEST = 1000.0
+#: In typical strengths: friction may hold speeds far below the stuck ones that these are reckoned at.
+LARGEST = 1e4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -37,25 +37,24 @@ class AirDamping:
         return with_quadratic_damper(test_model, self.name, self.row, damping)
 
 
-def candidates(test_model: TestModel, *, level: float = 1.0) -> list[Effect | Untestable]:
+def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect | Untestable]:
     r"""Drag at each place, typically 8/(3 pi) d omega a of a dashpot with a tenth of the modal damping.
 
     Parameters
     ----------
     test_model
         Whose places.
-    level
-        Of the force whose stuck response at resonance is the amplitude a [N].
+    size
+        Of the model, at its level of force; by default at 1 N with contacts and without.
     """
-    size = scale(test_model, level)
+    size = size or scale(test_model)
     places, left = moving_places(test_model, size, KIND)
     found: list[Effect | Untestable] = []
     for place in places:
-        name, speed = f"{KIND} at {place.name}", size.angular_frequency * size.amplitude(place.row)
-        if not speed:
+        name, typical = f"{KIND} at {place.name}", size.drag(place.row)
+        if typical is None:
             found.append(Untestable(name=name, reason="the model has no harmonic force that would move it"))
             continue
-        typical = 3 * pi / 8 * size.dashpot(place.row) / speed
         upper, unit = LARGEST * typical, place.unit("N s^2/m^2", "N m s^2")
         parameter = EffectParameter(name="damping", unit=unit, lower=0.0, upper=upper, typical=typical)
         found.append(AirDamping(name=name, row=place.row, parameters=(parameter,)))

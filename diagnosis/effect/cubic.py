@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from correlation.test_model import TestModel
 from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
 from diagnosis.effect.place import moving_places, with_cubic_spring
-from diagnosis.effect.scale import scale
+from diagnosis.effect.scale import Scale, scale
 
 KIND = "cubic"
 #: Bounds in typical strengths: softening could let a place escape from its well, and friction may hold amplitudes far
 #: below the stuck ones that the typical strength is reckoned at.
-SOFTEST, LARGEST = 20.0, 1000.0
+SOFTEST, LARGEST = 20.0, 1e5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -38,30 +38,27 @@ class Cubic:
         return with_cubic_spring(test_model, self.name, self.row, stiffness)
 
 
-def candidates(test_model: TestModel, *, level: float = 1.0) -> list[Effect | Untestable]:
+def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect | Untestable]:
     r"""A cubic spring at each place, typically 3/4 k a^2 of a spring that shifts the resonance by 0.5 %.
 
     Parameters
     ----------
     test_model
         Whose places.
-    level
-        Of the force whose stuck response at resonance is the amplitude a [N].
+    size
+        Of the model, at its level of force; by default at 1 N with contacts and without.
     """
-    size = scale(test_model, level)
+    size = size or scale(test_model)
     places, left = moving_places(test_model, size, KIND)
     found: list[Effect | Untestable] = []
     for place in places:
         name = f"{KIND} at {place.name}"
-        spring, amplitude = size.spring(place.row), size.amplitude(place.row)
-        if spring is None:
-            found.append(
-                Untestable(name=name, reason="no stiffness there can shift the first stuck frequency by 0.5 %")
-            )
-        elif not amplitude:
+        typical = size.cubic(place.row)
+        if not size.amplitude(place.row):
             found.append(Untestable(name=name, reason="the model has no harmonic force that would move it"))
+        elif typical is None:
+            found.append(Untestable(name=name, reason="no stiffness there can shift the first resonance by 0.5 %"))
         else:
-            typical = 4 / 3 * abs(spring) / amplitude**2
             lower, upper, unit = -SOFTEST * typical, LARGEST * typical, place.unit("N/m^3", "N m")
             parameter = EffectParameter(name="stiffness", unit=unit, lower=lower, upper=upper, typical=typical)
             found.append(Cubic(name=name, row=place.row, parameters=(parameter,)))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from correlation.test_model import TestModel
 from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
 from diagnosis.effect.place import moving_places
-from diagnosis.effect.scale import scale
+from diagnosis.effect.scale import Scale, scale
 
 KIND = "dashpot"
 LARGEST = 100.0
@@ -36,17 +36,17 @@ class Dashpot:
         return test_model.with_system(damping=test_model.system.damping + damping * np.outer(self.row, self.row))
 
 
-def candidates(test_model: TestModel, *, level: float = 1.0) -> list[Effect | Untestable]:
+def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect | Untestable]:
     """A dashpot at each place, typically with a tenth of the modal damping.
 
     Parameters
     ----------
     test_model
         Whose places.
-    level
-        Of the force; a dashpot does not ask [N].
+    size
+        Of the model, at its level of force; by default at 1 N with contacts and without.
     """
-    size = scale(test_model, level)
+    size = size or scale(test_model)
     places, left = moving_places(test_model, size, KIND)
     found: list[Effect | Untestable] = []
     for place in places:

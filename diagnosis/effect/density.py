@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from correlation.test_model import TestModel
 from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
+from diagnosis.effect.scale import Scale
 
 KIND = "density"
 RATIO = EffectParameter(name="density ratio", unit="-", lower=0.5, upper=2.0, typical=1.01, vanishes=1.0)
@@ -34,17 +35,17 @@ class Density:
         return test_model.with_system(mass=mass)
 
 
-def candidates(test_model: TestModel, *, level: float = 1.0) -> list[Effect | Untestable]:
+def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect | Untestable]:
     """The density of each part.
 
     Parameters
     ----------
     test_model
         Whose parts.
-    level
-        Of the force; a density does not ask [N].
+    size
+        Of the model; not asked for.
     """
-    del level
+    del size
     found: list[Effect | Untestable] = []
     for part in test_model.parts:
         name = f"{KIND} of {part.name}"

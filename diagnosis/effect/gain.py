@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from correlation.test_model import TestModel
 from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
+from diagnosis.effect.scale import Scale
 
 KIND = "gain"
 RATIO = EffectParameter(name="gain ratio", unit="-", lower=0.5, upper=2.0, typical=1.02, vanishes=1.0)
@@ -33,17 +34,17 @@ class Gain:
         return test_model
 
 
-def candidates(test_model: TestModel, *, level: float = 1.0) -> list[Effect | Untestable]:
+def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect | Untestable]:
     """The gain of each sensor.
 
     Parameters
     ----------
     test_model
         Whose sensors.
-    level
-        Of the force; a gain does not ask [N].
+    size
+        Of the model; not asked for.
     """
-    del level
+    del size
     if not test_model.sensors:
         return [Untestable(name=KIND, reason="the model has no sensors")]
     return [Gain(name=f"{KIND} of {sensor.name}", sensor=sensor.name) for sensor in test_model.sensors]

@@ -12,7 +12,7 @@ from correlation.test_model import TestModel
 from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
 from diagnosis.effect.contact_line import contacts
 from diagnosis.effect.place import TRANSLATIONS
-from diagnosis.effect.scale import scale
+from diagnosis.effect.scale import Scale, scale
 from reduction.jointed_system import FrictionContact
 
 KIND = "gap"
@@ -54,15 +54,15 @@ class Gap:
         return test_model.with_joints(change)
 
 
-def candidates(test_model: TestModel, *, level: float = 1.0) -> list[Effect | Untestable]:
+def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect | Untestable]:
     """A gap at each end of each line; one for a line of a single contact.
 
     Parameters
     ----------
     test_model
         Whose lines.
-    level
-        Of the force whose stuck response stands in for the elastic closing of a line without pre-load [N].
+    size
+        Of the model, whose response stands in for the elastic closing of a line without pre-load.
     """
     if not test_model.lines:
         return [Untestable(name=KIND, reason="the model has no contact lines")]
@@ -74,7 +74,7 @@ def candidates(test_model: TestModel, *, level: float = 1.0) -> list[Effect | Un
             continue
         closing = sum(each.preload for each in members) / sum(each.normal_stiffness for each in members)
         if not closing > 0:
-            size = scale(test_model, level)
+            size = size or scale(test_model)
             closing = max(size.amplitude(each.normal) for each in members)
         if not closing > 0:
             reason = "the line is not pressed and no force moves it, so that its contacts never close"

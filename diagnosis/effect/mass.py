@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from correlation.test_model import TestModel
 from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
 from diagnosis.effect.place import TRANSLATIONS, dof_of, moving_places
-from diagnosis.effect.scale import scale
+from diagnosis.effect.scale import Scale, scale
 
 KIND = "mass"
 LARGEST = 100.0
@@ -36,17 +36,17 @@ class PointMass:
         return test_model.with_system(mass=test_model.system.mass + mass * self.rows.T @ self.rows)
 
 
-def candidates(test_model: TestModel, *, level: float = 1.0) -> list[Effect | Untestable]:
+def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect | Untestable]:
     """A mass at each place: on all translations of its node, or along the place's row where the node is not known.
 
     Parameters
     ----------
     test_model
         Whose places.
-    level
-        Of the force; a mass does not ask [N].
+    size
+        Of the model, at its level of force; by default at 1 N with contacts and without.
     """
-    size = scale(test_model, level)
+    size = size or scale(test_model)
     places, left = moving_places(test_model, size, KIND)
     found: list[Effect | Untestable] = []
     taken: dict[tuple[int, ...], str] = {}
@@ -61,7 +61,7 @@ def candidates(test_model: TestModel, *, level: float = 1.0) -> list[Effect | Un
         rows = np.eye(len(place.row))[list(moved)] if moved else place.row[None]
         typical = size.point_mass(rows)
         if typical is None:
-            found.append(Untestable(name=name, reason="no mass there can lower the first stuck frequency by 0.5 %"))
+            found.append(Untestable(name=name, reason="no mass there can lower the first resonance by 0.5 %"))
             continue
         lower, upper = -min(size.removable_mass(rows), LARGEST * typical), LARGEST * typical
         unit = place.unit("kg", "kg m^2")

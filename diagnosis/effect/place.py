@@ -16,7 +16,7 @@ Row = Float[NDArray[np.float64], " r"]
 
 TRANSLATIONS, ROTATIONS = ("x", "y", "z"), ("rx", "ry", "rz")
 #: A place moves if its motion in the mode is this share of the largest.
-MOVES = 1e-3
+MOVES = 1e-2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -42,22 +42,23 @@ class Place:
         return of_rotation if self.rotational else of_displacement
 
 
-def moving_places(test_model: TestModel, scale: Scale, kind: str) -> tuple[list[Place], list[Untestable]]:
+def moving_places(
+    test_model: TestModel, scale: Scale, kind: str, least: float = MOVES
+) -> tuple[list[Place], list[Untestable]]:
     """Places where an effect can act, and those where it cannot with the reason."""
     if not test_model.places:
         return [], [Untestable(name=kind, reason="the model names no place: give places as rows over its DOFs")]
     rows = [*test_model.places.values(), *(each.row for each in test_model.sensors if isinstance(each, Sensor))]
-    largest = max(abs(float(row @ scale.mode_shape)) for row in rows)
     found: list[Place] = []
     left: list[Untestable] = []
     for name, row in test_model.places.items():
-        share = abs(float(row @ scale.mode_shape)) / largest if largest else 0.0
+        share = scale.share(row, rows)
         twin = next((each.name for each in found if parallel(each.row, row)), None)
         reason = ""
         if not row.any():
             reason = "it does not move: its row is zero"
-        elif share < MOVES:
-            reason = f"it moves by {share:.1e} of the largest motion in the first stuck mode"
+        elif share < least:
+            reason = f"it moves by {share:.1e} of the largest motion in the first mode"
         elif twin is not None:
             reason = f'it moves with "{twin}"'
         if reason:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from correlation.test_model import TestModel
 from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
 from diagnosis.effect.contact_line import contacts
+from diagnosis.effect.scale import Scale
 
 KIND = "pre-load"
 RATIO = EffectParameter(name="pre-load ratio", unit="-", lower=0.1, upper=3.0, typical=1.1, vanishes=1.0)
@@ -35,17 +36,17 @@ class Preload:
         return test_model.with_joints(change).with_system(static_load=static)
 
 
-def candidates(test_model: TestModel, *, level: float = 1.0) -> list[Effect | Untestable]:
+def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect | Untestable]:
     """The pre-load of each line.
 
     Parameters
     ----------
     test_model
         Whose lines.
-    level
-        Of the force; a ratio does not ask [N].
+    size
+        Of the model; not asked for.
     """
-    del level
+    del size
     if not test_model.lines:
         return [Untestable(name=KIND, reason="the model has no contact lines")]
     found: list[Effect | Untestable] = []

@@ -1,117 +1,84 @@
-"""How strong an effect must be to matter: measured on the first stuck mode, so that it suits a model of any size.
+"""How strong an effect must be to matter: measured on the first resonances, so that it suits a model of any size.
 
-While all contacts stick, the structure is linear: its first mode that the force drives tells how far a place moves at
-resonance, how much damping there is, and what a spring or a mass must be to shift the resonance.
+While all contacts stick, and without contacts, the structure is linear: its first mode that the force drives tells how
+far a place moves at resonance, how much damping there is, and what a spring or a mass must be to shift the resonance.
 """
 
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, cho_factor, cho_solve, eigh
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from correlation.test_model import TestModel
 from diagnosis.effect.candidate import EffectError
-from reduction.jointed_system import FrictionContact, JenkinsElement, JointedSystem
+from diagnosis.effect.resonance import Resonance, Row, Rows, resonance
+from reduction.jointed_system import JointedSystem
 
-Row = Float[NDArray[np.float64], " r"]
-Rows = Float[NDArray[np.float64], "t r"]
-Matrix = Float[NDArray[np.float64], "r r"]
-
-#: A typical spring or mass shifts the resonance by this share of itself; a typical damper adds this share of damping.
-SHIFT, DAMPING_SHARE = 0.005, 0.1
-#: Damping ratio to reckon with where the structure has less.
-LEAST_DAMPING_RATIO = 1e-3
-#: A mode is driven if its modal force is this share of the largest; eigenvalues below this share are rounding.
-DRIVEN, ROUNDING = 1e-3, 1e-13
+#: What can be tested: with the contacts of the lines, and without.
+CONFIGURATIONS = ("jointed", "free")
 #: Share of what would make the structure unstable, or massless, that a bound leaves to a negative spring or mass.
 REMOVABLE = 0.9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scale:
-    """Modes of a test model with all contacts stuck, and its response there.
+    """Resonances of the configurations that are tested; a strength is typical that matters in one of them.
 
     Parameters
     ----------
     system
-        The structure.
-    angular_frequencies, mode_shapes
-        Of all stuck modes, mass-normalised, shapes (r,) and (r, r) [rad/s, 1/sqrt(kg)].
-    number
-        Of the first mode that the force drives.
-    level
-        Of the force [N].
+        The structure with its contacts.
+    resonances
+        Of each configuration.
     """
 
     system: JointedSystem
-    angular_frequencies: Row
-    mode_shapes: Matrix
-    number: int
-    level: float
+    resonances: tuple[Resonance, ...]
 
-    @property
-    def angular_frequency(self) -> float:
-        """Of the mode [rad/s]."""
-        return float(self.angular_frequencies[self.number])
-
-    @property
-    def mode_shape(self) -> Row:
-        """Mass-normalised, shape (r,) [1/sqrt(kg)]."""
-        return self.mode_shapes[:, self.number]
-
-    @cached_property
-    def modal_damping(self) -> float:
-        """Of the mode at unit modal mass, 2 zeta omega [1/s]."""
-        least = 2 * LEAST_DAMPING_RATIO * self.angular_frequency
-        return max(float(self.mode_shape @ self.system.damping @ self.mode_shape), least)
-
-    @cached_property
-    def modal_amplitude(self) -> float:
-        """Of the mode at its resonance, while all contacts stick [m sqrt(kg)]."""
-        force = float(np.abs(self.system.dynamic @ self.mode_shape).max())
-        return self.level * force / (self.angular_frequency * self.modal_damping)
+    def share(self, row: Row, rows: Sequence[Row]) -> float:
+        """Motion of a row in the mode, of the largest among others, where it is largest [-]."""
+        shares = [0.0]
+        for each in self.resonances:
+            largest = max(each.motion(other) for other in rows)
+            shares += [each.motion(row) / largest] if largest else []
+        return max(shares)
 
     def amplitude(self, row: Row) -> float:
-        """Of a displacement at the resonance [m]."""
-        return abs(float(row @ self.mode_shape)) * self.modal_amplitude
-
-    def modal_mass(self, row: Row) -> float:
-        """Mass of the mode as seen at a displacement [kg]."""
-        return float(row @ self.mode_shape) ** -2
-
-    def modal_stiffness(self, row: Row) -> float:
-        """Stiffness of the mode as seen at a displacement [N/m]."""
-        return self.angular_frequency**2 * self.modal_mass(row)
-
-    def receptance(self, rows: Rows, angular_frequency: float) -> Float[NDArray[np.float64], "t t"]:
-        """Undamped stuck receptance between displacements, shape (t, t) [m/N]."""
-        modal = rows @ self.mode_shapes
-        return np.asarray((modal / (self.angular_frequencies**2 - angular_frequency**2)) @ modal.T)
+        """Of a displacement at the larger of the resonances [m]."""
+        return max(each.amplitude(row) for each in self.resonances)
 
     def spring(self, row: Row) -> float | None:
-        """Stiffness k that shifts the resonance by `SHIFT`: 1 + k G = 0 at the shifted frequency [N/m].
+        """Stiffness that shifts a resonance by `SHIFT` [N/m].
 
-        Negative where no spring is stiff enough to shift it, since the place hardly moves, but less stiffness does;
-        none where neither can.
+        Negative where no spring is stiff enough, since the place hardly moves, but less stiffness is; none where
+        neither is.
         """
-        stiffer = float(self.receptance(row[None], (1 + SHIFT) * self.angular_frequency)[0, 0])
-        if stiffer < 0:
-            return -1 / stiffer
-        softer = -1 / float(self.receptance(row[None], (1 - SHIFT) * self.angular_frequency)[0, 0])
-        return softer if 0 > softer > -self.removable_stiffness(row) else None
+        stiffer = _least(each.stiffening(row) for each in self.resonances)
+        if stiffer is not None:
+            return stiffer
+        softer = _least(each.softening(row) for each in self.resonances)
+        return softer if softer is not None and softer > -self.removable_stiffness(row) else None
 
     def point_mass(self, rows: Rows) -> float | None:
-        """Mass m that lowers the resonance by `SHIFT`: 1 = omega^2 m G at the shifted frequency [kg]; none if none."""
-        shifted = (1 - SHIFT) * self.angular_frequency
-        receptance = float(np.linalg.eigvalsh(self.receptance(rows, shifted))[-1])
-        return 1 / (shifted**2 * receptance) if receptance > 0 else None
+        """Mass that lowers a resonance by `SHIFT` [kg]; none if no mass does."""
+        return _least(each.point_mass(rows) for each in self.resonances)
 
     def dashpot(self, row: Row) -> float:
-        """Damping that adds `DAMPING_SHARE` of the modal damping [N s/m]."""
-        return DAMPING_SHARE * self.modal_damping * self.modal_mass(row)
+        """Damping that adds `DAMPING_SHARE` to that of a mode [N s/m]."""
+        return min(each.dashpot(row) for each in self.resonances)
+
+    def drag(self, row: Row) -> float | None:
+        """Quadratic damping that does so at resonance [N s^2/m^2]; none where no force moves the place."""
+        return _least(each.drag(row) for each in self.resonances)
+
+    def cubic(self, row: Row) -> float | None:
+        """Cubic stiffness that shifts a resonance as a spring would [N/m^3]; none where no spring or force does."""
+        found = []
+        for each in self.resonances:
+            spring = each.stiffening(row) or each.softening(row)
+            found.append(None if spring is None else each.cubic(row, spring))
+        return _least(found)
 
     def removable_stiffness(self, row: Row) -> float:
         """Stiffness that can be taken away with the structure still held without its contacts [N/m]; 0 if it is not."""
@@ -127,8 +94,8 @@ class Scale:
         return REMOVABLE / float(np.linalg.eigvalsh(inverse)[-1])
 
 
-def scale(test_model: TestModel, level: float = 1.0) -> Scale:
-    """Stuck modes and the response at a level.
+def scale(test_model: TestModel, *, level: float = 1.0, configurations: Collection[str] = CONFIGURATIONS) -> Scale:
+    """Resonances of a test model at a level.
 
     Parameters
     ----------
@@ -136,42 +103,31 @@ def scale(test_model: TestModel, level: float = 1.0) -> Scale:
         With its joints and loads.
     level
         Of the force, best the highest of the tests [N].
+    configurations
+        That are tested: "jointed", and "free" without the contacts of its lines.
 
     Raises
     ------
     EffectError
-        A structure that is not held even with all contacts stuck, a mass that is not positive definite, or a level
-        that is not positive.
+        A structure that is not held even with all contacts stuck, a mass that is not positive definite, a level that
+        is not positive, or an unknown configuration.
     """
     if not (np.isfinite(level) and level > 0):
         raise EffectError(f"level = {level:g} N must be positive: give the highest force level of the tests")
-    system = test_model.system
-    try:
-        squared, mode_shapes = eigh(stuck_stiffness(system), system.mass)
-    except LinAlgError as error:
-        raise EffectError("the mass matrix is not positive definite: give that of a vibrating structure") from error
-    if not squared[0] > ROUNDING * squared[-1]:
+    for each in configurations:
+        if each not in CONFIGURATIONS:
+            raise EffectError(f'"{each}" is no configuration: give any of {", ".join(CONFIGURATIONS)}')
+    free = "free" in configurations and test_model.lines
+    found = [resonance(test_model.free().system, level)] if free else []
+    jointed = resonance(test_model.system, level)
+    if jointed is None:
         raise EffectError(
-            f"the lowest squared angular frequency with all contacts stuck is {squared[0]:.3g} 1/s^2: "
-            "hold the structure by a support or a contact"
+            "the lowest frequency with all contacts stuck is 0 Hz: hold the structure by a support or a contact"
         )
-    driven = np.abs(system.dynamic @ mode_shapes).max(axis=0)
-    return Scale(
-        system=system,
-        angular_frequencies=np.sqrt(squared),
-        mode_shapes=mode_shapes,
-        number=int(np.argmax(driven >= DRIVEN * driven.max())),
-        level=level,
-    )
+    if "jointed" in configurations or not free:
+        found.append(jointed)
+    return Scale(system=test_model.system, resonances=tuple(each for each in found if each) or (jointed,))
 
 
-def stuck_stiffness(system: JointedSystem) -> Matrix:
-    """Stiffness with all contacts closed and stuck, shape (r, r) [N/m]."""
-    total = np.array(system.stiffness)
-    for joint in system.joints:
-        if isinstance(joint, FrictionContact):
-            total += joint.tangential_stiffness * joint.tangents.T @ joint.tangents
-            total += joint.normal_stiffness * np.outer(joint.normal, joint.normal)
-        elif isinstance(joint, JenkinsElement):
-            total += joint.tangential_stiffness * np.outer(joint.direction, joint.direction)
-    return total
+def _least(strengths: Iterable[float | None]) -> float | None:
+    return min((each for each in strengths if each is not None), key=abs, default=None)

@@ -16,6 +16,8 @@ from diagnosis.effect.scale import Scale, scale
 KIND = "spring"
 #: Largest strength in typical ones.
 LARGEST = 100.0
+#: A support hardly moves, and yet its stiffness matters.
+SUPPORT = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -38,18 +40,18 @@ class LinearSpring:
         return test_model.with_system(stiffness=test_model.system.stiffness + stiffness * np.outer(self.row, self.row))
 
 
-def candidates(test_model: TestModel, *, level: float = 1.0) -> list[Effect | Untestable]:
+def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect | Untestable]:
     """A spring to the ground at each place, and between places of two bodies that move in one direction.
 
     Parameters
     ----------
     test_model
         Whose places.
-    level
-        Of the force; a linear spring does not ask [N].
+    size
+        Of the model, at its level of force; by default at 1 N with contacts and without.
     """
-    size = scale(test_model, level)
-    places, left = moving_places(test_model, size, KIND)
+    size = size or scale(test_model)
+    places, left = moving_places(test_model, size, KIND, least=SUPPORT)
     found: list[Effect | Untestable] = [_candidate(f"{KIND} at {each.name}", each, size) for each in places]
     for one, other in combinations(places, 2):
         first, second = dof_of(test_model, one.row), dof_of(test_model, other.row)
@@ -66,7 +68,7 @@ def _unsigned(row: Float[NDArray[np.float64], " r"]) -> Float[NDArray[np.float64
 def _candidate(name: str, place: Place, size: Scale) -> Effect | Untestable:
     typical = size.spring(place.row)
     if typical is None:
-        return Untestable(name=name, reason="no stiffness there can shift the first stuck frequency by 0.5 %")
+        return Untestable(name=name, reason="no stiffness there can shift the first resonance by 0.5 %")
     parameter = EffectParameter(
         name="stiffness",
         unit=place.unit("N/m", "N m"),

@@ -3,21 +3,22 @@
 from correlation.test_model import TestModel
 from diagnosis.effect.candidate import Effect, Untestable
 from diagnosis.effect.contact_line import line_ratios
+from diagnosis.effect.scale import Scale
 
 KIND = "tangential stiffness"
 
 
-def candidates(test_model: TestModel, *, level: float = 1.0) -> list[Effect | Untestable]:
+def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect | Untestable]:
     """The tangential contact stiffness of each line; of two lines, their ratio.
 
     Parameters
     ----------
     test_model
         Whose lines.
-    level
-        Of the force; a ratio does not ask [N].
+    size
+        Of the model; not asked for.
     """
-    del level
+    del size
     return line_ratios(
         test_model,
         kind=KIND,

@@ -9,7 +9,8 @@ from scipy.linalg import eigvalsh
 from correlation.test_model import Dof, Sensor, TestModel
 from diagnosis.catalogue import catalogue
 from diagnosis.effect.candidate import EffectError
-from diagnosis.effect.scale import scale, stuck_stiffness
+from diagnosis.effect.resonance import stuck_stiffness
+from diagnosis.effect.scale import scale
 from reduction.jointed_system import JenkinsElement, JointedSystem, along
 
 MASS, STIFFNESS, DAMPING, LEVEL = 2.0, 8e3, 0.9, 3.0
@@ -35,11 +36,10 @@ def stuck(model: TestModel) -> float:
 
 def test_strengths_of_an_oscillator_are_those_of_its_closed_forms() -> None:
     model = oscillator()
-    size = scale(model, LEVEL)
-    assert size.angular_frequency == pytest.approx(OMEGA)
-    assert size.amplitude(model.places["p"]) == pytest.approx(AMPLITUDE)
-    assert size.modal_mass(model.places["p"]) == pytest.approx(MASS)
-    assert size.modal_stiffness(model.places["p"]) == pytest.approx(STIFFNESS)
+    (resonance,) = scale(model, level=LEVEL).resonances
+    assert resonance.angular_frequency == pytest.approx(OMEGA)
+    assert resonance.amplitude(model.places["p"]) == pytest.approx(AMPLITUDE)
+    assert resonance.modal_mass(model.places["p"]) == pytest.approx(MASS)
     assert typical(model, "spring at p") == pytest.approx((1.005**2 - 1) * STIFFNESS)
     assert typical(model, "mass at p") == pytest.approx((0.995**-2 - 1) * MASS)
     assert typical(model, "dashpot at p") == pytest.approx(0.1 * DAMPING)
@@ -62,19 +62,30 @@ def test_typical_drag_dissipates_a_tenth_of_the_linear_damping() -> None:
     assert work == pytest.approx(0.1 * np.pi * DAMPING * OMEGA * AMPLITUDE**2, rel=1e-9)
 
 
-def test_typical_springs_and_masses_shift_the_first_stuck_frequency_by_half_a_percent(bench: TestModel) -> None:
-    before = stuck(bench)
+@pytest.mark.parametrize("configurations", [["jointed"], ["free"], ["jointed", "free"]])
+def test_typical_springs_and_masses_shift_the_first_frequency_that_is_tested_by_half_a_percent(
+    bench: TestModel, configurations: list[str]
+) -> None:
     seen = set()
-    for effect in catalogue(bench).candidates:
+    for effect in catalogue(bench, configurations=configurations).candidates:
         if effect.kind in {"spring", "mass"}:
             parameter = effect.parameters[0]
-            after = stuck(effect.apply(bench, [parameter.typical]))
+            changed = effect.apply(bench, [parameter.typical])
+            ratio = {"jointed": stuck(changed) / stuck(bench), "free": stuck(changed.free()) / stuck(bench.free())}
+            # Of the tested ones, the one that shifts most.
+            most = max((ratio[each] for each in configurations), key=lambda each: abs(each - 1))
             down = effect.kind == "mass" or parameter.typical < 0
-            assert after / before == pytest.approx(0.995 if down else 1.005, rel=1e-9), effect.name
+            assert most == pytest.approx(0.995 if down else 1.005, rel=1e-9), effect.name
             seen.add(effect.name)
-    assert {"spring at tip z", "mass at tip z", "mass at stand z"} <= seen
-    with pytest.raises(EffectError, match="no stiffness there can shift"):
-        catalogue(bench).effect("spring at stand z")
+    assert {"spring at tip z", "mass at tip z", "spring between root z and stand z"} <= seen
+
+
+def test_a_place_of_no_consequence_is_not_tested(bench: TestModel) -> None:
+    found = catalogue(bench, configurations=["jointed"])
+    with pytest.raises(EffectError, match="no stiffness there can shift the first resonance"):
+        found.effect("spring at stand z")
+    with pytest.raises(EffectError, match="of the largest motion in the first mode"):
+        found.effect("dashpot at stand z")
 
 
 def test_where_no_spring_is_stiff_enough_taking_stiffness_away_is_typical() -> None:
@@ -114,24 +125,37 @@ def test_a_rotation_asks_for_moments() -> None:
 
 
 def test_the_first_mode_that_the_force_drives_sets_the_scale(bench: TestModel) -> None:
-    assert scale(bench).angular_frequency == pytest.approx(stuck(bench))
+    free, jointed = scale(bench).resonances
+    assert jointed.angular_frequency == pytest.approx(stuck(bench))
+    assert free.angular_frequency == pytest.approx(stuck(bench.free()))
     M, K = np.eye(2), np.diag([1e4, 4e4])
     system = JointedSystem(mass=M, damping=1e-4 * K, stiffness=K, harmonic_force=[[0, 0], [0, 1]])
-    assert scale(TestModel(system=system, sensors=())).angular_frequency == pytest.approx(200.0)
+    (driven,) = scale(TestModel(system=system, sensors=())).resonances
+    assert driven.angular_frequency == pytest.approx(200.0)
+
+
+def test_what_contacts_alone_hold_has_no_free_resonance(bench: TestModel) -> None:
+    floating = bench.with_system(stiffness=np.zeros((7, 7)) + np.diag([1e6] * 2 + [0.0] * 4 + [1e6]))
+    held = floating.with_system(stiffness=floating.system.stiffness + 1e-3 * np.diag([0, 0, 1.0, 1, 1, 1, 0]))
+    assert len(scale(held).resonances) == 2
+    assert len(scale(floating).resonances) == 1
+    assert catalogue(floating).effect("spring at tip z").parameters[0].lower == 0  # nothing to take away
 
 
 def test_a_jenkins_element_holds_what_sticks() -> None:
     model = oscillator()
     slider = JenkinsElement(name="j", direction=[1.0], tangential_stiffness=3 * STIFFNESS, limit_force=1.0)
     held = model.with_system(joints=[slider])
-    assert scale(held).angular_frequency == pytest.approx(2 * OMEGA)
+    assert scale(held).resonances[0].angular_frequency == pytest.approx(2 * OMEGA)
 
 
 def test_bad_scales_are_refused_in_words() -> None:
     model = oscillator()
     with pytest.raises(EffectError, match="level = -3 N must be positive"):
-        scale(model, -3.0)
-    with pytest.raises(EffectError, match="all contacts stuck is 0 1/s"):
+        scale(model, level=-3.0)
+    with pytest.raises(EffectError, match='"glued" is no configuration: give any of jointed, free'):
+        scale(model, configurations=["glued"])
+    with pytest.raises(EffectError, match="all contacts stuck is 0 Hz"):
         scale(replace(model, parts=(), system=replace(model.system, stiffness=[[0.0]])))
     with pytest.raises(EffectError, match="not positive definite"):
         scale(replace(model, parts=(), system=replace(model.system, mass=[[-1.0]])))

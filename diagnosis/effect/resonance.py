@@ -1,0 +1,147 @@
+"""The first resonance that the force drives, with all contacts stuck: linear, and the measure of what matters."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import pi
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, eigh
+
+from diagnosis.effect.candidate import EffectError
+from reduction.jointed_system import FrictionContact, JenkinsElement, JointedSystem
+
+Row = Float[NDArray[np.float64], " r"]
+Rows = Float[NDArray[np.float64], "t r"]
+Matrix = Float[NDArray[np.float64], "r r"]
+
+#: A typical spring or mass shifts the resonance by this share of itself; a typical damper adds this share of damping.
+SHIFT, DAMPING_SHARE = 0.005, 0.1
+#: Damping ratio to reckon with where the structure has less.
+LEAST_DAMPING_RATIO = 1e-3
+#: A mode is driven if its modal force is this share of the largest; eigenvalues below this share are rounding.
+DRIVEN, ROUNDING = 1e-3, 1e-13
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Resonance:
+    """Modes of one configuration with all contacts stuck, and its response to the force.
+
+    Parameters
+    ----------
+    system
+        The structure, with contacts or without.
+    angular_frequencies, mode_shapes
+        Of all modes, mass-normalised, shapes (r,) and (r, r) [rad/s, 1/sqrt(kg)].
+    number
+        Of the first mode that the force drives.
+    level
+        Of the force [N].
+    """
+
+    system: JointedSystem
+    angular_frequencies: Row
+    mode_shapes: Matrix
+    number: int
+    level: float
+
+    @property
+    def angular_frequency(self) -> float:
+        """Of the mode [rad/s]."""
+        return float(self.angular_frequencies[self.number])
+
+    @property
+    def mode_shape(self) -> Row:
+        """Mass-normalised, shape (r,) [1/sqrt(kg)]."""
+        return self.mode_shapes[:, self.number]
+
+    @cached_property
+    def modal_damping(self) -> float:
+        """Of the mode at unit modal mass, 2 zeta omega [1/s]."""
+        least = 2 * LEAST_DAMPING_RATIO * self.angular_frequency
+        return max(float(self.mode_shape @ self.system.damping @ self.mode_shape), least)
+
+    @cached_property
+    def modal_amplitude(self) -> float:
+        """Of the mode at its resonance, while all contacts stick [m sqrt(kg)]."""
+        force = float(np.abs(self.system.dynamic @ self.mode_shape).max())
+        return self.level * force / (self.angular_frequency * self.modal_damping)
+
+    def motion(self, row: Row) -> float:
+        """Of a displacement in the mode [1/sqrt(kg)]."""
+        return abs(float(row @ self.mode_shape))
+
+    def amplitude(self, row: Row) -> float:
+        """Of a displacement at the resonance [m]."""
+        return self.motion(row) * self.modal_amplitude
+
+    def modal_mass(self, row: Row) -> float:
+        """Mass of the mode as seen at a displacement [kg]; infinite where it does not move."""
+        motion = self.motion(row)
+        return motion**-2 if motion else np.inf
+
+    def receptance(self, rows: Rows, angular_frequency: float) -> Float[NDArray[np.float64], "t t"]:
+        """Undamped receptance between displacements, shape (t, t) [m/N]."""
+        modal = rows @ self.mode_shapes
+        return np.asarray((modal / (self.angular_frequencies**2 - angular_frequency**2)) @ modal.T)
+
+    def stiffening(self, row: Row) -> float | None:
+        """Stiffness k that raises the resonance by `SHIFT`: 1 + k G = 0 there [N/m]; none if no spring is enough."""
+        receptance = float(self.receptance(row[None], (1 + SHIFT) * self.angular_frequency)[0, 0])
+        return -1 / receptance if receptance < 0 else None
+
+    def softening(self, row: Row) -> float | None:
+        """The same for a resonance that falls, negative [N/m]."""
+        receptance = float(self.receptance(row[None], (1 - SHIFT) * self.angular_frequency)[0, 0])
+        return -1 / receptance if receptance > 0 else None
+
+    def point_mass(self, rows: Rows) -> float | None:
+        """Mass m that lowers the resonance by `SHIFT`: 1 = omega^2 m G there [kg]; none if none does."""
+        shifted = (1 - SHIFT) * self.angular_frequency
+        receptance = float(np.linalg.eigvalsh(self.receptance(rows, shifted))[-1])
+        return 1 / (shifted**2 * receptance) if receptance > 0 else None
+
+    def dashpot(self, row: Row) -> float:
+        """Damping that adds `DAMPING_SHARE` of the modal damping [N s/m]."""
+        return DAMPING_SHARE * self.modal_damping * self.modal_mass(row)
+
+    def drag(self, row: Row) -> float | None:
+        """Quadratic damping d that is this dashpot at resonance, 8/(3 pi) d omega a [N s^2/m^2]; none without a."""
+        speed = self.angular_frequency * self.amplitude(row)
+        return 3 * pi / 8 * self.dashpot(row) / speed if speed else None
+
+    def cubic(self, row: Row, spring: float) -> float | None:
+        """Cubic stiffness k that is a spring at resonance, 3/4 k a^2 [N/m^3]; none without amplitude a."""
+        amplitude = self.amplitude(row)
+        return 4 / 3 * abs(spring) / amplitude**2 if amplitude else None
+
+
+def resonance(system: JointedSystem, level: float) -> Resonance | None:
+    """None of a structure that is not held."""
+    try:
+        squared, mode_shapes = eigh(stuck_stiffness(system), system.mass)
+    except LinAlgError as error:
+        raise EffectError("the mass matrix is not positive definite: give that of a vibrating structure") from error
+    if not squared[0] > ROUNDING * squared[-1]:
+        return None
+    driven = np.abs(system.dynamic @ mode_shapes).max(axis=0)
+    return Resonance(
+        system=system,
+        angular_frequencies=np.sqrt(squared),
+        mode_shapes=mode_shapes,
+        number=int(np.argmax(driven >= DRIVEN * driven.max())),
+        level=level,
+    )
+
+
+def stuck_stiffness(system: JointedSystem) -> Matrix:
+    """Stiffness with all contacts closed and stuck, shape (r, r) [N/m]."""
+    total = np.array(system.stiffness)
+    for joint in system.joints:
+        if isinstance(joint, FrictionContact):
+            total += joint.tangential_stiffness * joint.tangents.T @ joint.tangents
+            total += joint.normal_stiffness * np.outer(joint.normal, joint.normal)
+        elif isinstance(joint, JenkinsElement):
+            total += joint.tangential_stiffness * np.outer(joint.direction, joint.direction)
+    return total
