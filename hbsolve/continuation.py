@@ -32,6 +32,9 @@ GROW, SHRINK, RETRY = 1.5, 0.6, 0.35
 #: A step across which the tangent turns more than by this cosine, or changes its orientation, is tried shorter, down to
 #: the length at which kinks are taken as they come.
 TURN, SURE = 0.7, 5e-3
+#: The last point lies this near to its prediction, in shares of the step to it; a state further away belongs to another
+#: branch, or to this one round a fold.
+NEAR = 0.5
 #: A closed branch has this many points at least, comes back to a point of its own by this share of a step (sheets that
 #: lie close together are no closed branch), and runs on in the same direction, by this cosine.
 LEAST_LOOP, ASIDE, SAME_WAY = 12, 0.05, 0.9
@@ -172,7 +175,10 @@ class Continuation:
         step = state.step
         while step >= LEAST:
             if self._ends(value, t, step):
-                return self._finish(state, x + (self.last - value) / t.value * t.motion, sliders)
+                ahead = (self.last - value) / t.value
+                ended = self._finish(state, x + ahead * t.motion, ahead, metric, sliders)
+                if ended is not None:
+                    return ended
             for find in (corrected, round_kink):
                 found = find(self.path, x, value, t, step, metric, sliders, orientation)
                 if found is None:
@@ -180,7 +186,9 @@ class Continuation:
                 onward, sign = tangent(found.at, found.way, metric, orientation)
                 turned = metric.cosine(onward, found.way) < TURN or sign != orientation
                 if step <= SURE or not turned:
-                    return self._accept(replace(state, orientation=sign), found, onward, step, metric, sliders)
+                    after = self._accept(replace(state, orientation=sign), found, onward, step, metric, sliders)
+                    if after is not None:
+                        return after
             step *= RETRY
         return self._leap(state, x, sliders, t.value)
 
@@ -195,11 +203,12 @@ class Continuation:
 
     def _accept(
         self, state: ContinuationState, found: Corrected, t: Direction, step: float, metric: Metric, sliders: Start
-    ) -> tuple[SteadyState | None, ContinuationState]:
-        """The point, unless it lies outside the range, and what comes after it."""
+    ) -> tuple[SteadyState | None, ContinuationState] | None:
+        """The point, unless it lies outside the range, and what comes after it; none if a shorter step must tell."""
         if (found.value - self.last) * (self.last - self.first) > 0:
             share = (self.last - state.value) / (found.value - state.value)
-            return self._finish(state, state.motion + share * (found.motion - state.motion), sliders)
+            between = state.motion + share * (found.motion - state.motion)
+            return self._finish(state, between, share * step, metric, sliders)
         if self._outside(found.value):
             return None, replace(state, stop_reason=self._words("turned back beyond its first value", found.value))
         point = _point(found.at, found.motion, sliders, found.iterations)
@@ -244,13 +253,17 @@ class Continuation:
         return bool(reach and 0 <= ahead / reach <= 1)
 
     def _finish(
-        self, state: ContinuationState, predicted: Real, sliders: Start
-    ) -> tuple[SteadyState | None, ContinuationState]:
+        self, state: ContinuationState, predicted: Real, step: float, metric: Metric, sliders: Start
+    ) -> tuple[SteadyState | None, ContinuationState] | None:
+        """The point at the last value; none if there is none near its prediction, as beyond a fold."""
         balance, condensed = self.path.at(self.last)
         try:
             found = solve_at(balance, condensed, predicted, sliders)
-        except NoConvergence as error:
-            return None, replace(state, stop_reason=str(error))
+        except NoConvergence:
+            return None
+        aside = metric.length(Direction(found.motion - predicted, 0.0))
+        if aside > max(NEAR * step, SURE):
+            return None
         return found, replace(
             state, value=self.last, motion=found.motion, n_point=state.n_point + 1, stop_reason=REACHED
         )
