@@ -15,9 +15,10 @@ from collections.abc import Collection
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 from numpy.typing import NDArray
 
+from correlation.average import POINT, Averages, averages, by_point, starts_of
 from correlation.errors import CampaignError
 from correlation.measurement import (
     Campaign,
@@ -25,15 +26,10 @@ from correlation.measurement import (
     FloatColumn,
     IntColumn,
     Mask,
-    Measurement,
     lock_columns,
     same_level,
 )
 from correlation.noise import design_effect, pooled_variance
-
-#: Frequencies that differ by less than this share are one: counters and files round.
-SAME_FREQUENCY = 1e-5
-_POINT = ("test", "sensor", "harmonic", "level", "frequency")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -88,88 +84,53 @@ def features(
     CampaignError
         Nothing was measured there, or no point was repeated, so that the noise is not known.
     """
-    measurement = campaign.measurement
+    measurement = by_point(campaign.measurement)
     rows = np.ones(len(measurement), dtype=bool)
     if repeats is not None:
         rows &= np.isin(measurement.repeat, list(repeats))
     if levels is not None:
         rows &= np.any([same_level(measurement.level, level) for level in levels] or [~rows], axis=0)
-    return averaged(campaign, rows)
+    chosen = averages(measurement, rows)
+    return _table(chosen, *_noise(campaign, chosen))
 
 
 def split(campaign: Campaign) -> tuple[FeatureTable, FeatureTable]:
     """Features to train on, and features held out.
 
     No value is in both: training has the other levels and the other repeats; held out are the held-out levels (all
-    repeats) and the held-out repeats of the other levels. Each has the noise of its own scatter.
+    repeats) and the held-out repeats of the other levels. Training has the noise of its own scatter alone; what is held
+    out, often of two repeats, has that of the whole campaign.
 
     Raises
     ------
     CampaignError
-        Nothing is held out, or a half has too few repeats.
+        Nothing is held out, everything is, or training has no repeats.
     """
     if not campaign.held_out.levels and not campaign.held_out.repeats:
         raise CampaignError("the campaign holds out nothing; add [held_out] with levels or repeats to its manifest")
-    held = campaign.held_out.rows(campaign.measurement)
-    return averaged(campaign, ~held), averaged(campaign, held)
+    measurement = by_point(campaign.measurement)
+    held = campaign.held_out.rows(measurement)
+    training, tested, everything = (averages(measurement, rows) for rows in (~held, held, np.ones_like(held)))
+    variance, together = (each[tested.point] for each in _noise(campaign, everything))
+    return _table(training, *_noise(campaign, training)), _table(tested, variance, together)
 
 
-def averaged(campaign: Campaign, rows: Bool[NDArray[np.bool_], " k"]) -> FeatureTable:
-    """Average some rows of a campaign.
-
-    Raises
-    ------
-    CampaignError
-        There are none, or no point was repeated.
-    """
-    table = campaign.measurement.where(rows)
-    if not len(table):
-        raise CampaignError("nothing was measured at these levels and repeats; choose among those of the campaign")
-    table = replace(table, frequency=_aligned(table.frequency))
-    table = table.where(np.lexsort([table.repeat, table.sweep, *(getattr(table, name) for name in reversed(_POINT))]))
-    starts = _starts(table, _POINT)
-    n = np.diff([*starts, len(table)])
-    mean = _summed(table.value, starts) / n
-    point = np.repeat(np.arange(len(starts)), n)
-    # About the mean of its sweep: what sweeps disagree by is no noise, and is told as `spread`.
-    sweep_starts = _starts(table, (*_POINT, "sweep"))
-    n_sweep = np.diff([*sweep_starts, len(table)])
-    sweep_mean = _summed(table.value, sweep_starts) / n_sweep
-    residual = table.value - np.repeat(sweep_mean, n_sweep)
-    parts = np.where(table.harmonic[starts] == 0, 1, 2)  # a mean is real
-    dof = (parts * (n - np.bincount(point[sweep_starts]))).astype(np.float64)
-    squares = _squares(point, residual)
-    effect = _repeat_effects(table, point, residual, squares)
-    variance, together = _noise(campaign, table.where(starts), mean, squares, dof, effect)
+def _table(average: Averages, variance: FloatColumn, together: FloatColumn) -> FeatureTable:
     return FeatureTable(
-        **{name: getattr(table, name)[starts] for name in _POINT},
-        value=mean,
-        deviation=np.sqrt(variance / n * np.minimum(together, n)),
-        n=n,
-        spread=_spread(point[sweep_starts], sweep_mean, n_sweep, variance),
+        **{name: getattr(average.first, name) for name in POINT},
+        value=average.mean,
+        deviation=np.sqrt(variance / average.n * np.minimum(together, average.n)),
+        n=average.n,
+        spread=_spread(average.sweep_point, average.sweep_mean, average.sweep_n, variance),
     )
 
 
-def _aligned(frequency: FloatColumn) -> FloatColumn:
-    """Frequencies that are the same but for rounding made equal, to the least of them."""
-    rising, index = np.unique(frequency, return_inverse=True)
-    first = np.concatenate([[True], np.diff(rising) > SAME_FREQUENCY * rising[1:]])
-    aligned: FloatColumn = rising[first][np.cumsum(first) - 1][index]
-    return aligned
-
-
-def _noise(
-    campaign: Campaign,
-    first: Measurement,
-    mean: ComplexColumn,
-    squares: FloatColumn,
-    dof: FloatColumn,
-    effect: FloatColumn,
-) -> tuple[FloatColumn, FloatColumn]:
+def _noise(campaign: Campaign, average: Averages) -> tuple[FloatColumn, FloatColumn]:
     """Variance of one value, and how many values count as one, at every point, shape (k,) each."""
-    variance, together = np.full(len(mean), np.nan), np.ones(len(mean))
-    blocks = _starts(first, ("test", "sensor", "harmonic"))
-    for start, stop in zip(blocks, [*blocks[1:], len(mean)], strict=True):
+    first, dof, squares = average.first, average.dof, average.squares
+    variance, together = np.full(len(first), np.nan), np.ones(len(first))
+    blocks = starts_of(first, ("test", "sensor", "harmonic"))
+    for start, stop in zip(blocks, [*blocks[1:], len(first)], strict=True):
         block = slice(start, stop)
         if not dof[block].any():
             test, sensor = campaign.tests[first.test[start]].name, campaign.sensors[first.sensor[start]].name
@@ -177,23 +138,12 @@ def _noise(
                 f'test "{test}", sensor "{sensor}": no point was measured twice in one sweep, so its noise is '
                 "not known; measure repeats, or hold out fewer"
             )
-        together[block] = design_effect(effect[block], squares[block], dof[block])
+        together[block] = design_effect(average.effect[block], squares[block], dof[block])
         # Values that err together with a correlation rho tell less of their variance: by 1 + rho^2 for pairs.
         certain = dof[block] / (1 + (together[block] - 1) ** 2)
         scatter = squares[block] / np.maximum(dof[block], 1.0)
-        variance[block] = pooled_variance(np.abs(mean[block]), scatter, certain)
+        variance[block] = pooled_variance(np.abs(average.mean[block]), scatter, certain)
     return variance, together
-
-
-def _repeat_effects(table: Measurement, point: IntColumn, residual: ComplexColumn, squares: FloatColumn) -> FloatColumn:
-    """Squares of the residuals summed over the sweeps of each repeat, shape (k,)."""
-    if not (table.sweep != table.sweep[0]).any():
-        return squares
-    order = np.lexsort((table.repeat, point))
-    key = np.stack([point[order], table.repeat[order]])
-    starts = np.flatnonzero(np.concatenate([[True], (key[:, 1:] != key[:, :-1]).any(axis=0)]))
-    summed = _summed(residual[order], starts)
-    return _squares(point[order][starts], summed)
 
 
 def _spread(
@@ -210,23 +160,3 @@ def _spread(
         first == last, 0.0, np.abs(mean[last] - mean[first]) / deviation
     )
     return spread
-
-
-def _summed(value: ComplexColumn, starts: IntColumn) -> ComplexColumn:
-    """Sums of consecutive groups."""
-    return np.asarray(np.add.reduceat(value, starts), dtype=np.complex128)
-
-
-def _squares(point: IntColumn, value: ComplexColumn) -> FloatColumn:
-    """Squared moduli summed over the rows of each point."""
-    return np.bincount(point, value.real**2 + value.imag**2).astype(np.float64)
-
-
-def _starts(table: Measurement, names: tuple[str, ...]) -> IntColumn:
-    """First row of each group of a sorted table."""
-    new = np.zeros(len(table), dtype=bool)
-    new[0] = True
-    for name in names:
-        column = getattr(table, name)
-        new[1:] |= column[1:] != column[:-1]
-    return np.flatnonzero(new)

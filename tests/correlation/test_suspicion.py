@@ -8,7 +8,8 @@ import pytest
 
 from correlation.feature import features
 from correlation.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
-from correlation.suspicion import suspicions, suspicions_against, swapped_sensors
+from correlation.model_suspicion import suspicions_against, swapped_sensors
+from correlation.suspicion import suspicions
 
 LEVELS = (1.0, 3.0, 10.0)
 FREQUENCY = np.linspace(92.0, 108.0, 17)
