@@ -223,3 +223,12 @@ def test_nothing_held_out_is_refused() -> None:
     )
     with pytest.raises(CampaignError, match=r"holds out nothing; add \[held_out\]"):
         split(bare)
+
+
+def test_held_out_means_have_the_noise_of_the_whole_campaign() -> None:
+    made = campaign(16, n_sensor=1)
+    _, held = split(made)
+    whole = features(made)
+    rows = {key: row for row, key in enumerate(zip(whole.harmonic, whole.level, whole.frequency, strict=True))}
+    same = whole.where(np.array([rows[key] for key in zip(held.harmonic, held.level, held.frequency, strict=True)]))
+    np.testing.assert_allclose(held.deviation**2 * held.n, same.deviation**2 * same.n, rtol=1e-12)  # round-off
