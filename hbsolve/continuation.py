@@ -23,6 +23,7 @@ from hbsolve.branch import ResponseBranch, branch_of
 from hbsolve.errors import BalanceError
 from hbsolve.parameter import Equation, FrequencyPath, JointPath, LevelPath, equation
 from hbsolve.steady_state import NoConvergence, SteadyState, finished, slider_start, solve_at, steady_state
+from reduction.array_input import real_number
 
 #: Largest, first and smallest ds.
 LARGEST, FIRST, LEAST = 0.2, 0.05, 1e-7
@@ -105,7 +106,7 @@ class Continuation:
     Raises
     ------
     BalanceError
-        An empty range, or a step that is not positive.
+        An empty range, a step that is not positive, or what is no real number.
     """
 
     path: FrequencyPath | LevelPath | JointPath
@@ -115,12 +116,14 @@ class Continuation:
     most_points: int = MOST_POINTS
 
     def __post_init__(self) -> None:
+        for name in ("first", "last") if self.step is None else ("first", "last", "step"):
+            object.__setattr__(self, name, real_number(getattr(self, name), name, BalanceError))
         if not np.isfinite([self.first, self.last]).all() or self.first == self.last:
             raise BalanceError(f"the range from {self.first:g} to {self.last:g} is empty: give two different ends")
         for end in (self.first, self.last):
             self.path.at(end)  # refuses an end that its path cannot have, before anything is computed
-        if self.step is not None and not self.step > 0:
-            raise BalanceError(f"step = {self.step:g} must be positive")
+        if self.step is not None and not 0 < self.step < np.inf:
+            raise BalanceError(f"step = {self.step:g} must be positive and finite")
 
     @property
     def _scale(self) -> float:

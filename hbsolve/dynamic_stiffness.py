@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fe.dense_modes import DenseModes, dense_modes
 from hbsolve.errors import ForceError, ModelError
+from reduction.array_input import real_array
 
 Matrix = Float[NDArray[np.float64], "r r"]
 Frequencies = Float[NDArray[np.float64], " p"]
@@ -71,7 +72,7 @@ class DynamicStiffness:
     Raises
     ------
     ModelError
-        Matrices of other shapes, not finite, not symmetric, or indefinite.
+        Matrices of other shapes, not real, not finite, not symmetric, or indefinite.
 
     References
     ----------
@@ -88,18 +89,24 @@ class DynamicStiffness:
 
     def __post_init__(self) -> None:
         for name in ("mass", "damping", "stiffness"):
-            matrix = np.array(getattr(self, name), dtype=np.float64)
-            matrix.setflags(write=False)
+            matrix = real_array(getattr(self, name), f"the {name}", ModelError)
             object.__setattr__(self, name, matrix)
             _check(name, matrix, np.shape(self.mass))
         for name in ("mass", "stiffness"):
             _check_symmetry(name, getattr(self, name))
         try:
+            np.linalg.cholesky(self.mass)  # which, unlike eigenvalues, does not mind units of different size
+        except np.linalg.LinAlgError:
+            lightest = float(np.linalg.eigvalsh(self.mass)[0])
+            raise ModelError(
+                f"the mass has the eigenvalue {lightest:.3g} kg: the mass must be positive definite, so give every "
+                "degree of freedom a mass or reduce it out"
+            ) from None
+        try:
             modes = dense_modes(self.mass, self.stiffness)
         except np.linalg.LinAlgError as error:
             raise ModelError(
-                f"mass and stiffness have no modes ({error}): the mass must be positive definite and the stiffness "
-                "have no negative eigenvalue"
+                f"mass and stiffness have no modes ({error}): the stiffness must have no negative eigenvalue"
             ) from error
         object.__setattr__(self, "_modes", modes)
         modal_damping = modes.shapes.T @ self.damping @ modes.shapes

@@ -279,6 +279,8 @@ BALANCE: dict[str, tuple[Refused, str]] = {
     ),
     "empty range": (lambda: frequency_response(balance(), 2.0, 2.0), r"range from 2 to 2 is empty"),
     "range to NaN": (lambda: level_response(balance(), 1.0, 1.0, np.nan), r"range from 1 to nan is empty"),
+    "endless step": (lambda: frequency_response(balance(), 1.0, 2.0, step=np.inf), r"step = inf must be positive"),
+    "end of a range": (lambda: frequency_response(balance(), 1.0, "2"), r"last = '2' must be a real number"),  # type: ignore[arg-type]
     "step": (lambda: frequency_response(balance(), 1.0, 2.0, step=-0.5), r"step = -0\.5 must be positive"),
     "unknown joint": (
         lambda: joint_response(balance(), 1.0, "rubb", "gap", 0, 1),

@@ -116,7 +116,9 @@ GOOD = np.diag([1.0, 2.0])
             r"stiffness is not symmetric: entries \(0, 1\)",
         ),
         ({"damping": np.array([[1.0, np.nan], [0.0, 1.0]])}, r"damping holds nan at \(0, 1\)"),
-        ({"mass": np.diag([1.0, -1.0])}, "the mass must be positive definite"),
+        ({"mass": np.diag([1.0, -1.0])}, "^the mass has the eigenvalue -1 kg: the mass must be positive definite"),
+        ({"mass": np.diag([1.0, 0.0])}, "^the mass has the eigenvalue 0 kg: the mass must be positive definite"),
+        ({"stiffness": (1 + 0.1j) * GOOD}, r"stiffness holds 1\+0.1j at \(0, 0\): give real numbers"),
         ({"stiffness": np.diag([1.0, -1.0])}, "stiffness is indefinite: lowest eigenvalue -0.5"),
     ],
 )
