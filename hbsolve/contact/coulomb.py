@@ -4,7 +4,8 @@ r"""Two tangents under one limit: isotropic Coulomb friction by radial return.
 
 The slider is pulled along like a load on a rope. It may need many periods to settle (shakedown), so periods are marched
 until it returns to where it began one; the derivative is carried through all of them, so that it is exact for what was
-computed.
+computed. Where the direction of sliding turns, radial return is of first order in the distance of the samples: twice as
+many halve the error.
 
 References
 ----------
