@@ -4,13 +4,15 @@ r"""Energy over one period: input, dissipated, stored, and the loss factor.
 
 U_pot is the largest elastic energy of the *vibration* during the period: of the structure without its joints,
 q~ K q~ / 2, and of the springs of the joints, with q~ = q - q_0, the forces T and N likewise without their means, so
-that static preloads do not count. For a viscous oscillator at resonance eta = 2 zeta.
+that static preloads do not count. Of a cubic spring about its mean displacement u_0 it is V(u) - V(u_0) - V'(u_0) u~
+with V = k u^4 / 4. For a viscous oscillator at resonance eta = 2 zeta.
 
 References
 ----------
 Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eq. 10.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +20,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance
+from hbsolve.contact.catalogue import parameter_names
 from hbsolve.contact_motion import ContactMotion, contact_motion
 from hbsolve.fourier import samples_from_coefficients
 from hbsolve.steady_state import SteadyState
@@ -68,8 +71,12 @@ def energy_balance(balance: HarmonicBalance, state: SteadyState) -> EnergyBalanc
     vibration[0] = 0
     moved = samples_from_coefficients(vibration, balance.n_sample)
     stored = 0.5 * np.einsum("nr,rs,ns->n", moved, system.stiffness, moved, optimize=True)
-    for joint, motion in zip(system.joints, motions, strict=True):
-        stored = stored + _spring_energy(joint, motion)
+    table = balance.table
+    for number, (joint, motion) in enumerate(zip(system.joints, motions, strict=True)):
+        # Those of the balance: along a branch over a parameter they are not the joint's own.
+        values = table.value[table.parameter[number] : table.parameter[number + 1]]
+        parameters = dict(zip(parameter_names(joint), values.tolist(), strict=True))
+        stored = stored + _spring_energy(joint, parameters, motion)
     return EnergyBalance(
         input_work=input_work,
         joint_dissipation=np.array([float(motion.dissipated.sum()) for motion in motions]),
@@ -78,17 +85,20 @@ def energy_balance(balance: HarmonicBalance, state: SteadyState) -> EnergyBalanc
     )
 
 
-def _spring_energy(joint: Joint, motion: ContactMotion) -> Float[NDArray[np.float64], " n"]:
-    """Elastic energy of a joint's springs at each instant, from forces without their means, shape (n,) [J]."""
+def _spring_energy(
+    joint: Joint, parameters: Mapping[str, float], motion: ContactMotion
+) -> Float[NDArray[np.float64], " n"]:
+    """Elastic energy of a joint's springs at each instant, without its means, shape (n,) [J]."""
     force = motion.force - motion.force.mean(axis=1, keepdims=True)
     if isinstance(joint, FrictionContact):
-        tangents = np.sum(force[:-1] ** 2, axis=0) / (2 * joint.tangential_stiffness)
-        return np.asarray(tangents + force[-1] ** 2 / (2 * joint.normal_stiffness))
+        tangents = np.sum(force[:-1] ** 2, axis=0) / (2 * parameters["tangential_stiffness"])
+        return np.asarray(tangents + force[-1] ** 2 / (2 * parameters["normal_stiffness"]))
     if isinstance(joint, JenkinsElement):
-        return np.asarray(force[0] ** 2 / (2 * joint.tangential_stiffness))
+        return np.asarray(force[0] ** 2 / (2 * parameters["tangential_stiffness"]))
     if isinstance(joint, ElasticStop):
-        return np.asarray(force[0] ** 2 / (2 * joint.stiffness))
+        return np.asarray(force[0] ** 2 / (2 * parameters["stiffness"]))
     if isinstance(joint, CubicSpring):
-        u = motion.displacement[0] - motion.displacement[0].mean()
-        return np.asarray(joint.stiffness * u**4 / 4)
+        mean = motion.displacement[0].mean()
+        u = motion.displacement[0] - mean
+        return np.asarray(parameters["stiffness"] * u**2 * (1.5 * mean**2 + mean * u + u**2 / 4))
     return np.zeros(motion.force.shape[1])

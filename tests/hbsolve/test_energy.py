@@ -5,6 +5,7 @@ import pytest
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.energy import energy_balance
+from hbsolve.parameter import JointPath
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import (
     CubicSpring,
@@ -124,6 +125,27 @@ def test_preloads_store_no_energy_of_the_vibration() -> None:
     np.testing.assert_allclose(energy.stored, (1 + kn + kt) * state.amplitude(0) ** 2 / 2, rtol=1e-3)  # peak sampled
     np.testing.assert_allclose(energy.joint_dissipation, 0, atol=1e-9)
     np.testing.assert_allclose(energy.input_work, energy.linear_dissipation, rtol=1e-9)
+
+
+def test_a_cubic_spring_under_a_static_load_stores_what_its_tangent_does() -> None:
+    k, mean, amplitude = 2.0, 1.5, 1e-3
+    # Of the static load that holds the mean, and of a force that moves the linearised oscillator that far.
+    force = (1 + 3 * k * mean**2 - 0.7**2) * amplitude
+    system = oscillator(CubicSpring(name="cubic", direction=ONE, stiffness=k), force=force, static=mean + k * mean**3)
+    balance = HarmonicBalance(system=system, n_harmonic=4)
+    state = steady_state(balance, 0.7)
+    stored = (1 + 3 * k * mean**2) * state.amplitude(0) ** 2 / 2
+    # Of third order in the amplitude over the mean, 7e-4.
+    np.testing.assert_allclose(energy_balance(balance, state).stored, stored, rtol=2e-3)
+
+
+def test_a_spring_changed_along_a_branch_stores_as_a_system_made_with_it() -> None:
+    made = [JenkinsElement(name="slider", direction=ONE, tangential_stiffness=kt, limit_force=0.5) for kt in (0.5, 2.0)]
+    before, after = (HarmonicBalance(system=oscillator(each, force=2.0), n_harmonic=6) for each in made)
+    path = JointPath(balance=before, angular_frequency=0.7, joint="slider", parameter="tangential_stiffness")
+    changed, _ = path.at(2.0)
+    energies = [energy_balance(each, steady_state(each, 0.7)).stored for each in (changed, after)]
+    np.testing.assert_allclose(energies[0], energies[1], rtol=1e-7)  # both to a residual of 1e-9
 
 
 def test_a_quadratic_damper_takes_eight_thirds_of_the_cube() -> None:
