@@ -85,11 +85,12 @@ class FeatureVector:
         self, value: Coefficients, slopes: Complex[NDArray[np.complex128], "k p"]
     ) -> Float[NDArray[np.float64], "m p"]:
         """Derivatives of the features from those of the coefficients."""
-        x = value[:, None]
-        changed = np.array(slopes, dtype=np.complex128)
-        changed[self.inverse] = (-self.points.level[:, None] / x**2 * slopes)[self.inverse]
-        ratio, to = self.reference >= 0, self.reference
-        changed[ratio] = slopes[ratio] / x[to[ratio]] - x[ratio] / x[to[ratio]] ** 2 * slopes[to[ratio]]
+        x, changed = value[:, None], np.array(slopes, dtype=np.complex128)
+        i = self.inverse
+        changed[i] = -self.points.level[i, None] / x[i] ** 2 * slopes[i]
+        ratio = self.reference >= 0
+        to = self.reference[ratio]
+        changed[ratio] = slopes[ratio] / x[to] - x[ratio] / x[to] ** 2 * slopes[to]
         return self._real(changed)
 
     def _real(self, features: Complex[NDArray[np.complex128], "k ..."]) -> Float[NDArray[np.float64], "m ..."]:

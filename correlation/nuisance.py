@@ -45,14 +45,19 @@ def jitter_modes(
 
 
 def budget_modes(
-    predictor: Predictor, features: FeatureVector, model: TestModel, prediction: Prediction, budget: Budget
+    predictor: Predictor,
+    features: FeatureVector,
+    model: TestModel,
+    prediction: Prediction,
+    budget: Budget,
+    refined: Sequence[TestModel],
 ) -> Modes:
-    """Errors of discretisation, at one standard deviation, shape (m, b)."""
+    """Errors of discretisation, at one standard deviation, shape (m, b); `refined` has the parameters of `model`."""
     modes = [budget.frequency * _features(predictor, features, model, prediction, _frequency_shifts(model))]
     softer = [_stiffness(model, line, name) for line in model.lines for name in ("tangential", "normal")]
     modes.append(budget.compliance * _features(predictor, features, model, prediction, softer))
-    for refined in budget.refined:
-        change = features.of_values(predictor.predict(refined, prediction).value) - features.of_values(prediction.value)
+    for finer in refined:
+        change = features.of_values(predictor.predict(finer, prediction).value) - features.of_values(prediction.value)
         modes.append(np.where(np.isfinite(change), change, 0.0)[:, None])
     return np.column_stack(modes)
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from correlation.feature_vector import FeatureVector
 from correlation.measurement import Campaign
-from correlation.nuisance import Budget, Modes, budget_modes, jitter_modes
+from correlation.nuisance import Budget, budget_modes, jitter_modes
 from correlation.observation import Observation, held_out, training
 from correlation.prediction import Prediction, Predictor
 from correlation.scatter import whitening
@@ -16,9 +16,12 @@ from diagnosis.accepted import Accepted
 from diagnosis.calibration import Fit, calibrate
 from diagnosis.comparison import Comparison
 from diagnosis.effect.candidate import Effect
-from diagnosis.unknowns import Unknowns
+from diagnosis.unknowns import Unknowns, Values
 
 Report = Callable[[str, float], None]
+
+#: Calibrations, each with the covariance of the one before.
+ROUNDS = 3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -72,17 +75,16 @@ def arrange(
     unknowns = Unknowns.of(base, [(each, each.deviation) for each in accepted], ())
     seen, unseen = training(campaign), held_out(campaign)
     train, held = _features(seen), _features(unseen)
-    # The budget compares models as they are; jitter is taken where the model fits.
-    nominal = train.predictor.predict(base)
-    errors = budget_modes(train.predictor, train.features, base, nominal, budget)
-    comparison = _compared(train, jitter_modes(train.predictor, train.features, base, nominal), errors)
-    fit = calibrate(comparison, unknowns, unknowns.vanishing, nominal, _told(report, "first calibration"))
-    comparison = _compared(train, jitter_modes(train.predictor, train.features, fit.model, fit.prediction), errors)
-    fit = calibrate(comparison, unknowns, fit.values, fit.prediction, _told(report, "calibration"))
-    beside = held.predictor.predict(base, nominal)
-    errors = budget_modes(held.predictor, held.features, base, beside, budget)
-    fitted = held.predictor.predict(fit.model, fit.prediction)
-    tested = _compared(held, jitter_modes(held.predictor, held.features, fit.model, fitted), errors)
+    prediction, values = train.predictor.predict(base), unknowns.vanishing
+    model, fit = base, None
+    # Jitter and numerical error depend on where the contacts slip, and so on the fit that they weigh.
+    for _ in range(ROUNDS):
+        comparison = _compared(train, model, prediction, budget, _refined(budget, accepted, values))
+        fit = calibrate(comparison, unknowns, values, prediction, _told(report, "calibration"))
+        model, prediction, values = fit.model, fit.prediction, fit.values
+    assert fit is not None
+    beside = held.predictor.predict(model, prediction)
+    tested = _compared(held, model, beside, budget, _refined(budget, accepted, values))
     return Arrangement(base=base, accepted=tuple(accepted), train=comparison, held=tested, fit=fit)
 
 
@@ -98,14 +100,26 @@ def _features(observed: Observation) -> _Features:
     return _Features(observed=observed, features=features, predictor=Predictor(points=observed.points))
 
 
-def _compared(of: _Features, jitter: Modes, budget: Modes) -> Comparison:
+def _compared(
+    of: _Features, model: TestModel, prediction: Prediction, budget: Budget, refined: Sequence[TestModel]
+) -> Comparison:
+    jitter = jitter_modes(of.predictor, of.features, model, prediction)
+    errors = budget_modes(of.predictor, of.features, model, prediction, budget, refined)
     return Comparison(
         observed=of.observed,
         features=of.features,
         measured=of.features.of_values(of.observed.value),
-        whitening=whitening(of.observed, of.features, jitter, budget),
+        whitening=whitening(of.observed, of.features, jitter, errors),
         predictor=of.predictor,
     )
+
+
+def _refined(budget: Budget, accepted: Sequence[Accepted], values: Values) -> list[TestModel]:
+    """The finer models with the same accepted parameters."""
+    return [
+        Unknowns.of(finer, [(each, each.deviation) for each in accepted], ()).compose(values)
+        for finer in budget.refined
+    ]
 
 
 def _told(report: Report | None, what: str) -> Callable[[float], None] | None:

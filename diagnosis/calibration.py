@@ -21,8 +21,8 @@ from correlation.test_model import TestModel
 from diagnosis.comparison import Comparison, Vector
 from diagnosis.unknowns import Unknowns, Values
 
-#: Steps at most; it ends when a step is expected to gain less than this of chi^2.
-MOST_STEPS, ENOUGH = 12, 0.05
+#: Steps at most; it ends when a step is expected to gain less than this of chi^2, or gains next to nothing of it.
+MOST_STEPS, ENOUGH = 30, 0.05
 #: Marquardt's factor at first, its decrease after a success, its increase after a failure, and failures in a row.
 FIRST_DAMPING, LESS, MORE, MOST_FAILURES = 1e-3, 0.1, 8.0, 5
 
@@ -115,7 +115,7 @@ def calibrate(
             jacobian = _jacobian(comparison, unknowns, here)
             if report is not None:
                 report(here.chi2)
-            if gained < ENOUGH:
+            if gained < max(ENOUGH, 1e-5 * here.chi2):
                 break
         else:
             damping, failures = max(damping, 1e-4) * MORE, failures + 1

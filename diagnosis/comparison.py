@@ -64,10 +64,10 @@ class Comparison:
         return np.isfinite(self.features.of_values(prediction.value))
 
     def slopes(
-        self, unknowns: Unknowns, values: Values, model: TestModel, prediction: Prediction
+        self, unknowns: Unknowns, values: Values, model: TestModel, prediction: Prediction, first: int = 0
     ) -> Float[NDArray[np.float64], "m p"]:
-        """S^(-1/2) d predicted / d values, shape (m, p)."""
-        changes = tangents(unknowns.compose, values, unknowns.size, unknowns.bounds)
+        """S^(-1/2) d predicted / d values, from value number `first` on, shape (m, p - first)."""
+        changes = tangents(unknowns.compose, values, unknowns.size, unknowns.bounds, first)
         slopes = self.predictor.derivatives(model, prediction, changes)
         features = self.features.slopes(prediction.value, slopes)
         return self.whitening(np.where(np.isfinite(features), features, 0.0))

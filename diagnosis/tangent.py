@@ -29,6 +29,7 @@ def tangents(
     values: Float[NDArray[np.float64], " p"],
     size: Float[NDArray[np.float64], " p"],
     bounds: Sequence[tuple[float, float]],
+    first: int = 0,
 ) -> list[Tangent]:
     """Rates of a model's data with each parameter.
 
@@ -40,6 +41,8 @@ def tangents(
         Where, and by how much each may be changed for a difference [unit of each].
     bounds
         Within these; a difference at a bound is one-sided.
+    first
+        Number of the first parameter that is wanted; all by default.
 
     Raises
     ------
@@ -48,6 +51,8 @@ def tangents(
     """
     found = []
     for number, (lower, upper) in enumerate(bounds):
+        if number < first:
+            continue
         ends = []
         for side in (-1, 1):
             moved = np.array(values, dtype=np.float64)
