@@ -194,14 +194,15 @@ def station_shares(n_station: int) -> Vector:
     """
     shares = np.ones(n_station)
     shares[1:-1:2], shares[2:-1:2] = 4.0, 2.0
-    return shares / shares.sum()
+    return np.asarray(shares / shares.sum())
 
 
 @lru_cache(maxsize=16)
 def _rayleigh(beam: Beam) -> tuple[float, float]:
     """Alpha and beta of alpha M + beta K for a damping ratio of 1 in the first two modes with sticking contacts."""
-    w1, w2 = stuck_angular_frequencies(beam, BeamParameters())[:2].tolist()
-    return float(2 * w1 * w2 / (w1 + w2)), float(2 / (w1 + w2))
+    first = stuck_angular_frequencies(beam, BeamParameters())
+    w1, w2 = float(first[0]), float(first[1])
+    return 2 * w1 * w2 / (w1 + w2), 2 / (w1 + w2)
 
 
 def stuck_angular_frequencies(beam: Beam, parameters: BeamParameters) -> Vector:

@@ -1,8 +1,8 @@
 r"""A measurement campaign on the virtual test bench: repeats with their own histories, jitter and noise, and its files.
 
 A repeat is one set-up: its pre-load is off by one factor and its frequency by another, both alike in all its sweeps
-(the free specimen is a set-up of its own). A sweep starts with friction forces at random shares of their limits, steps through the frequencies up
-and then down. A reading y of a sensor becomes
+(the free specimen is a set-up of its own). A sweep starts with friction forces at random shares of their limits, steps
+through the frequencies up and then down. A reading y of a sensor becomes
 
 .. math:: y \, (1 + \sigma \zeta_1) + s \, \zeta_2
 
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from transient.bench_beam import Beam, BeamParameters
 from transient.bench_effect import Effect, plant
-from transient.bench_sweep import Readings, SweptBench
+from transient.bench_sweep import TOLERANCE, Readings, SweptBench
 
 #: Standard deviations of the specimen's parameters, relative to its drawing [-].
 PARAMETER_DEVIATION: Mapping[str, float] = {
@@ -96,19 +96,31 @@ class Sweep:
     readings: Readings
 
 
-def random_parameters(random: np.random.Generator) -> BeamParameters:
-    """A specimen as it is made: its accepted parameters are off their drawing."""
-    drawn = BeamParameters()
-    off = {name: 1 + sigma * random.standard_normal() for name, sigma in PARAMETER_DEVIATION.items()}
-    friction = off["friction_coefficient"]
+def scaled(
+    drawn: BeamParameters,
+    *,
+    tangential_stiffness: float = 1.0,
+    normal_stiffness: float = 1.0,
+    friction_coefficient: float = 1.0,
+    damping_ratio: float = 1.0,
+    youngs_modulus: float = 1.0,
+) -> BeamParameters:
+    """Parameters times factors, the friction coefficients of both lines times one."""
+    left, right = drawn.friction_coefficient
     return replace(
         drawn,
-        tangential_stiffness=drawn.tangential_stiffness * off["tangential_stiffness"],
-        normal_stiffness=drawn.normal_stiffness * off["normal_stiffness"],
-        friction_coefficient=(drawn.friction_coefficient[0] * friction, drawn.friction_coefficient[1] * friction),
-        damping_ratio=drawn.damping_ratio * off["damping_ratio"],
-        youngs_modulus=drawn.youngs_modulus * off["youngs_modulus"],
+        tangential_stiffness=drawn.tangential_stiffness * tangential_stiffness,
+        normal_stiffness=drawn.normal_stiffness * normal_stiffness,
+        friction_coefficient=(left * friction_coefficient, right * friction_coefficient),
+        damping_ratio=drawn.damping_ratio * damping_ratio,
+        youngs_modulus=drawn.youngs_modulus * youngs_modulus,
     )
+
+
+def random_parameters(random: np.random.Generator) -> BeamParameters:
+    """A specimen as it is made: its accepted parameters are off their drawing."""
+    factors = {name: 1 + sigma * random.standard_normal() for name, sigma in PARAMETER_DEVIATION.items()}
+    return scaled(BeamParameters(), **factors)
 
 
 def sweeps(
@@ -119,6 +131,7 @@ def sweeps(
     random: np.random.Generator,
     *,
     jitter: float = 1.0,
+    tolerance: float = TOLERANCE,
 ) -> Iterator[Sweep]:
     """All sweeps of a campaign, free of noise.
 
@@ -132,6 +145,8 @@ def sweeps(
         Of jitter and histories; as many numbers are drawn whatever the effect.
     jitter
         Scale of both jitters [-].
+    tolerance
+        Of a steady state, see `transient.bench_sweep.TOLERANCE` [-].
     """
     for repeat in range(1, points.n_repeat + 1):
         load, shift, shift_free = 1 + jitter * random.standard_normal(3) * [
@@ -151,7 +166,8 @@ def sweeps(
             up = [float(each * factor) for each in frequencies]
             for level in points.levels:
                 multipliers = random.uniform(-HISTORY, HISTORY, 2 * len(beam.station))
-                readings = bench.sweep([*up, *reversed(up)], level, multipliers if configuration == "jointed" else None)
+                start = multipliers if configuration == "jointed" else None
+                readings = bench.sweep([*up, *reversed(up)], level, start, tolerance=tolerance)
                 yield Sweep(configuration=configuration, repeat=repeat, level=float(level), readings=readings)
 
 

@@ -1,0 +1,103 @@
+"""Sweeps of the bench against exact solutions and against plain integration."""
+
+import numpy as np
+import pytest
+
+from reduction.jointed_system import CubicSpring, JointedSystem
+from transient.bench_beam import BeamParameters, contacts, free_beam, jointed_beam, reduced_beam
+from transient.bench_sweep import SweptBench
+from transient.integrate import integrate
+
+DRAWN = BeamParameters()
+
+
+def test_the_free_response_equals_the_modal_superposition() -> None:
+    beam = reduced_beam()
+    system = free_beam(beam, DRAWN)
+    frequencies = [85.0, 91.0, 91.7, 92.0, 99.0]
+    readings = SweptBench(system, beam.places).sweep(frequencies, 3.0)
+    rows = np.array(list(beam.places.values()))
+    for frequency, motion in zip(frequencies, readings.motion, strict=True):
+        omega = 2 * np.pi * frequency
+        dynamic = system.stiffness - omega**2 * system.mass + 1j * omega * system.damping
+        exact = rows @ np.linalg.solve(dynamic, 3.0 * system.dynamic[1])
+        # Steps and monodromy are exact, so that the first step of the approach lands on the motion.
+        np.testing.assert_allclose(motion[:, 0], exact, rtol=1e-8)
+        np.testing.assert_allclose(motion[:, 1], 0.0, atol=1e-8 * abs(exact).max())
+    assert readings.n_period.max() <= 3
+    assert readings.force.shape == (5, 0, 3)
+
+
+def test_sticking_contacts_answer_linearly_whatever_the_history() -> None:
+    beam = reduced_beam()
+    system = jointed_beam(beam, DRAWN)
+    bench = SweptBench(system, beam.places)
+    readings = bench.sweep([430.0, 480.0], 0.01, np.linspace(-0.5, 0.5, 10))
+    stiffness = system.stiffness + sum(
+        joint.tangential_stiffness * joint.tangents.T @ joint.tangents
+        + joint.normal_stiffness * np.outer(joint.normal, joint.normal)
+        for joint in contacts(beam, DRAWN)
+    )
+    rows = np.array(list(beam.places.values()))
+    for frequency, motion in zip((430.0, 480.0), readings.motion, strict=True):
+        omega = 2 * np.pi * frequency
+        dynamic = stiffness - omega**2 * system.mass + 1j * omega * system.damping
+        exact = rows @ np.linalg.solve(dynamic, 0.01 * system.dynamic[1])
+        # The approach stops within 1e-4 of the motion; the smallest sensor sees a fifth of it.
+        np.testing.assert_allclose(motion[:, 0], exact, rtol=5e-4)
+    assert readings.slip_share.max() == 0.0
+
+
+def test_a_sweep_ends_where_plain_integration_does() -> None:
+    beam = reduced_beam()
+    system = jointed_beam(beam, DRAWN)
+    bench = SweptBench(system, beam.places)
+    readings = bench.sweep([468.0], 10.0, np.full(10, 0.3), tolerance=1e-7)
+    assert readings.slip_share[0] > 0.1
+    # From a rest without history slip forgets: at 10 N what is left of the start is below 1 %.
+    motion = integrate(system, 2 * np.pi * 468.0, 250, 256, level=10.0, keep=1, outputs=dict(beam.places))
+    tip = np.fft.rfft(motion.output_displacement["tip"])[1] * 2 / 256
+    assert readings.motion[0, 0, 0] == pytest.approx(tip, rel=1e-2)
+
+
+def test_a_taken_point_repeats_under_plain_integration() -> None:
+    beam = reduced_beam()
+    bench = SweptBench(jointed_beam(beam, DRAWN), beam.places)
+    readings = bench.sweep([466.0, 470.0], 5.0, np.full(10, -0.4), tolerance=1e-7)
+    stepper = bench._stepper(470.0)[0]
+    before = stepper.vector
+    for _ in range(20):
+        stepper.advance()
+    # Twenty more periods leave it where it is, to what the tolerance allows.
+    assert np.linalg.norm((stepper.vector - before) * bench._weight) < 1e-5 * np.linalg.norm(before * bench._weight)
+    assert readings.periodic.all()
+
+
+def test_sticking_sliders_keep_what_a_start_gave_them() -> None:
+    beam = reduced_beam()
+    bench = SweptBench(jointed_beam(beam, DRAWN), beam.places)
+    static = [bench.sweep([430.0], 0.01, np.full(10, share)).force[0, :, 0].real for share in (-0.5, 0.5)]
+    # Left tangential force: the beam gives way a little, so that the share of the limit of 12 N is not all there.
+    assert static[1][0] - static[0][0] > 1.0
+    assert static[1][2] - static[0][2] > 1.0
+
+
+def test_a_cubic_spring_gives_the_harmonics_of_its_polynomial() -> None:
+    # Far below resonance a light mass on k x + c x^3 under a slow force is quasi-static.
+    stiffness, cubic, level = 1e4, 1e9, 2.0
+    system = JointedSystem(
+        mass=np.eye(1),
+        damping=np.array([[50.0]]),
+        stiffness=np.array([[stiffness]]),
+        joints=[CubicSpring(name="c", direction=np.array([1.0]), stiffness=cubic)],
+        harmonic_force=np.array([[0.0], [1.0]]),
+    )
+    readings = SweptBench(system, {"x": np.array([1.0])}).sweep([0.05], level, tolerance=1e-8)
+    phase = 2 * np.pi * np.arange(256) / 256
+    x = [
+        next(r.real for r in np.roots([cubic, 0, stiffness, -level * c]) if abs(r.imag) < 1e-12) for c in np.cos(phase)
+    ]
+    exact = np.fft.rfft(x)[[1, 3]] / 128
+    # Inertia and damping are m w^2 / k = 1e-5 and c w / k = 1.6e-3 of the stiffness, the latter a quarter turn off.
+    # A force that is constant over a step loses (3 pi / 128)^2 of its third harmonic, and the motion as much again.
+    np.testing.assert_allclose(readings.motion[0, 0].real, exact.real, rtol=1e-2)

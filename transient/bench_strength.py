@@ -1,0 +1,190 @@
+r"""How strong a hidden effect must be to be seen: the unit strengths of the virtual test bench.
+
+The features of a campaign, means over repeats and sweeps, are D = F / X_1 and X_3 / X_1 of each motion sensor and the
+harmonics of each line's forces. Their covariance is that of the mean over the repeats: noise of the readings, and the
+scatter of many repeats by jitter and history,
+
+.. math:: \Sigma = \Sigma_\mathrm{noise} + \frac{1}{5} \bigl(a S + (1 - a)\, \mathrm{diag}\, S\bigr)
+
+with the sample covariance S, which is of low rank, shrunk towards its diagonal. An effect changes the features by
+delta, the accepted parameters (kt, kn, mu, zeta, E) by J; what refitting them leaves is
+
+.. math:: \rho = \min_p \bigl|\Sigma^{-1/2} (\delta - J p)\bigr|
+
+and the unit strength makes rho = 5. Features with and without the effect have the same histories and no jitter.
+
+References
+----------
+Ledoit and Wolf, A well-conditioned estimator for large-dimensional covariance matrices, Journal of Multivariate
+Analysis 88 (2004), for the shrinking.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from transient.bench_beam import BeamParameters, reduced_beam
+from transient.bench_campaign import (
+    FORCE_FLOOR,
+    MOTION_FLOOR,
+    NOISE,
+    PARAMETER_DEVIATION,
+    CampaignPoints,
+    Sweep,
+    scaled,
+    sweeps,
+)
+from transient.bench_effect import KINDS, NOTHING, Effect
+
+Vector = Float[NDArray[np.float64], " n"]
+Matrix = Float[NDArray[np.float64], "n m"]
+
+#: Standard deviations by which an effect of unit strength moves the features.
+UNIT = 5.0
+#: What to aim at while searching, from which the unit strength follows in proportion: sweeps of two specimens, however
+#: alike, leave contacts with other histories in the end, and the norm of that scatter is about ten.
+AIM = 50.0
+#: Repeats whose scatter is taken, and the weight a of their sample covariance.
+N_SAMPLE = 60
+SHRINKAGE = 0.5
+#: Histories over which differences are averaged.
+N_HISTORY = 6
+#: First guesses for the search, in SI units.
+GUESS = {
+    "mass": 1.4e-4,
+    "spring": 2500.0,
+    "cubic": 5e5,
+    "air_damping": 3e-3,
+    "gap": 1e-6,
+    "preload": 3.0,
+    "friction": 0.05,
+    "stop": 3e3,
+}
+#: Share of a guess at which only the scatter is left.
+NEARLY_NOTHING = 1e-4
+
+
+def features(measured: Sequence[Sweep]) -> Vector:
+    """Of one repeat: the means over both sweeps, real and imaginary parts apart, shape (k,)."""
+    return np.concatenate([_parts(*_means(sweep)) for sweep in measured])
+
+
+def noise_variance(measured: Sequence[Sweep], n_repeat: int) -> Vector:
+    """Variance of the features of the mean over so many repeats by the noise of the readings, shape (k,)."""
+    parts = []
+    for sweep in measured:
+        motion, force = _mean_of_sweeps(sweep.readings.motion), _mean_of_sweeps(sweep.readings.force)
+        # Of a complex mean over both sweeps and all repeats; half of it in each part.
+        first = np.abs(motion[..., 0])
+        motion_1 = (NOISE**2 + (MOTION_FLOOR / first) ** 2) / (2 * n_repeat)
+        motion_3 = (NOISE * np.abs(motion[..., 1]) / first) ** 2 + (MOTION_FLOOR / first) ** 2
+        ratio = motion_3 / (2 * n_repeat) + np.abs(motion[..., 1] / first) ** 2 * motion_1
+        relative = np.array([0.0, NOISE, NOISE])
+        reading = (relative * np.abs(force)) ** 2 + FORCE_FLOOR**2
+        spread = [
+            (sweep.level / first) ** 2 * motion_1 / 2,
+            ratio / 2,
+            reading[..., 0] / (2 * n_repeat),
+            reading[..., 1:] / (4 * n_repeat),
+        ]
+        doubled = [spread[0], spread[0], spread[1], spread[1], spread[2], spread[3], spread[3]]
+        parts.append(np.concatenate([each.ravel() for each in doubled]))
+    return np.concatenate(parts)
+
+
+def residual(change: Vector, slopes: Matrix, root: Matrix) -> float:
+    """Norm of the whitened change that the accepted parameters cannot explain; root is a Cholesky factor."""
+    from scipy.linalg import solve_triangular
+
+    whitened = solve_triangular(root, np.column_stack([change, slopes]), lower=True)
+    fitted = np.linalg.lstsq(whitened[:, 1:], whitened[:, 0], rcond=None)[0]
+    return float(np.linalg.norm(whitened[:, 0] - whitened[:, 1:] @ fitted))
+
+
+def unit_strength(kind: str, norm: Callable[[float], float], scatter: float = 0.0) -> float:
+    """Strength at which the norm, free of its scatter, is `UNIT`, in proportion to one of about `AIM`."""
+    strength = GUESS[kind]
+    for attempt in range(5):
+        size = float(np.sqrt(max(norm(strength) ** 2 - scatter**2, 1e-6)))
+        if 0.5 * AIM < size < 2 * AIM or attempt == 4:
+            break
+        strength *= float(np.clip(AIM / size, 0.02, 50.0))
+    return strength * UNIT / size
+
+
+def find_unit_strengths(report: Callable[[str], None] = lambda _: None) -> dict[str, dict[str, float]]:
+    """Unit strength [SI] of all kinds and places."""
+    beam, nominal, points = reduced_beam(), BeamParameters(), CampaignPoints()
+    once, nothing = len(points.levels), Effect(kind=NOTHING)
+
+    def of_repeats(parameters: BeamParameters, effect: Effect, n_repeat: int, jitter: float, seed: int) -> list[Vector]:
+        taken = replace(points, n_repeat=n_repeat)
+        measured = list(sweeps(beam, parameters, effect, taken, np.random.default_rng(seed), jitter=jitter))
+        return [features(measured[at : at + 2 * once]) for at in range(0, len(measured), 2 * once)]
+
+    def mean(parameters: BeamParameters, effect: Effect) -> Vector:
+        return np.asarray(np.mean(of_repeats(parameters, effect, N_HISTORY, 0.0, 1), axis=0))
+
+    first = list(sweeps(beam, nominal, nothing, replace(points, n_repeat=1), np.random.default_rng(1), jitter=0.0))
+    scatter = np.cov(np.array(of_repeats(nominal, nothing, N_SAMPLE, 1.0, 2)), rowvar=False)
+    shrunk = SHRINKAGE * scatter + (1 - SHRINKAGE) * np.diag(np.diag(scatter))
+    covariance = np.diag(noise_variance(first, points.n_repeat)) + shrunk / points.n_repeat
+    root = np.asarray(np.linalg.cholesky(covariance), dtype=np.float64)
+    report(f"{len(root)} features")
+    base = mean(nominal, nothing)
+    slopes = []
+    for name, deviation in PARAMETER_DEVIATION.items():
+        ends = [mean(scaled(nominal, **{name: 1 + sign * deviation / 2}), nothing) for sign in (1, -1)]
+        slopes.append((ends[0] - ends[1]) / deviation)
+        report(f"{name}: {np.linalg.norm(np.linalg.solve(root, slopes[-1])) * deviation:.1f} standard deviations")
+    matrix = np.column_stack(slopes)
+
+    def norm(kind: str, place: str, strength: float) -> float:
+        change = mean(nominal, Effect(kind=kind, place=place, strength=strength)) - base
+        size = residual(change, matrix, root)
+        report(f"{kind} {place} {strength:.4g}: {size:.2f}")
+        return size
+
+    scatters = [norm(kind, KINDS[kind][0], NEARLY_NOTHING * GUESS[kind]) for kind in ("mass", "spring", "preload")]
+    scatter_norm = float(np.sqrt(np.mean(np.square(scatters))))
+    return {
+        kind: {place: unit_strength(kind, partial(norm, kind, place), scatter_norm) for place in places}
+        for kind, places in KINDS.items()
+    }
+
+
+def write(found: dict[str, dict[str, float]], path: Path) -> None:
+    """As a TOML table."""
+    lines = [
+        "# Strength [SI] at which an effect moves the noise-free features of a campaign by 5 standard deviations, the",
+        "# accepted parameters refitted. Made by: python -m transient.bench_strength",
+    ]
+    for kind, places in found.items():
+        lines.append(f"\n[unit_strength.{kind}]")
+        lines += [f"{place} = {value:.3g}" for place, value in places.items()]
+    Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _mean_of_sweeps(values: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    half = len(values) // 2
+    return np.asarray((values[:half] + values[half:][::-1]) / 2)
+
+
+def _means(sweep: Sweep) -> tuple[float, NDArray[np.complex128], NDArray[np.complex128]]:
+    return sweep.level, _mean_of_sweeps(sweep.readings.motion), _mean_of_sweeps(sweep.readings.force)
+
+
+def _parts(level: float, motion: NDArray[np.complex128], force: NDArray[np.complex128]) -> Vector:
+    inverse, ratio = level / motion[..., 0], motion[..., 1] / motion[..., 0]
+    parts = [inverse.real, inverse.imag, ratio.real, ratio.imag]
+    parts += [force[..., 0].real, force[..., 1:].real, force[..., 1:].imag]
+    return np.concatenate([part.ravel() for part in parts])
+
+
+if __name__ == "__main__":
+    write(find_unit_strengths(lambda line: print(line, flush=True)), Path(__file__).with_name("bench_strength.toml"))  # noqa: T201  # a tool
