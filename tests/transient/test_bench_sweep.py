@@ -6,6 +6,7 @@ import pytest
 from reduction.jointed_system import CubicSpring, JointedSystem
 from transient.bench_beam import BeamParameters, contacts, free_beam, jointed_beam, reduced_beam
 from transient.bench_sweep import SweptBench
+from transient.equilibrium import equilibrium
 from transient.integrate import integrate
 
 DRAWN = BeamParameters()
@@ -71,6 +72,13 @@ def test_a_taken_point_repeats_under_plain_integration() -> None:
     # Twenty more periods leave it where it is, to what the tolerance allows.
     assert np.linalg.norm((stepper.vector - before) * bench._weight) < 1e-5 * np.linalg.norm(before * bench._weight)
     assert readings.periodic.all()
+
+
+def test_a_sweep_starts_from_equilibrium() -> None:
+    system = jointed_beam(reduced_beam(), DRAWN)
+    rest = SweptBench(system, reduced_beam().places)._rest
+    # Both solve the same linear equations where every contact sticks and is closed.
+    np.testing.assert_allclose(rest.displacement, equilibrium(system).displacement, rtol=0, atol=1e-7 * 1e-6)
 
 
 def test_sticking_sliders_keep_what_a_start_gave_them() -> None:
