@@ -32,6 +32,7 @@ PLAIN_WORDS = (
     (r"^Input should be a valid boolean.*", "must be true or false"),
     (r"^Input should be a valid string$", 'must be text in quotes, e.g. "name"'),
     (r"^Input should be a valid (list|tuple)$", "must be a list in brackets, e.g. [1, 2]"),
+    (r"^(List|Tuple) should have at least (\d+) items? after validation, not (\d+)$", r"must have at least \2, not \3"),
     (r"^Input should be a valid dictionary.*", "must be a table of keys"),
     (r"^Input should be ", "must be "),
     (r"^Input should ", "must "),
@@ -50,8 +51,12 @@ def problems(error: ValidationError, model: type[BaseModel], source: "CaseSource
     source
         The file that the data came from.
     """
+    found = error.errors()
+    places = [details["loc"] for details in found]
+    # A list whose entries were refused is empty then, and pydantic calls it too short as well.
+    own = [each for each in found if each["type"] != "too_short" or not _refused_within(each["loc"], places)]
     # A union reports its problem once for every branch.
-    return list(dict.fromkeys(_problem(details, model, source) for details in error.errors()))
+    return list(dict.fromkeys(_problem(details, model, source) for details in own))
 
 
 def dotted(path: Path) -> str:
@@ -136,6 +141,10 @@ def _problem(details: ErrorDetails, model: type[BaseModel], source: "CaseSource"
         choices = re.findall(r'"([^"]*)"', text)
         text += did_you_mean(value, choices) if isinstance(value, str) else ""
     return source.problem(path, text)
+
+
+def _refused_within(place: tuple[str | int, ...], places: Sequence[tuple[str | int, ...]]) -> bool:
+    return any(len(other) > len(place) and other[: len(place)] == place for other in places)
 
 
 def _unknown_kind(path: Path, details: ErrorDetails, source: "CaseSource") -> Problem:
