@@ -250,9 +250,11 @@ def _check(system: JointedSystem) -> None:
                 f"the {name} is {matrix[row, column]:g} in row {row}, column {column} but {matrix[column, row]:g} in "
                 "its mirror image: give a symmetric matrix"
             )
-    lowest = float(np.linalg.eigvalsh(system.mass)[0])
-    if not lowest > 0:
+    try:
+        np.linalg.cholesky(system.mass)  # which, unlike eigenvalues, does not mind units of different size
+    except np.linalg.LinAlgError:
+        lowest = float(np.linalg.eigvalsh(system.mass)[0])
         raise TransientError(
             f"the mass matrix has the eigenvalue {lowest:g} kg: time integration needs all of them positive, so give "
             "every degree of freedom a mass or reduce it out"
-        )
+        ) from None

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from reduction.jointed_system import JointedSystem
 from transient.integrate import integrate
@@ -84,3 +85,25 @@ def test_a_start_on_the_steady_state_stays_there(diagonal: bool) -> None:
     rate = (response.T @ (1j * omega * np.arange(4)[:, None] * phase)).real
     np.testing.assert_allclose(list(motion.output_displacement.values()), expected, atol=ROUND_OFF)
     np.testing.assert_allclose(list(motion.output_velocity.values()), rate, atol=ROUND_OFF)
+
+
+def test_the_units_of_the_coordinates_do_not_change_the_motion() -> None:
+    """Eigenvalues of this mass come out negative by round-off, although it is definite in any units."""
+    scale = np.where(np.arange(12) % 2, 1.0, 2.0**-38)
+    mass = np.eye(12) + 0.5
+    stiffness = np.diag(np.arange(1.0, 13.0))
+    force = np.outer([0, 1], np.ones(12))
+
+    def motion(scale: NDArray[np.float64]) -> NDArray[np.float64]:
+        both = np.outer(scale, scale)
+        system = JointedSystem(
+            mass=both * mass,
+            damping=0.1 * both * stiffness,
+            stiffness=both * stiffness,
+            harmonic_force=(force * scale).astype(complex),
+        )
+        rest = TransientState(displacement=np.zeros(12), velocity=np.zeros(12), slider=np.zeros(0))
+        outputs = {"sum": scale}
+        return integrate(system, 1.0, 2, 16, rest, outputs=outputs).output_displacement["sum"]
+
+    np.testing.assert_allclose(motion(scale), motion(np.ones(12)), rtol=1e-9, atol=ROUND_OFF)  # round-off of the modes
