@@ -73,9 +73,9 @@ def balance(n_harmonic: int = 4, **changes: object) -> HarmonicBalance:
 
 
 def duffing() -> HarmonicBalance:
-    one = np.eye(1)
+    one, force = np.eye(1), np.array([[0], [0.1 + 0j]])
     spring = CubicSpring(name="cubic", direction=one[0], stiffness=0.1)
-    made = JointedSystem(mass=one, damping=0.1 * one, stiffness=one, joints=[spring], harmonic_force=[[0], [0.1]])
+    made = JointedSystem(mass=one, damping=0.1 * one, stiffness=one, joints=[spring], harmonic_force=force)
     return HarmonicBalance(system=made, n_harmonic=2)
 
 
