@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from hbsolve.aft import JointForces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact.law import FORCE
+from hbsolve.state import check_state
 from hbsolve.steady_state import SteadyState, forces_at
 
 
@@ -53,7 +54,13 @@ class ContactMotion:
 
 
 def contact_motion(balance: HarmonicBalance, state: SteadyState) -> tuple[ContactMotion, ...]:
-    """Every joint over the steady period of a state."""
+    """Every joint over the steady period of a state.
+
+    Raises
+    ------
+    BalanceError
+        A state of another balance.
+    """
     forces, u = _forces(balance, state)
     time = 2 * np.pi / state.angular_frequency * np.arange(balance.n_sample) / balance.n_sample
     force = forces.force + balance.table.reference[:, None] * u
@@ -77,13 +84,14 @@ def contact_motion(balance: HarmonicBalance, state: SteadyState) -> tuple[Contac
 
 
 def contact_share(balance: HarmonicBalance, state: SteadyState) -> Float[NDArray[np.float64], "joint 3"]:
-    """Shares of the period in stick, slip and separation of each joint, shape (n_joint, 3) [-]."""
+    """Shares of the period in stick, slip and separation of each joint, shape (n_joint, 3) [-]; see `contact_motion`."""
     forces, _ = _forces(balance, state)
     shares = [_share(_status(balance, forces, number)) for number in range(len(balance.system.joints))]
     return np.array(shares).reshape(-1, 3)
 
 
 def _forces(balance: HarmonicBalance, state: SteadyState) -> tuple[JointForces, Float[NDArray[np.float64], "d n"]]:
+    check_state(balance, state)
     x = state.motion
     forces = forces_at(balance, state.angular_frequency, x, state.start, want=FORCE)
     return forces, x @ balance.sampling.evaluate

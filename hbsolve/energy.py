@@ -23,7 +23,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.contact.catalogue import parameter_names
 from hbsolve.contact_motion import ContactMotion, contact_motion
 from hbsolve.fourier import samples_from_coefficients
-from hbsolve.steady_state import SteadyState
+from hbsolve.state import SteadyState, check_state
 from reduction.jointed_system import CubicSpring, ElasticStop, FrictionContact, JenkinsElement, Joint
 
 
@@ -60,7 +60,14 @@ class EnergyBalance:
 
 
 def energy_balance(balance: HarmonicBalance, state: SteadyState) -> EnergyBalance:
-    """Energies of a state over its period; input and dissipation are equal up to the residual."""
+    """Energies of a state over its period; input and dissipation are equal up to the residual.
+
+    Raises
+    ------
+    BalanceError
+        A state of another balance.
+    """
+    check_state(balance, state)
     q, system = state.coefficients, balance.system
     k = np.arange(len(q))
     force = state.level * balance.structure.dynamic

@@ -28,6 +28,7 @@ from hbsolve.fourier import Coefficients
 from hbsolve.newton import active_rows, apply_receptance, scattered, small_matrix, times_jacobian
 from hbsolve.parameter import joint_index, spread
 from hbsolve.sampling import complex_from_real, real_from_complex
+from hbsolve.state import check_state
 from hbsolve.steady_state import SteadyState, forces_at
 from reduction.array_input import real_array, real_number, whole_number
 
@@ -194,12 +195,7 @@ def derivatives(
     """As `sensitivity`, with the derivatives of the joint forces; `condensed` is the structure at the state's Omega."""
     if isinstance(parameters, Parameter):
         raise BalanceError(f"the parameters are one {type(parameters).__name__}: give a list of parameters")
-    wanted = (balance.n_harmonic, balance.system.n_dof)
-    if state.coefficients.shape != wanted or state.displacement.shape[1] != balance.n_direction:
-        raise BalanceError(
-            f"the state has coefficients of shape {state.coefficients.shape}, the balance {wanted}: give the balance "
-            "with which the state was found"
-        )
+    check_state(balance, state)
     at_level = balance.at_level(state.level)
     condensed = at_level.at(state.angular_frequency) if condensed is None else condensed
     forces = forces_at(at_level, state.angular_frequency, state.motion, state.start, want=PARAMETERS)
@@ -215,7 +211,8 @@ def derivatives(
     for number in range(p):
         right[number] -= apply_receptance(condensed.receptance, g[number])
     dx, answer = _answers(at_level, forces, condensed, right)
-    force = np.array([complex_from_real(each) for each in answer + g]).reshape(p, wanted[0], -1)
+    force = np.array([complex_from_real(each) for each in answer + g], dtype=np.complex128)
+    force = force.reshape(p, balance.n_harmonic, -1)
     moved = structure.displacements(omega, loads - force @ structure.directions)
     elastic = np.array([complex_from_real(each) for each in at_level.table.reference[:, None] * dx])
     return Derivatives(moved, force + elastic.reshape(force.shape))

@@ -71,6 +71,30 @@ class SteadyState:
         return float(abs(q[row] if isinstance(row, int | np.integer) else q @ np.asarray(row)))
 
 
+def check_state(balance: HarmonicBalance, state: SteadyState) -> None:
+    """Refuse a state of another balance; compiled code does not.
+
+    Raises
+    ------
+    BalanceError
+        Another number of harmonics, degrees of freedom, joint directions or sliders, or no state at all.
+    """
+    if not isinstance(state, SteadyState):
+        raise BalanceError(f"the state is a {type(state).__name__}: give one that `steady_state` returned")
+    shapes = {
+        "coefficients": (balance.n_harmonic, balance.system.n_dof),
+        "displacement": (balance.n_harmonic, balance.n_direction),
+        "slider": (balance.n_slider,),
+    }
+    for name, wanted in shapes.items():
+        found = np.shape(getattr(state, name))
+        if found != wanted:
+            raise BalanceError(
+                f"the state has {name} of shape {found}, the balance {wanted}: give the balance with which the state "
+                "was found"
+            )
+
+
 def slider_start(
     balance: HarmonicBalance, slider: Sequence[float] | NDArray[np.float64] | None, multiplier: bool
 ) -> Start:

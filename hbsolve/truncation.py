@@ -6,6 +6,7 @@ import numpy as np
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.newton import solve_linearised
+from hbsolve.state import check_state
 from hbsolve.steady_state import SteadyState, forces_at, residual
 
 
@@ -31,7 +32,13 @@ def truncation(balance: HarmonicBalance, state: SteadyState) -> Truncation:
 
     The state is put into a balance with more harmonics, or more samples, and the first Newton step there is what the
     finer balance would change. It is an estimate: contacts may change their state on the way.
+
+    Raises
+    ------
+    BalanceError
+        A state of another balance.
     """
+    check_state(balance, state)
     if not balance.n_direction or not np.any(state.displacement):
         return Truncation(harmonics=0.0, samples=0.0)
     at_level = balance.at_level(state.level)

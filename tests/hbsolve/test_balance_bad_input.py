@@ -14,7 +14,9 @@ import hbsolve.steady_state
 from geometry.errors import InputError
 from hbsolve.balance import HarmonicBalance
 from hbsolve.branch import load_branch
+from hbsolve.contact_motion import contact_motion, contact_share
 from hbsolve.continuation import Continuation, frequency_response, joint_response, level_response
+from hbsolve.energy import energy_balance
 from hbsolve.errors import BalanceError, ModelError
 from hbsolve.parameter import FrequencyPath, JointPath
 from hbsolve.sensitivity import (
@@ -28,7 +30,8 @@ from hbsolve.sensitivity import (
     scaled,
     sensitivity,
 )
-from hbsolve.steady_state import NoConvergence, steady_state
+from hbsolve.steady_state import NoConvergence, SteadyState, steady_state
+from hbsolve.truncation import truncation
 from reduction.errors import JointError
 from reduction.jointed_system import (
     CubicSpring,
@@ -396,12 +399,34 @@ BALANCE: dict[str, tuple[Refused, str]] = {
         lambda: sensitivity(balance(), steady_state(balance(), 0.5), LevelParameter()),  # type: ignore[arg-type]
         r"parameters are one LevelParameter: give a list",
     ),
-    "sensitivity of a state of another balance": (
-        lambda: sensitivity(balance(5), steady_state(balance(4), 0.5), [LevelParameter()]),
-        r"state has coefficients of shape \(4, 2\), the balance \(5, 2\)",
-    ),
     "another matrix": (lambda: scaled(balance(), "inertia"), r'no matrix "inertia" to scale'),
     "missing file": (lambda: load_branch(Path("nowhere.nc")), r'"nowhere\.nc" holds no response branch'),
+}
+
+
+OF_A_STATE: dict[str, Callable[[HarmonicBalance, SteadyState], object]] = {
+    "contact motion": contact_motion,
+    "contact share": contact_share,
+    "energy balance": energy_balance,
+    "truncation": truncation,
+    "sensitivity": lambda of, state: sensitivity(of, state, [LevelParameter()]),
+}
+
+OTHER_BALANCES: dict[str, tuple[Callable[[], HarmonicBalance], str]] = {
+    "other harmonics": (lambda: balance(4), r"state has coefficients of shape \(4, 2\), the balance \(5, 2\)"),
+    "another system": (duffing, r"state has coefficients of shape \(2, 1\), the balance \(5, 2\)"),
+    "other joints": (
+        lambda: balance(5, joints=[contact()]),
+        r"state has displacement of shape \(5, 2\), the balance \(5, 3\): give the balance with which",
+    ),
+    "other sliders": (
+        lambda: balance(5, joints=[contact(tangents=np.eye(2)), CubicSpring(name="cubic", direction=X, stiffness=1)]),
+        r"state has displacement of shape \(5, 4\), the balance \(5, 3\)",
+    ),
+    "springs in place of sliders": (
+        lambda: balance(5, joints=[CubicSpring(name=name, direction=X, stiffness=0.1) for name in "abc"]),
+        r"state has slider of shape \(0,\), the balance \(1,\)",
+    ),
 }
 
 
@@ -431,6 +456,19 @@ def test_matrices_of_no_vibrating_structure_are_refused(case: str) -> None:
 @pytest.mark.parametrize("case", BALANCE)
 def test_harmonics_starts_and_ranges_that_cannot_be_used_are_refused(case: str) -> None:
     check(BalanceError, *BALANCE[case])
+
+
+@pytest.mark.parametrize("case", OTHER_BALANCES)
+@pytest.mark.parametrize("what", OF_A_STATE)
+def test_a_state_of_another_balance_is_refused(what: str, case: str) -> None:
+    found_with, words = OTHER_BALANCES[case]
+    state = steady_state(found_with(), 0.5)
+    check(BalanceError, lambda: OF_A_STATE[what](balance(5), state), words)
+
+
+def test_what_is_no_state_is_refused() -> None:
+    coefficients = steady_state(balance(), 0.5).coefficients
+    check(BalanceError, lambda: contact_motion(balance(), coefficients), r"the state is a ndarray: give one that")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
