@@ -104,8 +104,7 @@ def curve(name: str, case: Any) -> Outcome:
             outcome.failed.append(f"{label}: between the folds, unstable")
             continue
         # The states of a branch are its coefficients; a solve from there costs an iteration and gives the sliders.
-        start = HarmonicBalance(system=case.system, n_harmonic=H + 1)
-        found = steady_state(start, omega, start=real(branch, point, case.system))
+        found = steady_state(balance, omega, start=branch.start(balance, point))
         state, harmonics = converged(case.system, omega, 1.0, found.slider, found)
         motion = integrated(
             case.system, omega, 1.0, start_from(case.system, omega, state.coefficients, state.slider_at_start)
@@ -250,14 +249,6 @@ def turned(branch: ResponseBranch, point: int, case: Any) -> bool:
     """Whether the branch goes backwards there: between two folds in frequency."""
     ahead = np.gradient(branch.angular_frequency)[point]
     return bool(ahead * (case.last - case.first) < 0)
-
-
-def real(branch: ResponseBranch, point: int, system: JointedSystem) -> NDArray[np.float64]:
-    """Motion of the joint directions at a point of a branch."""
-    from hbsolve.sampling import real_from_complex
-
-    rows = np.vstack([joint.directions for joint in system.joints])
-    return real_from_complex(branch.coefficients[point] @ rows.T)
 
 
 def reach(system: JointedSystem, rest: TransientState) -> NDArray[np.float64]:
