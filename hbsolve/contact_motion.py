@@ -84,7 +84,7 @@ def contact_motion(balance: HarmonicBalance, state: SteadyState) -> tuple[Contac
 
 
 def contact_share(balance: HarmonicBalance, state: SteadyState) -> Float[NDArray[np.float64], "joint 3"]:
-    """Shares of the period in stick, slip and separation of each joint, shape (n_joint, 3) [-]; see `contact_motion`."""
+    """Shares of the period in stick, slip and separation of each joint, shape (n_joint, 3) [-]."""
     forces, _ = _forces(balance, state)
     shares = [_share(_status(balance, forces, number)) for number in range(len(balance.system.joints))]
     return np.array(shares).reshape(-1, 3)
