@@ -44,7 +44,8 @@ class HarmonicBalance:
     Raises
     ------
     BalanceError
-        Too few harmonics for the force, too few samples for the harmonics, or numbers of them that are not whole.
+        Too few harmonics for the force, too few samples for the harmonics, or numbers of them that are not whole, or
+        no system.
     ModelError
         Matrices of no vibrating structure, or one that is not held even with all contacts stuck.
 
@@ -61,6 +62,8 @@ class HarmonicBalance:
     table: JointTable = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        if not isinstance(self.system, JointedSystem):
+            raise BalanceError(f"the system is a {type(self.system).__name__}: give a JointedSystem")
         for name in ("n_harmonic", "n_sample"):
             object.__setattr__(self, name, whole_number(getattr(self, name), name, BalanceError))
         object.__setattr__(self, "level", real_number(self.level, "level", BalanceError))

@@ -10,6 +10,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from hbsolve.errors import BalanceError
+from hbsolve.output import harmonic_at
 from hbsolve.sampling import real_from_complex
 from reduction.array_input import whole_number
 
@@ -99,13 +100,20 @@ class ResponseBranch:
             k.
         derivative
             0 for the displacement, 1 for the velocity, 2 for the acceleration.
+
+        Raises
+        ------
+        BalanceError
+            A harmonic or a degree of freedom that the branch does not have, a row of another size, or a derivative
+            that is not one of these.
         """
-        q = self.coefficients[:, harmonic]
-        at = q[:, row] if isinstance(row, int | np.integer) else q @ np.asarray(row)
+        at = harmonic_at(self.coefficients, row, harmonic)
+        if whole_number(derivative, "derivative", BalanceError) not in (0, 1, 2):
+            raise BalanceError(f"derivative = {derivative} must be 0, 1 or 2: displacement, velocity or acceleration")
         return np.asarray((1j * harmonic * self.angular_frequency) ** derivative * at)
 
     def amplitude(self, row: int | Float[NDArray[np.float64], " r"], harmonic: int = 1, derivative: int = 0) -> Numbers:
-        """Amplitude of `output`, shape (p,)."""
+        """Amplitude of `output`, which see, shape (p,)."""
         return np.asarray(np.abs(self.output(row, harmonic, derivative)))
 
     def start(self, balance: "HarmonicBalance", index: int) -> Float[NDArray[np.float64], "d nh"]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from hbsolve.aft import Start
 from hbsolve.balance import HarmonicBalance, Real
 from hbsolve.errors import BalanceError
+from hbsolve.output import harmonic_at
 from hbsolve.sampling import real_from_complex
 from reduction.array_input import real_array
 
@@ -66,9 +67,14 @@ class SteadyState:
         return real_from_complex(self.displacement)
 
     def amplitude(self, row: int | Float[NDArray[np.float64], " r"], harmonic: int = 1) -> float:
-        """Amplitude of one harmonic of a degree of freedom, or of a row over all of them [m]."""
-        q = self.coefficients[harmonic]
-        return float(abs(q[row] if isinstance(row, int | np.integer) else q @ np.asarray(row)))
+        """Amplitude of one harmonic of a degree of freedom, or of a row over all of them [m].
+
+        Raises
+        ------
+        BalanceError
+            A harmonic or a degree of freedom that the state does not have, or a row of another size.
+        """
+        return float(abs(harmonic_at(self.coefficients, row, harmonic)))
 
 
 def check_state(balance: HarmonicBalance, state: SteadyState) -> None:

@@ -56,6 +56,14 @@ def real_number(value: object, what: str, error: type[InputError]) -> float:
     return float(plain)
 
 
+def finite_number(value: object, what: str, error: type[InputError]) -> float:
+    """A real number that is neither infinite nor NaN; see `real_number`."""
+    number = real_number(value, what, error)
+    if not np.isfinite(number):
+        raise error(f"{what} = {number} must be a finite number")
+    return number
+
+
 def whole_number(value: object, what: str, error: type[InputError]) -> int:
     """An integer, of Python or of NumPy; neither a truth value nor 5.0 is one.
 

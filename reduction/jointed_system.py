@@ -19,7 +19,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from reduction.array_input import complex_array, real_array
+from reduction.array_input import complex_array, finite_number, real_array, whole_number
 from reduction.errors import JointError
 from reduction.joint import (
     CubicSpring,
@@ -138,13 +138,19 @@ def along(n_dof: int, weights: Mapping[int, float]) -> Row:
     Raises
     ------
     JointError
-        A degree of freedom that the structure does not have.
+        A degree of freedom that the structure does not have, or a weight that is no finite number.
     """
-    row = np.zeros(n_dof)
-    for dof, weight in weights.items():
-        if not 0 <= dof < n_dof:
-            raise JointError(f"degree of freedom {dof} does not exist: the structure has 0 to {n_dof - 1}")
-        row[dof] += weight
+    count = whole_number(n_dof, "n_dof", JointError)
+    if count < 1:
+        raise JointError(f"n_dof = {count} must be positive: give the number of degrees of freedom")
+    if not isinstance(weights, Mapping):
+        raise JointError(f"the weights are a {type(weights).__name__}: give a mapping such as {{0: 1.0, 3: -1.0}}")
+    row = np.zeros(count)
+    for given, weight in weights.items():
+        dof = whole_number(given, "degree of freedom", JointError)
+        if not 0 <= dof < count:
+            raise JointError(f"degree of freedom {dof} does not exist: the structure has 0 to {count - 1}")
+        row[dof] += finite_number(weight, f"the weight of degree of freedom {dof}", JointError)
     return row
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from reduction.array_input import whole_number
 from reduction.jointed_system import JointedSystem
 from transient.errors import TransientError
 from transient.state import TransientState
@@ -94,9 +95,9 @@ def integrate(
         Numbers out of range, a start of another system, an output row of another size, no equilibrium to start from,
         or a step whose contact forces were not found.
     """
-    if not isinstance(n_period, int | np.integer) or n_period < 1:
+    if whole_number(n_period, "n_period", TransientError) < 1:
         raise TransientError(f"n_period = {n_period} must be a whole number of at least 1")
-    if keep is not None and not 1 <= keep <= n_period:
+    if keep is not None and not 1 <= whole_number(keep, "keep", TransientError) <= n_period:
         raise TransientError(f"keep = {keep} must lie between 1 and n_period = {n_period}")
     rows = {name: np.asarray(row, dtype=np.float64) for name, row in (outputs or {}).items()}
     for name, row in rows.items():

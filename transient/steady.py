@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
+from reduction.array_input import real_number, whole_number
 from reduction.jointed_system import JointedSystem
 from transient.anderson import Anderson
 from transient.errors import StepError, TransientError
@@ -110,7 +111,7 @@ class SteadyMotion:
         if not self.periodic:
             raise TransientError(f"{self.words}: no Fourier series of one period describes it")
         n_sample = len(self.samples)
-        if not 1 <= n_harmonic <= (n_sample + 1) // 2:
+        if not 1 <= whole_number(n_harmonic, "n_harmonic", TransientError) <= (n_sample + 1) // 2:
             raise TransientError(
                 f"n_harmonic = {n_harmonic} must lie between 1 and {(n_sample + 1) // 2} for {n_sample} steps a period"
             )
@@ -168,8 +169,15 @@ def steady_motion(
         Numbers out of range, or what `transient.integrate.integrate` refuses.
     """
     for name, value in (("tolerance", tolerance), ("step_tolerance", step_tolerance)):
-        if not 0 < value < 1:
+        if not 0 < real_number(value, name, TransientError) < 1:
             raise TransientError(f"{name} = {value} must lie between 0 and 1")
+    for name, count in (
+        ("max_period", max_period),
+        ("steps_per_period", steps_per_period),
+        ("max_steps_per_period", max_steps_per_period),
+        ("acceleration", acceleration),
+    ):
+        whole_number(count, name, TransientError)
     if max_period < 1 or acceleration < 0 or max_steps_per_period < steps_per_period:
         raise TransientError(
             f"max_period = {max_period} must be at least 1, acceleration = {acceleration} at least 0 and "
@@ -198,8 +206,8 @@ def steady_motion(
         coarse, start, steps = fine, settled.start, 2 * steps
     record = settled.record
     return SteadyMotion(
-        angular_frequency=float(angular_frequency),
-        level=float(level),
+        angular_frequency=stepper.angular_frequency,
+        level=stepper.level,
         steps_per_period=steps,
         samples=record.modal_displacement @ structure.mode_shapes.T,
         displacement=record.displacement,

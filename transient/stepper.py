@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from reduction.array_input import finite_number, real_number, whole_number
 from reduction.jointed_system import JointedSystem
 from transient.equilibrium import equilibrium
 from transient.errors import StepError, TransientError
@@ -66,16 +67,16 @@ class Stepper:
         start: TransientState | None = None,
         level: float = 1.0,
     ) -> None:
-        if not (np.isfinite(angular_frequency) and angular_frequency > 0):
-            raise TransientError(f"angular_frequency = {angular_frequency} rad/s must be positive and finite")
-        if not isinstance(steps_per_period, int | np.integer) or steps_per_period < 8:
-            raise TransientError(f"steps_per_period = {steps_per_period} must be a whole number of at least 8")
-        if not np.isfinite(level):
-            raise TransientError(f"level = {level} must be a finite number")
+        omega = real_number(angular_frequency, "angular_frequency", TransientError)
+        if not (np.isfinite(omega) and omega > 0):
+            raise TransientError(f"angular_frequency = {omega} rad/s must be positive and finite")
+        steps = whole_number(steps_per_period, "steps_per_period", TransientError)
+        if steps < 8:
+            raise TransientError(f"steps_per_period = {steps} must be a whole number of at least 8")
         self.structure = system if isinstance(system, ModalStructure) else modal_structure(system)
-        self.angular_frequency = float(angular_frequency)
-        self.steps_per_period = int(steps_per_period)
-        self.level = float(level)
+        self.angular_frequency = omega
+        self.steps_per_period = steps
+        self.level = finite_number(level, "level", TransientError)
         self.transition = transition(self.structure, self.angular_frequency, self.steps_per_period)
         self.step = self.transition.step
         self.iterations = 0

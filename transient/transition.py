@@ -236,6 +236,8 @@ def _full_step(
 
 
 def _check(system: JointedSystem) -> None:
+    if not isinstance(system, JointedSystem):
+        raise TransientError(f"the system is a {type(system).__name__}: give a JointedSystem")
     for name in ("mass", "damping", "stiffness"):
         matrix = getattr(system, name)
         if not np.isfinite(matrix).all():

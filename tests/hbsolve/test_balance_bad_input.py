@@ -13,7 +13,7 @@ import hbsolve.rescue
 import hbsolve.steady_state
 from geometry.errors import InputError
 from hbsolve.balance import HarmonicBalance
-from hbsolve.branch import load_branch
+from hbsolve.branch import branch_of, load_branch
 from hbsolve.contact_motion import contact_motion, contact_share
 from hbsolve.continuation import Continuation, frequency_response, joint_response, level_response
 from hbsolve.energy import energy_balance
@@ -154,6 +154,15 @@ DATA: dict[str, tuple[Refused, str]] = {
         r'"c" acts on 3 degrees of freedom, the structure has 2',
     ),
     "contact DOF out of range": (lambda: along(2, {5: 1.0}), r"degree of freedom 5 does not exist.* 0 to 1"),
+    "half a DOF": (lambda: along(2, {1.5: 1.0}), r"degree of freedom = 1\.5 must be a whole number"),  # type: ignore[dict-item]
+    "weight of NaN": (lambda: along(2, {1: np.nan}), r"weight of degree of freedom 1 = nan must be a finite number"),
+    "weight in words": (
+        lambda: along(2, {1: "1"}),  # type: ignore[dict-item]
+        r"weight of degree of freedom 1 = '1' must be a real number",
+    ),
+    "a DOF for weights": (lambda: along(2, 1), r"the weights are a int: give a mapping"),  # type: ignore[arg-type]
+    "a structure of half a DOF": (lambda: along(2.5, {1: 1.0}), r"n_dof = 2\.5 must be a whole number"),  # type: ignore[arg-type]
+    "a structure without DOF": (lambda: along(0, {}), r"n_dof = 0 must be positive"),
     "negative DOF": (lambda: between(2, -1), r"degree of freedom -1 does not exist"),
     "relative to itself": (lambda: between(2, 1, 1), r"degree of freedom 1 does not move relative to itself"),
     "negative tangential stiffness": (
@@ -212,6 +221,10 @@ BALANCE: dict[str, tuple[Refused, str]] = {
     "a force beyond H": (
         lambda: balance(2, harmonic_force=[[0, 0], [0, 0], [0, 0], [1, 0]]),
         r"n_harmonic = 2 .*force in harmonic 3: take n_harmonic = 4",
+    ),
+    "no system": (
+        lambda: HarmonicBalance(system=None, n_harmonic=4),  # type: ignore[arg-type]
+        r"the system is a NoneType: give a JointedSystem",
     ),
     "too few samples": (
         lambda: HarmonicBalance(system=system(), n_harmonic=6, n_sample=20),
@@ -430,6 +443,25 @@ OTHER_BALANCES: dict[str, tuple[Callable[[], HarmonicBalance], str]] = {
 }
 
 
+#: Row, harmonic and derivative of an output.
+OUTPUTS: dict[str, tuple[tuple[object, ...], str]] = {
+    "a degree of freedom beyond the last": ((2,), r"degree of freedom 2 does not exist: the structure has 0 to 1"),
+    "a negative degree of freedom": ((-1,), r"degree of freedom -1 does not exist"),
+    "half a degree of freedom": ((0.5,), r"row = 0\.5 must be a whole number"),
+    "no row": ((None,), r"row = None must be a whole number"),
+    "a name for a row": (("tip",), r"row = 'tip' must be a whole number"),
+    "a row of another structure": ((np.ones(3),), r"the row has shape \(3,\): give \(2,\), one weight a degree"),
+    "a row of rows": ((np.eye(2),), r"the row has shape \(2, 2\)"),
+    "a row of NaN": (([0, np.nan],), r"the row holds nan: give finite numbers"),
+    "a complex row": (([0, 1j],), r"the row holds 0\+1j at 1: give real numbers"),
+    "a harmonic beyond H": ((0, 4), r"harmonic 4 is none of 0 to 3"),
+    "a negative harmonic": ((0, -1), r"harmonic -1 is none of 0 to 3"),
+    "half a harmonic": ((0, 1.5), r"harmonic = 1\.5 must be a whole number"),
+    "a third derivative": ((0, 1, 3), r"derivative = 3 must be 0, 1 or 2"),
+    "half a derivative": ((0, 1, 0.5), r"derivative = 0\.5 must be a whole number"),
+}
+
+
 def derivative(parameter: Parameter) -> object:
     of = balance()
     return sensitivity(of, steady_state(of, 0.5), [parameter])
@@ -464,6 +496,17 @@ def test_a_state_of_another_balance_is_refused(what: str, case: str) -> None:
     found_with, words = OTHER_BALANCES[case]
     state = steady_state(found_with(), 0.5)
     check(BalanceError, lambda: OF_A_STATE[what](balance(5), state), words)
+
+
+@pytest.mark.parametrize("case", OUTPUTS)
+def test_outputs_that_a_solution_does_not_have_are_refused(case: str) -> None:
+    given, words = OUTPUTS[case]
+    state = steady_state(balance(), 0.5)
+    branch = branch_of(balance(), [state], "one point")
+    check(BalanceError, lambda: branch.output(*given), words)  # type: ignore[arg-type]
+    check(BalanceError, lambda: branch.amplitude(*given), words)  # type: ignore[arg-type]
+    if len(given) < 3:
+        check(BalanceError, lambda: state.amplitude(*given), words)  # type: ignore[arg-type]
 
 
 def test_what_is_no_state_is_refused() -> None:

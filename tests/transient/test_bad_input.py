@@ -38,6 +38,11 @@ def start(displacement: int = 2, slider: int = 1, value: float = 0.0) -> Transie
         ({"n_period": 1.5}, r"n_period = 1.5 must be a whole number"),
         ({"steps_per_period": 4}, r"steps_per_period = 4 must be"),
         ({"level": np.inf}, r"level = inf"),
+        ({"angular_frequency": "1"}, r"angular_frequency = '1' must be a real number"),
+        ({"steps_per_period": 16.0}, r"steps_per_period = 16\.0 must be a whole number"),
+        ({"level": "a"}, r"level = 'a' must be a real number"),
+        ({"system": None}, r"the system is a NoneType: give a JointedSystem"),
+        ({"keep": 1.5}, r"keep = 1\.5 must be a whole number"),
         ({"keep": 3}, r"keep = 3 must lie between 1 and n_period = 2"),
         ({"outputs": {"tip": np.zeros(3)}}, r'"tip" has shape \(3,\): give \(2,\)'),
         ({"start": start(displacement=3)}, r"displacement of the start has shape \(3,\): this system needs \(2,\)"),
@@ -65,12 +70,20 @@ def test_integration_refuses(arguments: dict[str, Any], message: str) -> None:
         ({"step_tolerance": 2.0}, r"step_tolerance = 2.0"),
         ({"max_period": 0}, r"max_period = 0"),
         ({"acceleration": -1}, r"acceleration = -1"),
+        ({"angular_frequency": "1"}, r"angular_frequency = '1' must be a real number"),
+        ({"level": "a"}, r"level = 'a' must be a real number"),
+        ({"max_period": 2.5}, r"max_period = 2\.5 must be a whole number"),
+        ({"acceleration": "3"}, r"acceleration = '3' must be a whole number"),
+        ({"steps_per_period": 256.0}, r"steps_per_period = 256\.0 must be a whole number"),
+        ({"tolerance": "small"}, r"tolerance = 'small' must be a real number"),
+        ({"system": None}, r"the system is a NoneType"),
         ({"max_steps_per_period": 100}, r"max_steps_per_period = 100 at least steps_per_period = 256"),
     ],
 )
 def test_steady_motion_refuses(arguments: dict[str, Any], message: str) -> None:
+    values: dict[str, Any] = {"system": system(), "angular_frequency": 1.0}
     with pytest.raises(TransientError, match=message):
-        steady_motion(system(), 1.0, **arguments)
+        steady_motion(**{**values, **arguments})
 
 
 def test_a_history_refuses() -> None:
