@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fe.dense_modes import DenseModes, dense_modes
 from hbsolve.errors import ForceError, ModelError
+from hbsolve.matrix_check import check_mass, check_shape, check_symmetry
 from reduction.array_input import real_array
 
 Matrix = Float[NDArray[np.float64], "r r"]
@@ -17,8 +18,6 @@ Amplitudes = Complex[NDArray[np.complex128], "p r"]
 Condensed = Complex[NDArray[np.complex128], "p d d"]
 Rows = Int[NDArray[np.int64], " k"]
 
-#: Relative asymmetry that still counts as round-off.
-ASYMMETRY = 1e-9
 #: Modal damping couples two modes if |c_ij| exceeds this share of sqrt(c_ii c_jj), ...
 COUPLED = 1e-6
 #: ... and this share of the largest |c_ij|: what projecting a large stiffness onto soft shapes leaves as round-off.
@@ -91,17 +90,10 @@ class DynamicStiffness:
         for name in ("mass", "damping", "stiffness"):
             matrix = real_array(getattr(self, name), f"the {name}", ModelError)
             object.__setattr__(self, name, matrix)
-            _check(name, matrix, np.shape(self.mass))
+            check_shape(name, matrix, np.shape(self.mass))
         for name in ("mass", "stiffness"):
-            _check_symmetry(name, getattr(self, name))
-        try:
-            np.linalg.cholesky(self.mass)  # which, unlike eigenvalues, does not mind units of different size
-        except np.linalg.LinAlgError:
-            lightest = float(np.linalg.eigvalsh(self.mass)[0])
-            raise ModelError(
-                f"the mass has the eigenvalue {lightest:.3g} kg: the mass must be positive definite, so give every "
-                "degree of freedom a mass or reduce it out"
-            ) from None
+            check_symmetry(name, getattr(self, name))
+        check_mass(self.mass)
         try:
             modes = dense_modes(self.mass, self.stiffness)
         except np.linalg.LinAlgError as error:
@@ -279,23 +271,3 @@ def _is_coupled(modal_damping: Matrix) -> bool:
     own = np.sqrt(np.diag(magnitude))
     allowed = np.maximum(COUPLED * np.outer(own, own), ROUND_OFF * magnitude.max())
     return bool(np.any((magnitude > allowed) & ~np.eye(len(magnitude), dtype=bool)))
-
-
-def _check(name: str, matrix: Matrix, shape: tuple[int, ...]) -> None:
-    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or matrix.shape != shape or not matrix.size:
-        raise ModelError(
-            f"the {name} has shape {matrix.shape}, the mass {shape}: give three square matrices of one size"
-        )
-    if not np.isfinite(matrix).all():
-        row, column = np.argwhere(~np.isfinite(matrix))[0]
-        raise ModelError(f"the {name} holds {matrix[row, column]} at ({row}, {column}): give finite numbers")
-
-
-def _check_symmetry(name: str, matrix: Matrix) -> None:
-    skew = np.abs(matrix - matrix.T)
-    if skew.max() > ASYMMETRY * np.abs(matrix).max():
-        row, column = np.unravel_index(skew.argmax(), skew.shape)
-        raise ModelError(
-            f"the {name} is not symmetric: entries ({row}, {column}) and ({column}, {row}) are "
-            f"{matrix[row, column]:g} and {matrix[column, row]:g}"
-        )
