@@ -1,6 +1,6 @@
 """What differs between repeats, or between a model and its mesh refined, without being an effect to look for."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,11 +10,15 @@ from numpy.typing import NDArray
 from correlation.feature_vector import FeatureVector
 from correlation.prediction import Prediction, Predictor, Tangent
 from correlation.test_model import TestModel
+from hbsolve.balance import HarmonicBalance
 from hbsolve.sensitivity import MatrixParameter, ModelParameter
+from reduction.jointed_system import FrictionContact
 
 Modes = Float[NDArray[np.float64], "m q"]
 
 NOTHING = ModelParameter()
+#: Largest share of Coulomb's limit that a history leaves in a contact.
+HISTORY = 0.9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,6 +64,51 @@ def budget_modes(
         change = features.of_values(predictor.predict(finer, prediction).value) - features.of_values(prediction.value)
         modes.append(np.where(np.isfinite(change), change, 0.0)[:, None])
     return np.column_stack(modes)
+
+
+def history_modes(features: FeatureVector, model: TestModel, prediction: Prediction, n_draw: int, seed: int) -> Modes:
+    """What friction histories change, at one standard deviation, shape (m, h).
+
+    A contact that sticks keeps any static force within Coulomb's cone. Each draw starts all sliders from a force of
+    -90 to 90 % of the limit at rest; a level has a history of its own in each repeat, so that the draws count for each
+    level by itself. The mean of the draws, beside the prediction that starts from none, is one more mode.
+    """
+    points, generator = features.points, np.random.default_rng(seed)
+    contacts = [joint for joint in model.system.joints if isinstance(joint, FrictionContact)]
+    jointed = np.flatnonzero(~points.free)
+    if not contacts or not len(jointed):
+        return np.zeros((len(features.row), 0))
+    kept = points.where(~points.free)
+    nominal = features.of_values(prediction.value)
+    changes = []
+    for _ in range(n_draw):
+        draw = Predictor(
+            points=kept, slider=_drawn(model, generator.uniform(-HISTORY, HISTORY, len(model.system.joints)))
+        )
+        value = np.array(prediction.value)
+        value[jointed] = draw.predict(model, prediction).value
+        changes.append(features.of_values(value) - nominal)
+    apart = np.nan_to_num(np.array(changes))
+    mean = apart.mean(axis=0)
+    modes = []
+    for level in np.unique(points.level):
+        at = (points.level == level)[features.row]
+        modes += [np.where(at, change - mean, 0.0) / np.sqrt(max(n_draw - 1, 1)) for change in apart]
+        modes.append(np.where(at, mean, 0.0))
+    return np.array(modes).T
+
+
+def _drawn(model: TestModel, multiplier: NDArray[np.float64]) -> Callable[[HarmonicBalance], NDArray[np.float64]]:
+    def slider(balance: HarmonicBalance) -> NDArray[np.float64]:
+        start = np.zeros(balance.n_slider)
+        for number, joint in enumerate(model.system.joints):
+            if isinstance(joint, FrictionContact):
+                first, last = balance.table.slider[number : number + 2]
+                limit = joint.friction_coefficient * max(joint.preload - joint.normal_stiffness * joint.gap, 0.0)
+                start[first:last] = multiplier[number] * limit / joint.tangential_stiffness
+        return start
+
+    return slider
 
 
 def _features(

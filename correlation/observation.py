@@ -1,10 +1,9 @@
 """Measurements arranged for a comparison: one row a point, one column a repeat."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Complex
+from jaxtyping import Bool, Complex, Int
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
@@ -27,80 +26,75 @@ class Observation:
         Coefficients, the mean of both sweeps, shape (k, R); NaN where a repeat lacks the point [SI].
     motion
         Whether the row's sensor follows a motion (and no force), shape (k,).
+    taken
+        Which repeats are compared with a model, shape (k, R); all of them tell about the noise.
     """
 
     points: Points
     repeat: Complex[NDArray[np.complex128], "k R"]
     motion: Bool[NDArray[np.bool_], " k"]
+    taken: Bool[NDArray[np.bool_], "k R"]
 
     @property
     def value(self) -> Complex[NDArray[np.complex128], " k"]:
-        """Mean of the repeats, shape (k,)."""
-        return np.asarray(np.nanmean(self.repeat, axis=1))
+        """Mean of the repeats taken, shape (k,)."""
+        total = np.where(self.taken, self.repeat, 0.0).sum(axis=1)
+        return np.asarray(total / np.maximum(self.count, 1))
+
+    @property
+    def count(self) -> Int[NDArray[np.int64], " k"]:
+        """Repeats taken, shape (k,)."""
+        return np.asarray(self.taken.sum(axis=1))
 
     def where(self, chosen: Bool[NDArray[np.bool_], " k"]) -> "Observation":
         """Some of the rows."""
-        return Observation(points=self.points.where(chosen), repeat=self.repeat[chosen], motion=self.motion[chosen])
+        return Observation(
+            points=self.points.where(chosen),
+            repeat=self.repeat[chosen],
+            motion=self.motion[chosen],
+            taken=self.taken[chosen],
+        )
 
 
-def observation(campaign: Campaign, *, repeats: Sequence[int] | None = None) -> Observation:
-    """Arrange a campaign.
-
-    Parameters
-    ----------
-    campaign
-        As read.
-    repeats
-        Those to take; all by default.
-
-    Raises
-    ------
-    CampaignError
-        None of these repeats was measured.
-    """
+def observation(campaign: Campaign) -> Observation:
+    """Arrange a whole campaign."""
     table = campaign.measurement
-    chosen = np.ones(len(table.value), bool) if repeats is None else np.isin(table.repeat, list(repeats))
-    if not chosen.any():
-        raise CampaignError(f"{campaign.folder}: there are no measurements of repeats {list(repeats or ())}")
     free_test = np.array([test.configuration == "free" for test in campaign.tests])
-    frequency = table.frequency[chosen]
+    frequency = table.frequency
     digits = np.round(np.log(frequency) / SAME_FREQUENCY).astype(np.int64)
     key = np.column_stack(
         [
-            free_test[table.test[chosen]],
-            np.unique(table.level[chosen], return_inverse=True)[1],
+            free_test[table.test],
+            np.unique(table.level, return_inverse=True)[1],
             digits,
-            table.sensor[chosen],
-            table.harmonic[chosen],
+            table.sensor,
+            table.harmonic,
         ]
     ).astype(np.int64)
     _, first, row = np.unique(key, axis=0, return_index=True, return_inverse=True)
-    _, column = np.unique(table.repeat[chosen], return_inverse=True)
+    _, column = np.unique(table.repeat, return_inverse=True)
     shape = (len(first), int(column.max()) + 1)
     total, count = np.zeros(shape, dtype=np.complex128), np.zeros(shape)
-    np.add.at(total, (row.ravel(), column), table.value[chosen])
+    np.add.at(total, (row.ravel(), column), table.value)
     np.add.at(count, (row.ravel(), column), 1.0)
     with np.errstate(invalid="ignore"):
         repeat = np.where(count > 0, total / count, np.nan)
     names = np.array([sensor.name for sensor in campaign.sensors])
     motion = np.array([sensor.line is None for sensor in campaign.sensors])
-    sensor = table.sensor[chosen][first]
+    sensor = table.sensor[first]
     points = Points(
-        free=free_test[table.test[chosen][first]],
-        level=table.level[chosen][first],
+        free=free_test[table.test[first]],
+        level=table.level[first],
         frequency=frequency[first],
         sensor=names[sensor],
-        harmonic=table.harmonic[chosen][first],
+        harmonic=table.harmonic[first],
     )
-    return Observation(points=points, repeat=repeat, motion=motion[sensor])
+    return Observation(points=points, repeat=repeat, motion=motion[sensor], taken=np.isfinite(repeat))
 
 
 def training(campaign: Campaign) -> Observation:
     """What a model may be fitted to: neither held-out levels nor held-out repeats."""
-    held = campaign.held_out
-    repeats = sorted(set(campaign.measurement.repeat.tolist()) - set(held.repeats))
-    seen = observation(campaign, repeats=repeats)
-    return seen.where(~np.isin(seen.points.level, held.levels))
+    return _selected(campaign, held=False)
 
 
 def held_out(campaign: Campaign) -> Observation:
@@ -111,16 +105,20 @@ def held_out(campaign: Campaign) -> Observation:
     CampaignError
         Nothing is held out.
     """
-    held = campaign.held_out
-    everything = observation(campaign)
-    kept = np.isin(np.unique(campaign.measurement.repeat), held.repeats)
-    at_level = np.isin(everything.points.level, held.levels)
-    if not (kept.any() or at_level.any()):
+    seen = _selected(campaign, held=True)
+    if not len(seen.points):
         raise CampaignError(
             f"{campaign.folder}: nothing is held out, so that no effect can be tested: name a level or a repeat under "
             "[held_out]"
         )
-    repeat = everything.repeat.copy()
-    repeat[np.ix_(~at_level, ~kept)] = np.nan
-    seen = Observation(points=everything.points, repeat=repeat, motion=everything.motion)
-    return seen.where(np.asarray(np.isfinite(repeat).any(axis=1)))
+    return seen
+
+
+def _selected(campaign: Campaign, *, held: bool) -> Observation:
+    everything = observation(campaign)
+    kept = np.isin(np.unique(campaign.measurement.repeat), campaign.held_out.repeats)
+    at_level = np.isin(everything.points.level, campaign.held_out.levels)
+    is_held = at_level[:, None] | kept[None, :]
+    taken = np.isfinite(everything.repeat) & (is_held if held else ~is_held)
+    seen = replace(everything, taken=taken)
+    return seen.where(np.asarray(taken.any(axis=1)))

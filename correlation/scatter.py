@@ -19,6 +19,8 @@ from correlation.feature_vector import FeatureVector
 from correlation.observation import Observation
 from correlation.whitening import Whitening
 
+Variance = Float[NDArray[np.float64], " m"]
+
 #: Degrees of freedom that the pooled variance counts for beside those of a point's own.
 POOLED = 6.0
 #: Rounds of the weighted fit of a and b.
@@ -29,9 +31,10 @@ def whitening(
     observed: Observation,
     features: FeatureVector,
     jitter: Float[NDArray[np.float64], "m q"],
+    history: Float[NDArray[np.float64], "m h"],
     budget: Float[NDArray[np.float64], "m b"],
 ) -> Whitening:
-    """Covariance of the mean of the repeats.
+    """Covariance of the mean of the repeats taken; all repeats tell how large it is.
 
     Parameters
     ----------
@@ -41,6 +44,8 @@ def whitening(
         Of the same points.
     jitter
         Modes along which repeats differ, in any unit: their sizes are found here.
+    history
+        Modes of what friction histories change, at one standard deviation of a single repeat.
     budget
         Modes of errors that repeats do not show (discretisation, calibration of sensors), at one standard deviation.
 
@@ -52,24 +57,25 @@ def whitening(
     n = np.isfinite(observed.repeat).sum(axis=1)[features.row]
     if n.max() < 2:
         raise CampaignError("there is one repeat alone: noise cannot be told from effects; repeat the test")
-    y = features.of_values(observed.value)
-    each = features.of_values(observed.repeat)
-    apart = each - np.nanmean(each, axis=1, keepdims=True)
+    with np.errstate(invalid="ignore"):
+        each = features.of_values(observed.repeat)
+    y = np.nanmean(each, axis=1)
+    apart = each - y[:, None]
     freedom = np.maximum(n - 1.0, 0.0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        variance = np.nansum(apart**2, axis=1) / freedom
     group = _groups(features)
-    pooled = _pooled(variance, y, freedom, group)
+    pooled = _pooled(_variance(apart, freedom), y, freedom, group)
     amplitude = _amplitudes(apart, jitter, np.sqrt(pooled))
-    apart = apart - jitter @ amplitude
-    with np.errstate(invalid="ignore", divide="ignore"):
-        variance = np.nansum(apart**2, axis=1) / freedom
-    pooled = _pooled(variance, y, freedom, group)
-    own = np.where(freedom > 0, variance, 0.0)
-    variance = (POOLED * pooled + freedom * own) / (POOLED + freedom)
-    repeats = amplitude.shape[1]
-    spread = np.sqrt((amplitude**2).sum(axis=1) / max(repeats - 1, 1) / repeats)
-    return Whitening(deviation=np.sqrt(variance / np.maximum(n, 1)), modes=np.column_stack([jitter * spread, budget]))
+    own = _variance(apart - jitter @ amplitude, freedom)
+    pooled = _pooled(own, y, freedom, group)
+    variance = (POOLED * pooled + freedom * np.where(freedom > 0, own, 0.0)) / (POOLED + freedom)
+    spread = np.sqrt((amplitude**2).sum(axis=1) / max(amplitude.shape[1] - 1, 1))
+    shared = np.column_stack([jitter * spread, history]) / np.sqrt(observed.count[features.row])[:, None]
+    deviation = np.sqrt(variance / np.maximum(observed.count[features.row], 1))
+    return Whitening(deviation=deviation, modes=np.column_stack([shared, budget]))
+
+
+def _variance(apart: Float[NDArray[np.float64], "m R"], freedom: Float[NDArray[np.float64], " m"]) -> Variance:
+    return np.where(freedom > 0, np.nansum(apart**2, axis=1) / np.maximum(freedom, 1.0), np.nan)
 
 
 def _groups(features: FeatureVector) -> NDArray[np.int64]:

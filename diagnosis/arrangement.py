@@ -7,7 +7,7 @@ import numpy as np
 
 from correlation.feature_vector import FeatureVector
 from correlation.measurement import Campaign
-from correlation.nuisance import Budget, budget_modes, jitter_modes
+from correlation.nuisance import Budget, budget_modes, history_modes, jitter_modes
 from correlation.observation import Observation, held_out, training
 from correlation.prediction import Prediction, Predictor
 from correlation.scatter import whitening
@@ -21,7 +21,9 @@ from diagnosis.unknowns import Unknowns, Values
 Report = Callable[[str, float], None]
 
 #: Calibrations, each with the covariance of the one before.
-ROUNDS = 3
+ROUNDS = 2
+#: Friction histories drawn for the covariance, and the seed that they are drawn with.
+DRAWS, SEED = 6, 1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -104,12 +106,13 @@ def _compared(
     of: _Features, model: TestModel, prediction: Prediction, budget: Budget, refined: Sequence[TestModel]
 ) -> Comparison:
     jitter = jitter_modes(of.predictor, of.features, model, prediction)
+    history = history_modes(of.features, model, prediction, DRAWS, SEED)
     errors = budget_modes(of.predictor, of.features, model, prediction, budget, refined)
     return Comparison(
         observed=of.observed,
         features=of.features,
         measured=of.features.of_values(of.observed.value),
-        whitening=whitening(of.observed, of.features, jitter, errors),
+        whitening=whitening(of.observed, of.features, jitter, history, errors),
         predictor=of.predictor,
     )
 

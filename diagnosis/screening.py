@@ -14,6 +14,7 @@ data, whatever the truth.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -115,37 +116,62 @@ def _score(
     """Look for the least chi^2 where the derivative says that it is, and at most at typical strength."""
     parameter = effect.parameters[0]
     typical = parameter.typical - parameter.vanishes
+    whole = float(np.linalg.norm(slope))
     across = _across(basis, slope)
-    steepness = float(np.linalg.norm(across))
-    guess = float(across @ residual) / steepness**2 if steepness * abs(typical) > UNSEEN else typical
-    step = float(np.clip(guess, -abs(typical), abs(typical)))
+    absorbed = 1 - float(np.linalg.norm(across)) / whole if whole else 1.0
+    if whole * abs(typical) < UNSEEN:
+        slope, across = 0 * slope, 0 * across
+    tried = _least(effect, across, residual)
+    step = float(np.clip(tried.step if across.any() else typical, -abs(typical), abs(typical)))
     step = float(np.clip(step, parameter.lower - parameter.vanishes, parameter.upper - parameter.vanishes))
-    if abs(step) < LEAST * abs(typical):
-        step = LEAST * typical
-    change = _change(arrangement, effect, parameter.vanishes + step)
-    across = _across(basis, change) / step
-    size = float(np.linalg.norm(across)) * abs(typical)
-    if size < UNSEEN:
-        nothing = np.zeros_like(across)
-        return Score(effect=effect, strength=parameter.vanishes, gain=0.0, size=size, absorbed=1.0, direction=nothing)
-    best = float(across @ residual) / float(across @ across)
-    strength = float(np.clip(parameter.vanishes + best, parameter.lower, parameter.upper))
-    moved = strength - parameter.vanishes
-    gain = 2 * moved * float(across @ residual) - moved**2 * float(across @ across)
+    if abs(step) > LEAST * abs(typical):
+        change = _change(arrangement, effect, step, slope)
+        finite = _least(effect, _across(basis, change) / step, residual)
+        if finite.gain >= tried.gain or not across.any():
+            tried = finite
+    size = float(np.linalg.norm(tried.across))
+    if size * abs(typical) < UNSEEN:
+        return Score(
+            effect=effect, strength=parameter.vanishes, gain=0.0, size=size * abs(typical), absorbed=1.0,
+            direction=np.zeros_like(residual),
+        )  # fmt: skip
     return Score(
-        effect=effect, strength=strength, gain=max(gain, 0.0), size=size,
-        absorbed=1 - float(np.linalg.norm(across) * abs(step) / np.linalg.norm(change)),
-        direction=across / np.linalg.norm(across) * np.sign(typical),
+        effect=effect, strength=parameter.vanishes + tried.step, gain=tried.gain, size=size * abs(typical),
+        absorbed=absorbed, direction=tried.across / size * np.sign(typical),
     )  # fmt: skip
 
 
-def _change(arrangement: Arrangement, effect: Effect, strength: float) -> Vector:
-    """Whitened change that an effect makes, with zeros for the priors, shape (m + p,)."""
+class _Least(NamedTuple):
+    """The least chi^2 along a change: per unit of strength, how far, and by how much chi^2 falls."""
+
+    across: Vector
+    step: float
+    gain: float
+
+
+def _least(effect: Effect, across: Vector, residual: Vector) -> _Least:
+    parameter, steepness = effect.parameters[0], float(across @ across)
+    if not steepness:
+        return _Least(across, 0.0, 0.0)
+    step = float(across @ residual) / steepness
+    step = float(np.clip(step, parameter.lower - parameter.vanishes, parameter.upper - parameter.vanishes))
+    return _Least(across, step, max(2 * step * float(across @ residual) - step**2 * steepness, 0.0))
+
+
+def _change(arrangement: Arrangement, effect: Effect, step: float, slope: Vector) -> Vector:
+    """Whitened change that an effect makes while the accepted parameters make up for what they can, shape (m + p,).
+
+    Without that, a resonance that merely shifts would move the measurements so far that all else is lost in the
+    curvature of this shift.
+    """
     fit, train = arrangement.fit, arrangement.train
-    rest = [each.vanishes for each in effect.parameters[1:]]
+    made_up = -np.linalg.lstsq(fit.jacobian, slope, rcond=1e-12)[0] * step
     unknowns = arrangement.unknowns([effect])
-    prediction = train.predict(unknowns.compose(np.array([*fit.values, strength, *rest])), fit.prediction)
-    change = np.zeros(len(fit.residual))
+    strength = effect.parameters[0].vanishes + step
+    rest = [each.vanishes for each in effect.parameters[1:]]
+    values = unknowns.clipped(np.array([*(fit.values + made_up), strength, *rest]))
+    prediction = train.predict(unknowns.compose(values), fit.prediction)
     moved = train.residual(fit.prediction) - train.residual(prediction)
-    change[: fit.n_number] = np.where(train.found(prediction) & train.found(fit.prediction), moved, 0.0)
-    return change
+    there = train.found(prediction) & train.found(fit.prediction)
+    prior = (values[: len(fit.values)] - fit.values) / fit.unknowns.prior
+    return np.concatenate([np.where(there, moved, 0.0), prior])
