@@ -10,7 +10,7 @@ import numpy as np
 from hbsolve.aft import Start
 from hbsolve.balance import HarmonicBalance, Real
 from hbsolve.condensed import Condensed
-from hbsolve.continuation import REACHED, Continuation
+from hbsolve.continuation_step import REACHED, Continuation
 from hbsolve.parameter import FrequencyPath, LevelPath
 from hbsolve.steady_state import TOLERANCE, NoConvergence, SteadyState, newton_at, solve_at
 

@@ -4,7 +4,8 @@ from collections.abc import Callable
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.branch import ResponseBranch, branch_of
-from hbsolve.continuation import Continuation, ContinuationState
+from hbsolve.continuation_state import ContinuationState
+from hbsolve.continuation_step import Continuation
 from hbsolve.parameter import FrequencyPath, LevelPath
 from hbsolve.steady_state import NoConvergence, SteadyState
 from reduction.jointed_system import JointedSystem

@@ -12,7 +12,8 @@ from scipy.special import ellipk
 from hbsolve.balance import HarmonicBalance
 from hbsolve.branch import load_branch
 from hbsolve.contact_motion import contact_motion
-from hbsolve.continuation import Continuation, frequency_response, joint_response, level_response
+from hbsolve.continuation import frequency_response, joint_response, level_response
+from hbsolve.continuation_step import Continuation
 from hbsolve.errors import BalanceError
 from hbsolve.forced_response import forced_response
 from hbsolve.fourier import coefficients_from_samples, samples_from_coefficients

@@ -1,0 +1,275 @@
+r"""One step of a continuation round folds: how long it is, whether it is taken, and where the branch ends.
+
+The steps themselves are `hbsolve.arclength`'s. s_x is the amplitude of the vibration at the last point and s_lambda a
+share of the range: a step changes the motion by a share ds of itself, or lambda by that share of s_lambda, whichever
+comes first.
+
+References
+----------
+Seydel, Practical Bifurcation and Stability Analysis (2010), section 4.5: scaling and step control.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hbsolve.aft import Start
+from hbsolve.arclength import Corrected, Direction, Metric, corrected, round_kink, tangent
+from hbsolve.balance import Real
+from hbsolve.continuation_state import ContinuationState
+from hbsolve.errors import BalanceError
+from hbsolve.parameter import Equation, FrequencyPath, JointPath, LevelPath, equation
+from hbsolve.steady_state import NoConvergence, SteadyState, finished, slider_start, solve_at, steady_state
+from reduction.array_input import real_number
+
+#: Largest, first and smallest ds.
+LARGEST, FIRST, LEAST = 0.2, 0.05, 1e-7
+#: A step that takes EASY corrections or fewer grows, one that takes HARD or more shrinks.
+EASY, HARD = 3, 6
+GROW, SHRINK, RETRY = 1.5, 0.6, 0.35
+#: A step across which the tangent turns more than by this cosine, or changes its orientation, is tried shorter, down to
+#: the length at which kinks are taken as they come.
+TURN, SURE = 0.7, 5e-3
+#: The last point lies this near to its prediction, in shares of the step to it; a state further away belongs to another
+#: branch, or to this one round a fold.
+NEAR = 0.5
+#: A closed branch has this many points at least, comes back to a point of its own by this share of a step (sheets that
+#: lie close together are no closed branch), and runs on in the same direction, by this cosine.
+LEAST_LOOP, ASIDE, SAME_WAY = 12, 0.05, 0.9
+#: Steps of largest length over the range by default, and points at most.
+STEPS, MOST_POINTS = 50, 5000
+
+REACHED = "reached the last value"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Continuation:
+    """A branch from one value of lambda to another.
+
+    Parameters
+    ----------
+    path
+        What lambda is: `FrequencyPath`, `LevelPath` or `JointPath`.
+    first, last
+        Where the branch begins and ends, in either order.
+    step
+        Largest step in lambda; a fiftieth of the range by default.
+    most_points
+        Stop after so many.
+
+    Raises
+    ------
+    BalanceError
+        An empty range, a step that is not positive, or what is no real number.
+    """
+
+    path: FrequencyPath | LevelPath | JointPath
+    first: float
+    last: float
+    step: float | None = None
+    most_points: int = MOST_POINTS
+
+    def __post_init__(self) -> None:
+        for name in ("first", "last") if self.step is None else ("first", "last", "step"):
+            object.__setattr__(self, name, real_number(getattr(self, name), name, BalanceError))
+        if not np.isfinite([self.first, self.last]).all() or self.first == self.last:
+            raise BalanceError(f"the range from {self.first:g} to {self.last:g} is empty: give two different ends")
+        for end in (self.first, self.last):
+            self.path.at(end)  # refuses an end that its path cannot have, before anything is computed
+        if self.step is not None and not 0 < self.step < np.inf:
+            raise BalanceError(f"step = {self.step:g} must be positive and finite")
+
+    @property
+    def _scale(self) -> float:
+        """s_lambda."""
+        return (self.step or abs(self.last - self.first) / STEPS) / LARGEST
+
+    def begin(
+        self, start: Real | None = None, slider: NDArray[np.float64] | None = None, multiplier: bool = False
+    ) -> tuple[SteadyState, ContinuationState]:
+        """The first point.
+
+        Raises
+        ------
+        NoConvergence
+            No steady state at the first value.
+        """
+        balance, condensed = self.path.at(self.first)
+        sliders = slider_start(balance, slider, multiplier)
+        try:
+            found = solve_at(balance, condensed, start, sliders)
+        except NoConvergence:
+            found = steady_state(
+                balance, condensed.angular_frequency, start=start, slider=sliders.value, multiplier=multiplier
+            )
+        return found, self.state_at(found.motion, sliders)
+
+    def state_at(self, motion: Real, sliders: Start) -> ContinuationState:
+        """Where the branch begins, for a solution at the first value."""
+        return ContinuationState(
+            value=self.first,
+            motion=motion,
+            slider=sliders.value,
+            by_multiplier=sliders.by_multiplier,
+            tangent_motion=np.zeros_like(motion),
+            tangent_value=float(np.sign(self.last - self.first)) * self._scale,
+            orientation=0,
+            step=FIRST,
+            n_point=1,
+            mark_motion=motion,
+            mark_value=self.first,
+            mark_tangent_motion=np.zeros_like(motion),
+            mark_tangent_value=0.0,
+            mark_point=1,
+        )
+
+    def advance(self, state: ContinuationState) -> tuple[SteadyState | None, ContinuationState]:
+        """The next point, and the state after it; no point, and a stop reason, if there is none."""
+        sliders = Start(np.array(state.slider), np.array(state.by_multiplier))
+        x, value = np.array(state.motion), state.value
+        metric = Metric(_amplitude(x), self._scale)
+        t, orientation = self._set_out(state, metric, sliders)
+        step = state.step
+        while step >= LEAST:
+            if self._ends(value, t, step):
+                ahead = (self.last - value) / t.value
+                ended = self._finish(state, x + ahead * t.motion, ahead, metric, sliders)
+                if ended is not None:
+                    return ended
+            for find in (corrected, round_kink):
+                found = find(self.path, x, value, t, step, metric, sliders, orientation)
+                if found is None:
+                    continue
+                onward, sign = tangent(found.at, found.way, metric, orientation)
+                turned = metric.cosine(onward, found.way) < TURN or sign != orientation
+                if step <= SURE or not turned:
+                    after = self._accept(replace(state, orientation=sign), found, onward, step, metric, sliders)
+                    if after is not None:
+                        return after
+            step *= RETRY
+        return self._leap(state, x, sliders, t.value)
+
+    def _set_out(self, state: ContinuationState, metric: Metric, sliders: Start) -> tuple[Direction, int]:
+        """Tangent at the last point, of length 1, and its orientation."""
+        t = Direction(np.array(state.tangent_motion), state.tangent_value)
+        if not state.orientation:
+            here = equation(self.path, state.value, np.array(state.motion), sliders)
+            return tangent(here, t, metric, 0)
+        length = metric.length(t)
+        return Direction(t.motion / length, t.value / length), state.orientation
+
+    def _accept(
+        self, state: ContinuationState, found: Corrected, t: Direction, step: float, metric: Metric, sliders: Start
+    ) -> tuple[SteadyState | None, ContinuationState] | None:
+        """The point, unless it lies outside the range, and what comes after it; none if a shorter step must tell."""
+        if (found.value - self.last) * (self.last - self.first) > 0:
+            share = (self.last - state.value) / (found.value - state.value)
+            between = state.motion + share * (found.motion - state.motion)
+            return self._finish(state, between, share * step, metric, sliders)
+        if self._outside(found.value):
+            return None, replace(state, stop_reason=self._words("turned back beyond its first value", found.value))
+        point = _point(found.at, found.motion, sliders, found.iterations)
+        n_point = state.n_point + 1
+        if self._closed(state, found, t, step, metric):
+            return point, replace(
+                state, n_point=n_point, stop_reason=self._words("the branch closes on itself", found.value)
+            )
+        if n_point >= 2 * state.mark_point:
+            state = replace(
+                state,
+                mark_motion=found.motion,
+                mark_value=found.value,
+                mark_tangent_motion=t.motion,
+                mark_tangent_value=t.value,
+                mark_point=n_point,
+            )
+        grow = GROW if found.iterations <= EASY else SHRINK if found.iterations >= HARD else 1.0
+        return point, replace(
+            state,
+            value=found.value,
+            motion=found.motion,
+            tangent_motion=t.motion,
+            tangent_value=t.value,
+            step=min(grow * step, LARGEST),
+            n_point=n_point,
+            stop_reason="" if n_point < self.most_points else f"reached {self.most_points} points",
+        )
+
+    def _closed(self, state: ContinuationState, found: Corrected, t: Direction, step: float, metric: Metric) -> bool:
+        """Whether a point lies on the marked way, within a step of the mark, and travels the same way."""
+        mark = Direction(state.mark_tangent_motion, state.mark_tangent_value)
+        away = Direction(found.motion - state.mark_motion, found.value - state.mark_value)
+        along = metric.dot(away, mark) / (metric.length(mark) or 1.0)
+        aside = np.sqrt(max(metric.dot(away, away) - along**2, 0.0))
+        near = abs(along) <= step and aside <= ASIDE * step
+        return bool(near and metric.cosine(t, mark) >= SAME_WAY and state.n_point >= state.mark_point + LEAST_LOOP)
+
+    def _ends(self, value: float, t: Direction, step: float) -> bool:
+        """Whether the prediction of the step reaches the last value."""
+        ahead, reach = self.last - value, step * t.value
+        return bool(reach and 0 <= ahead / reach <= 1)
+
+    def _finish(
+        self, state: ContinuationState, predicted: Real, step: float, metric: Metric, sliders: Start
+    ) -> tuple[SteadyState | None, ContinuationState] | None:
+        """The point at the last value; none if there is none near its prediction, as beyond a fold."""
+        balance, condensed = self.path.at(self.last)
+        try:
+            found = solve_at(balance, condensed, predicted, sliders)
+        except NoConvergence:
+            return None
+        aside = metric.length(Direction(found.motion - predicted, 0.0))
+        if aside > max(NEAR * step, SURE):
+            return None
+        return found, replace(
+            state, value=self.last, motion=found.motion, n_point=state.n_point + 1, stop_reason=REACHED
+        )
+
+    def _leap(
+        self, state: ContinuationState, x: Real, sliders: Start, t_value: float
+    ) -> tuple[SteadyState | None, ContinuationState]:
+        """Where the arc cannot be followed, the next point at a fixed lambda."""
+        towards = np.sign(t_value or self.last - self.first)
+        for share in (0.1, 0.5, 0.01):
+            value = state.value + float(towards) * share * LARGEST * self._scale
+            if self._outside(value) or (self.last - value) * (self.last - self.first) < 0:
+                continue
+            balance, condensed = self.path.at(value)
+            try:
+                found = solve_at(balance, condensed, x, sliders)
+            except NoConvergence:
+                continue
+            jump = np.linalg.norm(found.motion - x) / _amplitude(x)
+            if jump > 5 * LARGEST:
+                continue
+            return found, replace(
+                state,
+                value=value,
+                motion=found.motion,
+                tangent_motion=np.zeros_like(x),
+                tangent_value=float(towards) * self._scale,
+                orientation=0,
+                step=FIRST,
+                n_point=state.n_point + 1,
+            )
+        return None, replace(
+            state, stop_reason=self._words("the corrections fail even for the smallest step", state.value)
+        )
+
+    def _outside(self, value: float) -> bool:
+        return (value - self.first) * (self.last - self.first) < 0
+
+    def _words(self, reason: str, value: float) -> str:
+        return f"{reason}, at {self.path.shown(value):.6g} {self.path.unit}"
+
+
+def _amplitude(x: Real) -> float:
+    """Size of the vibration, or of the displacement where nothing vibrates [m]."""
+    vibration = float(np.linalg.norm(x[:, 1:]))
+    return vibration or float(np.linalg.norm(x)) or 1.0
+
+
+def _point(at: Equation, x: Real, sliders: Start, iterations: int) -> SteadyState:
+    size = float(np.linalg.norm(at.balance.linear(at.condensed))) or 1.0
+    return finished(at.balance, at.condensed, x, sliders, float(np.linalg.norm(at.residual)) / size, iterations)
