@@ -1,4 +1,4 @@
-"""What can be wrong with an input, as one tree of exceptions.
+"""What can be wrong with an input, as one tree of exceptions, and what may be, as one of warnings.
 
 ::
 
@@ -14,12 +14,20 @@
         │   └── transient.errors.StepError
         └── study.errors.{CaseError, OutputError, MissingSoftware}
 
+    UserWarning
+    └── InputWarning          the input is taken as it is, but may not be meant
+        └── hbsolve.errors.DampingWarning
+
 It lives in the lowest room, so that every other room can derive from it.
 """
 
 
 class InputError(ValueError):
     """An input that its user can mend; the message is one sentence that names the value and the remedy."""
+
+
+class InputWarning(UserWarning):
+    """An input that can be computed with but may not be meant; the message is one sentence with value and remedy."""
 
 
 class GeometryError(InputError):

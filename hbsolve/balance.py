@@ -15,6 +15,7 @@ from hbsolve.condensed import Condensed, CondensedStructure
 from hbsolve.contact.catalogue import JointTable, joint_table
 from hbsolve.errors import BalanceError
 from hbsolve.fourier import Coefficients
+from hbsolve.matrix_check import warn_of_negative_damping
 from hbsolve.sampling import Sampling, complex_from_real, real_from_complex, sampling
 from reduction.array_input import real_number, whole_number
 from reduction.jointed_system import JointedSystem
@@ -49,6 +50,11 @@ class HarmonicBalance:
     ModelError
         Matrices of no vibrating structure, or one that is not held even with all contacts stuck.
 
+    Warns
+    -----
+    DampingWarning
+        Damping that puts energy into some motion.
+
     References
     ----------
     Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eqs 3-8 and 12.
@@ -74,6 +80,7 @@ class HarmonicBalance:
         table = joint_table(self.system.joints)
         object.__setattr__(self, "table", table)
         object.__setattr__(self, "structure", self._structure(table))
+        warn_of_negative_damping(self.system.damping, stacklevel=4)  # the line that makes the balance
 
     def _check(self) -> None:
         highest = max((int(k) for k in np.flatnonzero(self.system.dynamic.any(axis=1))), default=0)

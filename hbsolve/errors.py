@@ -1,6 +1,6 @@
 """What can be wrong with a force, a dynamic model or a search for a peak; the tree is drawn in `geometry.errors`."""
 
-from geometry.errors import InputError
+from geometry.errors import InputError, InputWarning
 
 
 class ForceError(InputError):
@@ -17,3 +17,7 @@ class PeakError(InputError):
 
 class BalanceError(InputError):
     """Harmonics, samples, a start or a parameter that the harmonic balance cannot use."""
+
+
+class DampingWarning(InputWarning):
+    """Damping that puts energy into some motion."""

@@ -1,15 +1,19 @@
 """Whether matrices describe a vibrating structure."""
 
+import warnings
+
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from hbsolve.errors import ModelError
+from hbsolve.errors import DampingWarning, ModelError
 
 Matrix = Float[NDArray[np.float64], "r r"]
 
 #: Relative asymmetry that still counts as round-off.
 ASYMMETRY = 1e-9
+#: Eigenvalue of the damping, relative to its largest entry or eigenvalue, that still counts as round-off.
+NEGATIVE = 1e-9
 
 
 def check_shape(name: str, matrix: Matrix, shape: tuple[int, ...]) -> None:
@@ -62,3 +66,27 @@ def check_mass(mass: Matrix) -> None:
             f"the mass has the eigenvalue {lightest:.3g} kg: the mass must be positive definite, so give every "
             "degree of freedom a mass or reduce it out"
         ) from None
+
+
+def warn_of_negative_damping(damping: Matrix, stacklevel: int) -> None:
+    """Warn where the symmetric part of the damping, which alone works on a motion, has a negative eigenvalue.
+
+    Follower forces, such as those in the bearings of rotors, may be meant so: it is no error.
+
+    Parameters
+    ----------
+    damping
+        Finite, shape (r, r) [N s/m].
+    stacklevel
+        Of the line that the warning shows, as `warnings.warn` counts from here.
+    """
+    values = np.linalg.eigvalsh((damping + damping.T) / 2)
+    largest = max(float(np.abs(values).max()), float(np.abs(damping).max()))
+    if values[0] < -NEGATIVE * largest:
+        warnings.warn(
+            f"the damping has the eigenvalue {values[0]:.3g} N s/m in its symmetric part, whose largest is "
+            f"{values[-1]:.3g} N s/m: it puts energy into a motion, as follower forces do, so check its sign if the "
+            "structure is passive",
+            DampingWarning,
+            stacklevel=stacklevel,
+        )

@@ -97,7 +97,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _guarded(run: "Callable[[], Answer | None]", words: Sequence[str], output: console.Output) -> int:
     """Run a command; whatever it raises becomes a message and an exit code."""
     try:
-        with _terminated_as_interrupted():
+        with _terminated_as_interrupted(), console.plain_warnings():
             answer = run()
         # Help and version have been printed already and answer nothing.
         return ExitCode.DONE if answer is None else output.answer(answer)

@@ -8,6 +8,7 @@ import shlex
 import sys
 import tempfile
 import traceback
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
@@ -88,6 +89,33 @@ def standard_output(*, as_json: bool) -> Iterator[Output]:
         sys.stdout.flush()
         os.dup2(stream.fileno(), 1)
         stream.close()
+
+
+@contextmanager
+def plain_warnings() -> Iterator[None]:
+    """Show each warning about an input once, as a sentence; others are shown as Python does."""
+    shown: set[str] = set()
+    with warnings.catch_warnings():
+        as_python_does = warnings.showwarning
+
+        def show(
+            message: Warning | str,
+            category: type[Warning],
+            filename: str,
+            lineno: int,
+            file: TextIO | None = None,
+            line: str | None = None,
+        ) -> None:
+            from geometry.errors import InputWarning
+
+            if not issubclass(category, InputWarning):
+                as_python_does(message, category, filename, lineno, file, line)
+            elif str(message) not in shown:
+                shown.add(str(message))
+                sys.stderr.write(f"stickslip: warning: {message}\n")
+
+        warnings.showwarning = show
+        yield
 
 
 def write_traceback(error: BaseException, words: Sequence[str]) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.sparse import eye_array
 
 import hbsolve.rescue
@@ -15,9 +16,10 @@ from geometry.errors import InputError
 from hbsolve.balance import HarmonicBalance
 from hbsolve.branch import branch_of, load_branch
 from hbsolve.contact_motion import contact_motion, contact_share
-from hbsolve.continuation import Continuation, frequency_response, joint_response, level_response
+from hbsolve.continuation import frequency_response, joint_response, level_response
+from hbsolve.continuation_step import Continuation
 from hbsolve.energy import energy_balance
-from hbsolve.errors import BalanceError, ModelError
+from hbsolve.errors import BalanceError, DampingWarning, ModelError
 from hbsolve.parameter import FrequencyPath, JointPath
 from hbsolve.sensitivity import (
     JointParameter,
@@ -534,6 +536,45 @@ def test_where_nothing_converges_the_message_says_what_to_try(
     with pytest.raises(NoConvergence, match=advice) as caught:
         steady_state(balance(joints=[joint]), 0.5, slider=slider)
     assert re.match(r"no steady state was found at 0\.0795775 Hz, level 1: ", str(caught.value))
+
+
+ROTATED = np.array([[0.8, -0.6], [0.6, 0.8]])
+
+
+@pytest.mark.parametrize(
+    ("damping", "lowest"),
+    [
+        (-np.eye(2), "-1"),
+        (np.diag([1.0, -1e-8]), "-1e-08"),
+        (np.array([[0.0, 0.5], [0.5, 0.0]]), "-0.5"),
+        (ROTATED @ np.diag([2.0, -0.1]) @ ROTATED.T, "-0.1"),
+        (np.array([[1.0, 3.0], [1.0, 1.0]]), "-1"),  # whose own eigenvalues are 2.7 and -0.7
+    ],
+)
+def test_damping_that_puts_energy_in_is_told(damping: NDArray[np.float64], lowest: str) -> None:
+    with pytest.warns(DampingWarning, match=f"has the eigenvalue {lowest} N s/m.* check its sign") as caught:
+        balance(damping=damping).at_level(2.0)
+    assert len(caught) == 1
+    assert caught[0].filename == __file__
+    assert "\n" not in str(caught[0].message)
+
+
+@pytest.mark.parametrize(
+    "damping",
+    [
+        np.zeros((2, 2)),
+        np.diag([1.0, 0.0]),
+        np.diag([1.0, -1e-12]),
+        ROTATED @ np.diag([1e9, 0.0]) @ ROTATED.T,
+        np.array([[0.0, 3.0], [-3.0, 0.0]]),  # gyroscopic
+        np.array([[-1e-15, 3.0], [-3.0, 0.0]]),
+    ],
+)
+def test_damping_that_takes_energy_or_none_is_not(
+    damping: NDArray[np.float64], recwarn: pytest.WarningsRecorder
+) -> None:
+    assert balance(damping=damping).n_harmonic == 4
+    assert not [each for each in recwarn if issubclass(each.category, DampingWarning)]
 
 
 def test_a_complex_array_without_imaginary_parts_loses_nothing() -> None:

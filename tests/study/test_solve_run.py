@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from hbsolve.continuation import Continuation
+from hbsolve.continuation_step import Continuation
 from study import cli
 from study.checkpoint import Checkpoint
 from study.shipped import SOLVE
@@ -198,6 +198,18 @@ def test_mistakes_are_answered_with_exit_code_2_and_the_help_has_an_example(
     assert {problem["key"] for problem in error["problems"]} == {"contact[0]", "load[0]", "output[0]", "output[1]"}
     assert cli.main(["solve", "--help"]) == 0
     assert "stickslip solve my_rig.toml --out mine" in capfd.readouterr().out
+
+
+@pytest.mark.usefixtures("no_figures")
+def test_negative_damping_is_told_in_one_sentence(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    np.savez(home / "mass.npz", M=[[MASS]], K=[[STIFFNESS]], C=[[-DAMPING]])
+    assert solve("out", "--json") == 0
+    output = capfd.readouterr()
+    assert json.loads(output.out)["n_dof"] == 1
+    assert output.err.splitlines() == [
+        "stickslip: warning: the damping has the eigenvalue -20 N s/m in its symmetric part, whose largest is -20 "
+        "N s/m: it puts energy into a motion, as follower forces do, so check its sign if the structure is passive"
+    ]
 
 
 @pytest.mark.usefixtures("no_figures")
