@@ -24,6 +24,10 @@ Real = Float[NDArray[np.float64], "d nh"]
 
 #: Samples a period by default: this many a harmonic, rounded up to a power of two, and no fewer than LEAST_SAMPLE.
 SAMPLE_PER_HARMONIC, LEAST_SAMPLE = 32, 128
+#: Largest load [N]: norms of what it moves must not overflow.
+MOST_FORCE = 1e100
+#: Largest Omega [rad/s]: nor must (H Omega)^4.
+HIGHEST = 1e50
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,8 +49,8 @@ class HarmonicBalance:
     Raises
     ------
     BalanceError
-        Too few harmonics for the force, too few samples for the harmonics, or numbers of them that are not whole, or
-        no system.
+        Too few harmonics for the force, too few samples for the harmonics, numbers of them that are not whole, loads
+        too large to compute with, or no system.
     ModelError
         Matrices of no vibrating structure, or one that is not held even with all contacts stuck.
 
@@ -96,6 +100,12 @@ class HarmonicBalance:
             )
         if not np.isfinite(self.level):
             raise BalanceError(f"level = {self.level} must be a finite number")
+        loads = float(np.abs(self.system.static).max()), float(np.abs(self.system.dynamic).max())
+        if loads[0] > MOST_FORCE or abs(self.level) > MOST_FORCE / max(loads[1], 1.0):
+            raise BalanceError(
+                f"level = {self.level:g} of a harmonic force of {loads[1]:g} N, and a static load of {loads[0]:g} N: "
+                f"no load may exceed {MOST_FORCE:g} N, where squares of motions overflow, so give smaller loads"
+            )
 
     def _structure(self, table: JointTable) -> CondensedStructure:
         system = self.system
@@ -175,11 +185,13 @@ class HarmonicBalance:
         Raises
         ------
         BalanceError
-            A frequency that is not positive.
+            A frequency that is not positive, or too high to compute with.
         """
         omega = real_number(angular_frequency, "angular_frequency", BalanceError)
         if not (np.isfinite(omega) and omega > 0):
             raise BalanceError(f"angular_frequency = {omega:g} rad/s must be positive: a static load is static_load")
+        if omega > HIGHEST:
+            raise BalanceError(f"angular_frequency = {omega:g} rad/s must be below {HIGHEST:g} rad/s: squares overflow")
         return self.structure.at(omega)
 
     def linear(self, condensed: Condensed, level: float | None = None) -> Real:

@@ -54,7 +54,7 @@ class Continuation:
     first, last
         Where the branch begins and ends, in either order.
     step
-        Largest step in lambda; a fiftieth of the range by default.
+        Largest step in lambda, at most the range; a fiftieth of it by default.
     most_points
         Stop after so many.
 
@@ -83,7 +83,8 @@ class Continuation:
     @property
     def _scale(self) -> float:
         """s_lambda."""
-        return (self.step or abs(self.last - self.first) / STEPS) / LARGEST
+        way = abs(self.last - self.first)
+        return (way / STEPS if self.step is None else min(self.step, way)) / LARGEST
 
     def begin(
         self, start: Real | None = None, slider: NDArray[np.float64] | None = None, multiplier: bool = False

@@ -9,6 +9,7 @@ from hbsolve.aft import JointForces, Start, joint_forces
 from hbsolve.balance import HarmonicBalance, Real
 from hbsolve.condensed import Condensed
 from hbsolve.contact.law import JACOBIAN
+from hbsolve.errors import BalanceError
 from hbsolve.newton import apply_receptance, newton
 from hbsolve.sampling import complex_from_real
 from hbsolve.state import SteadyState, slider_start, start_motion
@@ -68,7 +69,7 @@ def steady_state(
         Newton's method failed from the start, from rest, along a ramp of the level, from many starts and along arcs
         of frequency and level.
     BalanceError
-        A frequency that is not positive, or sliders or a start that do not fit.
+        A frequency that is not positive, sliders or a start that do not fit, or a motion too large to compute with.
     """
     sliders = slider_start(balance, slider, multiplier)
     from hbsolve.rescue import along_an_arc, from_many_starts  # which continue branches of these states
@@ -92,7 +93,13 @@ def solve_at(balance: HarmonicBalance, condensed: Condensed, x: Real | None, sli
     """`steady_state` where the linear structure at Omega is at hand."""
     x = start_motion(balance, x)
     linear = balance.linear(condensed)
-    scale = float(np.linalg.norm(linear))
+    with np.errstate(over="ignore"):
+        scale = float(np.linalg.norm(linear))
+    if not np.isfinite(scale):
+        raise BalanceError(
+            f"the linear motion at {condensed.angular_frequency / (2 * np.pi):.6g} Hz, level {balance.level:g}, is too "
+            "large for the arithmetic: give smaller loads or a stiffer structure"
+        )
     if scale == 0.0:
         scale = 1.0
     iterations = 0

@@ -234,7 +234,30 @@ BALANCE: dict[str, tuple[Refused, str]] = {
     ),
     "fewer samples later": (lambda: balance(6).with_samples(8), r"n_sample = 8 is too few"),
     "level": (lambda: balance().at_level(np.nan), r"level = nan must be a finite number"),
+    "endless level": (lambda: balance().at_level(1e300), r"level = 1e\+300 of a harmonic force of 0\.2 N.* 1e\+100 N"),
+    "a level sweep without end": (lambda: level_response(balance(), 1.0, 1.0, 1e300), r"level = 1e\+300 of a harmonic"),
+    "endless harmonic force": (
+        lambda: balance(harmonic_force=[[0, 0], [1e200, 0]]),
+        r"level = 1 of a harmonic force of 1e\+200 N, .* give smaller loads",
+    ),
+    "endless static load": (lambda: balance(static_load=[0, -1e200]), r"a static load of 1e\+200 N"),
+    "endless motion": (
+        lambda: steady_state(
+            balance(
+                mass=1e-80 * np.eye(2),
+                damping=1e-80 * np.eye(2),
+                stiffness=1e-80 * np.eye(2),
+                joints=[CubicSpring(name="cubic", direction=X, stiffness=0.1)],
+            ).at_level(1e90),
+            0.5,
+        ),
+        r"the linear motion at 0\.0795775 Hz, level 1e\+90, is too large for the arithmetic",
+    ),
     "frequency 0": (lambda: steady_state(balance(), 0.0), r"angular_frequency = 0 rad/s must be positive"),
+    "endless frequency": (
+        lambda: frequency_response(balance(), 0.5, 1e300),
+        r"angular_frequency = 1e\+300 rad/s must be below 1e\+50 rad/s",
+    ),
     "frequency of NaN": (lambda: steady_state(balance(), np.nan), r"angular_frequency = nan rad/s"),
     "two sliders for one": (
         lambda: steady_state(balance(), 1.0, slider=[0.1, 0.2]),
@@ -596,6 +619,12 @@ def test_a_branch_may_end_at_the_edge_of_what_a_joint_can_have() -> None:
     # Without friction the tangent is free: a spring of no force, and the cubic one.
     free = steady_state(balance(joints=[CubicSpring(name="cubic", direction=X, stiffness=0.1)]), 0.5)
     np.testing.assert_allclose(branch.coefficients[-1][:, 0], free.coefficients[:, 0], atol=1e-8)  # residual 1e-9
+
+
+def test_a_motion_whose_squares_vanish_is_left_as_it_is() -> None:
+    branch = frequency_response(balance(joints=[contact(preload=0.0)]).at_level(1e-200), 0.5, 0.6, step=1e300)
+    assert branch.stop_reason == "reached the last value"
+    np.testing.assert_array_equal(branch.truncation_error, 0)
 
 
 def test_what_the_cases_start_from_is_accepted() -> None:

@@ -259,6 +259,8 @@ MISTAKES = [
     ('from = "60 Hz"', 'from = "-60 Hz"', 'sweep.from = "-60 Hz": must be greater than 0'),
     ("[1, 3]", "[1, 1]", "1 stands there twice: remove one"),
     ("[1, 3]", "[1, -3]", "sweep.levels[1] = -3: must be greater than 0"),
+    ("[1, 3]", "[1, 1e300]", "sweep.levels[1] = 1e+300: must lie between 1e-12 and 1e+12: it scales the loads"),
+    ("[1, 3]", "[1e-13]", "sweep.levels[0] = 1e-13: must lie between 1e-12 and 1e+12"),
     ("[1, 3]", "[]", "sweep.levels = []: must have at least 1, not 0"),
     ("[1, 3]", "[nan]", "sweep.levels[0] = NaN: nan is not a finite number"),
     ('parameter = "frequency"', 'parameter = "freq"', 'sweep.parameter = "freq": must be "frequency" or "level"'),

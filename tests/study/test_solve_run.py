@@ -200,6 +200,16 @@ def test_mistakes_are_answered_with_exit_code_2_and_the_help_has_an_example(
     assert "stickslip solve my_rig.toml --out mine" in capfd.readouterr().out
 
 
+def test_a_load_beyond_the_arithmetic_is_answered_with_exit_code_2(
+    home: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (home / "my.toml").write_text(CASE.replace('"1 N"', '"1e200 N"'))
+    assert solve("out") == 2
+    error = capfd.readouterr().err
+    assert "harmonic force of 1e+200 N" in error
+    assert error.count("\n") == 1
+
+
 @pytest.mark.usefixtures("no_figures")
 def test_negative_damping_is_told_in_one_sentence(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
     np.savez(home / "mass.npz", M=[[MASS]], K=[[STIFFNESS]], C=[[-DAMPING]])
