@@ -93,5 +93,14 @@ class FeatureVector:
         changed[ratio] = slopes[ratio] / x[to] - x[ratio] / x[to] ** 2 * slopes[to]
         return self._real(changed)
 
+    def per_reading(self, value: Coefficients) -> Float[NDArray[np.float64], " m"]:
+        """How much a feature changes per unit of its own reading (a ratio's other reading is known far better)."""
+        rate = np.ones(len(value))
+        i = self.inverse
+        rate[i] = self.points.level[i] / np.abs(value[i]) ** 2
+        ratio = self.reference >= 0
+        rate[ratio] = 1 / np.abs(value[self.reference[ratio]])
+        return np.asarray(rate[self.row])
+
     def _real(self, features: Complex[NDArray[np.complex128], "k ..."]) -> Float[NDArray[np.float64], "m ..."]:
         return np.concatenate([features.real, features.imag[~self.real_only]])

@@ -62,8 +62,14 @@ def budget_modes(
     modes.append(budget.compliance * _features(predictor, features, model, prediction, softer))
     for finer in refined:
         change = features.of_values(predictor.predict(finer, prediction).value) - features.of_values(prediction.value)
-        modes.append(np.where(np.isfinite(change), change, 0.0)[:, None])
+        modes.append(_by_level(features, np.where(np.isfinite(change), change, 0.0)))
     return np.column_stack(modes)
+
+
+def _by_level(features: FeatureVector, change: Float[NDArray[np.float64], " m"]) -> Modes:
+    """A change as one mode a level: which contacts slip is another matter at each."""
+    level = features.points.level[features.row]
+    return np.array([np.where(level == each, change, 0.0) for each in np.unique(level)]).T
 
 
 def history_modes(features: FeatureVector, model: TestModel, prediction: Prediction, n_draw: int, seed: int) -> Modes:

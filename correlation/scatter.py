@@ -1,11 +1,12 @@
 r"""What repeats say about the noise: a share that moves all points at once, and a share of each point's own.
 
 Repeats differ by more than noise: the exciter's frequency, the pre-load and the room are a little different each time.
-Such a difference moves all points along a known mode. With the modes taken out, what is left scatters by
+Such a difference moves all points along a known mode. With the modes taken out, readings X of one sensor and harmonic
+scatter by
 
-.. math:: v = a^2 |y|^2 + b^2
+.. math:: v = a^2 |X|^2 + b^2 .
 
-for each sensor and harmonic. A few repeats tell a variance badly, so that each point's own is drawn towards this; not
+A few repeats tell a variance badly, so that each point's own is drawn towards this; not
 all the way, because friction scatters where it likes.
 """
 
@@ -63,10 +64,13 @@ def whitening(
     apart = each - y[:, None]
     freedom = np.maximum(n - 1.0, 0.0)
     group = _groups(features)
-    pooled = _pooled(_variance(apart, freedom), y, freedom, group)
+    with np.errstate(invalid="ignore"):
+        reading = np.nanmean(observed.repeat, axis=1)
+    size, per_reading = np.abs(reading)[features.row], features.per_reading(reading)
+    pooled = per_reading**2 * _pooled(_variance(apart, freedom) / per_reading**2, size, freedom, group)
     amplitude = _amplitudes(apart, jitter, np.sqrt(pooled))
     own = _variance(apart - jitter @ amplitude, freedom)
-    pooled = _pooled(own, y, freedom, group)
+    pooled = per_reading**2 * _pooled(own / per_reading**2, size, freedom, group)
     variance = (POOLED * pooled + freedom * np.where(freedom > 0, own, 0.0)) / (POOLED + freedom)
     spread = np.sqrt((amplitude**2).sum(axis=1) / max(amplitude.shape[1] - 1, 1))
     shared = np.column_stack([jitter * spread, history]) / np.sqrt(observed.count[features.row])[:, None]
@@ -88,7 +92,7 @@ def _groups(features: FeatureVector) -> NDArray[np.int64]:
 
 def _pooled(
     variance: Float[NDArray[np.float64], " m"],
-    y: Float[NDArray[np.float64], " m"],
+    size: Float[NDArray[np.float64], " m"],
     freedom: Float[NDArray[np.float64], " m"],
     group: NDArray[np.int64],
 ) -> Float[NDArray[np.float64], " m"]:
@@ -96,14 +100,14 @@ def _pooled(
     for number in range(int(group.max()) + 1):
         rows = np.flatnonzero(group == number)
         seen = rows[freedom[rows] > 0]
-        size = float(np.mean(y[rows] ** 2)) or 1.0
-        v, table = variance[seen], np.column_stack([y[seen] ** 2, np.full(len(seen), size)])
-        fitted = np.full(len(seen), float(np.median(v)) or 1e-12 * size)
+        mean = float(np.mean(size[rows] ** 2)) or 1.0
+        v, table = variance[seen], np.column_stack([size[seen] ** 2, np.full(len(seen), mean)])
+        fitted = np.full(len(seen), float(np.median(v)) or 1e-12 * mean)
         share = np.zeros(2)
         for _ in range(ROUNDS):
             share, _ = nnls(table / fitted[:, None], v / fitted)
-            fitted = np.maximum(table @ share, 1e-12 * size)
-        pooled[rows] = np.maximum(share[0] * y[rows] ** 2 + share[1] * size, 1e-12 * size)
+            fitted = np.maximum(table @ share, 1e-12 * mean)
+        pooled[rows] = np.maximum(share[0] * size[rows] ** 2 + share[1] * mean, 1e-12 * mean)
     return pooled
 
 
