@@ -56,7 +56,7 @@ def beam_model(n_element: int = 12, n_station: int = 3, n_harmonic: int = 8) -> 
     alpha = 2 * DAMPING_RATIO * first * second / (first + second)
     beta = 2 * DAMPING_RATIO / (first + second)
     places = {name: _rows(x, n_element)[0] for name, x in PLACES.items()}
-    force = np.zeros((2, r))
+    force = np.zeros((2, r), dtype=np.complex128)
     force[1] = places["excitation"]
     system = JointedSystem(
         mass=mass,
