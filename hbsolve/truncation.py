@@ -19,8 +19,8 @@ class Truncation:
     harmonics
         Change by harmonics H + 1 to 2 H + 1 on the same samples (more where those are too few for them) [-].
     samples
-        Change by twice the samples [-]. The error itself is some 4/3 of it for laws of second order in the distance of
-        the samples, and twice as large for two tangents coupled by Coulomb friction (`hbsolve.contact.coulomb`).
+        Change by twice the samples [-]. The error itself is some 4/3 of it, since the laws are of second order in the
+        distance of the samples, and up to twice as large where a contact lands between two samples and sticks at once.
     """
 
     harmonics: float
