@@ -9,3 +9,5 @@ BLADE = CASES / "blade.toml"
 TABLE1 = (CASES / "table1_rig.toml", CASES / "table1_plain.toml")
 #: A chain of three masses whose end rubs on a wall; its matrices stand beside it.
 SOLVE = CASES / "solve_chain.toml"
+#: The beam of the virtual test bench, beside its matrices; `study.beam_case` writes both.
+BEAM = CASES / "beam" / "beam.toml"

@@ -1,8 +1,7 @@
 """From a case of ``stickslip solve`` to a jointed system; what is wrong with it is said at once, with file and line."""
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from math import pi
 from pathlib import Path
 
@@ -25,9 +24,11 @@ from reduction.jointed_system import (
     QuadraticDamper,
 )
 from reduction.matrix_io import StructureMatrices, load_matrices
-from study.case import located
-from study.errors import CaseError, Problem
+from study.case import CaseModel, located
+from study.errors import CaseError
+from study.mistakes import Mistakes
 from study.solve_case import (
+    ContactTable,
     CubicTable,
     DampingTable,
     FrequencySweepTable,
@@ -122,26 +123,6 @@ class SolveModel:
     n_sample: int
 
 
-@dataclass
-class _Mistakes:
-    """Collects what is wrong, so that the user sees all of it at once."""
-
-    case: SolveCase
-    problems: list[Problem] = field(default_factory=list)
-
-    @contextmanager
-    def at(self, *table: str | int) -> Iterator[None]:
-        try:
-            with located(self.case, *table):
-                yield
-        except CaseError as error:
-            self.problems += error.problems
-
-    def raise_if_any(self) -> None:
-        if self.problems:
-            raise CaseError(list(dict.fromkeys(self.problems)))
-
-
 def solve_model(case: SolveCase, folder: Path) -> SolveModel:
     """Read the structure and put joints, loads and outputs on it.
 
@@ -157,7 +138,7 @@ def solve_model(case: SolveCase, folder: Path) -> SolveModel:
     CaseError
         With every mistake that can be seen without computing a curve.
     """
-    mistakes = _Mistakes(case)
+    mistakes = Mistakes(case)
     structure = None
     with mistakes.at("model"):
         structure = _structure(folder / case.model.file)
@@ -167,7 +148,7 @@ def solve_model(case: SolveCase, folder: Path) -> SolveModel:
     joints: list[Joint] = []
     for number in range(len(case.contact)):
         with mistakes.at("contact", number):
-            joints += _joints(case, number, structure)
+            joints += contact_joints(case, case.contact, number, structure)
     _check_names(case, mistakes)
     static, harmonic = _loads(case, structure, mistakes)
     outputs = []
@@ -178,7 +159,7 @@ def solve_model(case: SolveCase, folder: Path) -> SolveModel:
     damping = structure.damping
     if case.damping is not None:
         with mistakes.at("damping"):
-            damping = _damping(case.damping, structure, joints)
+            damping = stuck_damping(case.damping, structure, joints)
     mistakes.raise_if_any()
     system = JointedSystem(
         mass=structure.mass,
@@ -205,7 +186,7 @@ def _structure(file: Path) -> StructureMatrices:
         raise MatrixError(f"the file cannot be used: {error}") from error
 
 
-def _check_harmonics(case: SolveCase, mistakes: _Mistakes) -> None:
+def _check_harmonics(case: SolveCase, mistakes: Mistakes) -> None:
     kept = case.sweep.harmonics
     number, load = max(enumerate(case.load), key=lambda pair: pair[1].harmonic)
     if load.harmonic > kept:
@@ -217,7 +198,7 @@ def _check_harmonics(case: SolveCase, mistakes: _Mistakes) -> None:
             )
 
 
-def _check_names(case: SolveCase, mistakes: _Mistakes) -> None:
+def _check_names(case: SolveCase, mistakes: Mistakes) -> None:
     for kind, tables in (("contact", case.contact), ("output", case.output)):
         names = [table.name for table in tables]
         for number, name in enumerate(names):
@@ -226,8 +207,23 @@ def _check_names(case: SolveCase, mistakes: _Mistakes) -> None:
                     raise JointError(f'name = "{name}" is taken by {kind}[{names.index(name)}]: give each its own')
 
 
-def _joints(case: SolveCase, number: int, structure: StructureMatrices) -> list[Joint]:
-    table = case.contact[number]
+def contact_joints(
+    case: CaseModel, tables: Sequence[ContactTable], number: int, structure: StructureMatrices
+) -> list[Joint]:
+    """Joints of one table of a case, one for each station of its places.
+
+    Parameters
+    ----------
+    case
+        Names file and line of a mistake.
+    tables
+        What the case lists under "contact".
+    number
+        Of the table.
+    structure
+        What they act on.
+    """
+    table = tables[number]
     if isinstance(table, FrictionTable):
         return _friction_contacts(case, number, table, structure)
     directions = rows(table, structure)
@@ -261,7 +257,7 @@ def _joints(case: SolveCase, number: int, structure: StructureMatrices) -> list[
     return [make(name, row) for name, row in zip(names, directions, strict=True)]
 
 
-def _friction_contacts(case: SolveCase, number: int, table: FrictionTable, structure: StructureMatrices) -> list[Joint]:
+def _friction_contacts(case: CaseModel, number: int, table: FrictionTable, structure: StructureMatrices) -> list[Joint]:
     places = {"tangent": table.tangent, "second_tangent": table.second_tangent, "normal": table.normal}
     labels, found = [], []
     for label, place in places.items():
@@ -294,7 +290,7 @@ def _station_names(name: str, count: int) -> list[str]:
     return [name] if count == 1 else [f"{name} {station}" for station in range(count)]
 
 
-def _loads(case: SolveCase, structure: StructureMatrices, mistakes: _Mistakes) -> tuple[Row, NDArray[np.complex128]]:
+def _loads(case: SolveCase, structure: StructureMatrices, mistakes: Mistakes) -> tuple[Row, NDArray[np.complex128]]:
     static = np.zeros(structure.n_dof)
     harmonic = np.zeros((max(load.harmonic for load in case.load) + 1, structure.n_dof), dtype=np.complex128)
     for number, constant in enumerate(case.static_load):
@@ -309,7 +305,7 @@ def _loads(case: SolveCase, structure: StructureMatrices, mistakes: _Mistakes) -
     return static, harmonic
 
 
-def _damping(table: DampingTable, structure: StructureMatrices, joints: Sequence[Joint]) -> Matrix:
+def stuck_damping(table: DampingTable, structure: StructureMatrices, joints: Sequence[Joint]) -> Matrix:
     """C = alpha M + beta K with the ratio on the first mode of the structure with all its contacts stuck."""
     if structure.has_damping and not table.replace:
         raise JointError(

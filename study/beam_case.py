@@ -1,0 +1,129 @@
+"""The beam of the virtual test bench as a case: ``beam.npz`` with its matrices and rows, ``beam.toml`` with the rest.
+
+``python -m study.beam_case [FOLDER]`` writes both; without a folder the shipped ones.
+"""
+
+import sys
+from io import BytesIO
+from pathlib import Path
+from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
+
+import numpy as np
+
+from correlation.test_model import LineSensor, Sensor, TestModel
+from study.beam_model import (
+    DAMPING_RATIO,
+    FRICTION_COEFFICIENT,
+    GAP,
+    NORMAL_STIFFNESS,
+    PRELOAD,
+    TANGENTIAL_STIFFNESS,
+    beam_model,
+)
+from study.shipped import BEAM
+
+#: Elements of the shipped beam: f1 is right within 1e-5.
+N_ELEMENT = 24
+HEAD = f"""\
+# A cantilever of steel, 300 x 20 x 10 mm, between two lines of three frictional contacts on inclined flanks.
+# It is the beam of the virtual test bench as an engineer would model it: the parameters are those of the drawing.
+schema = 1
+title = "Beam with two contact lines"
+
+[model]
+# M, C ({100 * DAMPING_RATIO:g} % Rayleigh), K, what each degree of freedom is, and the rows that are named below
+file = "beam.npz"
+"""
+
+
+def write_beam_case(folder: Path | str) -> Path:
+    """Write ``beam.toml`` and ``beam.npz``.
+
+    Parameters
+    ----------
+    folder
+        An existing one.
+
+    Returns
+    -------
+    The case file.
+    """
+    folder, model = Path(folder), beam_model(N_ELEMENT)
+    _write_arrays(folder / "beam.npz", _arrays(model))
+    case = folder / "beam.toml"
+    case.write_text(_text(model), encoding="utf-8")
+    return case
+
+
+def _arrays(model: TestModel) -> dict[str, np.ndarray]:
+    system = model.system
+    arrays: dict[str, np.ndarray] = {
+        "M": system.mass,
+        "C": system.damping,
+        "K": system.stiffness,
+        "dof_body": np.array([dof.body for dof in model.dofs]),
+        "dof_node": np.array([dof.node for dof in model.dofs]),
+        "dof_direction": np.array([dof.direction for dof in model.dofs]),
+        "dof_coordinates": np.array([dof.coordinates for dof in model.dofs]),
+    }
+    arrays |= {name: row for name, row in model.places.items() if _node(model, name) is None}
+    for line, members in model.lines.items():
+        contacts = [model.contact(name) for name in members]
+        arrays[f"{line}_normal"] = np.array([contact.normal for contact in contacts])
+        arrays[f"{line}_tangent"] = np.array([contact.tangents[0] for contact in contacts])
+    return arrays
+
+
+def _node(model: TestModel, place: str) -> int | None:
+    """Node that a place is at; none if it lies within an element."""
+    row = model.places[place]
+    dof = int(np.abs(row).argmax())
+    return model.dofs[dof].node if np.abs(row).sum() - 1 < 1e-9 else None
+
+
+def _text(model: TestModel) -> str:
+    tables = [HEAD]
+    for name in model.places:
+        node = _node(model, name)
+        where = f'row = "{name}"' if node is None else f'body = "beam"\nnode = {node}\ndirection = "z"'
+        tables.append(f'[[place]]\nname = "{name}"\n{where}\n')
+    motions = [sensor.name for sensor in model.sensors if isinstance(sensor, Sensor)]
+    tables += [f'[[sensor]]\nname = "{name}"\nplace = "{name}"\n' for name in motions]
+    for sensor in model.sensors:
+        if isinstance(sensor, LineSensor):
+            of = f'line = "{sensor.line}"\ncomponent = "{sensor.component}"'
+            tables.append(f'[[line_sensor]]\nname = "{sensor.name}"\n{of}\n')
+    for line in model.lines:
+        gap = f'gap = ["0 um", "{5e5 * GAP:g} um", "{1e6 * GAP:g} um"]\n' if line == "right" else ""
+        tables.append(
+            f'[[line]]\nname = "{line}"\nnormal = {{ row = "{line}_normal" }}\ntangent = {{ row = "{line}_tangent" }}\n'
+            f"shares = [1, 4, 1] # of the stiffnesses and the pre-load of the line\n"
+            f'normal_stiffness = "{1e-6 * NORMAL_STIFFNESS:g} N/um"\n'
+            f'tangential_stiffness = "{1e-6 * TANGENTIAL_STIFFNESS:g} N/um"\n'
+            f"friction_coefficient = {FRICTION_COEFFICIENT:g}\n"
+            f'preload = "{PRELOAD:g} N"\n{gap}balanced_preload = true\n'
+        )
+    tables.append('[[load]] # 1 N; the level of a test scales it\nplace = "excitation"\n')
+    tables.append(
+        "[accepted] # relative standard deviations of what the drawing says\n"
+        'kt = "10 %"\nkn = "10 %"\nmu = "10 %"\nzeta = "20 %"\nE = "1 %"\n'
+    )
+    tables.append(
+        "[numerical_error] # of natural frequencies, and of the compliance of a contact line\n"
+        'frequency = "0.02 %"\ncompliance = "1 %"\n'
+    )
+    tables.append(f"[harmonics]\nhighest = {model.n_harmonic - 1}\n")
+    return "\n".join(tables)
+
+
+def _write_arrays(file: Path, arrays: dict[str, np.ndarray]) -> None:
+    """As `numpy.savez_compressed`, but the same bytes at any time."""
+    with ZipFile(file, "w", ZIP_DEFLATED) as archive:
+        for name, array in arrays.items():
+            stream = BytesIO()
+            np.lib.format.write_array(stream, np.asanyarray(array), allow_pickle=False)
+            archive.writestr(ZipInfo(f"{name}.npy"), stream.getvalue(), ZIP_DEFLATED)
+
+
+if __name__ == "__main__":
+    write_beam_case(Path(sys.argv[1]) if len(sys.argv) > 1 else BEAM.parent)

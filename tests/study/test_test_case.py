@@ -1,0 +1,244 @@
+"""The case of `stickslip compare`: what the file says is the model that is tested, and every mistake has its line."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from correlation.test_model import LineSensor, Sensor
+from reduction.jointed_system import CubicSpring
+from reduction.rom import ReducedModel
+from reduction.rom_io import save_rom
+from study.beam_case import write_beam_case
+from study.beam_model import beam_model
+from study.errors import CaseError
+from study.shipped import BEAM
+from study.test_case_model import read_test_case
+
+K = 1e6 * np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 1]])
+M = np.diag([1.0, 2, 0.5])
+ROWS = np.array([[0.0, 1, 0], [0, 0.5, 0.5]])
+
+CASE = """\
+schema = 1
+[model]
+file = "chain.npz"
+[damping]
+mass_factor = "3 1/s"
+stiffness_factor = "2 us"
+[[place]]
+name = "end"
+node = 7
+direction = "z"
+[[place]]
+name = "middle"
+row = "rows"
+[[sensor]]
+name = "a"
+place = "end"
+quantity = "acceleration"
+gain = "102 %"
+[[sensor]]
+name = "b"
+weights = { 0 = 1.0, 2 = -1.0 }
+[[line_sensor]]
+name = "T"
+line = "left"
+component = "tangential"
+[[line]]
+name = "left"
+normal = [{ dof = 0 }, { body = "bar", node = 6, direction = "z" }]
+tangent = { row = "rows" }
+normal_stiffness = ["2 N/um", "3 N/um"]
+tangential_stiffness = "1 N/um"
+friction_coefficient = 0.4
+preload = "5 N"
+balanced_preload = true
+[[contact]]
+kind = "cubic"
+name = "cubic"
+dof = 2
+stiffness = "2 N/mm^3"
+[[load]]
+dof = 2
+phase = "90 deg"
+[[static_load]]
+dof = 1
+force = "3 N"
+[accepted]
+kt = "7 %"
+E = 0
+[numerical_error]
+frequency = "0.1 %"
+[harmonics]
+highest = 3
+samples = 64
+[effects]
+files = ["mine.py"]
+without = ["cubic"]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    np.savez(
+        tmp_path / "chain.npz",
+        M=M,
+        K=K,
+        rows=ROWS,
+        dof_body=np.array(["bar"] * 3),
+        dof_node=np.array([5, 6, 7]),
+        dof_direction=np.array(["z"] * 3),
+        part_base_mass=0.25 * M,
+        part_base_stiffness=K,
+        part_tip_mass=0.75 * M,
+    )
+    (tmp_path / "mine.py").write_text("def candidates(test_model):\n    return []\n", encoding="utf-8")
+    return tmp_path
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "case.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_all_that_the_file_says_is_in_the_model(folder: Path) -> None:
+    setup = read_test_case(written(folder, CASE))
+    model = setup.model
+    np.testing.assert_array_equal(model.system.mass, M)
+    np.testing.assert_allclose(model.system.damping, 3 * M + 2e-6 * K)
+    first, second = (model.contact(name) for name in model.lines["left"])
+    assert (first.normal_stiffness, second.normal_stiffness) == (2e6, 3e6)
+    assert first.preload == second.preload == 5.0
+    np.testing.assert_array_equal(second.normal, [0, 1, 0])
+    np.testing.assert_array_equal(second.tangents[0], ROWS[1])
+    np.testing.assert_array_equal(model.system.static, [5, 5 + 3, 0])
+    np.testing.assert_allclose(model.system.dynamic[1], [0, 0, 1j], atol=1e-15)
+    assert isinstance(model.system.joints[-1], CubicSpring)
+    acceleration, relative, line = model.sensors
+    assert isinstance(acceleration, Sensor)
+    assert (acceleration.quantity, acceleration.gain) == ("acceleration", 1.02)
+    np.testing.assert_array_equal(acceleration.row, [0, 0, 1])
+    assert isinstance(relative, Sensor)
+    np.testing.assert_array_equal(relative.row, [1, 0, -1])
+    assert isinstance(line, LineSensor)
+    np.testing.assert_array_equal(model.places["middle"], ROWS.mean(axis=0))
+    assert [part.name for part in model.parts] == ["base", "tip"]
+    np.testing.assert_array_equal(model.parts[1].stiffness, 0 * K)
+    assert (model.n_harmonic, model.n_sample) == (4, 64)
+    assert {each.name: each.deviation for each in setup.accepted} == {"kt": 0.07, "kn": 0.1, "mu": 0.1, "zeta": 0.2}
+    assert (setup.budget.frequency, setup.budget.compliance) == (1e-3, 0.01)
+    assert (setup.effects, setup.without) == ((folder / "mine.py",), ("cubic",))
+
+
+def test_the_shipped_beam_is_that_of_the_bench(tmp_path: Path) -> None:
+    read, model = read_test_case(BEAM).model, beam_model(24)
+    for name in ("mass", "damping", "stiffness"):
+        np.testing.assert_array_equal(getattr(read.system, name), getattr(model.system, name))
+    # Decimal numbers of the case, and the row of a node, are right to rounding.
+    close = {"rtol": 1e-12, "atol": 1e-12}
+    np.testing.assert_allclose(read.system.static, model.system.static, **close)
+    np.testing.assert_allclose(read.system.dynamic, model.system.dynamic, **close)
+    assert read.lines == model.lines
+    for names in model.lines.values():
+        for name in names:
+            ours, theirs = read.contact(name), model.contact(name)
+            np.testing.assert_array_equal(ours.directions, theirs.directions)
+            for field in ("normal_stiffness", "tangential_stiffness", "friction_coefficient", "preload", "gap"):
+                assert getattr(ours, field) == pytest.approx(getattr(theirs, field), rel=1e-12, abs=1e-18), field
+    assert [each.name for each in read.sensors] == [each.name for each in model.sensors]
+    for ours, theirs in zip(read.sensors, model.sensors, strict=True):
+        assert type(ours) is type(theirs)
+        if isinstance(ours, Sensor) and isinstance(theirs, Sensor):
+            np.testing.assert_allclose(ours.row, theirs.row, **close)
+    assert {*read.places} == {*model.places}
+    for ours, theirs in zip(read.dofs, model.dofs, strict=True):
+        assert (ours.body, ours.node, ours.direction) == (theirs.body, theirs.node, theirs.direction)
+        np.testing.assert_array_equal(ours.coordinates, theirs.coordinates)
+    assert read.n_harmonic == model.n_harmonic
+    again = write_beam_case(tmp_path)
+    assert again.read_bytes() == BEAM.read_bytes(), "run python -m study.beam_case"
+
+
+def test_a_reduced_model_knows_its_boundary(tmp_path: Path) -> None:
+    rom = ReducedModel(
+        mass=M,
+        damping=0 * M,
+        stiffness=K,
+        boundary_node=np.array([4, 4]),
+        boundary_direction=np.array([0, 2]),
+        boundary_sets={"foot": np.array([0, 1])},
+        fixed_interface_frequency=np.array([100.0]),
+        recovery=np.eye(3),
+        free=np.array([12, 14, 3]),
+        n_node=5,
+    )
+    save_rom(rom, tmp_path / "rom.h5")
+    text = (
+        'schema = 1\n[model]\nfile = "rom.h5"\n[[load]]\nat = "foot"\ndirection = "z"\n'
+        '[[sensor]]\nname = "s"\nbody = "foot"\nnode = 4\ndirection = "x"\n'
+    )
+    model = read_test_case(written(tmp_path, text)).model
+    np.testing.assert_array_equal(model.system.dynamic[1], [0, 1, 0])
+    assert isinstance(model.sensors[0], Sensor)
+    np.testing.assert_array_equal(model.sensors[0].row, [1, 0, 0])
+    assert [dof.direction for dof in model.dofs] == ["x", "z", "modal"]
+
+
+MISTAKES = {
+    "two ways": ("dof = 2\nphase", "dof = 2\nnode = 7\nphase", "load[0]: dof and node are given: give one of dof"),
+    "no node": ("node = 7", "node = 9", "place[0].node = 9: node = 9 is no node of the structure: it has nodes 5 to 7"),
+    "direction not kept": (
+        'direction = "z"\n[[place]]',
+        'direction = "ry"\n[[place]]',
+        "is not kept at node = 7: it has",
+    ),
+    "no stored row": ('name = "middle"\nrow = "rows"', 'name = "middle"\nrow = "row"', 'did you mean "rows"?'),
+    "no place": ('place = "end"', 'place = "start"', 'place = "start" is none of the case'),
+    "no line": ('line = "left"', 'line = "wall"', 'line = "wall" is none of the case: there are left'),
+    "name twice": ('name = "b"', 'name = "a"', 'name = "a" is taken by sensor[0]: give each its own'),
+    "too few values": ('["2 N/um", "3 N/um"]', '["2 N/um", "3 N/um", "4 N/um"]', "has 3 values for 2 contacts"),
+    "rows do not match": ('tangent = { row = "rows" }', "tangent = { dof = 1 }", "tangent has 1 rows, normal 2"),
+    "shares and own": ("balanced", "shares = [1, 2]\nbalanced", "normal_stiffness has a value for each contact, and"),
+    "unit": ('preload = "5 N"', 'preload = "5 m"', 'preload = "5 m": "m" makes it a length, but a force is needed'),
+    "decimal comma": ('preload = "5 N"', 'preload = "5,2 N"', "write a decimal point, not a comma"),
+    "two dampings": ("[damping]", '[damping]\nratio = "1 %"', "give either ratio, or mass_factor and stiffness_factor"),
+    "harmonic": ("phase", "harmonic = 4\nphase", "harmonic = 4 is not kept: harmonics.highest is 3; raise it"),
+    "samples": ("samples = 64", "samples = 8", "samples = 8 are too few for harmonics 0 to 3: take at least 13"),
+    "no effect file": ('"mine.py"', '"yours.py"', "there is no file"),
+    "few dofs": ("[[static_load]]", "[[dof]]\n[[static_load]]", "1 tables [[dof]] for 3 degrees of freedom"),
+    "refined is itself": ("[harmonics]", 'refined = ["case.toml"]\n[harmonics]', "is this case itself"),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_mistake_is_one_sentence_with_its_line(folder: Path, name: str) -> None:
+    old, new, expected = MISTAKES[name]
+    assert CASE.count(old) >= 1
+    path = written(folder, CASE.replace(old, new, 1))
+    with pytest.raises(CaseError) as caught:
+        read_test_case(path)
+    (problem,) = caught.value.problems
+    assert expected in str(problem), str(problem)
+    assert problem.line > 0
+    assert re.match(rf"{re.escape(str(path))}:\d+: ", str(problem))
+
+
+def test_all_mistakes_come_at_once(folder: Path) -> None:
+    text = (
+        CASE.replace("node = 7", "node = 9")
+        .replace('line = "left"', 'line = "wall"')
+        .replace("dof = 2\nphase", "dof = 5\nphase")
+    )
+    with pytest.raises(CaseError) as caught:
+        read_test_case(written(folder, text))
+    # The sensor at the place that does not exist is no fourth one.
+    assert len(caught.value.problems) == 3
+
+
+def test_parts_add_up_to_the_structure(folder: Path) -> None:
+    np.savez(folder / "chain.npz", M=M, K=K, part_base_mass=0.5 * M, part_base_stiffness=K)
+    with pytest.raises(CaseError, match="the parts base do not add up to the mass: store every part, or none"):
+        read_test_case(written(folder, CASE))
