@@ -40,6 +40,7 @@ COMMANDS = (
     ("modes", "study.command.modes:app", "Draw the mode shapes of a blade or of your own mesh."),
     ("reduce", "study.command.reduce:app", "Reduce a blade by Craig-Bampton: CAD, mesh, reduced model, response."),
     ("solve", "study.command.solve:app", "Compute response curves of a structure with friction, gaps, other joints."),
+    ("compare", "study.command.compare:app", "Compare a model with measurements, and show where it fails."),
     ("doctor", "study.command.doctor:app", "Show what this machine lacks, and the one line that installs it."),
     ("cache", "study.command.cache:app", "Show how much the kept results take, or remove them."),
 )

@@ -1,0 +1,128 @@
+"""The sensors of a campaign on a model: by name, by the place that they name, or by their coordinates."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from correlation.errors import CampaignError
+from correlation.manifest import MANIFEST
+from correlation.measurement import Campaign, MeasuredSensor
+from correlation.test_model import LineSensor, Sensor, TestModel
+
+#: A sensor is at a node that is nearer than this share of the structure's size.
+NEAR = 0.01
+
+
+def with_sensors(model: TestModel, campaign: Campaign) -> TestModel:
+    """The model with every sensor of the campaign.
+
+    A sensor that the model has by its name is kept, gain and all; others are placed as the manifest says.
+
+    Parameters
+    ----------
+    model
+        With its places, lines and degrees of freedom.
+    campaign
+        Whose sensors these are.
+
+    Raises
+    ------
+    CampaignError
+        A sensor that cannot be placed or measures something else than the model's, a harmonic that the model does not
+        keep, or a contact force of the structure without its contacts.
+    """
+    own = {sensor.name: sensor for sensor in model.sensors}
+    added = []
+    for measured in campaign.sensors:
+        if measured.name in own:
+            _check_same(measured, own[measured.name])
+        else:
+            added.append(_placed(measured, model))
+    _check_harmonics(model, campaign)
+    _check_free(campaign)
+    return replace(model, sensors=(*model.sensors, *added))
+
+
+def _check_same(measured: MeasuredSensor, sensor: Sensor | LineSensor) -> None:
+    if isinstance(sensor, Sensor):
+        says, reads = sensor.quantity, measured.quantity
+    else:
+        says = f"{sensor.component} force of {sensor.line}"
+        reads = f"{measured.component} force of {measured.line}" if measured.line is not None else measured.quantity
+    if says != reads:
+        raise CampaignError(
+            f'{MANIFEST}: sensor "{measured.name}" measures {reads}, the model\'s sensor of that name {says}: mend '
+            "one of them, or give it another name"
+        )
+
+
+def _placed(measured: MeasuredSensor, model: TestModel) -> Sensor | LineSensor:
+    name = measured.name
+    if measured.line is not None:
+        if measured.line not in model.lines:
+            listed = ", ".join(model.lines) or "none"
+            raise CampaignError(
+                f'{MANIFEST}: sensor "{name}" measures line "{measured.line}", which the model does not have; '
+                f"its lines: {listed}"
+            )
+        return LineSensor(name=name, line=measured.line, component=str(measured.component))
+    if measured.place is not None:
+        if measured.place not in model.places:
+            listed = ", ".join(model.places) or "none"
+            raise CampaignError(
+                f'{MANIFEST}: sensor "{name}" sits at place "{measured.place}", which the model does not have; '
+                f"its places: {listed}"
+            )
+        return Sensor(name=name, row=model.places[measured.place], quantity=measured.quantity)
+    return _nearest(measured, model)
+
+
+def _nearest(measured: MeasuredSensor, model: TestModel) -> Sensor:
+    name, wanted = measured.name, measured.coordinates
+    if wanted is None:
+        raise CampaignError(
+            f'{MANIFEST}: the model has no sensor "{name}": add it to the case, or give its place or coordinates'
+        )
+    known = [
+        (number, dof.coordinates)
+        for number, dof in enumerate(model.dofs)
+        if dof.coordinates is not None and dof.direction == measured.direction
+    ]
+    if not known:
+        raise CampaignError(
+            f'{MANIFEST}: sensor "{name}" has coordinates, but the model knows no degree of freedom in direction '
+            f"{measured.direction} with coordinates: give the sensor a place"
+        )
+    at = np.array([coordinates for _, coordinates in known])
+    distance = np.linalg.norm(at - wanted, axis=1)
+    nearest = int(np.argmin(distance))
+    size = float(np.linalg.norm(np.ptp(at, axis=0)))
+    if distance[nearest] > NEAR * size:
+        raise CampaignError(
+            f'{MANIFEST}: sensor "{name}" is {distance[nearest]:.3g} m from the nearest node of the model, at '
+            f"({', '.join(f'{x:.4g}' for x in at[nearest])}) m: check its coordinates and their unit, or name a place"
+        )
+    row = np.zeros(model.system.n_dof)
+    row[known[nearest][0]] = 1.0
+    return Sensor(name=name, row=row, quantity=measured.quantity)
+
+
+def _check_harmonics(model: TestModel, campaign: Campaign) -> None:
+    highest = int(campaign.measurement.harmonic.max(initial=0))
+    if highest >= model.n_harmonic:
+        raise CampaignError(
+            f"the campaign has harmonic {highest}, the model keeps {model.n_harmonic - 1}: raise harmonics.highest in "
+            "the case"
+        )
+
+
+def _check_free(campaign: Campaign) -> None:
+    table = campaign.measurement
+    for number, test in enumerate(campaign.tests):
+        if test.configuration == "free":
+            for sensor in np.unique(table.sensor[table.test == number]):
+                if campaign.sensors[sensor].line is not None:
+                    raise CampaignError(
+                        f'{MANIFEST}: test "{test.name}" is free of contacts, but "{campaign.sensors[sensor].name}" '
+                        "measures a contact's force in it: remove its rows"
+                    )

@@ -1,0 +1,38 @@
+"""``stickslip compare``: a model beside measurements, and where it fails."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from study.run_context import DEFAULTS, Answer, Options, Out, command_app
+
+app = command_app(
+    "compare",
+    """A model beside a measurement campaign: where it fails, by how much, in words, tables and figures.
+
+    Reads a test case (structure, contact lines, sensors, loads, priors) and a campaign folder, checks the measurements
+    for what looks wrong, predicts every point, and weighs the differences by noise, friction histories and numerical
+    error. Writes a CSV of all points, maps of the misfit (level, frequency, sensor, harmonic) and measured beside
+    predicted responses. With --calibrate the accepted parameters are fitted to the training data first.
+    Every key stands in docs/compare.md, the campaign folder in docs/campaign.md.""",
+    examples=["stickslip compare beam.toml campaign --out compared", "stickslip compare beam.toml campaign --json"],
+)
+
+
+@app.default
+def compare(
+    case: Annotated[Path, Parameter(help="Test case.")],
+    campaign: Annotated[Path, Parameter(help="Folder with campaign.toml.")],
+    /,
+    *,
+    out: Out = Path("compared"),
+    calibrate: Annotated[bool, Parameter(negative="", help="Fit the accepted parameters first.")] = False,
+    options: Options = DEFAULTS,
+) -> Answer:
+    """Compare a model with measurements."""
+    from study.compare_run import run_compare
+    from study.compare_words import document, in_words
+
+    compared = run_compare(case, campaign, options.open(out), calibrate=calibrate)
+    return Answer(document=document(compared), text=in_words(compared))

@@ -1,0 +1,186 @@
+"""Figures of a comparison: maps of the misfit, and measured beside predicted responses."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.misfit import Misfit, configuration
+from correlation.prediction import Points, Prediction, Predictor
+from correlation.test_model import LineSensor, Sensor, TestModel
+from study.figure.frf_overlay import OverlayCurve, OverlayPanel, frf_overlay_figure
+from study.figure.misfit_map import MapPanel, misfit_map_figure
+
+Frequencies = Float[NDArray[np.float64], " f"]
+
+#: Parts of each step between two measured frequencies where lines are predicted.
+FINER = 4
+#: What a displacement, velocity, acceleration or force is drawn in, and the factor to it.
+SHOWN = {
+    "displacement": ("um", 1e6),
+    "velocity": ("mm/s", 1e3),
+    "acceleration": ("m/s^2", 1.0),
+    "contact force": ("N", 1.0),
+}
+
+
+def pictures(
+    model: TestModel, train: Misfit, held: Misfit | None, prediction: Prediction, title: str
+) -> dict[str, bytes]:
+    """Draw all of them as PNG, by name.
+
+    Parameters
+    ----------
+    model
+        What was predicted with.
+    train, held
+        Misfits; of what is held out, levels are drawn that training does not have.
+    prediction
+        Steady states to start from.
+    title
+        Above each figure.
+    """
+    everything, new = _joined(train, held)
+    drawn: dict[str, bytes] = {}
+    for free in np.unique(everything.points.free):
+        rows = everything.where(np.asarray(everything.points.free == free))
+        name = configuration(bool(free))
+        levels = np.unique(rows.points.level)
+        words = [f"{level:g} N{', held out' if level in new else ''}" for level in levels.tolist()]
+        drawn[f"map_{name}"] = _map(rows, levels, words, f"{title}: where the model fails, {name}")
+        panels = _panels(model, rows, levels, prediction)
+        for kind, (chosen, columns) in _figures(panels).items():
+            if chosen:
+                drawn[f"{kind}_{name}"] = frf_overlay_figure(
+                    [panel for _, panel in chosen],
+                    levels=words,
+                    title=f"{title}: {kind} of the {name} structure" if kind != "frf" else f"{title}, {name}",
+                    subtitle=_about(chosen[0][0]),
+                    columns=columns,
+                    with_phase=kind == "frf",
+                )
+    return drawn
+
+
+Key = tuple[str, int]
+
+
+def _figures(panels: Sequence[tuple[Key, OverlayPanel]]) -> dict[str, tuple[list[tuple[Key, OverlayPanel]], int]]:
+    """Panels of each figure and how many stand side by side: fundamental motions, their harmonics, contact forces."""
+    forces = [each for each in panels if each[1].unit == "N"]
+    motions = [each for each in panels if each[1].unit != "N"]
+    fundamental = [each for each in motions if each[0][1] == 1]
+    higher = [each for each in motions if each[0][1] != 1]
+    harmonics = len({key[1] for key, _ in forces}) or 1
+    return {"frf": (fundamental, 2), "harmonics": (higher, 2), "forces": (forces, min(harmonics, 4))}
+
+
+def _about(key: Key) -> str:
+    return "response per newton of the exciting force" if key[1] == 1 else "amplitudes as they are"
+
+
+def _joined(train: Misfit, held: Misfit | None) -> tuple[Misfit, set[float]]:
+    """Training data, and held-out levels; and which levels those are."""
+    if held is None:
+        return train, set()
+    new = set(np.setdiff1d(held.points.level, train.points.level).tolist())
+    more = held.where(np.isin(held.points.level, list(new)))
+    points = Points(
+        **{
+            name: np.concatenate([getattr(train.points, name), getattr(more.points, name)])
+            for name in ("free", "level", "frequency", "sensor", "harmonic")
+        }
+    )
+    columns = {
+        name: np.concatenate([getattr(train, name), getattr(more, name)])
+        for name in ("motion", "measured", "predicted", "deviation", "whitened")
+    }
+    return Misfit(points=points, **columns), new
+
+
+def _keys(of: Misfit) -> list[Key]:
+    """Sensors in the order of the campaign, and the harmonics of each."""
+    pairs = zip(map(str, of.points.sensor), of.points.harmonic.tolist(), strict=True)
+    order = {name: number for number, name in enumerate(dict.fromkeys(map(str, of.points.sensor)))}
+    # Static parts come last: few sensors have one.
+    return sorted(dict.fromkeys(pairs), key=lambda key: (order[key[0]], key[1] == 0, key[1]))
+
+
+def _map(of: Misfit, levels: Frequencies, words: Sequence[str], title: str) -> bytes:
+    points, size = of.points, of.size
+    frequency = np.unique(points.frequency)
+    panels = []
+    for sensor, harmonic in _keys(of):
+        rows = (points.sensor == sensor) & (points.harmonic == harmonic)
+        image = np.full((len(levels), len(frequency)), np.nan)
+        at = np.searchsorted(levels, points.level[rows]), np.searchsorted(frequency, points.frequency[rows])
+        image[at] = size[rows]
+        panels.append(MapPanel(sensor=sensor, harmonic=harmonic, size=image))
+    subtitle = f"level by frequency; all points together: {np.sqrt(np.nanmean(of.whitened**2)):.3g} standard deviations"
+    return misfit_map_figure(panels, levels=words, frequency=frequency, title=title, subtitle=subtitle)
+
+
+def _panels(
+    model: TestModel, of: Misfit, levels: Frequencies, prediction: Prediction
+) -> list[tuple[Key, OverlayPanel]]:
+    fine = _fine_points(of.points)
+    lines = Predictor(points=fine).predict(model, prediction).value
+    sensors = {sensor.name: sensor for sensor in model.sensors}
+    panels = []
+    for sensor, harmonic in _keys(of):
+        unit, factor = _unit(sensors[sensor])
+        # Fundamental motions are drawn per newton: levels that agree lie on each other.
+        per_level = harmonic == 1 and isinstance(sensors[sensor], Sensor)
+        curves = []
+        for number, level in enumerate(levels.tolist()):
+            rows, drawn = (_rows(points, sensor, harmonic, level) for points in (of.points, fine))
+            if not len(rows):
+                continue
+            scale = factor / level if per_level else factor
+            curves.append(
+                OverlayCurve(
+                    level=number,
+                    frequency=of.points.frequency[rows],
+                    measured=scale * of.measured[rows],
+                    deviation=scale * of.deviation[rows],
+                    line_frequency=fine.frequency[drawn],
+                    line=scale * lines[drawn],
+                )
+            )
+        label = sensor if per_level else f"{sensor}, harmonic {harmonic}" if harmonic else f"{sensor}, static"
+        unit = f"{unit}/N" if per_level else unit
+        panels.append(((sensor, harmonic), OverlayPanel(label=label, unit=unit, curves=curves, is_static=not harmonic)))
+    return panels
+
+
+def _unit(sensor: Sensor | LineSensor) -> tuple[str, float]:
+    return SHOWN["contact force" if isinstance(sensor, LineSensor) else sensor.quantity]
+
+
+def _rows(points: Points, sensor: str, harmonic: int, level: float) -> NDArray[np.int64]:
+    """Rows of one curve by ascending frequency."""
+    rows = np.flatnonzero((points.sensor == sensor) & (points.harmonic == harmonic) & (points.level == level))
+    return rows[np.argsort(points.frequency[rows], kind="stable")]
+
+
+def _fine_points(points: Points) -> Points:
+    """The same curves at more frequencies, the measured ones among them."""
+    columns: dict[str, list[NDArray[np.generic]]] = {
+        name: [] for name in ("free", "level", "frequency", "sensor", "harmonic")
+    }
+    for sensor, harmonic in dict.fromkeys(zip(map(str, points.sensor), points.harmonic.tolist(), strict=True)):
+        for level in np.unique(points.level).tolist():
+            rows = _rows(points, sensor, harmonic, level)
+            if not len(rows):
+                continue
+            measured = points.frequency[rows]
+            steps = np.arange(len(rows) - 1)[:, None] + np.arange(FINER) / FINER
+            frequency = np.interp(np.append(steps.ravel(), len(rows) - 1), np.arange(len(rows)), measured)
+            one = np.ones(len(frequency))
+            columns["free"].append(np.full(len(one), points.free[rows[0]]))
+            columns["level"].append(level * one)
+            columns["frequency"].append(frequency)
+            columns["sensor"].append(np.full(len(one), sensor))
+            columns["harmonic"].append(np.full(len(one), harmonic, dtype=np.int64))
+    return Points(**{name: np.concatenate(parts) for name, parts in columns.items()})

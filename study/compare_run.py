@@ -1,0 +1,235 @@
+"""``stickslip compare``: a model beside a campaign; where it fails, in numbers, tables and figures."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.errors import CampaignError
+from correlation.feature import features
+from correlation.feature_vector import FeatureVector
+from correlation.measurement import Campaign, Suspicion
+from correlation.misfit import Misfit, misfit
+from correlation.model_suspicion import suspicions_against, swapped_sensors
+from correlation.nuisance import Budget, budget_modes, history_modes, jitter_modes
+from correlation.observation import Observation, held_out, training
+from correlation.peak_error import PeakError, peak_errors
+from correlation.prediction import Points, Prediction, Predictor
+from correlation.read_campaign import read_campaign
+from correlation.scatter import whitening
+from correlation.sensor_placement import with_sensors
+from correlation.test_model import TestModel
+from diagnosis.arrangement import DRAWS, SEED, arrange
+from diagnosis.comparison import Comparison
+from fe.dense_modes import dense_modes
+from study.compare_pictures import pictures
+from study.compare_table import misfit_csv
+from study.output import replace_file
+from study.run_context import RunContext
+from study.solve_model import stuck_stiffness
+from study.test_case_model import TestSetup, read_test_case
+
+#: Resonances that a test may be meant to show, of the stuck and of the free structure.
+N_MODE = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Calibrated:
+    """An accepted parameter after its calibration: a factor on the case's value, and its standard deviation [-]."""
+
+    name: str
+    factor: float
+    deviation: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Compared:
+    """A model beside measurements.
+
+    Parameters
+    ----------
+    title
+        Of the case.
+    campaign
+        What was measured.
+    train, held
+        Misfit to the measurements that a model may be fitted to, and to those that test it; none if none is held out.
+    peaks
+        Errors of the resonances, of all levels.
+    suspicions
+        What looks wrong in the campaign.
+    calibrated
+        Accepted parameters, if they were calibrated first.
+    files
+        Written ones.
+    """
+
+    title: str
+    campaign: Campaign
+    train: Misfit
+    held: Misfit | None
+    peaks: tuple[PeakError, ...]
+    suspicions: tuple[Suspicion, ...]
+    calibrated: tuple[Calibrated, ...] = ()
+    files: tuple[Path, ...] = ()
+
+
+def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = False) -> Compared:
+    """Compare, and write tables and figures.
+
+    Parameters
+    ----------
+    case
+        A test case.
+    folder
+        A campaign.
+    run
+        Where to write.
+    calibrate
+        Whether the accepted parameters are fitted to the training data first.
+
+    Raises
+    ------
+    CaseError, CampaignError
+        With what is wrong in the case or the campaign.
+    """
+    assert run.output is not None
+    setup = read_test_case(case)
+    with run.progress.step("campaign", expected=1):
+        campaign = read_campaign(folder)
+    model = with_sensors(setup.model, campaign)
+    suspected = (*campaign.suspicions, *suspicions_against(campaign, model_frequencies(model)))
+    for suspicion in suspected:
+        run.warn(str(suspicion))
+    with run.progress.step("comparison", expected=15):
+        sides, calibrated, model = _sides(setup, model, campaign, calibrate)
+    swapped = _swapped(campaign, model, sides[0].prediction)
+    for suspicion in swapped:
+        run.warn(str(suspicion))
+    train, *rest = (side.misfit for side in sides)
+    held = rest[0] if rest else None
+    with run.progress.step("figures", expected=10):
+        title = f"{setup.title}, calibrated" if calibrate else setup.title
+        drawn = pictures(model, train, held, sides[0].prediction, title)
+        stem = f"{case.stem}_compare"
+        files = {run.output / f"{stem}_{name}.png": picture for name, picture in drawn.items()}
+    files = {run.output / f"{stem}.csv": misfit_csv(campaign, train, held).encode(), **files}
+    for file, content in files.items():
+        replace_file(file, content)
+    return Compared(
+        title=setup.title,
+        campaign=campaign,
+        train=train,
+        held=held,
+        peaks=_peaks(sides),
+        suspicions=(*suspected, *swapped),
+        calibrated=calibrated,
+        files=tuple(files),
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Side:
+    """Training or held-out measurements beside a prediction."""
+
+    comparison: Comparison
+    prediction: Prediction
+
+    @property
+    def misfit(self) -> Misfit:
+        """By its points."""
+        residual = self.comparison.residual(self.prediction)
+        return misfit(self.comparison.observed, self.comparison.features, self.prediction.value, residual)
+
+
+def beside(observed: Observation, model: TestModel, budget: Budget, before: Prediction | None = None) -> Side:
+    """Measurements beside a model as it is, weighted by noise, friction histories and numerical error.
+
+    Parameters
+    ----------
+    observed
+        Measurements.
+    model
+        With their sensors.
+    budget
+        Its numerical error.
+    before
+        A prediction of the same model at other points.
+    """
+    vector = FeatureVector.of(observed.points, observed.value, observed.motion)
+    predictor = Predictor(points=observed.points)
+    prediction = predictor.predict(model, before)
+    comparison = Comparison(
+        observed=observed,
+        features=vector,
+        measured=vector.of_values(observed.value),
+        whitening=whitening(
+            observed,
+            vector,
+            jitter_modes(predictor, vector, model, prediction),
+            history_modes(vector, model, prediction, DRAWS, SEED),
+            budget_modes(predictor, vector, model, prediction, budget, budget.refined),
+        ),
+        predictor=predictor,
+    )
+    return Side(comparison=comparison, prediction=prediction)
+
+
+def model_frequencies(model: TestModel) -> Float[NDArray[np.float64], " m"]:
+    """Lowest resonances, with the contacts stuck and without those of the lines [Hz]."""
+    found = []
+    for each in (model, model.free()):
+        system = each.system
+        modes = dense_modes(system.mass, stuck_stiffness(system.stiffness, system.joints))
+        frequency = np.sqrt(np.maximum(modes.lambda_, 0.0)) / (2 * np.pi)
+        found.append(frequency[frequency > 0][:N_MODE])
+    return np.concatenate(found)
+
+
+def _sides(
+    setup: TestSetup, model: TestModel, campaign: Campaign, calibrate: bool
+) -> tuple[list[Side], tuple[Calibrated, ...], TestModel]:
+    if calibrate:
+        if not setup.accepted:
+            raise CampaignError("the case accepts no parameter, so that nothing can be calibrated: add [accepted]")
+        arrangement = arrange(campaign, model, setup.accepted, setup.budget)
+        fit = arrangement.fit
+        held = arrangement.held.predict(fit.model, fit.prediction)
+        sides = [
+            Side(comparison=arrangement.train, prediction=fit.prediction),
+            Side(comparison=arrangement.held, prediction=held),
+        ]
+        found = zip(setup.accepted, fit.values.tolist(), fit.deviation.tolist(), strict=True)
+        calibrated = tuple(Calibrated(name=each.name, factor=a, deviation=b) for each, a, b in found)
+        return sides, calibrated, fit.model
+    sides = [beside(training(campaign), model, setup.budget)]
+    if campaign.held_out.levels or campaign.held_out.repeats:
+        sides.append(beside(held_out(campaign), model, setup.budget, sides[0].prediction))
+    return sides, (), model
+
+
+def _swapped(campaign: Campaign, model: TestModel, before: Prediction) -> tuple[Suspicion, ...]:
+    """Sensors that agree with the model only if they are swapped."""
+    table = features(campaign)
+    names = np.array([sensor.name for sensor in campaign.sensors])
+    free = np.array([test.configuration == "free" for test in campaign.tests])
+    points = Points(
+        free=free[table.test],
+        level=table.level,
+        frequency=table.frequency,
+        sensor=names[table.sensor],
+        harmonic=table.harmonic,
+    )
+    return swapped_sensors(campaign, table, Predictor(points=points).predict(model, before).value)
+
+
+def _peaks(sides: Sequence[Side]) -> tuple[PeakError, ...]:
+    """Of the training levels from the training data, of the others from what is held out."""
+    found: dict[tuple[bool, float], PeakError] = {}
+    for side in sides:
+        for peak in peak_errors(side.comparison.observed, side.prediction.value):
+            found.setdefault((peak.free, peak.level), peak)
+    return tuple(found[key] for key in sorted(found))
