@@ -23,6 +23,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from reduction.jointed_system import FrictionContact, JointedSystem
+from transient.equilibrium import equilibrium
 from transient.joint_table import joint_table
 from transient.state import TransientState
 from transient.stepper import Record, Stepper
@@ -103,7 +104,7 @@ class SweptBench:
         self._structure = structure = _stuck_structure(system)
         self._rows = np.array(list(sensors.values())) @ structure.mode_shapes
         self._lines = _line_sums(system)
-        self._rest = _assembled(structure, self._contacts)
+        self._rest = equilibrium(structure)
         self._steppers: dict[float, tuple[Stepper, Matrix]] = {}
         frequency = np.sqrt(structure.eigenvalue)
         stiffness = [joint.tangential_stiffness for joint in self._contacts]
@@ -215,19 +216,6 @@ class SweptBench:
             normal = max(joint.preload + joint.normal_stiffness * closing, 0.0)
             sliders[number] = tangential - share * joint.friction_coefficient * normal / joint.tangential_stiffness
         return TransientState(displacement=self._rest.displacement, velocity=self._rest.velocity, slider=sliders)
-
-
-def _assembled(structure: ModalStructure, contacts: Sequence[FrictionContact]) -> TransientState:
-    """At rest under the static load, contacts closed and sliders at 0: equilibrium as long as they stick."""
-    system = structure.system
-    load = system.static - sum(
-        ((joint.preload - joint.normal_stiffness * joint.gap) * joint.normal for joint in contacts),
-        np.zeros(system.n_dof),
-    )
-    displacement = structure.mode_shapes @ ((structure.mode_shapes.T @ load) / structure.eigenvalue)
-    return TransientState(
-        displacement=displacement, velocity=np.zeros(system.n_dof), slider=np.zeros(structure.table.n_slider)
-    )
 
 
 def _stuck_structure(system: JointedSystem) -> ModalStructure:

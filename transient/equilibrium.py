@@ -1,4 +1,22 @@
-r"""Static equilibrium, the state from which an integration starts unless told otherwise."""
+r"""Static equilibrium, the state from which an integration starts unless told otherwise.
+
+With the positions u = B q of the joints, their forces f, and the stiffness K_s = K + B^T k_0 B of the structure with
+closed, sticking joints k_0,
+
+.. math:: u = B K_s^{-1} f_\mathrm{static} - G\,(f(u) - k_0 u), \qquad G = B K_s^{-1} B^T
+
+is first tried with all of the load at once: where no joint slips, that is the answer. Else the load is put on in parts.
+Where Newton's method finds no equilibrium of a part, as after a jump, the structure creeps there by implicit steps of
+
+.. math:: M \dot q = f_\mathrm{static} - K q - B^T f
+
+that grow until it is at rest. Friction has no potential that could be minimised instead, but a short step always has
+one solution, since M outweighs the joints in it.
+
+References
+----------
+Kelley and Keyes, Convergence analysis of pseudo-transient continuation, SIAM Journal on Numerical Analysis 35 (1998).
+"""
 
 import numpy as np
 from jaxtyping import Float
@@ -9,7 +27,9 @@ from transient.errors import TransientError
 from transient.law import joint_forces
 from transient.march import solve_positions
 from transient.state import TransientState
-from transient.transition import ModalStructure, modal_structure
+from transient.transition import ModalStructure, modal_structure, modes
+
+Vector = Float[NDArray[np.float64], " n"]
 
 #: Equal parts in which the load is put on, so that sliders move as on a slow ramp.
 N_PART = 50
@@ -17,9 +37,21 @@ N_PART = 50
 #: Eigenvalues below this share of the largest are rigid-body motion.
 RIGID = 1e-12
 
+#: Sliders that are off by less than this share of the positions, or of the sums they come from, have not slipped.
+STUCK = 1e-10
+
+#: Steps of a creep, and their growth after one that succeeds and one that fails.
+N_CREEP = 400
+LONGER, SHORTER = 2.0, 0.125
+#: Length of a step, in the slowest time constant, from which on the equilibrium itself is tried again.
+LONG = 100.0
+
 
 def equilibrium(system: JointedSystem | ModalStructure, load: float = 1.0) -> TransientState:
-    """State at rest under the static load, put on in equal parts on the pre-loaded joints, sliders at 0 before.
+    """State at rest under the static load, sliders at 0 before.
+
+    If no joint slips under all of the load at once, sliders stay at 0; else the load is put on in equal parts on the
+    pre-loaded joints. Which modes a `ModalStructure` has does not matter.
 
     Parameters
     ----------
@@ -34,45 +66,93 @@ def equilibrium(system: JointedSystem | ModalStructure, load: float = 1.0) -> Tr
         A body that neither a support nor a sticking joint holds, or no equilibrium found.
     """
     structure = system if isinstance(system, ModalStructure) else modal_structure(system)
-    table, shapes, eigenvalue = structure.table, structure.mode_shapes, structure.eigenvalue
-    d = len(table.rows)
-    static = load * (shapes.T @ structure.system.static)
-    slider, position = np.zeros(table.n_slider), np.zeros(d)
-    if not structure.system.static.any() and not _forces_at_rest(structure).any():
-        return TransientState(
-            displacement=shapes @ np.zeros(len(shapes)), velocity=np.zeros(len(shapes)), slider=slider
-        )
-    if not eigenvalue.min() > RIGID * eigenvalue.max():
-        raise TransientError(
-            f"the structure with its joints stuck has the eigenvalue {eigenvalue.min():g} 1/s^2, so a body is held "
-            "by nothing: support it or give a start"
-        )
-    rows = structure.rows
-    flexibility = np.ascontiguousarray(rows @ (rows / eigenvalue).T)
-    free = rows @ (static / eigenvalue)
-    at_rest = _forces_at_rest(structure)
-    scale = float(np.abs(np.concatenate([free, flexibility @ at_rest])).max(initial=0.0))
-    inverse, force, mean, end, moved = np.eye(d), np.zeros(d), np.zeros(d), np.zeros(d), slider.copy()
-    for part in range(1, N_PART + 1) if d else ():
-        share = part / N_PART
-        after = position.copy()
-        done = solve_positions(
-            after, share * free, flexibility, structure.offset, True, position, slider, table.packed, np.inf, scale,
-            inverse, force, mean, end, moved,
-        )  # fmt: skip
-        if done < 0:
+    search = _Search(structure, load)
+    if search.loaded and not search.sticks():
+        for part in range(1, N_PART + 1):
+            if not (search.move(part / N_PART) or search.creep(part / N_PART)):
+                raise TransientError(
+                    f"no equilibrium was found at {100 * part / N_PART:.0f} % of the static load: give a start, for "
+                    "instance from a slow ramp (`transient.history`)"
+                )
+    return TransientState(
+        displacement=search.shapes @ search.modal, velocity=np.zeros(len(search.shapes)), slider=search.slider
+    )
+
+
+class _Search:
+    """Where the structure stands on its way: modal displacements with sticking joints, positions, sliders."""
+
+    def __init__(self, structure: ModalStructure, load: float) -> None:
+        self._table = table = structure.table
+        # Sticking joints whatever modes were given: what large contact forces leave of each other would be lost in the
+        # round-off of the soft modes without joints.
+        self._offset = table.stuck_stiffness
+        if np.array_equal(structure.offset, self._offset):
+            self._eigenvalue, self.shapes = structure.eigenvalue, structure.mode_shapes
+        else:
+            self._eigenvalue, self.shapes = modes(structure.system, table, self._offset)
+        self._rows = np.ascontiguousarray(table.rows @ self.shapes)
+        self._static = load * (self.shapes.T @ structure.system.static)
+        d = len(table.rows)
+        self.modal, self.slider = np.zeros(len(self.shapes)), np.zeros(table.n_slider)
+        self._position, self._inverse = np.zeros(d), np.eye(d)
+        self._at_rest, zero = np.zeros(d), np.zeros(d)
+        joint_forces(table.packed, zero, zero, self.slider, 1.0, zero.copy(), self._at_rest, self.slider.copy())
+        self._terms = np.where(self._at_rest > 0, table.normal_terms, 0.0)
+        self.loaded = bool(structure.system.static.any() or self._at_rest.any())
+        lowest, highest = float(self._eigenvalue.min()), float(self._eigenvalue.max())
+        if self.loaded and not lowest > RIGID * highest:
             raise TransientError(
-                f"no equilibrium was found at {100 * share:.0f} % of the static load: give a start, for instance from "
-                "a slow ramp (`transient.history`)"
+                f"the structure with its joints stuck has the eigenvalue {lowest:g} 1/s^2, so a body is held by "
+                "nothing: support it or give a start"
             )
-        position, slider = after, moved.copy()
-    modal = (static - rows.T @ force) / eigenvalue
-    return TransientState(displacement=shapes @ modal, velocity=np.zeros(len(shapes)), slider=slider)
+        self._lowest, self._scale = lowest, 0.0
 
+    def sticks(self) -> bool:
+        """Take all of the load at once if no slider moves."""
+        linear = (self._rows / self._eigenvalue) @ (self._static - self._rows.T @ self._at_rest)
+        start = self.modal, self._position, self.slider
+        if self.move(1.0, guess=linear):
+            size = np.abs(self._position).max(initial=self._scale)
+            if np.abs(self.slider).max(initial=0.0) <= STUCK * size:
+                self.slider = np.zeros_like(self.slider)
+                return True
+            self.modal, self._position, self.slider = start
+        self._inverse = np.eye(len(self._rows))
+        return False
 
-def _forces_at_rest(structure: ModalStructure) -> Float[NDArray[np.float64], " d"]:
-    table = structure.table
-    zero, end, mean = np.zeros(len(table.rows)), np.zeros(len(table.rows)), np.zeros(len(table.rows))
-    slider = np.zeros(table.n_slider)
-    joint_forces(table.packed, zero, zero, slider, 1.0, mean, end, slider.copy())
-    return end
+    def move(self, share: float, rate: float = 0.0, guess: Vector | None = None) -> bool:
+        """Go to the equilibrium under a share of the load, or by a step 1 / rate [s^2] of a creep, if it is found."""
+        eigenvalue = self._eigenvalue + rate
+        load = share * self._static + rate * self.modal
+        flexibility = np.ascontiguousarray((self._rows / eigenvalue) @ self._rows.T)
+        free = self._rows @ (load / eigenvalue)
+        d = len(free)
+        # Positions are found within round-off of what they are sums of, be the sums themselves 0.
+        self._scale = float(np.abs(np.concatenate([free, np.abs(flexibility) @ self._terms])).max(initial=0.0))
+        force, mean, end, moved = np.zeros(d), np.zeros(d), np.zeros(d), self.slider.copy()
+        after = self._position.copy() if guess is None else guess
+        done = solve_positions(
+            after, free, flexibility, self._offset, True, self._position, self.slider, self._table.packed, np.inf,
+            self._scale, self._inverse, force, mean, end, moved,
+        ) if d else 0  # fmt: skip
+        if done < 0:
+            return False
+        self.modal = (load - self._rows.T @ force) / eigenvalue
+        self._position, self.slider = after, moved
+        return True
+
+    def creep(self, share: float) -> bool:
+        """Go to an equilibrium under a share of the load by way of a creep."""
+        rate = self._lowest
+        for _ in range(N_CREEP):
+            self._inverse = np.eye(len(self._rows))
+            if not self.move(share, rate):
+                rate /= SHORTER
+            elif rate * LONG < self._lowest:
+                if self.move(share):
+                    return True
+                rate = self._lowest
+            else:
+                rate /= LONGER
+        return False

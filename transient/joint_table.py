@@ -45,6 +45,9 @@ class JointTable:
         Number of sliders [-].
     damper
         Which directions belong to a quadratic damper, with its damping, shape (d,) [N s^2/m^2].
+    normal_terms
+        |N_0| + k_n |g| in the normals of contacts and stops, shape (d,) [N]: normal forces that cancel each other leave
+        round-off of the size of their terms, however small their sum.
     """
 
     rows: Float[NDArray[np.float64], "d r"]
@@ -52,6 +55,7 @@ class JointTable:
     packed: Packed
     n_slider: int
     damper: Float[NDArray[np.float64], " d"]
+    normal_terms: Float[NDArray[np.float64], " d"]
 
 
 def joint_table(system: JointedSystem) -> JointTable:
@@ -59,6 +63,7 @@ def joint_table(system: JointedSystem) -> JointTable:
     kind, first, slider, tangent, parameter = [], [], [], [], []
     stiffness: list[float] = []
     damper: list[float] = []
+    terms: list[float] = []
     n_slider = 0
     for joint in system.joints:
         code, values, stuck = _describe(joint)
@@ -70,6 +75,7 @@ def joint_table(system: JointedSystem) -> JointTable:
         parameter.append(values)
         stiffness.extend(stuck)
         damper.extend([joint.damping if isinstance(joint, QuadraticDamper) else 0.0] * len(stuck))
+        terms.extend([0.0] * (len(stuck) - 1) + [abs(values[PRELOAD]) + abs(values[NORMAL] * values[GAP])])
         n_slider += n_tangent
     integers = [np.array(column, dtype=np.int64) for column in (kind, first, slider, tangent)]
     return JointTable(
@@ -84,6 +90,7 @@ def joint_table(system: JointedSystem) -> JointTable:
         ),
         n_slider=n_slider,
         damper=np.array(damper, dtype=np.float64),
+        normal_terms=np.array(terms, dtype=np.float64),
     )
 
 

@@ -148,7 +148,9 @@ class Stepper:
         position, held = self._position, self._slider.copy()
         joint_forces(table.packed, position, position, held, self.step, mean, self._end, self._slider)
         self._last_force = self._end - structure.offset * position
-        self._scale = float(np.abs(position).max(initial=0.0))
+        terms = np.where(self._end > 0, table.normal_terms, 0.0)
+        round_off = np.abs(self.transition.flexibility) @ terms
+        self._scale = float(np.abs(np.concatenate([position, round_off])).max(initial=0.0))
         self._inverse = np.eye(d)
 
     def _march(

@@ -143,11 +143,16 @@ def transition(structure: ModalStructure, angular_frequency: float, steps_per_pe
     )
 
 
-def _decompose(system: JointedSystem, table: JointTable, offset: Vector) -> ModalStructure:
+def modes(system: JointedSystem, table: JointTable, offset: Vector) -> tuple[Vector, Matrix]:
+    """Eigenvalues [1/s^2] and mass-normalised shapes of the structure with springs k_0 of shape (d,) at its joints."""
     from scipy.linalg import eigh
 
-    stiffness = system.stiffness + table.rows.T @ (offset[:, None] * table.rows)
-    eigenvalue, shapes = eigh(stiffness, system.mass)
+    eigenvalue, shapes = eigh(system.stiffness + table.rows.T @ (offset[:, None] * table.rows), system.mass)
+    return eigenvalue, shapes
+
+
+def _decompose(system: JointedSystem, table: JointTable, offset: Vector) -> ModalStructure:
+    eigenvalue, shapes = modes(system, table, offset)
     damping = shapes.T @ system.damping @ shapes
     others = damping - np.diag(np.diag(damping))
     return ModalStructure(
