@@ -72,8 +72,9 @@ def whitening(
     own = _variance(apart - jitter @ amplitude, freedom)
     pooled = per_reading**2 * _pooled(own / per_reading**2, size, freedom, group)
     variance = (POOLED * pooled + freedom * np.where(freedom > 0, own, 0.0)) / (POOLED + freedom)
-    spread = np.sqrt((amplitude**2).sum(axis=1) / max(amplitude.shape[1] - 1, 1))
-    shared = np.column_stack([jitter * spread, history]) / np.sqrt(observed.count[features.row])[:, None]
+    # One column a repeat: the sample covariance of the amplitudes, with what they have in common.
+    together = jitter @ amplitude / np.sqrt(max(amplitude.shape[1] - 1, 1))
+    shared = np.column_stack([together, history]) / np.sqrt(observed.count[features.row])[:, None]
     deviation = np.sqrt(variance / np.maximum(observed.count[features.row], 1))
     return Whitening(deviation=deviation, modes=np.column_stack([shared, budget]))
 
