@@ -39,9 +39,13 @@ class Misfit:
     deviation
         Standard deviation of the mean of the repeats, of real and imaginary part each, shape (k,) [the same]; NaN
         where there is one repeat.
+    standardised
+        Difference of the row's features, real and imaginary part, over its standard deviation with all that points
+        have in common, shape (k, 2) [standard deviations]; the latter is NaN for harmonic 0. It is large where the
+        model fails, and there alone.
     whitened
-        Difference of the row's features, whitened: real and imaginary part, shape (k, 2) [standard deviations]; the
-        latter is NaN for harmonic 0.
+        The same, whitened, shape (k, 2). Its squares add up to chi^2; but an error at one point that a common mode
+        could explain shows at the other points of that mode, too.
     """
 
     points: Points
@@ -49,6 +53,7 @@ class Misfit:
     measured: Coefficients
     predicted: Coefficients
     deviation: Numbers
+    standardised: Float[NDArray[np.float64], "k 2"]
     whitened: Float[NDArray[np.float64], "k 2"]
 
     def __len__(self) -> int:
@@ -56,8 +61,8 @@ class Misfit:
 
     @property
     def size(self) -> Numbers:
-        """Root mean square of the numbers of each row, shape (k,) [standard deviations]."""
-        return np.asarray(np.sqrt(np.nanmean(self.whitened**2, axis=1)))
+        """Root mean square of the standardised numbers of each row, shape (k,) [standard deviations]."""
+        return np.asarray(np.sqrt(np.nanmean(self.standardised**2, axis=1)))
 
     @property
     def clear(self) -> Mask:
@@ -74,6 +79,7 @@ class Misfit:
             measured=self.measured[chosen],
             predicted=self.predicted[chosen],
             deviation=self.deviation[chosen],
+            standardised=self.standardised[chosen],
             whitened=self.whitened[chosen],
         )
 
@@ -87,7 +93,9 @@ class Share:
     label
         Which, in words: "10 N", "466.4 to 469.6 Hz, jointed", "tip".
     deviations
-        Root mean square of the whitened differences [standard deviations]; 1 is perfect.
+        Root mean square of the standardised differences [standard deviations]; 1 is perfect.
+    whitened
+        The same of the whitened ones.
     amplitude_error, phase_error
         Median of the moduli of the clear rows [-, rad]; NaN if none is clear.
     signed_amplitude_error, signed_phase_error
@@ -98,6 +106,7 @@ class Share:
 
     label: str
     deviations: float
+    whitened: float
     amplitude_error: float
     phase_error: float
     signed_amplitude_error: float
@@ -109,9 +118,10 @@ def misfit(
     observed: Observation,
     features: FeatureVector,
     predicted: Coefficients,
+    standardised: Float[NDArray[np.float64], " m"],
     whitened: Float[NDArray[np.float64], " m"],
 ) -> Misfit:
-    """Arrange whitened differences by the points that they come from.
+    """Arrange differences by the points that they come from.
 
     Parameters
     ----------
@@ -121,13 +131,19 @@ def misfit(
         Of these points, m numbers.
     predicted
         Shape (k,).
+    standardised
+        (measured - predicted) of the features over its standard deviations, shape (m,).
     whitened
-        S^(-1/2) (measured - predicted) of the features, shape (m,).
+        S^(-1/2) (measured - predicted), shape (m,).
     """
     k = len(observed.points)
-    pairs = np.full((k, 2), np.nan)
-    pairs[:, 0] = whitened[:k]
-    pairs[~features.real_only, 1] = whitened[k:]
+
+    def pairs(numbers: Float[NDArray[np.float64], " m"]) -> Float[NDArray[np.float64], "k 2"]:
+        found = np.full((k, 2), np.nan)
+        found[:, 0] = numbers[:k]
+        found[~features.real_only, 1] = numbers[k:]
+        return found
+
     n = np.isfinite(observed.repeat).sum(axis=1)
     mean = np.nansum(observed.repeat, axis=1) / np.maximum(n, 1)
     squares = np.nansum(np.abs(observed.repeat - mean[:, None]) ** 2, axis=1)
@@ -140,7 +156,8 @@ def misfit(
         measured=observed.value,
         predicted=np.asarray(predicted),
         deviation=np.sqrt(variance),
-        whitened=pairs,
+        standardised=pairs(standardised),
+        whitened=pairs(whitened),
     )
 
 
@@ -165,8 +182,8 @@ def worst_cell(of: Misfit) -> tuple[Share, Points]:
     coded = [_codes(of, axis) for axis in ("level", "band", "sensor", "harmonic")]
     cells, number = np.unique(np.column_stack([code for code, _ in coded]), axis=0, return_inverse=True)
     number = np.asarray(number).ravel()
-    squares = np.nansum(of.whitened**2, axis=1)
-    counts = np.isfinite(of.whitened).sum(axis=1)
+    squares = np.nansum(of.standardised**2, axis=1)
+    counts = np.isfinite(of.standardised).sum(axis=1)
     mean = np.bincount(number, squares) / np.maximum(np.bincount(number, counts), 1)
     at = int(np.argmax(mean))
     level, band, sensor, harmonic = (labels[code] for code, (_, labels) in zip(cells[at], coded, strict=True))
@@ -219,7 +236,8 @@ def _share(of: Misfit, label: str) -> Share:
     scaled = predicted / np.abs(measured)
     return Share(
         label=label,
-        deviations=float(np.sqrt(np.nanmean(of.whitened**2))),
+        deviations=float(np.sqrt(np.nanmean(of.standardised**2))),
+        whitened=float(np.sqrt(np.nanmean(of.whitened**2))),
         amplitude_error=float(np.median(np.abs(amplitude_error(measured, predicted)))) if any_clear else np.nan,
         phase_error=float(np.median(np.abs(phase_error(measured, predicted)[dynamic]))) if dynamic.any() else np.nan,
         signed_amplitude_error=float(np.sqrt(np.mean(np.abs(scaled) ** 2)) - 1) if any_clear else np.nan,

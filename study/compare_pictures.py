@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.misfit import Misfit, configuration
+from correlation.misfit import CLEAR, Misfit, configuration
 from correlation.prediction import Points, Prediction, Predictor
 from correlation.test_model import LineSensor, Sensor, TestModel
 from study.figure.frf_overlay import OverlayCurve, OverlayPanel, frf_overlay_figure
@@ -16,12 +16,21 @@ Frequencies = Float[NDArray[np.float64], " f"]
 
 #: Parts of each step between two measured frequencies where lines are predicted.
 FINER = 4
-#: What a displacement, velocity, acceleration or force is drawn in, and the factor to it.
+#: Units that a displacement, velocity, acceleration or force may be drawn in, with their factors.
 SHOWN = {
-    "displacement": ("um", 1e6),
-    "velocity": ("mm/s", 1e3),
-    "acceleration": ("m/s^2", 1.0),
-    "contact force": ("N", 1.0),
+    "displacement": (("mm", 1e3), ("um", 1e6), ("nm", 1e9)),
+    "velocity": (("m/s", 1.0), ("mm/s", 1e3), ("um/s", 1e6)),
+    "acceleration": (("m/s^2", 1.0), ("mm/s^2", 1e3)),
+    "contact force": (("N", 1.0), ("mN", 1e3)),
+}
+#: The largest value drawn is at least this many units.
+LARGEST = 0.3
+#: Responses of which fewer stand out of the noise, measured or predicted, are not drawn.
+WORTH_DRAWING = 0.05
+ABOUT = {
+    "frf": "response per newton of the exciting force, and its phase",
+    "harmonics": "amplitudes of the higher harmonics",
+    "forces": "amplitudes of the contact forces, summed over each line; static parts with their sign",
 }
 
 
@@ -50,13 +59,13 @@ def pictures(
         words = [f"{level:g} N{', held out' if level in new else ''}" for level in levels.tolist()]
         drawn[f"map_{name}"] = _map(rows, levels, words, f"{title}: where the model fails, {name}")
         panels = _panels(model, rows, levels, prediction)
-        for kind, (chosen, columns) in _figures(panels).items():
-            if chosen:
+        for kind, (chosen, columns) in _figures(model, panels).items():
+            if any(_stands_out(rows, key) for key, _ in chosen):
                 drawn[f"{kind}_{name}"] = frf_overlay_figure(
                     [panel for _, panel in chosen],
                     levels=words,
                     title=f"{title}: {kind} of the {name} structure" if kind != "frf" else f"{title}, {name}",
-                    subtitle=_about(chosen[0][0]),
+                    subtitle=ABOUT[kind],
                     columns=columns,
                     with_phase=kind == "frf",
                 )
@@ -66,18 +75,24 @@ def pictures(
 Key = tuple[str, int]
 
 
-def _figures(panels: Sequence[tuple[Key, OverlayPanel]]) -> dict[str, tuple[list[tuple[Key, OverlayPanel]], int]]:
+def _figures(
+    model: TestModel, panels: Sequence[tuple[Key, OverlayPanel]]
+) -> dict[str, tuple[list[tuple[Key, OverlayPanel]], int]]:
     """Panels of each figure and how many stand side by side: fundamental motions, their harmonics, contact forces."""
-    forces = [each for each in panels if each[1].unit == "N"]
-    motions = [each for each in panels if each[1].unit != "N"]
+    lines = {sensor.name for sensor in model.sensors if isinstance(sensor, LineSensor)}
+    forces = [each for each in panels if each[0][0] in lines]
+    motions = [each for each in panels if each[0][0] not in lines]
     fundamental = [each for each in motions if each[0][1] == 1]
     higher = [each for each in motions if each[0][1] != 1]
-    harmonics = len({key[1] for key, _ in forces}) or 1
-    return {"frf": (fundamental, 2), "harmonics": (higher, 2), "forces": (forces, min(harmonics, 4))}
+    harmonics = len({key[1] for key, _ in forces})
+    return {"frf": (fundamental, 2), "harmonics": (higher, 2), "forces": (forces, max(1, min(harmonics, 4)))}
 
 
-def _about(key: Key) -> str:
-    return "response per newton of the exciting force" if key[1] == 1 else "amplitudes as they are"
+def _stands_out(of: Misfit, key: Key) -> bool:
+    """Whether a sensor's harmonic is more than noise."""
+    rows = of.where(np.asarray((of.points.sensor == key[0]) & (of.points.harmonic == key[1])))
+    noise = CLEAR * np.nan_to_num(rows.deviation)
+    return any(float(np.mean(np.abs(each) > noise)) > WORTH_DRAWING for each in (rows.measured, rows.predicted))
 
 
 def _joined(train: Misfit, held: Misfit | None) -> tuple[Misfit, set[float]]:
@@ -94,7 +109,7 @@ def _joined(train: Misfit, held: Misfit | None) -> tuple[Misfit, set[float]]:
     )
     columns = {
         name: np.concatenate([getattr(train, name), getattr(more, name)])
-        for name in ("motion", "measured", "predicted", "deviation", "whitened")
+        for name in ("motion", "measured", "predicted", "deviation", "standardised", "whitened")
     }
     return Misfit(points=points, **columns), new
 
@@ -117,7 +132,9 @@ def _map(of: Misfit, levels: Frequencies, words: Sequence[str], title: str) -> b
         at = np.searchsorted(levels, points.level[rows]), np.searchsorted(frequency, points.frequency[rows])
         image[at] = size[rows]
         panels.append(MapPanel(sensor=sensor, harmonic=harmonic, size=image))
-    subtitle = f"level by frequency; all points together: {np.sqrt(np.nanmean(of.whitened**2)):.3g} standard deviations"
+    subtitle = (
+        f"level by frequency; all points together: {np.sqrt(np.nanmean(of.standardised**2)):.3g} standard deviations"
+    )
     return misfit_map_figure(panels, levels=words, frequency=frequency, title=title, subtitle=subtitle)
 
 
@@ -129,9 +146,11 @@ def _panels(
     sensors = {sensor.name: sensor for sensor in model.sensors}
     panels = []
     for sensor, harmonic in _keys(of):
-        unit, factor = _unit(sensors[sensor])
         # Fundamental motions are drawn per newton: levels that agree lie on each other.
         per_level = harmonic == 1 and isinstance(sensors[sensor], Sensor)
+        all_rows = np.flatnonzero((of.points.sensor == sensor) & (of.points.harmonic == harmonic))
+        size = np.abs(of.measured[all_rows]) / (of.points.level[all_rows] if per_level else 1.0)
+        unit, factor = _unit(sensors[sensor], float(size.max()))
         curves = []
         for number, level in enumerate(levels.tolist()):
             rows, drawn = (_rows(points, sensor, harmonic, level) for points in (of.points, fine))
@@ -154,8 +173,9 @@ def _panels(
     return panels
 
 
-def _unit(sensor: Sensor | LineSensor) -> tuple[str, float]:
-    return SHOWN["contact force" if isinstance(sensor, LineSensor) else sensor.quantity]
+def _unit(sensor: Sensor | LineSensor, largest: float) -> tuple[str, float]:
+    units = SHOWN["contact force" if isinstance(sensor, LineSensor) else sensor.quantity]
+    return next((each for each in units if largest * each[1] >= LARGEST), units[-1])
 
 
 def _rows(points: Points, sensor: str, harmonic: int, level: float) -> NDArray[np.int64]:

@@ -1,7 +1,7 @@
 """``stickslip compare``: a model beside a campaign; where it fails, in numbers, tables and figures."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +23,7 @@ from correlation.scatter import whitening
 from correlation.sensor_placement import with_sensors
 from correlation.test_model import TestModel
 from diagnosis.arrangement import DRAWS, SEED, arrange
-from diagnosis.comparison import Comparison
+from diagnosis.comparison import NOT_FOUND, Comparison
 from fe.dense_modes import dense_modes
 from study.compare_pictures import pictures
 from study.compare_table import misfit_csv
@@ -55,6 +55,8 @@ class Compared:
         Of the case.
     campaign
         What was measured.
+    model, prediction
+        What was compared, with every sensor of the campaign, and its steady states at the training data.
     train, held
         Misfit to the measurements that a model may be fitted to, and to those that test it; none if none is held out.
     peaks
@@ -69,6 +71,8 @@ class Compared:
 
     title: str
     campaign: Campaign
+    model: TestModel
+    prediction: Prediction
     train: Misfit
     held: Misfit | None
     peaks: tuple[PeakError, ...]
@@ -100,34 +104,52 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
     setup = read_test_case(case)
     with run.progress.step("campaign", expected=1):
         campaign = read_campaign(folder)
-    model = with_sensors(setup.model, campaign)
-    suspected = (*campaign.suspicions, *suspicions_against(campaign, model_frequencies(model)))
-    for suspicion in suspected:
-        run.warn(str(suspicion))
     with run.progress.step("comparison", expected=15):
-        sides, calibrated, model = _sides(setup, model, campaign, calibrate)
-    swapped = _swapped(campaign, model, sides[0].prediction)
-    for suspicion in swapped:
+        compared = compare(setup, campaign, calibrate=calibrate)
+    for suspicion in compared.suspicions:
         run.warn(str(suspicion))
-    train, *rest = (side.misfit for side in sides)
-    held = rest[0] if rest else None
+    title = f"{setup.title}, calibrated" if calibrate else setup.title
     with run.progress.step("figures", expected=10):
-        title = f"{setup.title}, calibrated" if calibrate else setup.title
-        drawn = pictures(model, train, held, sides[0].prediction, title)
-        stem = f"{case.stem}_compare"
-        files = {run.output / f"{stem}_{name}.png": picture for name, picture in drawn.items()}
-    files = {run.output / f"{stem}.csv": misfit_csv(campaign, train, held).encode(), **files}
+        drawn = pictures(compared.model, compared.train, compared.held, compared.prediction, title)
+    stem = f"{case.stem}_compare"
+    files = {run.output / f"{stem}.csv": misfit_csv(campaign, compared.train, compared.held).encode()}
+    files |= {run.output / f"{stem}_{name}.png": picture for name, picture in drawn.items()}
     for file, content in files.items():
         replace_file(file, content)
+    return replace(compared, files=tuple(files))
+
+
+def compare(setup: TestSetup, campaign: Campaign, *, calibrate: bool = False) -> Compared:
+    """Compare without writing anything.
+
+    Parameters
+    ----------
+    setup
+        Of a test case.
+    campaign
+        As read.
+    calibrate
+        Whether the accepted parameters are fitted to the training data first.
+
+    Raises
+    ------
+    CampaignError
+        A sensor that does not fit the model, or a campaign without repeats.
+    """
+    model = with_sensors(setup.model, campaign)
+    suspected = (*campaign.suspicions, *suspicions_against(campaign, model_frequencies(model)))
+    sides, calibrated, model = _sides(setup, model, campaign, calibrate)
+    train, *rest = (side.misfit for side in sides)
     return Compared(
         title=setup.title,
         campaign=campaign,
+        model=model,
+        prediction=sides[0].prediction,
         train=train,
-        held=held,
+        held=rest[0] if rest else None,
         peaks=_peaks(sides),
-        suspicions=(*suspected, *swapped),
+        suspicions=(*suspected, *_swapped(campaign, model, sides[0].prediction)),
         calibrated=calibrated,
-        files=tuple(files),
     )
 
 
@@ -141,8 +163,14 @@ class Side:
     @property
     def misfit(self) -> Misfit:
         """By its points."""
-        residual = self.comparison.residual(self.prediction)
-        return misfit(self.comparison.observed, self.comparison.features, self.prediction.value, residual)
+        of, value = self.comparison, self.prediction.value
+        weights = of.whitening
+        modes = np.zeros((len(weights.deviation), 0)) if weights.modes is None else weights.modes
+        deviation = np.sqrt(weights.deviation**2 + (modes**2).sum(axis=1))
+        predicted = of.features.of_values(value)
+        difference = (of.measured - predicted) / deviation
+        standardised = np.where(np.isfinite(predicted), difference, NOT_FOUND)
+        return misfit(of.observed, of.features, value, standardised, of.residual(self.prediction))
 
 
 def beside(observed: Observation, model: TestModel, budget: Budget, before: Prediction | None = None) -> Side:

@@ -11,8 +11,8 @@ from correlation.misfit import Misfit, configuration
 
 COLUMNS = (
     "set", "configuration", "level_N", "frequency_Hz", "sensor", "harmonic", "unit", "measured_real", "measured_imag",
-    "deviation", "predicted_real", "predicted_imag", "amplitude_error", "phase_error_deg", "whitened_real",
-    "whitened_imag",
+    "deviation", "predicted_real", "predicted_imag", "amplitude_error", "phase_error_deg",
+    "standardised_real", "standardised_imag", "whitened_real", "whitened_imag",
 )  # fmt: skip
 
 
@@ -40,7 +40,7 @@ def misfit_csv(campaign: Campaign, train: Misfit, held: Misfit | None) -> str:
         for row in range(len(of)):
             numbers = (
                 of.measured[row].real, of.measured[row].imag, of.deviation[row], of.predicted[row].real,
-                of.predicted[row].imag, amplitude[row], phase[row], *of.whitened[row],
+                of.predicted[row].imag, amplitude[row], phase[row], *of.standardised[row], *of.whitened[row],
             )  # fmt: skip
             sensor = str(points.sensor[row])
             writer.writerow(

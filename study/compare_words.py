@@ -11,6 +11,8 @@ from study.compare_run import Compared
 
 #: Below so many standard deviations a misfit is what noise makes.
 NOISE = 1.5
+#: A resonance fails beyond this: a few repeats tell their own scatter badly [standard deviations].
+CLEAR_PEAK = 4.0
 #: What is worst along each axis.
 WORDS = {axis: f"worst {axis}" for axis in AXES}
 
@@ -86,6 +88,7 @@ def _share_document(share: Share) -> dict[str, Any]:
     return {
         "label": share.label,
         "standard_deviations": share.deviations,
+        "whitened": share.whitened,
         "median_amplitude_error": share.amplitude_error,
         "median_phase_error_rad": share.phase_error,
         "n_number": share.n_number,
@@ -105,8 +108,9 @@ def _calibrated(compared: Compared) -> list[str]:
 
 def _side(name: str, of: Misfit) -> Iterator[str]:
     all_of = whole(of)
-    verdict = "as much as noise makes" if all_of.deviations < NOISE else "1 is perfect"
-    yield f"{name}: {all_of.n_number} numbers, {all_of.deviations:.3g} standard deviations in the mean ({verdict})"
+    verdict = "as much as noise makes" if all_of.whitened < NOISE else "1 is perfect"
+    mean = f"whitened {all_of.whitened:.3g} standard deviations in the mean ({verdict})"
+    yield f"{name}: {all_of.n_number} numbers, {mean}"
     missing = _not_found(of)
     if missing:
         yield f"  no steady state was found at {missing} of {len(of)} points; each counts 10 standard deviations"
@@ -146,6 +150,26 @@ def _peaks(compared: Compared) -> Iterator[str]:
         yield (
             f"  {configuration(peak.free):<9}  {peak.level:6g} N  {peak.frequency:15.3f}  {frequency:<17}  "
             f"{100 * peak.damping:6.3f} %  {damping}{_held(compared, peak)}"
+        )
+
+    peak, what, deviations = max(
+        (
+            (peak, what, abs(error) * value / deviation)
+            for peak in compared.peaks
+            for what, error, value, deviation in (
+                ("frequency", peak.frequency_error, peak.frequency, peak.frequency_deviation),
+                ("damping", peak.damping_error, peak.damping, peak.damping_deviation),
+            )
+            if deviation > 0 and np.isfinite(error)
+        ),
+        key=lambda each: each[2],
+        default=(compared.peaks[0], "", 0.0),
+    )
+    if deviations > CLEAR_PEAK:
+        error = peak.frequency_error if what == "frequency" else peak.damping_error
+        yield (
+            f"  worst: the {what} of the {configuration(peak.free)} structure at {peak.level:g} N is "
+            f"{100 * abs(error):.3g} % too {'high' if error > 0 else 'low'} ({deviations:.3g} standard deviations)"
         )
 
 

@@ -169,7 +169,7 @@ def _phase(axes: "Axes", panel: OverlayPanel, colours: Sequence[str]) -> None:
         )
     axes.set_ylabel("phase [deg]")
     if highest - lowest > 80:
-        axes.yaxis.set_major_locator(MultipleLocator(45 if highest - lowest < 150 else 90))
+        axes.yaxis.set_major_locator(MultipleLocator(45 if highest - lowest < 200 else 90))
 
 
 def _points(
@@ -182,5 +182,5 @@ def _points(
     # Hollow points: a line that runs through one is seen within it.
     axes.errorbar(
         frequency, value, yerr=np.nan_to_num(deviation), fmt="o", markersize=3.2, markerfacecolor="white",
-        markeredgewidth=0.9, color=colour, elinewidth=0.9, zorder=3,
+        markeredgewidth=0.9, color=colour, elinewidth=0.7, zorder=3,
     )  # fmt: skip

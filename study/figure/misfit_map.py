@@ -113,7 +113,7 @@ def misfit_map_figure(
         fraction=0.4 / figure.get_figheight(),
         pad=0.1 / figure.get_figheight(),
     )
-    bar.set_label("root mean square of the whitened difference [standard deviations]; below 2, noise explains it")
+    bar.set_label("difference over its standard deviation (rms of real and imaginary part); below 2, noise explains it")
     bar.outline.set_visible(False)
     add_heading(figure, title, subtitle)
     stream = BytesIO()

@@ -1,0 +1,218 @@
+"""`stickslip compare` as a user runs it: a perfect model is noise, a spoilt sensor is named, mistakes are flagged."""
+
+import csv
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from correlation.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
+from correlation.misfit import shares, whole, worst, worst_cell
+from correlation.prediction import Points, Predictor
+from correlation.test_model import Sensor
+from correlation.write_campaign import write_campaign
+from study import cli
+from study.compare_run import compare
+from study.compare_words import in_words
+from study.shipped import BEAM
+from study.test_case_model import TestSetup, read_test_case
+from transient.bench import make_campaign
+from transient.bench_campaign import CampaignPoints
+
+LEVELS, REPEATS, NOISE = (1.0, 3.0), 5, 0.005
+JOINTED = 472.0 * np.array([0.98, 0.99, 0.995, 0.998, 1.0, 1.002, 1.005, 1.01, 1.02])
+FREE = 91.72 * np.array([0.97, 0.985, 0.993, 1.0, 1.007, 1.015, 1.03])
+#: Sensor, and whether it is a contact force.
+CHANNELS = {"tip": False, "mid": False, "left_T": True}
+
+
+@cache
+def measured_from_the_model(gain: float = 1.0) -> Campaign:
+    """The shipped beam's own response with noise; the sensor "mid" reads `gain` times what it should."""
+    model = setup().model.with_sensor("mid", gain=gain)
+    keys = [
+        (test, level, frequency, number, harmonic)
+        for test, frequencies in enumerate((JOINTED, FREE))
+        for level in LEVELS
+        for frequency in frequencies
+        for number, force in enumerate(CHANNELS.values())
+        for harmonic in ((0, 1) if force else (1, 3))
+        if not (force and test)
+    ]
+    test, level, frequency, sensor, harmonic = (np.array(column) for column in zip(*keys, strict=True))
+    names = np.array([*CHANNELS])[sensor]
+    points = Points(free=test == 1, level=level, frequency=frequency, sensor=names, harmonic=harmonic)
+    exact = Predictor(points=points).predict(model).value
+    random = np.random.default_rng(3)
+    k, count = len(keys), REPEATS * len(keys)
+    noise = random.standard_normal((REPEATS, k)) + 1j * random.standard_normal((REPEATS, k))
+    floor = np.where(np.isin(names, ["tip", "mid"]), 1e-9, 0.02)
+    value = exact + NOISE * np.where(harmonic > 0, np.abs(exact), 0.0) * noise + floor * np.roll(noise, 1, axis=1)
+    value = np.where(harmonic > 0, value, value.real)
+    repeat = np.repeat(np.arange(1, REPEATS + 1), k)
+    columns = {"test": test, "level": level, "frequency": frequency, "sensor": sensor, "harmonic": harmonic}
+    table = Measurement(
+        **{name: np.tile(column, REPEATS) for name, column in columns.items()},
+        order=np.arange(1, count + 1),
+        repeat=repeat,
+        sweep=np.ones(count, dtype=int),
+        value=value.ravel(),
+    )
+    sensors = [
+        MeasuredSensor(name=name, quantity="contact force", line="left", component="tangential")
+        if force
+        else MeasuredSensor(name=name, quantity="displacement", direction="z", place=name)
+        for name, force in CHANNELS.items()
+    ]
+    return Campaign(
+        title="The model itself",
+        folder=Path(),
+        sensors=tuple(sensors),
+        tests=(Test(name="stepped"), Test(name="free", configuration="free")),
+        measurement=table,
+        held_out=HeldOut(repeats=(4, 5)),
+    )
+
+
+@cache
+def setup() -> TestSetup:
+    return read_test_case(BEAM)
+
+
+def test_a_perfect_model_is_noise() -> None:
+    found = compare(setup(), measured_from_the_model())
+    assert found.held is not None
+    for side in (found.train, found.held):
+        # Noise is told from few repeats and numerical error is allowed for: the mean is 1 within a third, not exactly.
+        assert 0.5 < whole(side).deviations < 1.33
+        assert 0.5 < whole(side).whitened < 1.33
+        assert np.isfinite(side.predicted).all()
+    assert len(found.peaks) == 4
+    for peak in found.peaks:
+        # Five standard deviations, of a scatter that is itself told from five repeats.
+        assert abs(peak.frequency_error) * peak.frequency < 5 * peak.frequency_deviation
+    assert not found.suspicions
+
+
+def test_a_sensor_that_reads_too_much_is_named() -> None:
+    found = compare(setup(), measured_from_the_model(1.1))
+    assert worst(shares(found.train, "sensor")).label == "mid"
+    cell, points = worst_cell(found.train)
+    assert set(points.sensor) == {"mid"}
+    # 1 / 1.1 - 1, within noise of 0.5 % in the mean of three repeats and a few frequencies.
+    assert cell.signed_amplitude_error == pytest.approx(1 / 1.1 - 1, abs=0.006)
+    assert cell.signed_phase_error == pytest.approx(0, abs=0.006)
+    rows = found.train.where((found.train.points.sensor == "tip") & (found.train.points.harmonic == 1))
+    assert whole(rows).deviations < 2
+
+
+def test_table_document_and_figures_say_the_same(at_home: Path, capfdbinary: pytest.CaptureFixture[bytes]) -> None:
+    points = CampaignPoints(
+        levels=(3.0, 5.0), frequencies=tuple(JOINTED[::2].tolist()), free_frequencies=tuple(FREE.tolist()), n_repeat=5
+    )
+    make_campaign(at_home / "bench", seed=2, kind="mass", strength=2e-3, points=points)
+    assert cli.main(["compare", str(BEAM), "bench", "--out", "out", "--json"]) == 0
+    document = json.loads(capfdbinary.readouterr().out)
+    with (at_home / "out" / "beam_compare.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    for name, part in document["sets"].items():
+        of = [row for row in rows if row["set"] == name]
+        numbers = [float(row[f"whitened_{what}"]) for row in of for what in ("real", "imag") if row[f"whitened_{what}"]]
+        assert len(numbers) == part["n_number"]
+        # Seven digits are written.
+        assert np.sqrt(np.mean(np.square(numbers))) == pytest.approx(part["whitened"], rel=1e-5)
+    assert {row["level_N"] for row in rows if row["set"] == "training"} == {"3"}
+    # Two grams at the tip: the real beam is slower than its model, at every level of the free structure.
+    free = [each for each in document["resonances"] if each["configuration"] == "free"]
+    assert [each["level_n"] for each in free] == [3.0, 5.0]
+    assert all(each["frequency_error"] > 0.003 for each in free)
+    pictures = [Path(file) for file in document["files"] if file.endswith(".png")]
+    assert {file.stem for file in pictures} >= {
+        "beam_compare_map_jointed",
+        "beam_compare_map_free",
+        "beam_compare_frf_free",
+    }
+    assert all(file.read_bytes().startswith(b"\x89PNG") for file in pictures)
+
+
+def test_the_answer_is_in_words() -> None:
+    found = compare(setup(), measured_from_the_model(1.1), calibrate=True)
+    words = in_words(found)
+    assert "Calibrated on the training data: kt x " in words
+    assert "worst sensor         mid" in words
+    assert "% too small" in words
+    assert "Resonances, and the error of the model" in words
+
+
+def renamed(sensors: Sequence[MeasuredSensor], which: str, **changes: object) -> tuple[MeasuredSensor, ...]:
+    return tuple(replace(each, **changes) if each.name == which else each for each in sensors)  # type: ignore[arg-type]
+
+
+def test_swapped_cables_and_angular_frequencies_are_flagged() -> None:
+    campaign = measured_from_the_model()
+    swap = np.array([1, 0, 2])
+    table = replace(campaign.measurement, sensor=swap[campaign.measurement.sensor])
+    found = compare(setup(), replace(campaign, measurement=table))
+    assert 'sensors "tip" and "mid" look swapped' in [each.where for each in found.suspicions]
+    table = replace(campaign.measurement, frequency=2 * np.pi * campaign.measurement.frequency)
+    found = compare(setup(), replace(campaign, measurement=table))
+    (suspicion,) = [each for each in found.suspicions if "rad/s" in each.sentence]
+    assert "2 pi times the model's resonance" in suspicion.sentence
+
+
+def test_a_sensor_is_placed_by_its_coordinates() -> None:
+    campaign = measured_from_the_model()
+    at = np.array([0.30, 0.0, 0.0])
+    sensors = renamed(campaign.sensors, "tip", name="laser", place=None, coordinates=at)
+    found = compare(setup(), replace(campaign, sensors=sensors))
+    assert whole(found.train).deviations < 1.33
+    assert "laser" in found.train.points.sensor
+
+
+MISTAKES = {
+    "far": ({"name": "x", "place": None, "coordinates": np.array([0.35, 0, 0])}, "is 0.05 m from the nearest node"),
+    "no place": (
+        {"name": "x", "place": "root"},
+        'sits at place "root", which the model does not have; its places: tip',
+    ),
+    "quantity": ({"quantity": "velocity"}, "measures velocity, the model's sensor of that name displacement"),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_sensor_that_does_not_fit_is_refused(at_home: Path, name: str, capfd: pytest.CaptureFixture[str]) -> None:
+    changes, expected = MISTAKES[name]
+    campaign = measured_from_the_model()
+    write_campaign(replace(campaign, sensors=renamed(campaign.sensors, "tip", **changes)), at_home / "campaign")
+    assert cli.main(["compare", str(BEAM), "campaign"]) == 2
+    message = capfd.readouterr().err
+    assert expected in message
+    assert "Traceback" not in message
+
+
+def test_a_harmonic_that_the_model_does_not_keep_is_refused(at_home: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    campaign = measured_from_the_model()
+    harmonic = np.where(campaign.measurement.harmonic == 3, 9, campaign.measurement.harmonic)
+    write_campaign(
+        replace(campaign, measurement=replace(campaign.measurement, harmonic=harmonic)), at_home / "campaign"
+    )
+    assert cli.main(["compare", str(BEAM), "campaign"]) == 2
+    assert (
+        "the campaign has harmonic 9, the model keeps 7: raise harmonics.highest in the case" in capfd.readouterr().err
+    )
+
+
+def test_no_campaign_and_no_case(at_home: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["compare", str(BEAM), "nowhere"]) == 2
+    assert "nowhere" in capfd.readouterr().err
+    assert cli.main(["compare", "nothing.toml", "nowhere"]) == 2
+    assert "there is no such case file" in capfd.readouterr().err
+
+
+def test_the_shipped_sensors_are_those_of_the_bench() -> None:
+    names = [each.name for each in setup().model.sensors if isinstance(each, Sensor)]
+    assert names == ["tip", "slot", "excitation", "mid"]
