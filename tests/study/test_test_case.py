@@ -1,6 +1,7 @@
 """The case of `stickslip compare`: what the file says is the model that is tested, and every mistake has its line."""
 
 import re
+import textwrap
 from pathlib import Path
 
 import numpy as np
@@ -242,3 +243,17 @@ def test_parts_add_up_to_the_structure(folder: Path) -> None:
     np.savez(folder / "chain.npz", M=M, K=K, part_base_mass=0.5 * M, part_base_stiffness=K)
     with pytest.raises(CaseError, match="the parts base do not add up to the mass: store every part, or none"):
         read_test_case(written(folder, CASE))
+
+
+def test_the_case_of_the_document_can_be_read(tmp_path: Path) -> None:
+    document = (Path(__file__).parents[2] / "docs" / "compare.md").read_text(encoding="utf-8")
+    block = re.search(r"(?:^    .*\n|^\n)+", document[document.index("    schema = 1") :], re.MULTILINE)
+    assert block is not None
+    stiffness = 1e6 * (2 * np.eye(8) - np.eye(8, k=1) - np.eye(8, k=-1))
+    directions = np.array(["z"] * 8)
+    np.savez(tmp_path / "bar.npz", M=np.eye(8), K=stiffness, dof_direction=directions, wall_normal=np.eye(8)[[1, 3, 5]])
+    model = read_test_case(written(tmp_path, textwrap.dedent(block.group()))).model
+    assert model.lines == {"wall": ("wall.1", "wall.2", "wall.3")}
+    assert [model.contact(name).preload for name in model.lines["wall"]] == [4.0, 16.0, 4.0]
+    assert [model.contact(name).gap for name in model.lines["wall"]] == [0.0, 5e-7, 1e-6]
+    np.testing.assert_array_equal(model.system.static, [0, 4, 0, 16, 0, 4, 0, 0])

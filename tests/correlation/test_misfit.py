@@ -1,0 +1,118 @@
+"""Where a model fails: errors that are put in at one place are found there, with their size and sign."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from correlation.feature_vector import FeatureVector
+from correlation.misfit import AXES, Misfit, bands, misfit, shares, whole, worst, worst_cell
+from correlation.observation import Observation
+from correlation.peak_error import peak_errors
+from correlation.prediction import Points
+
+FREQUENCY, DAMPING = 100.0, 0.01
+GRID = FREQUENCY * np.linspace(0.95, 1.05, 24)
+LEVELS, SENSORS, REPEATS = (1.0, 2.0), ("a", "b"), 4
+
+
+def response(
+    frequency: NDArray[np.float64], resonance: float = FREQUENCY, damping: float = DAMPING
+) -> NDArray[np.complex128]:
+    """One degree of freedom of 1 kg under 1 N [m]."""
+    omega, natural = 2 * np.pi * frequency, 2 * np.pi * resonance
+    return np.asarray(1 / (natural**2 - omega**2 + 2j * damping * natural * omega))
+
+
+def observed(noise: float = 0.0) -> Observation:
+    level, sensor, frequency = (each.ravel() for each in np.meshgrid(LEVELS, SENSORS, GRID, indexing="ij"))
+    k = len(level)
+    points = Points(
+        free=np.zeros(k, dtype=bool), level=level.astype(float), frequency=frequency.astype(float), sensor=sensor,
+        harmonic=np.ones(k, dtype=int),
+    )  # fmt: skip
+    random = np.random.default_rng(1)
+    exact = points.level * response(points.frequency)
+    shape = (k, REPEATS)
+    scatter = noise * (random.standard_normal(shape) + 1j * random.standard_normal(shape))
+    return Observation(
+        points=points,
+        repeat=exact[:, None] * (1 + scatter),
+        motion=np.ones(k, dtype=bool),
+        taken=np.ones(shape, dtype=bool),
+    )
+
+
+def compared(seen: Observation, predicted: NDArray[np.complex128], deviation: float = 0.01) -> Misfit:
+    """Each number has a standard deviation of a share of its modulus, and nothing is common."""
+    features = FeatureVector.of(seen.points, seen.value, seen.motion)
+    measured, model = features.of_values(seen.value), features.of_values(predicted)
+    modulus = np.tile(np.abs(seen.points.level / seen.value), 2)
+    standardised = np.nan_to_num((measured - model) / (deviation * modulus), nan=10.0)
+    return misfit(seen, features, predicted, standardised, standardised)
+
+
+def test_an_error_is_found_where_it_is() -> None:
+    seen = observed()
+    wrong = (seen.points.sensor == "b") & (seen.points.level == 2) & (seen.points.frequency > 104)
+    predicted = np.where(wrong, 1.2 * np.exp(0.1j), 1.0) * seen.value
+    found = compared(seen, predicted)
+    assert worst(shares(found, "sensor")).label == "b"
+    assert worst(shares(found, "level")).label == "2 N"
+    assert worst(shares(found, "band")).label == "103.7 to 105 Hz jointed"
+    cell, points = worst_cell(found)
+    assert {*points.sensor} == {"b"}
+    assert {*points.level} == {2.0}
+    # Three of the band's four points are wrong: 1.2 and 0.1 rad are diluted by the fourth.
+    assert cell.signed_amplitude_error == pytest.approx(np.sqrt((3 * 1.44 + 1) / 4) - 1)
+    assert cell.signed_phase_error == pytest.approx(np.angle(3 * 1.2 * np.exp(0.1j) + 1))
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_the_shares_of_every_axis_add_up_to_the_whole(axis: str) -> None:
+    seen = observed()
+    found = compared(seen, seen.value * (1 + 0.01 * np.sin(np.arange(len(seen.points)))))
+    split = shares(found, axis)
+    assert sum(share.n_number for share in split) == whole(found).n_number == 2 * len(found)
+    squares = sum(share.n_number * share.deviations**2 for share in split)
+    assert squares == pytest.approx(whole(found).n_number * whole(found).deviations ** 2)
+
+
+def test_bands_have_equally_many_frequencies() -> None:
+    code, labels = bands(observed().points)
+    assert len(labels) == 6
+    assert (np.bincount(code) == 16).all()
+
+
+def test_the_deviation_is_that_of_the_mean() -> None:
+    noise = 0.02
+    found = compared(observed(noise), observed().value)
+    # 2 % in each part, in the mean of four repeats; the mean over 96 points has a scatter of 4 %, three of which allow.
+    relative = found.deviation / np.abs(observed().value)
+    assert np.sqrt(np.mean(relative**2)) == pytest.approx(noise / 2, rel=0.12)
+    assert found.clear.all()
+
+
+def test_no_amplitude_is_told_where_nothing_was_predicted() -> None:
+    seen = observed()
+    with np.errstate(invalid="ignore"):
+        found = compared(seen, np.full(len(seen.points), np.nan + 0j))
+    assert not found.clear.any()
+    assert np.isnan(whole(found).amplitude_error)
+
+
+def test_errors_of_a_resonance_are_exact_for_one_degree_of_freedom() -> None:
+    seen = observed()
+    predicted = seen.points.level * response(seen.points.frequency, 1.003 * FREQUENCY, 1.2 * DAMPING)
+    found = peak_errors(seen, predicted)
+    assert [(peak.free, peak.level) for peak in found] == [(False, 1.0), (False, 2.0)]
+    for peak in found:
+        # The parabola of |1/X|^2 over the squared frequency is exact; round-off remains.
+        assert peak.frequency == pytest.approx(FREQUENCY, rel=1e-9)
+        assert peak.frequency_error == pytest.approx(0.003, abs=1e-8)
+        assert peak.damping_error == pytest.approx(0.2, abs=1e-6)
+
+
+def test_a_band_without_a_resonance_has_no_peak() -> None:
+    seen = observed()
+    below = seen.where(seen.points.frequency < 98)
+    assert peak_errors(below, below.value) == ()
