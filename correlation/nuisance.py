@@ -41,11 +41,11 @@ class Budget:
 
 
 def jitter_modes(
-    predictor: Predictor, features: FeatureVector, model: TestModel, prediction: Prediction, lines: bool = True
-) -> Modes:
-    """What a shift of the frequency, and of the pre-load of each line, does to all features, for 100 % of each."""
-    tangents = [*_frequency_shifts(model), *(_preload(model, line) for line in model.lines if lines)]
-    return _features(predictor, features, model, prediction, tangents)
+    predictor: Predictor, features: FeatureVector, model: TestModel, prediction: Prediction
+) -> list[Modes]:
+    """What repeats may differ in, for 100 % of each: the frequency of either test, and the pre-loads of all lines."""
+    causes = [[shift] for shift in _frequency_shifts(model)] + [[_preload(model, line) for line in model.lines]]
+    return [_features(predictor, features, model, prediction, tangents) for tangents in causes if tangents]
 
 
 def budget_modes(

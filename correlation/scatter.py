@@ -10,6 +10,8 @@ A few repeats tell a variance badly, so that each point's own is drawn towards t
 all the way, because friction scatters where it likes.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
@@ -31,7 +33,7 @@ ROUNDS = 6
 def whitening(
     observed: Observation,
     features: FeatureVector,
-    jitter: Float[NDArray[np.float64], "m q"],
+    jitter: Sequence[Float[NDArray[np.float64], "m q"]],
     history: Float[NDArray[np.float64], "m h"],
     budget: Float[NDArray[np.float64], "m b"],
 ) -> Whitening:
@@ -44,7 +46,8 @@ def whitening(
     features
         Of the same points.
     jitter
-        Modes along which repeats differ, in any unit: their sizes are found here.
+        Modes along which repeats differ, in any unit; their sizes are found here. Those of one cause, such as the
+        pre-loads of all lines, are one block, within which they may differ together; causes are independent.
     history
         Modes of what friction histories change, at one standard deviation of a single repeat.
     budget
@@ -68,15 +71,28 @@ def whitening(
         reading = np.nanmean(observed.repeat, axis=1)
     size, per_reading = np.abs(reading)[features.row], features.per_reading(reading)
     pooled = per_reading**2 * _pooled(_variance(apart, freedom) / per_reading**2, size, freedom, group)
-    amplitude = _amplitudes(apart, jitter, np.sqrt(pooled))
-    own = _variance(apart - jitter @ amplitude, freedom)
+    modes, starts = np.column_stack(jitter), np.cumsum([block.shape[1] for block in jitter])[:-1]
+    amplitude = _amplitudes(apart, modes, np.sqrt(pooled))
+    own = _variance(apart - modes @ amplitude, freedom)
     pooled = per_reading**2 * _pooled(own / per_reading**2, size, freedom, group)
     variance = (POOLED * pooled + freedom * np.where(freedom > 0, own, 0.0)) / (POOLED + freedom)
-    # One column a repeat: the sample covariance of the amplitudes, with what they have in common.
-    together = jitter @ amplitude / np.sqrt(max(amplitude.shape[1] - 1, 1))
-    shared = np.column_stack([together, history]) / np.sqrt(observed.count[features.row])[:, None]
+    together = [modes @ _root(rows) for modes, rows in zip(jitter, np.split(amplitude, starts), strict=True)]
+    shared = np.column_stack([*together, history]) / np.sqrt(observed.count[features.row])[:, None]
     deviation = np.sqrt(variance / np.maximum(observed.count[features.row], 1))
     return Whitening(deviation=deviation, modes=np.column_stack([shared, budget]))
+
+
+def _root(amplitude: Float[NDArray[np.float64], "q R"]) -> Float[NDArray[np.float64], "q q"]:
+    """Square root of the covariance of the amplitudes of one cause, about zero mean, drawn towards independence.
+
+    A few repeats would otherwise prove by chance that some combination never changes.
+    """
+    q, n = amplitude.shape
+    covariance = amplitude @ amplitude.T / max(n - 1, 1)
+    share = min(1.0, q / (2 * n)) if q > 1 else 0.0
+    drawn = (1 - share) * covariance + share * np.diag(np.diag(covariance))
+    sizes, vectors = np.linalg.eigh(drawn)
+    return np.asarray(vectors * np.sqrt(np.maximum(sizes, 0.0)))
 
 
 def _variance(apart: Float[NDArray[np.float64], "m R"], freedom: Float[NDArray[np.float64], " m"]) -> Variance:
