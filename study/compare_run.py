@@ -138,7 +138,9 @@ def compare(setup: TestSetup, campaign: Campaign, *, calibrate: bool = False) ->
     """
     model = with_sensors(setup.model, campaign)
     suspected = (*campaign.suspicions, *suspicions_against(campaign, model_frequencies(model)))
-    sides, calibrated, model = _sides(setup, model, campaign, calibrate)
+    refined = [with_sensors(finer, campaign) for finer in setup.budget.refined]
+    setup = replace(setup, model=model, budget=replace(setup.budget, refined=refined))
+    sides, calibrated, model = _sides(setup, campaign, calibrate)
     train, *rest = (side.misfit for side in sides)
     return Compared(
         title=setup.title,
@@ -218,8 +220,9 @@ def model_frequencies(model: TestModel) -> Float[NDArray[np.float64], " m"]:
 
 
 def _sides(
-    setup: TestSetup, model: TestModel, campaign: Campaign, calibrate: bool
+    setup: TestSetup, campaign: Campaign, calibrate: bool
 ) -> tuple[list[Side], tuple[Calibrated, ...], TestModel]:
+    model = setup.model
     if calibrate:
         if not setup.accepted:
             raise CampaignError("the case accepts no parameter, so that nothing can be calibrated: add [accepted]")

@@ -140,12 +140,21 @@ def test_table_document_and_figures_say_the_same(at_home: Path, capfdbinary: pyt
 
 
 def test_the_answer_is_in_words() -> None:
-    found = compare(setup(), measured_from_the_model(1.1), calibrate=True)
-    words = in_words(found)
-    assert "Calibrated on the training data: kt x " in words
+    words = in_words(compare(setup(), measured_from_the_model(1.1)))
     assert "worst sensor         mid" in words
+    assert "the model's amplitude is 9" in words
     assert "% too small" in words
     assert "Resonances, and the error of the model" in words
+
+
+def test_calibrating_a_perfect_model_changes_nothing() -> None:
+    found = compare(setup(), measured_from_the_model(), calibrate=True)
+    assert {each.name for each in found.calibrated} == {"kt", "kn", "mu", "zeta", "E"}
+    for each in found.calibrated:
+        # The start is the truth, the end its estimate: five of the standard deviations that it gives itself.
+        assert abs(each.factor - 1) < 5 * each.deviation
+        assert each.deviation < 0.1
+    assert "Calibrated on the training data: kt x " in in_words(found)
 
 
 def renamed(sensors: Sequence[MeasuredSensor], which: str, **changes: object) -> tuple[MeasuredSensor, ...]:
@@ -171,6 +180,21 @@ def test_a_sensor_is_placed_by_its_coordinates() -> None:
     found = compare(setup(), replace(campaign, sensors=sensors))
     assert whole(found.train).deviations < 1.33
     assert "laser" in found.train.points.sensor
+
+
+def test_what_a_finer_model_changes_counts_as_numerical_error(at_home: Path) -> None:
+    for file in BEAM.parent.iterdir():
+        (at_home / file.name).write_bytes(file.read_bytes())
+    text = (at_home / "beam.toml").read_text(encoding="utf-8")
+    # A finer model that is 4 % off is a large numerical error: sensors that read 10 % too much are less of a wonder.
+    finer = text.replace('amplitude = "1 N"', "").replace("[[load]]", '[[load]]\namplitude = "1.04 N"')
+    (at_home / "finer.toml").write_text(finer, encoding="utf-8")
+    spread = text.replace("[numerical_error]", '[numerical_error]\nrefined = ["finer.toml"]')
+    (at_home / "case.toml").write_text(spread, encoding="utf-8")
+    campaign = measured_from_the_model(1.1)
+    campaign = replace(campaign, sensors=renamed(campaign.sensors, "mid", name="other"))
+    loose, strict = (compare(read_test_case(case), campaign).train for case in ("case.toml", "beam.toml"))
+    assert whole(loose).deviations < 0.5 * whole(strict).deviations
 
 
 MISTAKES = {
