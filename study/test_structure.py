@@ -102,7 +102,7 @@ def _is_matrix(name: str) -> bool:
 def _parts(matrices: StructureMatrices, arrays: Mapping[str, NDArray[np.generic]]) -> tuple[Part, ...]:
     """Named shares, of which either matrix may be left out as zero."""
     names = list(
-        dict.fromkeys(found[1] for name in arrays if (found := re.fullmatch(r"part_(.+)_(mass|stiffness)", name)))
+        dict.fromkeys(named[1] for name in arrays if (named := re.fullmatch(r"part_(.+)_(mass|stiffness)", name)))
     )
     zero = np.zeros_like(matrices.mass)
     found: dict[str, list[Matrix]] = {"mass": [], "stiffness": []}
