@@ -25,6 +25,7 @@ CODE = (
     "study.solve_model",
     "study.solve_case",
     "study.solve_place",
+    "study.mistakes",
 )
 
 
