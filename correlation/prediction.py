@@ -148,7 +148,7 @@ class Predictor:
                     state = prediction.states.get((free, level, frequency))
                     if state is not None:
                         names, harmonics = self.points.sensor[rows], self.points.harmonic[rows]
-                        slopes[rows] = solver.slopes(state, names, harmonics, tangents)
+                        slopes[rows] = solver.slopes(state, solver.at(frequency), names, harmonics, tangents)
         return slopes
 
     def _configurations(self) -> list[tuple[bool, dict[float, list[tuple[float, NDArray[np.int64]]]]]]:
@@ -207,8 +207,12 @@ class _Configuration:
     def at(self, frequency: float) -> Condensed:
         """The linear structure at a frequency, kept for the other levels."""
         if frequency not in self.condensed:
-            self.condensed[frequency] = self.balance.at(2 * np.pi * frequency)
+            self.condensed[frequency] = self.balance.at(2 * np.pi * self.true(frequency))
         return self.condensed[frequency]
+
+    def true(self, frequency: float) -> float:
+        """What the exciter does where its label says `frequency` [Hz]."""
+        return frequency * (1 + self.model.shift.get("free" if self.free else "jointed", 0.0))
 
     def solve(
         self, level: float, frequency: float, start: SteadyState | None, neighbour: SteadyState | None
@@ -226,7 +230,7 @@ class _Configuration:
             except NoConvergence:
                 continue
         try:
-            return steady_state(balance, 2 * np.pi * frequency, slider=self.slider)
+            return steady_state(balance, 2 * np.pi * self.true(frequency), slider=self.slider)
         except NoConvergence:
             return None
 
@@ -247,11 +251,16 @@ class _Configuration:
         return values
 
     def slopes(
-        self, state: SteadyState, names: NDArray[np.str_], harmonics: NDArray[np.int64], tangents: Sequence[Tangent]
+        self,
+        state: SteadyState,
+        condensed: Condensed,
+        names: NDArray[np.str_],
+        harmonics: NDArray[np.int64],
+        tangents: Sequence[Tangent],
     ) -> Complex[NDArray[np.complex128], "k p"]:
         """Their derivatives."""
         changes = [tangent.free if self.free else tangent.jointed for tangent in tangents]
-        found = derivatives(self.balance, state, changes, self.at(state.frequency))
+        found = derivatives(self.balance, state, changes, condensed)
         read = self.read(state, names, harmonics)
         values = np.empty((len(names), len(tangents)), dtype=np.complex128)
         for number, (name, harmonic) in enumerate(zip(names, harmonics, strict=True)):

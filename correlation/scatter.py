@@ -11,6 +11,7 @@ all the way, because friction scatters where it likes.
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -30,13 +31,13 @@ POOLED = 6.0
 ROUNDS = 6
 
 
-def whitening(
+def scatter(
     observed: Observation,
     features: FeatureVector,
     jitter: Sequence[Float[NDArray[np.float64], "m q"]],
     history: Float[NDArray[np.float64], "m h"],
     budget: Float[NDArray[np.float64], "m b"],
-) -> Whitening:
+) -> "Scatter":
     """Covariance of the mean of the repeats taken; all repeats tell how large it is.
 
     Parameters
@@ -52,6 +53,11 @@ def whitening(
         Modes of what friction histories change, at one standard deviation of a single repeat.
     budget
         Modes of errors that repeats do not show (discretisation, calibration of sensors), at one standard deviation.
+
+    Returns
+    -------
+    Scatter
+        The covariance, and that of the amplitudes of each cause in one repeat.
 
     Raises
     ------
@@ -73,25 +79,38 @@ def whitening(
     pooled = per_reading**2 * _pooled(_variance(apart, freedom) / per_reading**2, size, freedom, group)
     modes, starts = np.column_stack(jitter), np.cumsum([block.shape[1] for block in jitter])[:-1]
     amplitude = _amplitudes(apart, modes, np.sqrt(pooled))
+    covariances = [_covariance(rows) for rows in np.split(amplitude, starts)]
     own = _variance(apart - modes @ amplitude, freedom)
     pooled = per_reading**2 * _pooled(own / per_reading**2, size, freedom, group)
     variance = (POOLED * pooled + freedom * np.where(freedom > 0, own, 0.0)) / (POOLED + freedom)
-    together = [modes @ _root(rows) for modes, rows in zip(jitter, np.split(amplitude, starts), strict=True)]
+    together = [block @ _root(covariance) for block, covariance in zip(jitter, covariances, strict=True)]
     shared = np.column_stack([*together, history]) / np.sqrt(observed.count[features.row])[:, None]
     deviation = np.sqrt(variance / np.maximum(observed.count[features.row], 1))
-    return Whitening(deviation=deviation, modes=np.column_stack([shared, budget]))
+    return Scatter(Whitening(deviation=deviation, modes=np.column_stack([shared, budget])), covariances)
 
 
-def _root(amplitude: Float[NDArray[np.float64], "q R"]) -> Float[NDArray[np.float64], "q q"]:
-    """Square root of the covariance of the amplitudes of one cause, about zero mean, drawn towards independence.
+class Scatter(NamedTuple):
+    """What repeats say."""
+
+    whitening: Whitening
+    """Its first modes are those of the jitter, in the order of its causes."""
+    jitter: list[Float[NDArray[np.float64], "q q"]]
+    """Covariance of what differs in a single repeat, for each cause."""
+
+
+def _covariance(amplitude: Float[NDArray[np.float64], "q R"]) -> Float[NDArray[np.float64], "q q"]:
+    """Covariance of the amplitudes of one cause, about zero mean, drawn towards independence.
 
     A few repeats would otherwise prove by chance that some combination never changes.
     """
     q, n = amplitude.shape
     covariance = amplitude @ amplitude.T / max(n - 1, 1)
     share = min(1.0, q / (2 * n)) if q > 1 else 0.0
-    drawn = (1 - share) * covariance + share * np.diag(np.diag(covariance))
-    sizes, vectors = np.linalg.eigh(drawn)
+    return np.asarray((1 - share) * covariance + share * np.diag(np.diag(covariance)))
+
+
+def _root(covariance: Float[NDArray[np.float64], "q q"]) -> Float[NDArray[np.float64], "q q"]:
+    sizes, vectors = np.linalg.eigh(covariance)
     return np.asarray(vectors * np.sqrt(np.maximum(sizes, 0.0)))
 
 

@@ -132,6 +132,9 @@ class TestModel:
         Contacts of each line, in order along it, by their names.
     places
         Named points with a direction, as rows of displacement: where an effect may act.
+    shift
+        By how much the true frequency of a test is above its label, by configuration, "jointed" or "free"; none by
+        default [-].
     n_harmonic, n_sample
         H + 1, and instants a period (0 leaves them to the balance) [-].
 
@@ -149,6 +152,7 @@ class TestModel:
     dofs: tuple[Dof, ...] = ()
     lines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     places: Mapping[str, Row] = field(default_factory=dict)
+    shift: Mapping[str, float] = field(default_factory=dict)
     n_harmonic: int = 8
     n_sample: int = 0
 
@@ -209,6 +213,10 @@ class TestModel:
             for joint in self.system.joints
         ]
         return self.with_system(joints=joints)
+
+    def shifted(self, configuration: str, shift: float) -> "TestModel":
+        """The frequencies of one configuration raised by a share more."""
+        return replace(self, shift={**self.shift, configuration: self.shift.get(configuration, 0.0) + shift})
 
     def with_sensor(self, name: str, **changes: Any) -> "TestModel":
         """One sensor changed."""

@@ -10,12 +10,14 @@ from correlation.measurement import Campaign
 from correlation.nuisance import Budget, budget_modes, history_modes, jitter_modes
 from correlation.observation import Observation, held_out, training
 from correlation.prediction import Prediction, Predictor
-from correlation.scatter import whitening
+from correlation.scatter import Scatter, scatter
 from correlation.test_model import TestModel
+from correlation.whitening import Whitening
 from diagnosis.accepted import Accepted
 from diagnosis.calibration import Fit, calibrate
 from diagnosis.comparison import Comparison
 from diagnosis.effect.candidate import Effect
+from diagnosis.jitter import jitter
 from diagnosis.unknowns import Unknowns, Values
 
 Report = Callable[[str, float], None]
@@ -38,6 +40,9 @@ class Arrangement:
         Parameters that every fit calibrates.
     train, held
         Comparisons with the measurements to fit to, and with those that test a fit.
+    settled, jitter
+        The held-out comparison without jitter in its covariance, and the jitter as effects with priors: what a test on
+        other repeats may set.
     fit
         The accepted parameters, calibrated on `train`.
     """
@@ -46,6 +51,8 @@ class Arrangement:
     accepted: tuple[Accepted, ...]
     train: Comparison
     held: Comparison
+    settled: Comparison
+    jitter: tuple[tuple[Effect, float], ...]
     fit: Fit
 
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
@@ -81,13 +88,22 @@ def arrange(
     model, fit = base, None
     # Jitter and numerical error depend on where the contacts slip, and so on the fit that they weigh.
     for _ in range(ROUNDS):
-        comparison = _compared(train, model, prediction, budget, _refined(budget, accepted, values))
+        comparison, _ = _compared(train, model, prediction, budget, _refined(budget, accepted, values))
         fit = calibrate(comparison, unknowns, values, prediction, _told(report, "calibration"))
         model, prediction, values = fit.model, fit.prediction, fit.values
     assert fit is not None
     beside = held.predictor.predict(model, prediction)
-    tested = _compared(held, model, beside, budget, _refined(budget, accepted, values))
-    return Arrangement(base=base, accepted=tuple(accepted), train=comparison, held=tested, fit=fit)
+    tested, apart = _compared(held, model, beside, budget, _refined(budget, accepted, values))
+    settled, shifts = _settled(tested, apart, model)
+    return Arrangement(
+        base=base,
+        accepted=tuple(accepted),
+        train=comparison,
+        held=tested,
+        settled=settled,
+        jitter=tuple(shifts),
+        fit=fit,
+    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -104,17 +120,30 @@ def _features(observed: Observation) -> _Features:
 
 def _compared(
     of: _Features, model: TestModel, prediction: Prediction, budget: Budget, refined: Sequence[TestModel]
-) -> Comparison:
-    jitter = jitter_modes(of.predictor, of.features, model, prediction)
+) -> tuple[Comparison, Scatter]:
+    repeats = jitter_modes(of.predictor, of.features, model, prediction)
     history = history_modes(of.features, model, prediction, DRAWS, SEED)
     errors = budget_modes(of.predictor, of.features, model, prediction, budget, refined)
-    return Comparison(
+    seen = scatter(of.observed, of.features, repeats, history, errors)
+    comparison = Comparison(
         observed=of.observed,
         features=of.features,
         measured=of.features.of_values(of.observed.value),
-        whitening=whitening(of.observed, of.features, jitter, history, errors),
+        whitening=seen.whitening,
         predictor=of.predictor,
     )
+    return comparison, seen
+
+
+def _settled(comparison: Comparison, seen: Scatter, model: TestModel) -> tuple[Comparison, list[tuple[Effect, float]]]:
+    """The comparison without jitter in its covariance, and the jitter as effects with priors."""
+    n_jitter = sum(len(covariance) for covariance in seen.jitter)
+    modes = comparison.whitening.modes
+    assert modes is not None
+    without = Whitening(deviation=comparison.whitening.deviation, modes=modes[:, n_jitter:])
+    # Of a mean of as many repeats as most points have.
+    repeats = float(np.median(comparison.observed.count))
+    return replace(comparison, whitening=without), jitter(model, [each / repeats for each in seen.jitter])
 
 
 def _refined(budget: Budget, accepted: Sequence[Accepted], values: Values) -> list[TestModel]:

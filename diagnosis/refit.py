@@ -13,6 +13,7 @@ from diagnosis.arrangement import Arrangement
 from diagnosis.calibration import Fit, calibrate
 from diagnosis.effect.candidate import Effect
 from diagnosis.screening import Score
+from diagnosis.unknowns import Unknowns
 
 #: The best few are refitted, and all others this parallel to one of them that promise this share of the best gain.
 BEST, PARALLEL, PROMISING, MOST = 3, 0.6, 0.1, 7
@@ -107,12 +108,13 @@ def refit(arrangement: Arrangement, score: Score, report: Callable[[float], None
 
 
 def _tested(arrangement: Arrangement, effect: Effect | None, fit: Fit) -> Refit:
-    held = arrangement.held.predict(fit.model, fit.prediction)
-    residual = arrangement.held.residual(held)
+    """Test on the held-out data; what differs between repeats may settle within its prior."""
+    unknowns = Unknowns.of(fit.model, arrangement.jitter, ())
+    settled = calibrate(arrangement.settled, unknowns, unknowns.vanishing, fit.prediction)
     return Refit(
-        effect=effect, fit=fit, held_chi2=float(residual @ residual) / len(residual),
+        effect=effect, fit=fit, held_chi2=settled.chi2 / settled.n_number,
         error=_relative(arrangement.train.observed.value, fit.prediction),
-        held_error=_relative(arrangement.held.observed.value, held),
+        held_error=_relative(arrangement.settled.observed.value, settled.prediction),
     )  # fmt: skip
 
 

@@ -61,8 +61,8 @@ def tangents(
         (low, before), (high, after) = ends
         found.append(
             Tangent(
-                jointed=_rates(before.system, after.system, high - low),
-                free=_rates(before.free().system, after.free().system, high - low),
+                jointed=_rates(before.system, after.system, high - low, _shift(before, after, "jointed")),
+                free=_rates(before.free().system, after.free().system, high - low, _shift(before, after, "free")),
                 gain={
                     a.name: (b.gain - a.gain) / (high - low)
                     for a, b in zip(before.sensors, after.sensors, strict=True)
@@ -73,9 +73,16 @@ def tangents(
     return found
 
 
-def _rates(before: JointedSystem, after: JointedSystem, step: float) -> ModelParameter:
+def _shift(before: TestModel, after: TestModel, configuration: str) -> float:
+    return after.shift.get(configuration, 0.0) - before.shift.get(configuration, 0.0)
+
+
+def _rates(before: JointedSystem, after: JointedSystem, step: float, shift: float) -> ModelParameter:
+    """Rates of one configuration; Omega (1 + e) acts as (1 + 2 e) M and (1 + e) C do."""
+    shifted = {"mass": 2 * shift * before.mass, "damping": shift * before.damping}
+
     def rate(name: str) -> NDArray[np.float64] | None:
-        change = getattr(after, name) - getattr(before, name)
+        change = getattr(after, name) - getattr(before, name) + shifted.get(name, 0.0)
         return np.asarray(change / step) if change.any() else None
 
     k = max(len(before.dynamic), len(after.dynamic))

@@ -19,7 +19,7 @@ from correlation.observation import Observation, held_out, training
 from correlation.peak_error import PeakError, peak_errors
 from correlation.prediction import Points, Prediction, Predictor
 from correlation.read_campaign import read_campaign
-from correlation.scatter import whitening
+from correlation.scatter import scatter
 from correlation.sensor_placement import with_sensors
 from correlation.test_model import TestModel
 from diagnosis.arrangement import DRAWS, SEED, arrange
@@ -196,13 +196,13 @@ def beside(observed: Observation, model: TestModel, budget: Budget, before: Pred
         observed=observed,
         features=vector,
         measured=vector.of_values(observed.value),
-        whitening=whitening(
+        whitening=scatter(
             observed,
             vector,
             jitter_modes(predictor, vector, model, prediction),
             history_modes(vector, model, prediction, DRAWS, SEED),
             budget_modes(predictor, vector, model, prediction, budget, budget.refined),
-        ),
+        ).whitening,
         predictor=predictor,
     )
     return Side(comparison=comparison, prediction=prediction)
