@@ -174,7 +174,11 @@ class Continuation:
         n_point = state.n_point + 1
         if self._closed(state, found, t, step, metric):
             return point, replace(
-                state, n_point=n_point, stop_reason=self._words("the branch closes on itself", found.value)
+                state,
+                n_point=n_point,
+                stop_reason=self._words(
+                    "the branch closes on itself and goes no further (it has left the one it began on)", found.value
+                ),
             )
         if n_point >= 2 * state.mark_point:
             state = replace(
