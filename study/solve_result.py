@@ -26,6 +26,8 @@ SI_UNIT = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 STATES = ("stick", "slip", "separated")
 #: Instants of a period that its range is read from: the highest harmonic is then off by half a percent at most.
 SAMPLE_PER_HARMONIC = 32
+#: An amplitude whose estimated error is larger than this is not to be used unawares.
+MOST_TRUNCATION = 0.05
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -186,7 +188,9 @@ class Peak:
     n_point
         On the curve [-].
     truncation_error
-        The largest of its points [-].
+        There [-]; not a number where it is not known.
+    largest_truncation_error
+        Of all its points [-].
     stop_reason
         In words.
     """
@@ -198,6 +202,7 @@ class Peak:
     unit: str
     n_point: int
     truncation_error: float
+    largest_truncation_error: float
     stop_reason: str
 
 
@@ -212,6 +217,28 @@ def peak_of(each: SolvedCurve, output: Output, harmonic: int) -> Peak:
         amplitude=scale * float(np.abs(each.output(output)[point, harmonic])),
         unit=unit,
         n_point=len(branch.frequency),
-        truncation_error=float(each.error("truncation_error").max()),
+        truncation_error=float(each.error("truncation_error")[point]),
+        largest_truncation_error=float(each.error("truncation_error").max()),
         stop_reason=branch.stop_reason,
+    )
+
+
+def truncation_warning(peaks: Sequence[Peak], kept: int) -> str:
+    """One sentence on the highest point whose estimated truncation error is largest; empty if none is too large.
+
+    Parameters
+    ----------
+    peaks
+        One for each curve.
+    kept
+        H, as the case has it [-].
+    """
+    wrong = [peak for peak in peaks if peak.truncation_error > MOST_TRUNCATION]
+    if not wrong:
+        return ""
+    worst = max(wrong, key=lambda peak: peak.truncation_error)
+    others = f", on {len(wrong)} of {len(peaks)} curves" if len(wrong) > 1 else ""
+    return (
+        f'at the highest point of the curve "{worst.label}", {worst.frequency:.5g} Hz, the truncation error is about '
+        f"{100 * worst.truncation_error:.2g} % (above {100 * MOST_TRUNCATION:g} %{others}): raise harmonics = {kept}"
     )

@@ -27,6 +27,7 @@ from study.solve_result import (
     peak_of,
     response_csv,
     response_dataset,
+    truncation_warning,
 )
 
 #: Panels that still can be read: joints and curves beyond these are left to the netCDF file.
@@ -81,12 +82,15 @@ def run_solve(path: Path, run: RunContext) -> Solved:
     for name, picture in _figures(model, balance, curves, title).items():
         files[name] = run.output / f"{path.stem}_{name}.png"
         replace_file(files[name], picture)
+    peaks = tuple(peak_of(each, model.outputs[0], main_harmonic(model.system)) for each in curves)
+    if warning := truncation_warning(peaks, model.harmonics):
+        run.warn(warning)
     return Solved(
         n_dof=model.system.n_dof,
         n_joint=len(model.system.joints),
         harmonics=model.harmonics,
         output=model.outputs[0].name,
-        peaks=tuple(peak_of(each, model.outputs[0], main_harmonic(model.system)) for each in curves),
+        peaks=peaks,
         files=tuple(files.values()),
     )
 

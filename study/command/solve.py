@@ -37,13 +37,14 @@ def solve(
         f"{solved.n_dof} degrees of freedom, {solved.n_joint} joints, harmonics 0 to {solved.harmonics}; "
         f"highest points of {solved.output}:",
         "",
-        f"  {'curve':<{width}}  frequency [Hz]     level  amplitude [{solved.peaks[0].unit}]  points  truncation error",
+        f"  {'curve':<{width}}  frequency [Hz]     level  amplitude [{solved.peaks[0].unit}]  points  "
+        "truncation error at the peak",
     ]
     for peak in solved.peaks:
         amplitude_width = len(f"amplitude [{peak.unit}]")
         lines.append(
             f"  {peak.label:<{width}}  {peak.frequency:14.5f}  {peak.level:8.4g}  {peak.amplitude:{amplitude_width}.5g}"
-            f"  {peak.n_point:6}  {peak.truncation_error:16.1e}"
+            f"  {peak.n_point:6}  {peak.truncation_error:28.1e}"
         )
     lines += ["", *(f"  {peak.label}: {peak.stop_reason}" for peak in solved.peaks), "", *map(str, solved.files)]
     document = {
@@ -59,7 +60,8 @@ def solve(
                 "peak_amplitude": peak.amplitude,
                 "unit": peak.unit,
                 "n_point": peak.n_point,
-                "truncation_error": peak.truncation_error,
+                "peak_truncation_error": peak.truncation_error,
+                "truncation_error": peak.largest_truncation_error,
                 "stop_reason": peak.stop_reason,
             }
             for peak in solved.peaks

@@ -124,6 +124,32 @@ def test_a_level_sweep_starts_linear_and_softens(home: Path, capfd: pytest.Captu
     assert amplitude[-1] > 1.5 * 5 / stuck
 
 
+@pytest.mark.usefixtures("no_figures")
+def test_a_truncation_error_above_5_percent_at_the_peak_is_told_in_one_sentence(
+    home: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    # A stop that is much stiffer than the spring: its force is a pulse, which one harmonic cannot show.
+    stop = '[[contact]]\nkind = "stop"\nname = "stop"\ndof = 0\nstiffness = "20 N/um"\ngap = "10 um"\n[[load]]'
+    rough = CASE.replace("[[load]]", stop, 1).replace("harmonics = 3", "harmonics = 1").replace("[0.01, 2]", "[1, 20]")
+    (home / "rough.toml").write_text(rough)
+    assert solve("out", "--json", case="rough.toml") == 0
+    output = capfd.readouterr()
+    first, second = json.loads(output.out)["curves"]
+    assert first["peak_truncation_error"] < 0.05 < second["peak_truncation_error"]
+    with (home / "out" / "rough_response.csv").open() as stream:
+        rows = [row for row in csv.DictReader(stream) if row["curve"] == "level 20"]
+    peak = max(rows, key=lambda row: float(row["mass amplitude [um]"]))
+    # The CSV has ten digits.
+    assert second["peak_truncation_error"] == pytest.approx(float(peak["truncation error"]), rel=1e-9)
+    assert second["truncation_error"] == pytest.approx(max(float(row["truncation error"]) for row in rows), rel=1e-9)
+    assert output.err.splitlines() == [
+        f'stickslip: warning: at the highest point of the curve "level 20", {second["peak_frequency_hz"]:.5g} Hz, the '
+        f"truncation error is about {100 * second['peak_truncation_error']:.2g} % (above 5 %): raise harmonics = 1"
+    ]
+    assert solve("out", case="rough.toml") == 0
+    assert "truncation error at the peak" in capfd.readouterr().out
+
+
 def counted(monkeypatch: pytest.MonkeyPatch, stop: int | None) -> list[int]:
     """Count the steps of all curves, and press Ctrl-C before one of them."""
     steps = [0]
