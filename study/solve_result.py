@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.branch import ResponseBranch
+from hbsolve.continuation_step import REACHED
 from hbsolve.fourier import harmonics, samples_from_coefficients
 from hbsolve.steady_state import SteadyState
 from reduction.jointed_system import JointedSystem
@@ -185,6 +186,8 @@ class Peak:
         Of its highest point [Hz, -].
     amplitude, unit
         Of the first output there, in the unit of the surface.
+    at_end
+        Whether it is at either end of the sweep, so that the response may be larger beyond.
     n_point
         On the curve [-].
     truncation_error
@@ -200,6 +203,7 @@ class Peak:
     level: float
     amplitude: float
     unit: str
+    at_end: bool
     n_point: int
     truncation_error: float
     largest_truncation_error: float
@@ -216,6 +220,8 @@ def peak_of(each: SolvedCurve, output: Output, harmonic: int) -> Peak:
         level=float(branch.level[point]),
         amplitude=scale * float(np.abs(each.output(output)[point, harmonic])),
         unit=unit,
+        # Elsewhere than at its last value a curve ends for a reason of its own.
+        at_end=point == 0 or (point == len(branch.frequency) - 1 and branch.stop_reason == REACHED),
         n_point=len(branch.frequency),
         truncation_error=float(each.error("truncation_error")[point]),
         largest_truncation_error=float(each.error("truncation_error").max()),

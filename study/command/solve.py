@@ -44,7 +44,7 @@ def solve(
         amplitude_width = len(f"amplitude [{peak.unit}]")
         lines.append(
             f"  {peak.label:<{width}}  {peak.frequency:14.5f}  {peak.level:8.4g}  {peak.amplitude:{amplitude_width}.5g}"
-            f"  {peak.n_point:6}  {peak.truncation_error:28.1e}"
+            f"  {peak.n_point:6}  {peak.truncation_error:28.1e}{'  at the end of the sweep' if peak.at_end else ''}"
         )
     lines += ["", *(f"  {peak.label}: {peak.stop_reason}" for peak in solved.peaks), "", *map(str, solved.files)]
     document = {
@@ -59,6 +59,7 @@ def solve(
                 "peak_level": peak.level,
                 "peak_amplitude": peak.amplitude,
                 "unit": peak.unit,
+                "peak_at_end": peak.at_end,
                 "n_point": peak.n_point,
                 "peak_truncation_error": peak.truncation_error,
                 "truncation_error": peak.largest_truncation_error,

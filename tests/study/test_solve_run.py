@@ -150,6 +150,23 @@ def test_a_truncation_error_above_5_percent_at_the_peak_is_told_in_one_sentence(
     assert "truncation error at the peak" in capfd.readouterr().out
 
 
+@pytest.mark.usefixtures("no_figures")
+@pytest.mark.parametrize(
+    ("start", "end", "marked"),
+    [("140", "200", False), ("140", "170", True), ("190", "200", True), ("200", "190", True)],
+)
+def test_a_highest_point_at_either_end_of_the_sweep_is_said_to_be_there(
+    home: Path, capfd: pytest.CaptureFixture[str], start: str, end: str, marked: bool
+) -> None:
+    # The stuck pad's resonance is at 181 Hz.
+    case = CASE.replace('"140 Hz"\nto = "200 Hz"', f'"{start} Hz"\nto = "{end} Hz"').replace("[0.01, 2]", "[0.01]")
+    (home / "end.toml").write_text(case)
+    assert solve("out", "--json", case="end.toml") == 0
+    assert json.loads(capfd.readouterr().out)["curves"][0]["peak_at_end"] is marked
+    assert solve("out", case="end.toml") == 0
+    assert ("  at the end of the sweep\n" in capfd.readouterr().out) is marked
+
+
 def counted(monkeypatch: pytest.MonkeyPatch, stop: int | None) -> list[int]:
     """Count the steps of all curves, and press Ctrl-C before one of them."""
     steps = [0]
