@@ -135,7 +135,7 @@ def _problem(details: ErrorDetails, model: type[BaseModel], source: "CaseSource"
     for pattern, plain in PLAIN_WORDS:
         text = re.sub(pattern, plain, text)
     if details["type"] in BOUND_ERRORS:
-        text += _si_unit(path, model)
+        text += _si_unit(path, model, source.data)
     if details["type"] in {"literal_error", "enum"}:
         text = text.replace("'", '"')
         choices = re.findall(r'"([^"]*)"', text)
@@ -182,22 +182,24 @@ def _is_branch(table: Any, part: str | int, rest: Sequence[str | int], *, keep_l
 def _missing(path: Path, model: type[BaseModel], source: "CaseSource") -> Problem:
     key = str(path[-1])
     if _models_at(model, path):
-        what = f"table [{dotted(path)}] is missing; add it"
+        many = any(get_origin(field.annotation) in {list, tuple} for field in _fields_at(path, model, source.data))
+        table = f"[[{dotted(path)}]]" if many else f"[{dotted(path)}]"
+        what = f"table {table} is missing; add it"
     else:
-        example = _example(path, model)
+        example = _example(path, model, source.data)
         what = f"{dotted(path)} is missing; add {key} = {example}" if example else f"{dotted(path)} is missing; add it"
     return replace(source.problem(path, ""), text=what)
 
 
-def _example(path: Path, model: type[BaseModel]) -> str:
-    for field in _fields_at(path, model):
+def _example(path: Path, model: type[BaseModel], data: Any) -> str:
+    for field in _fields_at(path, model, data):
         if field.examples:
             return json.dumps(field.examples[0], ensure_ascii=False)
     return ""
 
 
-def _si_unit(path: Path, model: type[BaseModel]) -> str:
-    for field in _fields_at(path, model):
+def _si_unit(path: Path, model: type[BaseModel], data: Any) -> str:
+    for field in _fields_at(path, model, data):
         for validator in field.metadata:
             dimension = getattr(getattr(validator, "func", None), "__self__", None)
             if isinstance(dimension, Dimension) and dimension.si:
@@ -205,8 +207,11 @@ def _si_unit(path: Path, model: type[BaseModel]) -> str:
     return ""
 
 
-def _fields_at(path: Path, model: type[BaseModel]) -> list[FieldInfo]:
-    fields = [_fields(parent).get(str(path[-1])) for parent in _models_at(model, path[:-1])] if path else []
+def _fields_at(path: Path, model: type[BaseModel], data: Any) -> list[FieldInfo]:
+    """Fields that may describe the key at a path; two kinds of tables may use one name for different quantities."""
+    table = value_at(data, path[:-1])
+    parents = [parent for parent in _models_at(model, path[:-1]) if _is_of_kind(parent, table)] if path else []
+    fields = [_fields(parent).get(str(path[-1])) for parent in parents]
     return [field for field in fields if field is not None]
 
 

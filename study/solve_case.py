@@ -50,7 +50,7 @@ class FrictionTable(CaseModel):
     second_tangent: PlaceTable | None = None
     normal_stiffness: Positive
     tangential_stiffness: Positive
-    friction_coefficient: Annotated[Ratio, Field(ge=0)]
+    friction_coefficient: Annotated[Ratio, Field(ge=0, examples=[0.4])]
     preload: Force = 0.0
     gap: Length = 0.0
     friction: Literal["uncoupled", "coulomb"] = "uncoupled"

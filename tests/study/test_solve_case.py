@@ -226,6 +226,8 @@ ROM_MISTAKES = [
 ]
 
 
+LOADS = CASE[CASE.index("[[load]]") : CASE.index("[[output]]")]
+OUTPUT = CASE[CASE.index("[[output]]") : CASE.index("[sweep]")]
 MISTAKES = [
     ("normal = { dof = 3 }", "normal = { dof = 30 }", "contact[0].normal: degree of freedom 30 .* has 0 to 3"),
     ("dof = 1\ntang", "dof = -1\ntang", "contact[1].dof = -1: must be greater than or equal to 0"),
@@ -234,6 +236,12 @@ MISTAKES = [
     ("{1 = 1.0, 0 = -0.5}", "{1 = nan}", "contact[2].weights.1 = NaN: must be a finite number"),
     ("{1 = 1.0, 0 = -0.5}", "{}", "contact[2]: its weights are empty or all zero"),
     ('"2 N/um"', '"-2 N/um"', 'contact[0].normal_stiffness = "-2 N/um": must be greater than 0 N/m'),
+    ('"4 N/um"', '"-4 N/um"', 'contact[3].stiffness = "-4 N/um": must be greater than 0 N/m\n'),
+    ('stiffness = "4 N/um"', "", 'contact[3].stiffness is missing; add stiffness = "8.5 N/um"\n'),
+    ('stiffness = "2 N/mm^3"', "", 'contact[2].stiffness is missing; add stiffness = "2.5 N/mm^3"\n'),
+    ("friction_coefficient = 0.5", "", "friction_coefficient is missing; add friction_coefficient = 0.4\n"),
+    (LOADS, "", "table [[load]] is missing; add it\n"),
+    (OUTPUT, "", "table [[output]] is missing; add it\n"),
     ("coefficient = 0.5", "coefficient = -0.5", "friction_coefficient = -0.5: must be greater than or equal to 0"),
     ('"2 N/mm^3"', '"2 N/mm"', "makes it a stiffness, but a cubic stiffness is needed"),
     ('kind = "cubic"', 'kind = "cubi"', 'contact[2].kind = "cubi": must be .* did you mean "cubic"?'),
@@ -276,7 +284,8 @@ def test_a_mistake_is_one_line_with_file_line_value_and_remedy(
     with pytest.raises(InputError) as refused:
         model_of(tmp_path, CASE.replace(right, wrong, 1))
     pattern = ".*".join(map(re.escape, said.split(".*")))
-    assert re.search(rf"my\.toml:\d+.*{pattern}", str(refused.value))
+    # What is said may ask for the end of the line.
+    assert re.search(rf"my\.toml:\d+.*{pattern}", f"{refused.value}\n")
     assert "\n" not in str(refused.value)
 
 
