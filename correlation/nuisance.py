@@ -44,7 +44,9 @@ def jitter_modes(
     predictor: Predictor, features: FeatureVector, model: TestModel, prediction: Prediction
 ) -> list[Modes]:
     """What repeats may differ in, for 100 % of each: the frequency of either test, and the pre-loads of all lines."""
-    causes = [[shift] for shift in _frequency_shifts(model)] + [[_preload(model, line) for line in model.lines]]
+    causes = [[shift] for shift in _frequency_shifts(model, by_exciter=True)] + [
+        [_preload(model, line) for line in model.lines]
+    ]
     return [_features(predictor, features, model, prediction, tangents) for tangents in causes if tangents]
 
 
@@ -57,7 +59,9 @@ def budget_modes(
     refined: Sequence[TestModel],
 ) -> Modes:
     """Errors of discretisation, at one standard deviation, shape (m, b); `refined` has the parameters of `model`."""
-    modes = [budget.frequency * _features(predictor, features, model, prediction, _frequency_shifts(model))]
+    modes = [
+        budget.frequency * _features(predictor, features, model, prediction, _frequency_shifts(model, by_exciter=False))
+    ]
     softer = [_stiffness(model, line, name) for line in model.lines for name in ("tangential", "normal")]
     modes.append(budget.compliance * _features(predictor, features, model, prediction, softer))
     for finer in refined:
@@ -126,10 +130,17 @@ def _features(
     return np.where(np.isfinite(slopes), slopes, 0.0)
 
 
-def _frequency_shifts(model: TestModel) -> list[Tangent]:
-    """A relative shift of Omega at fixed forces, of each configuration by itself: (1 + 2 e) M and (1 + e) C."""
+def _frequency_shifts(model: TestModel, *, by_exciter: bool) -> list[Tangent]:
+    """A relative shift of Omega at fixed forces, of each configuration by itself: (1 + 2 e) M and (1 + e) C.
+
+    By the exciter, what it accelerates feels the true Omega as well; natural frequencies that are off leave Omega.
+    """
     shift = ModelParameter(matrices=MatrixParameter(mass=2 * model.system.mass, damping=model.system.damping))
-    return [Tangent(jointed=shift, free=NOTHING, gain={}), Tangent(jointed=NOTHING, free=shift, gain={})]
+    read = [{name: float(by_exciter)} for name in ("jointed", "free")]
+    return [
+        Tangent(jointed=shift, free=NOTHING, gain={}, shift=read[0]),
+        Tangent(jointed=NOTHING, free=shift, gain={}, shift=read[1]),
+    ]
 
 
 def _preload(model: TestModel, line: str) -> Tangent:

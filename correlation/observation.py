@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Complex, Int
+from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
@@ -61,12 +61,11 @@ def observation(campaign: Campaign) -> Observation:
     table = campaign.measurement
     free_test = np.array([test.configuration == "free" for test in campaign.tests])
     frequency = table.frequency
-    digits = np.round(np.log(frequency) / SAME_FREQUENCY).astype(np.int64)
     key = np.column_stack(
         [
             free_test[table.test],
             np.unique(table.level, return_inverse=True)[1],
-            digits,
+            _same(frequency),
             table.sensor,
             table.harmonic,
         ]
@@ -90,6 +89,12 @@ def observation(campaign: Campaign) -> Observation:
         harmonic=table.harmonic[first],
     )
     return Observation(points=points, repeat=repeat, motion=motion[sensor], taken=np.isfinite(repeat))
+
+
+def _same(frequency: Float[NDArray[np.float64], " k"]) -> Int[NDArray[np.int64], " k"]:
+    """Numbers of the frequencies, alike for those that are one; by gaps, since rounding would part neighbours."""
+    rising, place = np.unique(frequency, return_inverse=True)
+    return np.asarray(np.cumsum(np.diff(np.log(rising), prepend=np.log(rising[0])) > SAME_FREQUENCY)[place])
 
 
 def training(campaign: Campaign) -> Observation:

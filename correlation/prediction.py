@@ -6,7 +6,7 @@ in frequency.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
@@ -178,11 +178,15 @@ class Tangent:
         Rates of the structure's data in either configuration.
     gain
         Rate of each sensor's gain, by its name.
+    shift
+        Relative rate of the true frequency, by configuration, as far as velocities and accelerations are read with it;
+        what it does to the structure is among the rates of the data.
     """
 
     jointed: ModelParameter
     free: ModelParameter
     gain: Mapping[str, float]
+    shift: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -212,7 +216,12 @@ class _Configuration:
 
     def true(self, frequency: float) -> float:
         """What the exciter does where its label says `frequency` [Hz]."""
-        return frequency * (1 + self.model.shift.get("free" if self.free else "jointed", 0.0))
+        return frequency * (1 + self.model.shift.get(self.configuration, 0.0))
+
+    @property
+    def configuration(self) -> str:
+        """Its name."""
+        return "free" if self.free else "jointed"
 
     def solve(
         self, level: float, frequency: float, start: SteadyState | None, neighbour: SteadyState | None
@@ -262,6 +271,7 @@ class _Configuration:
         changes = [tangent.free if self.free else tangent.jointed for tangent in tangents]
         found = derivatives(self.balance, state, changes, condensed)
         read = self.read(state, names, harmonics)
+        shift = np.array([tangent.shift.get(self.configuration, 0.0) for tangent in tangents])
         values = np.empty((len(names), len(tangents)), dtype=np.complex128)
         for number, (name, harmonic) in enumerate(zip(names, harmonics, strict=True)):
             sensor = self._sensor(str(name))
@@ -271,6 +281,8 @@ class _Configuration:
                 moved = found.force[:, harmonic] @ self._line(sensor.line, sensor.component)
             rates = np.array([tangent.gain.get(sensor.name, 0.0) for tangent in tangents])
             values[number] = sensor.gain * moved + rates * read[number] / (sensor.gain or 1.0)
+            if isinstance(sensor, Sensor):
+                values[number] += DERIVATIVE[sensor.quantity] * shift * read[number]
         return values
 
     def _sensor(self, name: str) -> Sensor | LineSensor:

@@ -59,22 +59,26 @@ def tangents(
             moved[number] = np.clip(moved[number] + side * STEP * size[number], lower, upper)
             ends.append((moved[number], compose(moved)))
         (low, before), (high, after) = ends
+        shift = {name: _shift(before, after, name) for name in ("jointed", "free")}
         found.append(
             Tangent(
-                jointed=_rates(before.system, after.system, high - low, _shift(before, after, "jointed")),
-                free=_rates(before.free().system, after.free().system, high - low, _shift(before, after, "free")),
+                jointed=_rates(before.system, after.system, high - low, shift["jointed"]),
+                free=_rates(before.free().system, after.free().system, high - low, shift["free"]),
                 gain={
                     a.name: (b.gain - a.gain) / (high - low)
                     for a, b in zip(before.sensors, after.sensors, strict=True)
                     if a.gain != b.gain
                 },
+                shift={name: change / (high - low) for name, change in shift.items() if change},
             )
         )
     return found
 
 
 def _shift(before: TestModel, after: TestModel, configuration: str) -> float:
-    return after.shift.get(configuration, 0.0) - before.shift.get(configuration, 0.0)
+    """Relative change of the true frequency."""
+    low, high = (1 + model.shift.get(configuration, 0.0) for model in (before, after))
+    return 2 * (high - low) / (high + low)
 
 
 def _rates(before: JointedSystem, after: JointedSystem, step: float, shift: float) -> ModelParameter:

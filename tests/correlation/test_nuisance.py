@@ -1,0 +1,152 @@
+"""Modes of what differs between repeats are the changes that a slightly different test makes."""
+
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from correlation.feature_vector import FeatureVector
+from correlation.nuisance import HISTORY, Budget, budget_modes, history_modes, jitter_modes
+from correlation.prediction import Prediction, Predictor
+from correlation.test_model import TestModel
+
+#: Central differences over 2e-5: their curvature and Newton's 1e-9 stay below this share of a mode's largest number.
+NEAR = 1e-4
+STEP = 1e-5
+
+
+class Bench:
+    def __init__(self, model: TestModel, paper: ModuleType) -> None:
+        points = paper.make_points(model)
+        self.model = model
+        self.predictor = Predictor(points=points)
+        self.prediction: Prediction = self.predictor.predict(model)
+        motion = np.isin(points.sensor, ["tip", "root"])
+        self.features = FeatureVector.of(points, self.prediction.value, motion)
+
+    def change(self, plus: TestModel, minus: TestModel) -> np.ndarray:
+        ends = [self.features.of_values(self.predictor.predict(each, self.prediction).value) for each in (minus, plus)]
+        return (ends[1] - ends[0]) / (2 * STEP)
+
+    @property
+    def jitter(self) -> list[np.ndarray]:
+        return jitter_modes(self.predictor, self.features, self.model, self.prediction)
+
+
+@pytest.fixture(scope="module")
+def bench(small: TestModel, paper: ModuleType) -> Bench:
+    return Bench(small, paper)
+
+
+def same(found: np.ndarray, exact: np.ndarray, bench: Bench) -> None:
+    points, row = bench.features.points, bench.features.row
+    assert np.abs(exact).max() > 0
+    for name in np.unique(points.sensor):
+        for harmonic in (0, 1, 3):
+            of = (points.sensor[row] == name) & (points.harmonic[row] == harmonic)
+            if of.any():
+                # What does not change (a mean force while nothing slips) is compared with one newton, or its like.
+                size = max(np.abs(exact[of]).max(), 1e-3)
+                np.testing.assert_allclose(found[of], exact[of], rtol=0, atol=NEAR * size, err_msg=f"{name} {harmonic}")
+
+
+@pytest.mark.parametrize(("number", "configuration"), [(0, "jointed"), (1, "free")])
+def test_the_first_causes_are_shifts_of_frequency(bench: Bench, number: int, configuration: str) -> None:
+    ends = [bench.model.shifted(configuration, side * STEP) for side in (1, -1)]
+    same(bench.jitter[number][:, 0], bench.change(*ends), bench)
+
+
+def test_the_last_cause_is_the_preload_of_each_line(bench: Bench) -> None:
+    from diagnosis.effect.preload import Preload
+
+    block = bench.jitter[2]
+    assert block.shape[1] == 2
+    for line, mode in zip(bench.model.lines, block.T, strict=True):
+        ends = [Preload(name=line, line=line).apply(bench.model, [1 + side * STEP]) for side in (1, -1)]
+        same(mode, bench.change(*ends), bench)
+
+
+def test_a_model_without_lines_has_frequencies_alone(small: TestModel, paper: ModuleType) -> None:
+    free = small.free()
+    points = paper.make_points(small)
+    kept = points.where(points.free)
+    predictor = Predictor(points=kept)
+    prediction = predictor.predict(free)
+    features = FeatureVector.of(kept, prediction.value, np.ones(len(kept), dtype=bool))
+    blocks = jitter_modes(predictor, features, free, prediction)
+    assert [block.shape[1] for block in blocks if block.size] == [1, 1]
+    assert history_modes(features, free, prediction, 2, 1).shape == (len(features.row), 0)
+
+
+def test_the_budget_scales_with_its_numbers(bench: Bench) -> None:
+    def modes(budget: Budget) -> np.ndarray:
+        return budget_modes(bench.predictor, bench.features, bench.model, bench.prediction, budget, ())
+
+    one = modes(Budget(frequency=1e-3, compliance=0.01))
+    assert one.shape == (len(bench.features.row), 2 + 4)
+    twice = modes(Budget(frequency=2e-3, compliance=0.03))
+    # A product.
+    np.testing.assert_allclose(twice, one * np.array([2, 2, 3, 3, 3, 3]), rtol=1e-12)
+
+
+def test_the_budget_of_natural_frequencies_leaves_the_exciter_alone(bench: Bench) -> None:
+    """All natural frequencies of the free structure 1e-5 lower: (1 + 2 e) M and (1 + e) C, read at the same Omega."""
+    modes = budget_modes(bench.predictor, bench.features, bench.model, bench.prediction, Budget(frequency=1.0), ())
+    system = bench.model.system
+    ends = [
+        bench.model.with_system(mass=(1 + 2 * side * STEP) * system.mass, damping=(1 + side * STEP) * system.damping)
+        for side in (1, -1)
+    ]
+    free = bench.features.points.free[bench.features.row]
+    same(modes[:, 1], np.where(free, bench.change(*ends), 0.0), bench)
+
+
+def test_a_line_that_is_stiffer_is_a_mode_of_the_budget(bench: Bench) -> None:
+    modes = budget_modes(bench.predictor, bench.features, bench.model, bench.prediction, Budget(compliance=1.0), ())
+    names = bench.model.lines["left"]
+    ends = [
+        bench.model.with_joints({name: {"tangential_stiffness": 5e3 * (1 + side * STEP)} for name in names})
+        for side in (1, -1)
+    ]
+    same(modes[:, 2], bench.change(*ends), bench)
+
+
+def test_a_finer_model_adds_its_difference_at_each_level(bench: Bench, paper: ModuleType) -> None:
+    finer = bench.model.with_system(stiffness=1.001 * bench.model.system.stiffness)
+    modes = budget_modes(bench.predictor, bench.features, bench.model, bench.prediction, Budget(), [finer])[:, 6:]
+    values = [bench.predictor.predict(each).value for each in (finer, bench.model)]
+    change = bench.features.of_values(values[0]) - bench.features.of_values(values[1])
+    level = bench.features.points.level[bench.features.row]
+    assert modes.shape[1] == len(paper.LEVELS)
+    # Newton's 1e-9, from other starts; third harmonics are 1e-2 of the motion.
+    for mode, each in zip(modes.T, paper.LEVELS, strict=True):
+        expected = np.where(level == each, change, 0.0)
+        np.testing.assert_allclose(mode, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
+
+
+def test_histories_are_drawn_for_each_level_and_leave_the_free_structure(bench: Bench, paper: ModuleType) -> None:
+    n_draw = 3
+    modes = history_modes(bench.features, bench.model, bench.prediction, n_draw, 7)
+    points, row = bench.features.points, bench.features.row
+    assert modes.shape == (len(row), len(paper.LEVELS) * (n_draw + 1))
+    assert not modes[points.free[row]].any()
+    for number, level in enumerate(paper.LEVELS):
+        block = modes[:, number * (n_draw + 1) : (number + 1) * (n_draw + 1)]
+        assert not block[points.level[row] != level].any()
+        # The draws are about their mean.
+        np.testing.assert_allclose(block[:, :n_draw].sum(axis=1), 0, atol=1e-12 * np.abs(block).max())
+
+
+def test_a_history_within_the_cone_changes_no_contact_that_sticks(bench: Bench, paper: ModuleType) -> None:
+    """At so low a level that 90 % of Coulomb's limit leave the contacts stuck, the response is that without history."""
+    points = paper.make_points(bench.model).where(paper.make_points(bench.model).level == paper.LEVELS[0])
+    object.__setattr__(points, "level", np.full(len(points), 1e-3))
+    predictor = Predictor(points=points)
+    prediction = predictor.predict(bench.model)
+    features = FeatureVector.of(points, prediction.value, np.isin(points.sensor, ["tip", "root"]))
+    modes = history_modes(features, bench.model, prediction, 3, 7)
+    fundamental = np.isin(points.sensor, ["tip", "root"])[features.row] & (points.harmonic[features.row] == 1)
+    assert HISTORY < 1
+    # A stuck contact is linear: round-off, relative to F / X.
+    stiffness = np.abs(features.of_values(prediction.value)[fundamental]).max()
+    assert np.abs(modes[fundamental]).max() < 1e-7 * stiffness

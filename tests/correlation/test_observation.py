@@ -1,0 +1,96 @@
+"""Measurements arranged by point and repeat: every reading is found in its place, and held-out ones stay apart."""
+
+from dataclasses import replace
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from correlation.errors import CampaignError
+from correlation.measurement import Campaign, HeldOut
+from correlation.observation import held_out, observation, training
+from correlation.test_model import TestModel
+
+
+@pytest.fixture(scope="module")
+def campaign(small: TestModel, paper: ModuleType) -> Campaign:
+    return paper.make_campaign(small)
+
+
+def test_every_reading_is_in_the_row_of_its_point_and_the_column_of_its_repeat(campaign: Campaign) -> None:
+    seen, table = observation(campaign), campaign.measurement
+    assert seen.repeat.shape == (len(table) // 4, 4)
+    points = seen.points
+    keys = zip(points.free, points.level, points.frequency, points.sensor, points.harmonic, strict=True)
+    row = {key: number for number, key in enumerate(keys)}
+    for each in range(len(table)):
+        sensor = campaign.sensors[table.sensor[each]].name
+        free = campaign.tests[table.test[each]].configuration == "free"
+        key = (free, table.level[each], table.frequency[each], sensor, table.harmonic[each])
+        assert seen.repeat[row[key], table.repeat[each] - 1] == table.value[each]
+    np.testing.assert_array_equal(seen.motion, np.isin(points.sensor, ["tip", "root"]))
+
+
+def test_both_sweeps_are_averaged(campaign: Campaign) -> None:
+    table = campaign.measurement
+    both = {
+        name: np.concatenate([getattr(table, name)] * 2)
+        for name in ("test", "order", "repeat", "level", "frequency", "sensor", "harmonic")
+    }
+    sweep = np.repeat([1, -1], len(table))
+    value = np.concatenate([table.value, 3 * table.value])
+    seen = observation(replace(campaign, measurement=replace(table, **both, sweep=sweep, value=value)))
+    # A mean of two numbers.
+    np.testing.assert_allclose(seen.repeat, 2 * observation(campaign).repeat, rtol=1e-15)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.3e-5, 0.5e-5, 0.77e-5])
+def test_frequencies_that_differ_by_round_off_are_one(campaign: Campaign, offset: float) -> None:
+    table = campaign.measurement
+    frequency = table.frequency * (1 + offset) * (1 + 4e-6 * (table.repeat % 2))
+    seen = observation(replace(campaign, measurement=replace(table, frequency=frequency)))
+    assert seen.repeat.shape == (len(table) // 4, 4)
+    assert np.isfinite(seen.repeat).all()
+
+
+def test_frequencies_that_differ_by_more_are_two(campaign: Campaign) -> None:
+    table = campaign.measurement
+    frequency = table.frequency * (1 + 3e-5 * (table.repeat == 2))
+    seen = observation(replace(campaign, measurement=replace(table, frequency=frequency)))
+    assert len(seen.points) == len(table) // 2
+    np.testing.assert_array_equal(np.isfinite(seen.repeat).sum(axis=1) % 2, 1)
+
+
+def test_the_mean_is_over_the_repeats_taken(campaign: Campaign) -> None:
+    seen = training(campaign)
+    np.testing.assert_array_equal(seen.count, 3)
+    # Sums in another order.
+    np.testing.assert_allclose(seen.value, seen.repeat[:, :3].mean(axis=1), rtol=1e-14)
+    np.testing.assert_array_equal(held_out(campaign).value, seen.repeat[:, 3])
+
+
+def test_a_missing_reading_is_no_number_and_is_not_counted(campaign: Campaign) -> None:
+    table = campaign.measurement
+    first = observation(campaign).points
+    gone = (table.repeat == 1) & (table.frequency == first.frequency[0]) & (table.level == first.level[0])
+    seen = training(replace(campaign, measurement=table.where(~gone)))
+    lacking = (seen.points.frequency == first.frequency[0]) & (seen.points.level == first.level[0])
+    assert lacking.any()
+    assert np.isnan(seen.repeat[lacking, 0]).all()
+    np.testing.assert_array_equal(seen.count, np.where(lacking, 2, 3))
+    np.testing.assert_allclose(seen.value[lacking], seen.repeat[lacking, 1:3].mean(axis=1), rtol=1e-14)
+
+
+def test_training_and_held_out_share_nothing_and_lack_nothing(campaign: Campaign, paper: ModuleType) -> None:
+    both = replace(campaign, held_out=HeldOut(levels=(paper.LEVELS[1],), repeats=(2,)))
+    fitted, tested = training(both), held_out(both)
+    assert set(fitted.points.level) == {paper.LEVELS[0]}
+    assert fitted.count.sum() + tested.count.sum() == len(campaign.measurement)
+    high = tested.points.level == paper.LEVELS[1]
+    np.testing.assert_array_equal(tested.count[high], 4)
+    np.testing.assert_array_equal(tested.taken[~high], np.tile([False, True, False, False], ((~high).sum(), 1)))
+
+
+def test_nothing_held_out_is_refused(campaign: Campaign) -> None:
+    with pytest.raises(CampaignError, match=r"nothing is held out.*\[held_out\]"):
+        held_out(replace(campaign, held_out=HeldOut()))

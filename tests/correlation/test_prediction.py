@@ -1,0 +1,163 @@
+"""Predictions are what the solver says at a point, and their derivatives what differences of predictions say."""
+
+from collections.abc import Callable
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from correlation.prediction import Prediction, Predictor, Tangent
+from correlation.test_model import TestModel
+from hbsolve.balance import HarmonicBalance
+from hbsolve.contact_motion import contact_motion
+from hbsolve.sensitivity import MatrixParameter, ModelParameter
+from hbsolve.steady_state import steady_state
+
+NOTHING = ModelParameter()
+
+
+@pytest.fixture(scope="module")
+def predicted(small: TestModel, paper: ModuleType) -> Prediction:
+    return Predictor(points=paper.make_points(small)).predict(small)
+
+
+def test_predictions_are_what_the_solver_says(small: TestModel, predicted: Prediction) -> None:
+    points = predicted.points
+    frequency, level = 25.0, 3.0
+    balance = HarmonicBalance(system=small.system, n_harmonic=small.n_harmonic, n_sample=small.n_sample, level=level)
+    omega = 2 * np.pi * frequency
+    state = steady_state(balance, omega)
+    motions = contact_motion(balance, state)
+    assert any(np.ravel(motion.share)[0] < 1 for motion in motions), "some contacts slip: all of the model is asked"
+    wave = np.exp(-2j * np.pi * np.arange(motions[0].force.shape[1]) / motions[0].force.shape[1])
+    left = sum(motion.force for motion in motions[:2])
+    expected = {
+        ("tip", 1): state.coefficients[1, 2],
+        ("tip", 3): state.coefficients[3, 2],
+        ("root", 1): -1.02 * omega**2 * state.coefficients[1, 0],
+        ("left_T", 1): 2 * np.mean(left[0] * wave),
+        ("left_N", 1): 1.5 * 2 * np.mean(left[1] * wave),
+        ("left_N", 0): 1.5 * np.mean(left[1]),
+    }
+    here = ~points.free & (points.level == level) & (points.frequency == frequency)
+    assert here.sum() == len(expected)
+    for row in np.flatnonzero(here):
+        name = (str(points.sensor[row]), int(points.harmonic[row]))
+        # Newton stops at 1e-9 of the motion; forces of stiff contacts, and of a third harmonic, are a few times worse.
+        assert predicted.value[row] == pytest.approx(expected[name], rel=1e-6), name
+
+
+def test_without_contacts_the_receptance_is_predicted(small: TestModel, predicted: Prediction) -> None:
+    points, system = predicted.points, small.system
+    for row in np.flatnonzero(points.free):
+        omega = 2 * np.pi * points.frequency[row]
+        dynamic = system.stiffness - omega**2 * system.mass + 1j * omega * system.damping
+        motion = np.linalg.solve(dynamic, points.level[row] * np.array([0.0, 0.0, 1.0, 0.0]))
+        exact = motion[2] if points.sensor[row] == "tip" else -1.02 * omega**2 * motion[0]
+        # Direct: round-off of a modal sum.
+        assert predicted.value[row] == pytest.approx(exact, rel=1e-10)
+
+
+def test_a_prediction_nearby_as_a_start_changes_nothing(small: TestModel, predicted: Prediction) -> None:
+    changed = small.with_system(damping=1.02 * small.system.damping)
+    predictor = Predictor(points=predicted.points)
+    fresh, started = predictor.predict(changed), predictor.predict(changed, predicted)
+    # Both stop at Newton's 1e-9 of the motion; third harmonics are 1e-2 of it.
+    size = np.abs(fresh.value)
+    by_sensor = np.array([size[predicted.points.sensor == name].max() for name in predicted.points.sensor])
+    assert (np.abs(started.value - fresh.value) < 1e-7 * by_sensor).all()
+
+
+def test_a_shift_reads_at_the_true_frequency(small: TestModel, predicted: Prediction) -> None:
+    shift = 3e-3
+    points = predicted.points
+    where = points.free
+    moved = Predictor(points=points).predict(small.shifted("jointed", shift))
+    labels = points.where(~where)
+    object.__setattr__(labels, "frequency", labels.frequency * (1 + shift))
+    exact = Predictor(points=labels).predict(small)
+    np.testing.assert_array_equal(moved.value[where], predicted.value[where])
+    # The same states, found from other starts: Newton's 1e-9 of the motion, of which a third harmonic is 1e-2.
+    stuck = np.abs(exact.value) < 1e-12
+    np.testing.assert_allclose(moved.value[~where][~stuck], exact.value[~stuck], rtol=1e-6, atol=0)
+
+
+def mass(model: TestModel, by: float) -> TestModel:
+    return model.with_system(mass=model.system.mass + by * np.diag([0.0, 0.0, 1.0, 0.0]))
+
+
+def friction(model: TestModel, by: float) -> TestModel:
+    return model.with_joints({name: {"friction_coefficient": 0.4 + by} for name in model.lines["left"]})
+
+
+def static_load(model: TestModel, by: float) -> TestModel:
+    return model.with_system(static_load=model.system.static + by * np.array([1.0, 0.0, 0.0, 0.0]))
+
+
+def gain(model: TestModel, by: float) -> TestModel:
+    return model.with_sensor("root", gain=1.02 + by)
+
+
+def shift(model: TestModel, by: float) -> TestModel:
+    return model.shifted("jointed", by).shifted("free", by)
+
+
+ADDED = ModelParameter(matrices=MatrixParameter(mass=np.diag([0.0, 0.0, 1.0, 0.0])))
+CASES = {
+    "matrix": (mass, 1e-5, ADDED, ADDED, {}),
+    "joint": (
+        friction, 1e-5, ModelParameter(joints={(f"left {n}", "friction_coefficient"): 1.0 for n in range(2)}), NOTHING, {}
+    ),
+    "load": (static_load, 1e-4, ModelParameter(static_load=np.array([1.0, 0.0, 0.0, 0.0])), NOTHING, {}),
+    "gain": (gain, 1e-2, NOTHING, NOTHING, {"root": 1.0}),
+}  # fmt: skip
+
+
+def shares(found: np.ndarray, exact: np.ndarray, prediction: Prediction) -> np.ndarray:
+    """Differences as shares of the largest derivative of the sensor, harmonic, level and configuration."""
+    points = prediction.points
+    keys = list(zip(points.free, points.level, points.sensor, points.harmonic, strict=True))
+    largest = dict.fromkeys(keys, 0.0)
+    for key, value, read in zip(keys, exact, prediction.value, strict=True):
+        # Where all sticks, nothing changes: a unit that changes less than 1e-3 of a reading changes nothing.
+        largest[key] = max(largest[key], abs(value), 1e-3 * abs(read), 1e-10)
+    return np.abs(found - exact) / np.array([largest[key] for key in keys])
+
+
+def differences(change: Callable[[TestModel, float], TestModel], step: float, small: TestModel, at: Prediction):
+    predictor = Predictor(points=at.points)
+    ends = [predictor.predict(change(small, side * step), at).value for side in (-1, 1)]
+    return (ends[1] - ends[0]) / (2 * step)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_derivatives_are_those_of_predictions(name: str, small: TestModel, predicted: Prediction) -> None:
+    change, step, jointed, free, gains = CASES[name]
+    tangent = Tangent(jointed=jointed, free=free, gain=gains)
+    found = Predictor(points=predicted.points).derivatives(small, predicted, [tangent])[:, 0]
+    exact = differences(change, step, small, predicted)
+    # Newton's 1e-9 over the step is less, mostly, as it converges quadratically; no instant begins to slip within it.
+    assert shares(found, exact, predicted).max() < 1e-5
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.02])
+def test_derivatives_of_a_shift_are_those_of_predictions(offset: float, small: TestModel, paper: ModuleType) -> None:
+    from diagnosis.tangent import tangents
+
+    (tangent,) = tangents(
+        lambda values: shift(small, float(values[0])), np.array([offset]), np.array([1e-3]), [(-0.1, 0.1)]
+    )
+    moved = shift(small, offset)
+    predictor = Predictor(points=paper.make_points(small))
+    at = predictor.predict(moved)
+    found = predictor.derivatives(moved, at, [tangent])[:, 0]
+    exact = differences(shift, 1e-5, moved, at)
+    # As above; the accelerometer's reading also grows with the square of the frequency.
+    assert shares(found, exact, at).max() < 1e-5
+
+
+def test_a_steady_state_that_is_not_found_is_no_number(small: TestModel, paper: ModuleType) -> None:
+    points = paper.make_points(small)
+    lost = Prediction(points=points, value=np.full(len(points), np.nan, dtype=complex), states={})
+    tangent = Tangent(jointed=ADDED, free=ADDED, gain={})
+    assert np.isnan(Predictor(points=points).derivatives(small, lost, [tangent])).all()
