@@ -15,7 +15,7 @@ from hbsolve.branch import ResponseBranch
 from hbsolve.continuation_step import REACHED
 from hbsolve.fourier import harmonics, samples_from_coefficients
 from hbsolve.steady_state import SteadyState
-from reduction.jointed_system import JointedSystem
+from reduction.jointed_system import ElasticStop, Joint, JointedSystem
 from study.solve_model import Curve, Output, SolveModel
 
 if TYPE_CHECKING:
@@ -88,6 +88,11 @@ class SolvedCurve:
         return int(np.argmax(np.abs(self.output(output)[:, harmonic])))
 
 
+def state_names(joint: Joint) -> dict[int, str]:
+    """Names of a joint's states by their place in `STATES`: a stop has no friction, and so neither sticks nor slips."""
+    return {0: "closed", 2: "separated"} if isinstance(joint, ElasticStop) else dict(enumerate(STATES))
+
+
 def main_harmonic(system: JointedSystem) -> int:
     """The lowest harmonic that the load acts at: the one that amplitudes and phases are shown of [-]."""
     return int(np.flatnonzero(system.dynamic.any(axis=1))[0])
@@ -122,7 +127,11 @@ def response_dataset(model: SolveModel, curves: Sequence[SolvedCurve], title: st
             "coefficient_real": (("point", "harmonic", "dof"), coefficients.real, {"units": "m"}),
             "coefficient_imag": (("point", "harmonic", "dof"), coefficients.imag, {"units": "m"}),
             "slider": (("point", "slider"), joined("slider"), {"units": "m"}),
-            "contact_share": (("point", "joint", "state"), share, {"units": "1"}),
+            "contact_share": (
+                ("point", "joint", "state"),
+                share,
+                {"units": "1", "long_name": "share of the period; a stop that is closed counts as stick"},
+            ),
             "residual_norm": ("point", joined("residual_norm"), {"units": "1"}),
             "truncation_error": ("point", errors("truncation_error"), {"units": "1"}),
             "sample_error": ("point", errors("sample_error"), {"units": "1"}),
@@ -157,7 +166,7 @@ def response_csv(model: SolveModel, curves: Sequence[SolvedCurve]) -> str:
             f"{output.name} phase [deg]",
             f"{output.name} half range [{unit}]",
         ]
-    head += [f"{joint.name} {state}" for joint in model.system.joints for state in STATES]
+    head += [f"{joint.name} {state}" for joint in model.system.joints for state in state_names(joint).values()]
     write([*head, "truncation error", "sample error", "residual norm", "iterations"])
     for each in curves:
         branch = each.branch
@@ -166,7 +175,8 @@ def response_csv(model: SolveModel, curves: Sequence[SolvedCurve]) -> str:
             scale = SURFACE_UNIT[output.quantity][1]
             q = each.output(output)[:, harmonic]
             columns += [scale * np.abs(q), np.degrees(np.angle(q)), scale * each.half_range(output)]
-        columns += list(branch.contact_share.reshape(len(branch.frequency), -1).T)
+        for number, joint in enumerate(model.system.joints):
+            columns += [branch.contact_share[:, number, state] for state in state_names(joint)]
         columns += [each.error("truncation_error"), each.error("sample_error"), branch.residual_norm]
         for point, values in enumerate(zip(*columns, strict=True)):
             shown = (f"{value:.10g}" for value in values)

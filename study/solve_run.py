@@ -8,7 +8,7 @@ import numpy as np
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
-from reduction.jointed_system import FrictionContact
+from reduction.jointed_system import ElasticStop, FrictionContact
 from study.case import load_case, located
 from study.checkpoint import Checkpoint
 from study.figure.contact_states import StatePanel, contact_states_figure
@@ -27,6 +27,7 @@ from study.solve_result import (
     peak_of,
     response_csv,
     response_dataset,
+    state_names,
     truncation_warning,
 )
 
@@ -137,7 +138,8 @@ def _figures(
             StatePanel(
                 label=f"{model.system.joints[joint].name}, {each.curve.label}",
                 parameter=each.parameter,
-                share=each.branch.contact_share[:, joint],
+                states=tuple(state_names(model.system.joints[joint]).values()),
+                share=each.branch.contact_share[:, joint, list(state_names(model.system.joints[joint]))],
             )
             for each in chosen
         ]
@@ -172,14 +174,15 @@ def _loops(model: SolveModel, balance: HarmonicBalance, curves: Sequence[SolvedC
         point = each.peak(model.outputs[0], harmonic)
         state = each.state(balance, point)
         motion = contact_motion(balance.at_level(state.level), state)[joint]
-        has_normal = isinstance(model.system.joints[joint], FrictionContact)
+        law = model.system.joints[joint]
         found.append(
             Loop(
                 label=each.curve.label,
                 time=motion.time / (2 * np.pi / state.angular_frequency),
                 displacement=motion.displacement[0],
                 force=motion.force[0],
-                normal=motion.force[-1] if has_normal else None,
+                normal=motion.force[-1] if isinstance(law, FrictionContact) else None,
+                is_stop=isinstance(law, ElasticStop),
             )
         )
     return found

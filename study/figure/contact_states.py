@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-STICK, SLIP, SEPARATED = "#0072b2", "#e69f00", "#d1d5db"
-STATES = (("stick", STICK), ("slip", SLIP), ("separated", SEPARATED))
+#: In the order of the legend; "closed" is a contact without friction, which can neither stick nor slip.
+COLOURS = {"stick": "#0072b2", "slip": "#e69f00", "closed": "#009e73", "separated": "#d1d5db"}
 #: Labelled places along a curve that turns back.
 N_TICK = 5
 
@@ -28,13 +28,16 @@ class StatePanel:
         Above it.
     parameter
         Frequency [Hz] or level [-], shape (p,).
+    states
+        Names of its s states, of those in `COLOURS`, from the lowest area to the highest.
     share
-        Shares of the period stick, slip, separated, shape (p, 3), rows sum to 1 [-].
+        Shares of the period in each, shape (p, s), rows sum to 1 [-].
     """
 
     label: str
     parameter: Float[NDArray[np.float64], " p"]
-    share: Float[NDArray[np.float64], "p 3"]
+    states: tuple[str, ...]
+    share: Float[NDArray[np.float64], "p s"]
 
 
 def contact_states_figure(panels: Sequence[Sequence[StatePanel]], *, title: str, parameter_label: str) -> bytes:
@@ -64,8 +67,9 @@ def contact_states_figure(panels: Sequence[Sequence[StatePanel]], *, title: str,
             if column == 0:
                 axes.set_ylabel("share of the period")
     # Above all panels, where no area is.
-    patches = [Patch(color=colour, label=name) for name, colour in STATES]
-    figure.legend(handles=patches, loc="outside lower center", ncols=3, frameon=False)
+    there = {state for line in panels for panel in line for state in panel.states}
+    patches = [Patch(color=colour, label=name) for name, colour in COLOURS.items() if name in there]
+    figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False)
     figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
     stream = BytesIO()
     figure.savefig(stream, format="png")
@@ -81,8 +85,8 @@ def _draw(axes: "Axes", panel: StatePanel) -> bool:
     # Over a fold the areas would cover each other: there the arc is the axis.
     place = np.arange(len(panel.parameter), dtype=np.float64) if turns else panel.parameter
     edges = np.hstack([np.zeros((len(place), 1)), np.cumsum(panel.share, axis=1)])
-    for state, (_, colour) in enumerate(STATES):
-        axes.fill_between(place, edges[:, state], edges[:, state + 1], color=colour, linewidth=0)
+    for number, state in enumerate(panel.states):
+        axes.fill_between(place, edges[:, number], edges[:, number + 1], color=COLOURS[state], linewidth=0)
     if turns:
         ticks = np.unique(np.linspace(0, len(place) - 1, N_TICK).round().astype(int))
         axes.set_xticks(ticks, [f"{panel.parameter[tick]:.4g}" for tick in ticks])

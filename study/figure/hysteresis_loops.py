@@ -33,7 +33,9 @@ class Loop:
     force
         Along it, shape (n,) [N].
     normal
-        Normal force, shape (n,) [N]; None for a joint without one.
+        Normal force beside it, shape (n,) [N]; None for a joint without one.
+    is_stop
+        Whether the force itself is a normal force.
     """
 
     label: str
@@ -41,6 +43,7 @@ class Loop:
     displacement: Samples
     force: Samples
     normal: Samples | None
+    is_stop: bool = False
 
 
 def hysteresis_figure(joints: Sequence[tuple[str, Sequence[Loop]]], *, title: str) -> bytes:
@@ -65,8 +68,10 @@ def hysteresis_figure(joints: Sequence[tuple[str, Sequence[Loop]]], *, title: st
         grid[row, 0].set_title(f"{name}: loop", fontsize=10, loc="left")
         grid[row, 0].set_xlabel("displacement [um]")
         grid[row, 0].set_ylabel("force [N]")
-        grid[row, 1].set_title("force over one period", fontsize=10, loc="left")
-        grid[row, 1].set_ylabel("T(t) [N]" if has_normal else "force [N]")
+        is_stop = any(loop.is_stop for loop in loops)
+        kind = "normal force" if is_stop else "force"
+        grid[row, 1].set_title(f"{kind} over one period", fontsize=10, loc="left")
+        grid[row, 1].set_ylabel("N(t) [N]" if is_stop else "T(t) [N]" if has_normal else "force [N]")
         if has_normal and any(loop.normal is not None for loop in loops):
             grid[row, 2].set_title("normal force over one period", fontsize=10, loc="left")
             grid[row, 2].set_ylabel("N(t) [N]")

@@ -167,6 +167,55 @@ def test_a_highest_point_at_either_end_of_the_sweep_is_said_to_be_there(
     assert ("  at the end of the sweep\n" in capfd.readouterr().out) is marked
 
 
+def test_a_stop_in_contact_is_closed_and_its_force_is_normal(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from matplotlib.colors import to_hex
+    from matplotlib.figure import Figure
+
+    drawn: dict[str, Figure] = {}
+    monkeypatch.setattr(Figure, "savefig", lambda figure, *_, **__: drawn.update({figure.get_suptitle(): figure}))
+    text = """
+[[contact]]
+kind = "stop"
+name = "stop"
+dof = 0
+stiffness = "0.2 N/um"
+gap = "5 um"
+[[contact]]
+kind = "friction"
+name = "rub"
+normal = { dof = 0 }
+tangent = { dof = 0 }
+normal_stiffness = "0.1 N/um"
+tangential_stiffness = "0.1 N/um"
+friction_coefficient = 0.4
+preload = "5 N"
+[[load]]"""
+    (home / "stop.toml").write_text(CASE.replace("[[load]]", text, 1).replace("[0.01, 2]", "[2]"))
+    assert solve("out", case="stop.toml") == 0
+    with (home / "out" / "stop_response.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    named = {name for name in rows[0] if name.split()[0] in {"pad", "stop", "rub"}}
+    assert named == {"stop closed", "stop separated"} | {
+        f"{joint} {state}" for joint in ("pad", "rub") for state in ("stick", "slip", "separated")
+    }
+    closed = np.array([float(row["stop closed"]) for row in rows])
+    # It is nearer than the mass moves at resonance, by less than its whole motion: closed for a part of the period.
+    assert 0 < closed.max() < 1
+    # The CSV has ten digits.
+    np.testing.assert_allclose(closed + [float(row["stop separated"]) for row in rows], 1, rtol=1e-9)
+
+    states, loops = (
+        drawn["One mass: what the contacts do"],
+        drawn["One mass: contacts at the highest point of each curve"],
+    )
+    assert [each.get_text() for each in states.legends[0].get_texts()] == ["stick", "slip", "closed", "separated"]
+    colours = [{to_hex(area.get_facecolor()[0]) for area in axes.collections} for axes in states.axes]
+    legend = [to_hex(patch.get_facecolor()) for patch in states.legends[0].get_patches()]
+    assert colours == [{legend[0], legend[1], legend[3]}, {legend[2], legend[3]}, {legend[0], legend[1], legend[3]}]
+    over_time = [axes.get_ylabel() for axes in loops.axes if axes.get_subplotspec().colspan.start == 1]
+    assert over_time == ["T(t) [N]", "N(t) [N]", "T(t) [N]"]
+
+
 def counted(monkeypatch: pytest.MonkeyPatch, stop: int | None) -> list[int]:
     """Count the steps of all curves, and press Ctrl-C before one of them."""
     steps = [0]
