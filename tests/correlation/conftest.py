@@ -29,9 +29,14 @@ def contacts(name: str, side: float) -> list[FrictionContact]:
         z, x = along(N, {0: 1 - where, 2: where}), along(N, {1: 1 - where, 3: where})
         found.append(
             FrictionContact(
-                name=f"{name} {number}", normal=side * (0.3 * z + 0.8 * x), tangents=0.9 * z,
-                normal_stiffness=1e4, tangential_stiffness=5e3, friction_coefficient=0.4, preload=4.0,
-            )  # fmt: skip
+                name=f"{name} {number}",
+                normal=side * (0.3 * z + 0.8 * x),
+                tangents=0.9 * z,
+                normal_stiffness=1e4,
+                tangential_stiffness=5e3,
+                friction_coefficient=0.4,
+                preload=4.0,
+            )
         )
     return found
 

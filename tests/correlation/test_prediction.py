@@ -103,14 +103,13 @@ def shift(model: TestModel, by: float) -> TestModel:
 
 
 ADDED = ModelParameter(matrices=MatrixParameter(mass=np.diag([0.0, 0.0, 1.0, 0.0])))
+ROUGHER = ModelParameter(joints={(f"left {number}", "friction_coefficient"): 1.0 for number in range(2)})
 CASES = {
     "matrix": (mass, 1e-5, ADDED, ADDED, {}),
-    "joint": (
-        friction, 1e-5, ModelParameter(joints={(f"left {n}", "friction_coefficient"): 1.0 for n in range(2)}), NOTHING, {}
-    ),
+    "joint": (friction, 1e-5, ROUGHER, NOTHING, {}),
     "load": (static_load, 1e-4, ModelParameter(static_load=np.array([1.0, 0.0, 0.0, 0.0])), NOTHING, {}),
     "gain": (gain, 1e-2, NOTHING, NOTHING, {"root": 1.0}),
-}  # fmt: skip
+}
 
 
 def shares(found: np.ndarray, exact: np.ndarray, prediction: Prediction) -> np.ndarray:

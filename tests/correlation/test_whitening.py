@@ -21,7 +21,8 @@ def test_it_turns_the_covariance_into_one() -> None:
     # Round-off grows with the condition number of S, some 1e5.
     np.testing.assert_allclose(root @ S @ root.T, np.eye(M), rtol=0, atol=1e-10)
     difference = DRAW.standard_normal(M)
-    assert whiten(difference) @ whiten(difference) == pytest.approx(difference @ np.linalg.solve(S, difference), rel=1e-9)
+    chi2 = difference @ np.linalg.solve(S, difference)
+    assert whiten(difference) @ whiten(difference) == pytest.approx(chi2, rel=1e-9)
 
 
 def test_one_and_several_differences_agree() -> None:

@@ -1,0 +1,135 @@
+"""What repeats say: known noise and known jitter come back within the chances of a chi-square distribution."""
+
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from correlation.errors import CampaignError
+from correlation.feature_vector import FeatureVector
+from correlation.nuisance import jitter_modes
+from correlation.observation import Observation
+from correlation.prediction import Prediction, Predictor
+from correlation.scatter import Scatter, scatter
+from correlation.test_model import TestModel
+
+#: Relative, of the frequency of either test: it moves readings by 1 %, ten times the noise, straight on to 1e-4.
+JITTER = (4e-4, 2e-4)
+
+
+class Bench:
+    """Repeats with noise of each reading's own and modes of jitter, linear by construction."""
+
+    def __init__(self, model: TestModel, paper: ModuleType) -> None:
+        self.points = paper.make_points(model)
+        predictor = Predictor(points=self.points)
+        self.prediction: Prediction = predictor.predict(model)
+        motion = np.isin(self.points.sensor, ["tip", "root"])
+        self.motion = motion
+        self.features = FeatureVector.of(self.points, self.prediction.value, motion)
+        self.deviation = paper.make_deviation(self.points, self.prediction.value)
+        self.modes = jitter_modes(predictor, self.features, model, self.prediction)[:2]
+        self.slopes = [self.slope(predictor, model, number) for number in range(2)]
+        self.expected = self.variance()
+        self.none = np.zeros((len(self.features.row), 0))
+
+    def variance(self) -> np.ndarray:
+        """Of the features of one repeat: each reading's own noise, and that of the motion that a ratio refers to."""
+        value, features = self.prediction.value, self.features
+        variance = (self.deviation[features.row] * features.per_reading(value)) ** 2
+        to = features.reference[features.row]
+        shared = np.abs(value[features.row]) / np.abs(value[to]) ** 2 * self.deviation[to]
+        return np.asarray(variance + np.where(to >= 0, shared, 0.0) ** 2)
+
+    def slope(self, predictor: Predictor, model: TestModel, number: int) -> np.ndarray:
+        """d reading / d shift, by differences."""
+        configuration, step = ("jointed", "free")[number], 1e-5
+        ends = [predictor.predict(model.shifted(configuration, side * step), self.prediction).value for side in (-1, 1)]
+        return (ends[1] - ends[0]) / (2 * step)
+
+    def observed(self, n: int, seed: int, jitter: tuple[float, float] = (0.0, 0.0)) -> Observation:
+        generator, k = np.random.default_rng(seed), len(self.points)
+        real, imaginary = generator.standard_normal((2, k, n))
+        noise = self.deviation[:, None] * (real + 1j * imaginary * (self.points.harmonic > 0)[:, None])
+        value = self.prediction.value[:, None] + noise
+        for slope, size in zip(self.slopes, jitter, strict=True):
+            value = value + slope[:, None] * size * generator.standard_normal(n)
+        return Observation(points=self.points, repeat=value, motion=self.motion, taken=np.ones((k, n), dtype=bool))
+
+    def scatter(self, observed: Observation) -> Scatter:
+        return scatter(observed, self.features, self.modes, self.none, self.none)
+
+
+@pytest.fixture(scope="module")
+def bench(small: TestModel, paper: ModuleType) -> Bench:
+    return Bench(small, paper)
+
+
+def test_known_noise_comes_back(bench: Bench) -> None:
+    n = 40
+    ratio = bench.scatter(bench.observed(n, 2)).whitening.deviation ** 2 * n / bench.expected
+    # A variance of n repeats is chi-square with n - 1 = 39 degrees of freedom, a relative standard deviation of 0.23:
+    # none of some 180 strays beyond 4.5 of them.
+    assert (np.abs(ratio - 1) < 4.5 * 0.23).all()
+    # Their mean; numbers that share a reference are not independent, so that they count for a fifth.
+    assert ratio.mean() == pytest.approx(1, abs=4 * 0.23 / np.sqrt(len(ratio) / 5))
+
+
+def test_four_repeats_are_pooled(bench: Bench) -> None:
+    """With three degrees of freedom of its own and six pooled ones, no point's variance is off by much."""
+    ratio = np.array(
+        [bench.scatter(bench.observed(4, seed)).whitening.deviation ** 2 * 4 / bench.expected for seed in range(10)]
+    )
+    # A share of 3 / 9 with a relative standard deviation of sqrt(2 / 3) gives 0.27, the fitted a^2 and b^2 some more;
+    # alone it would be 0.82.
+    assert np.std(ratio) < 0.5
+    assert ratio.mean() == pytest.approx(1, abs=4 * 0.82 / np.sqrt(ratio.size / 5))
+
+
+def test_known_jitter_comes_back(bench: Bench) -> None:
+    n = 40
+    seen = bench.scatter(bench.observed(n, 3, JITTER))
+    for covariance, size in zip(seen.jitter, JITTER, strict=True):
+        assert covariance.shape == (1, 1)
+        # Chi-square with 39 degrees of freedom: 4.5 relative standard deviations of 0.23. The noise adds
+        # 1e-3 of a width over many points: little.
+        assert float(covariance[0, 0]) == pytest.approx(size**2, rel=4.5 * 0.23)
+
+
+def test_jitter_is_taken_out_of_the_noise(bench: Bench) -> None:
+    still = bench.scatter(bench.observed(40, 4)).whitening.deviation
+    moved = bench.scatter(bench.observed(40, 4, (3e-4, 3e-4))).whitening.deviation
+    fundamental = bench.features.inverse[bench.features.row]
+    # The same draws of noise, in another order of the generator: both are within their chances of 0.23 / 2 each.
+    assert np.median(moved[fundamental] / still[fundamental]) == pytest.approx(1, abs=0.1)
+
+
+def test_the_mean_is_as_uncertain_as_its_repeats_are_many(bench: Bench) -> None:
+    """The covariance is that of the mean of the repeats taken, whichever tell the noise."""
+    every = bench.observed(8, 5, JITTER)
+    taken = every.taken.copy()
+    taken[:, 2:] = False
+    few = Observation(points=every.points, repeat=every.repeat, motion=every.motion, taken=taken)
+    all_of_them, two = bench.scatter(every), bench.scatter(few)
+    # Round-off.
+    np.testing.assert_allclose(two.whitening.deviation, 2 * all_of_them.whitening.deviation, rtol=1e-12)
+    np.testing.assert_allclose(two.whitening.modes, 2 * all_of_them.whitening.modes, rtol=1e-12)
+    np.testing.assert_allclose(two.jitter[0], all_of_them.jitter[0], rtol=1e-12)
+
+
+def test_the_whitened_mean_is_standard_normal(bench: Bench) -> None:
+    n = 30
+    exact = bench.features.of_values(bench.prediction.value)
+    squares = []
+    for seed in range(5):
+        observed = bench.observed(n, 20 + seed, JITTER)
+        whitened = bench.scatter(observed).whitening(bench.features.of_values(observed.value) - exact)
+        squares.append(whitened**2)
+    # Some 900 squares, chi-square(1) each, a standard deviation of sqrt(2 / 900) = 0.05 of their mean; the estimated
+    # variances (29 degrees of freedom) raise it by 2 / 29, numbers that share a reference correlate: twice that.
+    assert np.mean(squares) == pytest.approx(1 + 2 / 29, abs=0.2)
+
+
+def test_one_repeat_is_refused(bench: Bench) -> None:
+    with pytest.raises(CampaignError, match="repeat the test"):
+        bench.scatter(bench.observed(1, 6))
