@@ -1,5 +1,10 @@
 """A small bench: a chain of two directions on a stand, rubbing in two lines of three contacts."""
 
+import sys
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -91,3 +96,20 @@ def make_bench() -> TestModel:
 @pytest.fixture(scope="session")
 def bench() -> TestModel:
     return make_bench()
+
+
+@pytest.fixture(scope="session")
+def paper() -> ModuleType:
+    """A small structure tested on paper, and what makes its campaigns: those of the tests of `correlation`."""
+    where = Path(__file__).parents[1] / "correlation" / "conftest.py"
+    spec = spec_from_file_location("paper_campaign", where)
+    assert spec is not None
+    assert spec.loader is not None
+    module = sys.modules["paper_campaign"] = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="session")
+def small(paper: ModuleType) -> TestModel:
+    return paper.make_small()

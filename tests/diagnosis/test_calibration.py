@@ -1,0 +1,158 @@
+"""Calibration finds planted parameters within the errors that it states, and stops at a bound."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from correlation.errors import CampaignError
+from correlation.measurement import Campaign, HeldOut
+from correlation.nuisance import Budget
+from correlation.test_model import TestModel
+from diagnosis.accepted import accepted
+from diagnosis.arrangement import Arrangement, arrange, with_base
+from diagnosis.calibration import Fit, calibrate
+from diagnosis.comparison import NOT_FOUND
+from diagnosis.unknowns import Unknowns
+
+PLANTED = {"kt": 1.06, "mu": 0.93, "zeta": 1.1}
+EXACT_MODEL = Budget(frequency=0.0, compliance=0.0)
+JITTER = 1e-4
+
+
+def planted(model: TestModel, factors: dict[str, float]) -> TestModel:
+    for each in accepted(model):
+        if each.name in factors:
+            model = each.apply(model, [factors[each.name]])
+    return model
+
+
+@pytest.fixture(scope="module")
+def campaign(small: TestModel, paper: ModuleType) -> Campaign:
+    return paper.make_campaign(planted(small, PLANTED), jitter=JITTER, seed=11)
+
+
+@pytest.fixture(scope="module")
+def arranged(small: TestModel, campaign: Campaign) -> Arrangement:
+    return arrange(campaign, small, accepted(small, deviation={"kn": 0.0, "E": 0.0}), EXACT_MODEL)
+
+
+def test_planted_parameters_come_back_within_their_errors(arranged: Arrangement) -> None:
+    fit = arranged.fit
+    assert fit.unknowns.names == tuple(PLANTED)
+    away = (fit.values - np.array(list(PLANTED.values()))) / fit.deviation
+    # Normal: 4 standard deviations once in 16 000. The errors are small enough for the test to mean something.
+    assert (np.abs(away) < 4).all()
+    assert (fit.deviation < 0.02).all()
+
+
+def test_the_fit_is_as_good_as_the_noise(arranged: Arrangement) -> None:
+    fit = arranged.fit
+    # chi-square of some 170 numbers is within 4.5 sqrt(2 / 170) = 0.5 of 1; priors add little. The history modes and
+    # errors estimated from four repeats lower it.
+    assert 0.3 < fit.chi2 / fit.n_number < 1.5
+    settled = calibrate(arranged.settled, u := Unknowns.of(fit.model, arranged.jitter, ()), u.vanishing, fit.prediction)
+    assert 0.3 < settled.chi2 / settled.n_number < 1.6
+
+
+def test_chi2_is_least_at_the_fit(arranged: Arrangement) -> None:
+    fit = arranged.fit
+    for number, deviation in enumerate(fit.deviation):
+        for side in (-1, 1):
+            values = np.array(fit.values)
+            values[number] += side * deviation
+            model = fit.unknowns.compose(values)
+            residual = arranged.train.residual(arranged.train.predict(model, fit.prediction))
+            away = (values - fit.unknowns.vanishing) / fit.unknowns.prior
+            chi2 = residual @ residual + away @ away
+            # One standard deviation (with the others free) raises chi^2 by 1 or more; a step ends at 0.05.
+            assert chi2 > fit.chi2 + 0.6
+
+
+def test_the_jacobian_is_that_of_the_residual(arranged: Arrangement) -> None:
+    fit, step = arranged.fit, 1e-5
+    for number in range(len(fit.values)):
+        ends = []
+        for side in (-1, 1):
+            values = np.array(fit.values)
+            values[number] += side * step
+            ends.append(arranged.train.residual(arranged.train.predict(fit.unknowns.compose(values), fit.prediction)))
+        exact = -(ends[1] - ends[0]) / (2 * step)
+        found = fit.jacobian[: len(exact), number]
+        # Newton's 1e-9 over the step, and curvature.
+        np.testing.assert_allclose(found, exact, rtol=0, atol=1e-4 * np.abs(exact).max())
+    np.testing.assert_array_equal(fit.jacobian[-len(fit.values) :], np.diag(1 / fit.unknowns.prior))
+
+
+def test_it_stops_at_a_bound(arranged: Arrangement, small: TestModel) -> None:
+    kt, mu, zeta = arranged.accepted
+    tight = replace(kt, parameters=(replace(kt.parameters[0], upper=1.02, typical=1.01),))
+    unknowns = Unknowns.of(small, [(each, each.deviation) for each in (tight, mu, zeta)], ())
+    fit = calibrate(arranged.train, unknowns, unknowns.vanishing)
+    assert fit.values[0] == 1.02
+    assert fit.chi2 > arranged.fit.chi2
+    # The others are where chi^2 is least with the first held: no step of theirs gains more than what ends a fit.
+    gradient = fit.jacobian.T @ fit.residual
+    assert gradient[0] > 0
+    rest = fit.jacobian[:, 1:]
+    gain = gradient[1:] @ np.linalg.solve(rest.T @ rest, gradient[1:])
+    assert gain < 1.0
+
+
+def test_chi2_falls_from_step_to_step(arranged: Arrangement) -> None:
+    told: list[float] = []
+    report: Callable[[float], None] = told.append
+    unknowns = arranged.unknowns(())
+    fit: Fit = calibrate(arranged.train, unknowns, unknowns.vanishing, report=report)
+    assert len(told) > 1
+    assert (np.diff(told) < 0).all()
+    assert told[-1] == fit.chi2
+    # From where it has ended, there is nothing to gain.
+    again = calibrate(arranged.train, unknowns, fit.values, fit.prediction)
+    assert again.chi2 == pytest.approx(fit.chi2, abs=0.1)
+
+
+def test_a_prior_alone_holds_what_the_data_do_not_tell(arranged: Arrangement, small: TestModel) -> None:
+    held = [(each, 1e-6) for each in arranged.accepted]
+    unknowns = Unknowns.of(small, held, ())
+    fit = calibrate(arranged.train, unknowns, unknowns.vanishing)
+    # A prior of 1e-6 against data that tell 1e-3 or so.
+    np.testing.assert_allclose(fit.values, 1.0, atol=1e-4)
+    np.testing.assert_allclose(fit.deviation, 1e-6, rtol=0.01)
+
+
+def test_what_is_not_found_counts_as_far_off(arranged: Arrangement) -> None:
+    value = np.array(arranged.fit.prediction.value)
+    value[3] = np.nan
+    residual = arranged.train.residual_of(value)
+    lost = ~np.isfinite(arranged.train.features.of_values(value))
+    assert lost.sum() >= 2
+    assert (residual[lost] == NOT_FOUND).all()
+    assert np.isfinite(residual).all()
+
+
+def test_another_base_is_calibrated_on_the_same_numbers(arranged: Arrangement, small: TestModel) -> None:
+    heavier = small.with_system(mass=small.system.mass + np.diag([0.0, 0.0, 0.02, 0.0]))
+    other = with_base(arranged, heavier)
+    assert other.base is heavier
+    np.testing.assert_array_equal(other.train.measured, arranged.train.measured)
+    assert other.fit.chi2 > 2 * arranged.fit.chi2
+
+
+def test_held_out_data_are_none_of_those_fitted(arranged: Arrangement) -> None:
+    assert (arranged.train.observed.count == 3).all()
+    assert (arranged.held.observed.count == 1).all()
+    np.testing.assert_array_equal(arranged.settled.measured, arranged.held.measured)
+    # Without jitter in it, a covariance is smaller.
+    both = [each.whitening.modes for each in (arranged.held, arranged.settled)]
+    assert both[0].shape[1] - both[1].shape[1] == 4
+    assert {effect.kind for effect, _ in arranged.jitter} == {"jitter"}
+
+
+def test_one_repeat_cannot_be_arranged(small: TestModel, paper: ModuleType, campaign: Campaign) -> None:
+    one = paper.make_campaign(small, n_repeat=1, held=())
+    single = replace(one, held_out=HeldOut(levels=(paper.LEVELS[1],)))
+    with pytest.raises(CampaignError, match="repeat the test"):
+        arrange(single, small, accepted(small), EXACT_MODEL)

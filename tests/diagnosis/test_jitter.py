@@ -1,0 +1,51 @@
+"""Jitter as numbers that a fit may set: what they apply, and that their priors are the covariance."""
+
+import numpy as np
+import pytest
+
+from correlation.test_model import TestModel
+from diagnosis.jitter import FrequencyShift, PreloadJitter, jitter
+
+
+def test_a_frequency_shift_shifts_its_test_alone(small: TestModel) -> None:
+    effect = FrequencyShift(configuration="free")
+    assert effect.name == "frequency of the free test"
+    assert effect.apply(small, [2e-3]).shift == {"free": 2e-3}
+    # Shifts add up: a fit may shift what has been shifted before.
+    assert effect.apply(effect.apply(small, [2e-3]), [1e-3]).shift["free"] == pytest.approx(3e-3)
+    assert effect.apply(small, [0.0]).shift.get("jointed", 0.0) == 0
+
+
+def test_a_preload_pattern_scales_each_line_by_its_share(small: TestModel) -> None:
+    moved = PreloadJitter(shares=(("left", 0.6), ("right", -0.8)), name="one").apply(small, [0.05])
+    for line, factor in (("left", 1.03), ("right", 0.96)):
+        for name in small.lines[line]:
+            assert moved.contact(name).preload == pytest.approx(factor * small.contact(name).preload)
+    # Rest stays rest: the static load balances the pre-loads.
+    balance = sum(joint.preload * joint.normal for joint in moved.system.joints)
+    np.testing.assert_allclose(moved.system.static, balance, rtol=0, atol=1e-13)
+
+
+def test_priors_are_the_covariance(small: TestModel) -> None:
+    lines = np.array([[4e-4, 1e-4], [1e-4, 2e-4]])
+    found = jitter(small, [np.array([[9e-8]]), np.array([[4e-8]]), lines])
+    (jointed, first), (free, second), *patterns = found
+    assert (jointed.name, free.name) == ("frequency of the jointed test", "frequency of the free test")
+    assert (first, second) == (pytest.approx(3e-4), pytest.approx(2e-4))
+    covariance = np.zeros((2, 2))
+    for effect, deviation in patterns:
+        assert isinstance(effect, PreloadJitter)
+        assert [line for line, _ in effect.shares] == ["left", "right"]
+        share = np.array([share for _, share in effect.shares])
+        covariance += deviation**2 * np.outer(share, share)
+    # An eigenvalue decomposition put together again.
+    np.testing.assert_allclose(covariance, lines, rtol=1e-12)
+    assert len({effect.name for effect, _ in found}) == 4
+
+
+def test_what_does_not_jitter_is_no_number_to_set(small: TestModel) -> None:
+    none = np.zeros((1, 1))
+    assert jitter(small, [none, none, np.zeros((2, 2))]) == []
+    (only,) = jitter(small, [none, np.array([[1e-8]]), np.zeros((2, 2))])
+    assert only[0].name == "frequency of the free test"
+    assert jitter(small.free(), [none, none]) == []

@@ -1,0 +1,94 @@
+"""Screening and refits: what is planted comes first, as strong as it is; what is not planted gains what chance does."""
+
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from correlation.nuisance import Budget
+from correlation.test_model import TestModel
+from diagnosis.accepted import accepted
+from diagnosis.arrangement import Arrangement, arrange
+from diagnosis.catalogue import catalogue
+from diagnosis.null import null_gains, threshold
+from diagnosis.refit import MOST, refit, shortlist, unchanged
+from diagnosis.screening import Score, accepted_basis, screen
+
+MASS, WHERE = 5e-3, "mass at tip z"  # kg, of 0.8
+
+
+def arranged(model: TestModel, paper: ModuleType, truth: TestModel, seed: int) -> Arrangement:
+    campaign = paper.make_campaign(truth, jitter=3e-5, seed=seed)
+    return arrange(
+        campaign, model, accepted(model, deviation={"kn": 0.0, "E": 0.0}), Budget(frequency=0.0, compliance=0.0)
+    )
+
+
+@pytest.fixture(scope="module")
+def heavy(small: TestModel, paper: ModuleType) -> Arrangement:
+    effect = catalogue(small, level=paper.LEVELS[1]).effect(WHERE)
+    return arranged(small, paper, effect.apply(small, [MASS]), 5)
+
+
+@pytest.fixture(scope="module")
+def scores(heavy: Arrangement, small: TestModel, paper: ModuleType) -> list[Score]:
+    return screen(heavy, catalogue(small, level=paper.LEVELS[1]).candidates)
+
+
+@pytest.fixture(scope="module")
+def complete(small: TestModel, paper: ModuleType) -> Arrangement:
+    return arranged(small, paper, small, 6)
+
+
+def test_a_planted_mass_comes_first_with_its_strength(scores: list[Score]) -> None:
+    best = scores[0]
+    assert best.effect.name == WHERE
+    # `detectable` is the strength that moves the measurements by one standard deviation: its own standard deviation.
+    # The screening is linear: the curvature over 0.3 % of the frequency is 2 %.
+    assert best.strength == pytest.approx(MASS, abs=3 * best.detectable + 0.03 * MASS)
+    assert best.gain == pytest.approx((best.strength / best.detectable) ** 2, rel=1e-6)
+    assert [score.gain for score in scores] == sorted((score.gain for score in scores), reverse=True)
+
+
+def test_directions_are_units_across_the_accepted_parameters(scores: list[Score], heavy: Arrangement) -> None:
+    basis = accepted_basis(heavy)
+    np.testing.assert_allclose(basis.T @ basis, np.eye(3), atol=1e-12)
+    for score in scores:
+        assert 0 <= score.absorbed <= 1
+        if score.size:
+            assert np.linalg.norm(score.direction) == pytest.approx(1)
+            np.testing.assert_allclose(basis.T @ score.direction, 0, atol=1e-10)
+        else:
+            assert score.gain == 0
+            assert score.detectable == np.inf
+
+
+def test_an_accepted_parameter_is_absorbed_by_itself(heavy: Arrangement) -> None:
+    zeta = heavy.accepted[2]
+    (score,) = screen(heavy, [zeta])
+    # Its prior of 20 % is all that the data lack against the same number without one.
+    assert score.absorbed > 0.99
+    assert score.gain < 1
+
+
+def test_the_refit_finds_the_mass_and_explains_the_held_out_repeat(scores: list[Score], heavy: Arrangement) -> None:
+    chosen = shortlist(scores)
+    assert chosen[0] is scores[0]
+    assert len(chosen) <= MOST
+    before, after = unchanged(heavy), refit(heavy, chosen[0])
+    # Normal: 4 standard deviations.
+    assert after.strength == pytest.approx(MASS, abs=4 * after.deviation)
+    assert after.deviation < 0.2 * MASS
+    assert (before.strength, before.deviation) == (0.0, 0.0)
+    # What the screening promises is what chi^2 falls by, but for curvature.
+    assert heavy.fit.chi2 - after.fit.chi2 == pytest.approx(scores[0].gain, rel=0.25)
+    assert after.held_chi2 < before.held_chi2
+    assert after.held_error < before.held_error
+    # A single reading's noise of 1e-3 in each part, and its floor.
+    assert after.held_error < 0.01
+
+
+def test_when_nothing_is_missing_nothing_stands_out(complete: Arrangement, small: TestModel, paper: ModuleType) -> None:
+    found = screen(complete, catalogue(small, level=paper.LEVELS[1]).candidates)
+    # Chance exceeds it once in a thousand campaigns; twice that for covariances known from four repeats alone.
+    assert found[0].gain < 2 * threshold(null_gains(found), 1e-3)

@@ -1,0 +1,118 @@
+"""Rates of a model's data: closed forms come back exactly, and the response follows them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from correlation.test_model import TestModel
+from diagnosis.accepted import accepted
+from diagnosis.effect.candidate import EffectError
+from diagnosis.effect.place import with_cubic_spring
+from diagnosis.jitter import FrequencyShift
+from diagnosis.tangent import tangents
+from diagnosis.unknowns import Unknowns
+from reduction.jointed_system import along
+
+WIDE = (-10.0, 10.0)
+#: Differences of what is linear: round-off over a step of 1e-4.
+EXACT = 1e-9
+
+
+def at(compose, *values: float, bounds: tuple[float, float] = WIDE):
+    return tangents(compose, np.array(values), np.ones(len(values)), [bounds] * len(values))
+
+
+def test_accepted_parameters_scale_what_they_name(small: TestModel) -> None:
+    unknowns = Unknowns.of(small, [(each, each.deviation) for each in accepted(small)], ())
+    found = dict(
+        zip(unknowns.names, tangents(unknowns.compose, unknowns.vanishing, unknowns.size, unknowns.bounds), strict=True)
+    )
+    system = small.system
+    assert set(found) == {"kt", "kn", "mu", "zeta", "E"}
+    np.testing.assert_allclose(found["zeta"].jointed.matrices.damping, system.damping, rtol=EXACT)
+    np.testing.assert_allclose(found["zeta"].free.matrices.damping, system.damping, rtol=EXACT)
+    np.testing.assert_allclose(found["E"].free.matrices.stiffness, system.stiffness, rtol=EXACT)
+    for name, field, value in (
+        ("kt", "tangential_stiffness", 5e3),
+        ("kn", "normal_stiffness", 1e4),
+        ("mu", "friction_coefficient", 0.4),
+    ):
+        rates = found[name].jointed.joints
+        assert rates == {(joint.name, field): pytest.approx(value, rel=EXACT) for joint in system.joints}
+        assert not found[name].free.joints
+        assert found[name].free.matrices.mass is None
+
+
+def test_loads_and_gains(small: TestModel) -> None:
+    row = along(small.system.n_dof, {0: 2.0})
+    (static,) = at(lambda v: small.with_system(static_load=small.system.static + v[0] * row), 0.0)
+    np.testing.assert_allclose(static.jointed.static_load, row, atol=EXACT)
+    assert static.free.static_load is None
+    (harmonic,) = at(
+        lambda v: small.with_system(harmonic_force=small.system.dynamic + v[0] * np.array([[0.0] * 4, row])), 0.0
+    )
+    np.testing.assert_allclose(harmonic.free.harmonic_force[1], row, atol=EXACT)
+    (gain,) = at(lambda v: small.with_sensor("root", gain=1.02 + 3 * v[0]), 0.0)
+    assert gain.gain == {"root": pytest.approx(3.0, rel=EXACT)}
+
+
+def test_more_harmonics_with_a_parameter_are_rates_too(small: TestModel) -> None:
+    def compose(values):
+        force = np.zeros((3, 4))
+        force[1, 2] = 1.0
+        force[2, 0] = values[0]
+        return small.with_system(harmonic_force=force)
+
+    (found,) = at(compose, 0.0)
+    assert found.jointed.harmonic_force[2, 0] == pytest.approx(1.0, rel=EXACT)
+    assert found.jointed.harmonic_force[1, 2] == 0
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.05])
+def test_a_shift_of_one_test_acts_there_alone(small: TestModel, offset: float) -> None:
+    (found,) = at(lambda v: FrequencyShift(configuration="free").apply(small, v), offset)
+    # Omega (1 + e): a relative rate of 1 / (1 + e), squared with the mass; central differences of it.
+    rate = 1 / (1 + offset)
+    np.testing.assert_allclose(found.free.matrices.mass, 2 * rate * small.system.mass, rtol=1e-7)
+    np.testing.assert_allclose(found.free.matrices.damping, rate * small.system.damping, rtol=1e-7)
+    assert found.free.matrices.stiffness is None
+    assert found.jointed.matrices.mass is None
+    assert found.shift == {"free": pytest.approx(rate, rel=1e-7)}
+
+
+@pytest.mark.parametrize("value", [0.0, 1.0])
+def test_a_bound_is_never_passed(small: TestModel, value: float) -> None:
+    seen = []
+
+    def compose(values):
+        seen.append(float(values[0]))
+        return small.with_system(mass=small.system.mass * (1 + values[0]))
+
+    (found,) = at(compose, value, bounds=(0.0, 1.0))
+    assert min(seen) >= 0
+    assert max(seen) <= 1
+    np.testing.assert_allclose(found.jointed.matrices.mass, small.system.mass, rtol=EXACT)
+
+
+def test_the_first_parameter_wanted(small: TestModel) -> None:
+    def compose(values):
+        return small.with_system(
+            mass=(1 + values[0]) * small.system.mass, damping=(1 + values[1]) * small.system.damping
+        )
+
+    found = tangents(compose, np.zeros(2), np.ones(2), [WIDE] * 2, first=1)
+    assert len(found) == 1
+    assert found[0].jointed.matrices.mass is None
+
+
+def test_a_joint_that_appears_or_turns_is_refused(small: TestModel) -> None:
+    first, *rest = small.system.joints
+    with pytest.raises(EffectError, match="the joints change from"):
+        at(lambda v: small if v[0] < 0 else with_cubic_spring(small, "more", along(4, {2: 1.0}), 1.0), 0.0)
+
+    def turned(values):
+        return small.with_system(joints=[replace(first, normal=first.normal * (1 + values[0])), *rest])
+
+    with pytest.raises(EffectError, match="changes its direction"):
+        at(turned, 0.0)

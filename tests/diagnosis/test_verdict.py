@@ -1,0 +1,88 @@
+"""What a diagnosis says: one sentence for each of the four findings, with its numbers and units."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from diagnosis.effect.candidate import EffectParameter
+from diagnosis.localisation import Place
+from diagnosis.refit import Refit
+from diagnosis.screening import Score
+from diagnosis.verdict import Finding, Verdict, smallest_detectable
+
+MASS = EffectParameter(name="mass", unit="kg", lower=0.0, upper=1.0, typical=0.01)
+RATIO = EffectParameter(name="ratio", unit="-", lower=0.5, upper=2.0, typical=1.1, vanishes=1.0)
+
+
+def effect(name: str, parameter: EffectParameter) -> SimpleNamespace:
+    return SimpleNamespace(name=name, parameters=(parameter,))
+
+
+def refit(what: SimpleNamespace | None, strength: float, deviation: float, held_error: float) -> Refit:
+    # An accepted parameter comes first, whose numbers must not be told.
+    numbers = [99.0] + ([] if what is None else [strength])
+    fit = SimpleNamespace(values=np.array(numbers), deviation=np.array([77.0] + ([] if what is None else [deviation])))
+    return Refit(effect=what, fit=fit, held_chi2=1.0, error=held_error, held_error=held_error)  # type: ignore[arg-type]
+
+
+BEFORE = refit(None, 0.0, 0.0, 0.034)
+TIP = refit(effect("mass at tip z", MASS), 0.0123, 0.0005, 0.0021)
+LINE = refit(effect("gap of left", RATIO), 1.2, 0.1, 0.0022)
+
+
+def verdict(finding: Finding, *effects: Refit, place: Place | None = None) -> str:
+    return Verdict(
+        finding=finding, effects=effects, before=BEFORE, threshold=12.4,
+        detectable={"mass at tip z": 0.00123, "gap of left": 0.05, "unseen": float("inf")},
+        units={"mass at tip z": "kg", "gap of left": "-", "unseen": "m"}, place=place,
+    ).sentence  # fmt: skip
+
+
+def test_one_effect_is_missing() -> None:
+    assert verdict(Finding.MISSING, TIP) == (
+        "mass at tip z (0.0123 kg +- 0.00098) is missing; the held-out error falls from 3.4 to 0.21 %."
+    )
+
+
+def test_several_cannot_be_told_apart() -> None:
+    assert verdict(Finding.AMBIGUOUS, TIP, LINE) == (
+        "mass at tip z (0.0123 kg +- 0.00098) or gap of left (1.2 +- 0.2): these data cannot tell which "
+        "(the held-out error falls from 3.4 to 0.21 %)."
+    )
+
+
+def test_nothing_is_missing() -> None:
+    said = verdict(Finding.NOTHING)
+    assert said.startswith("Nothing is missing beyond noise and numerical error")
+    assert "than chance does (12)" in said
+    assert said.endswith("The smallest detectable strengths are: mass at tip z 0.0012 kg, gap of left 0.05.")
+
+
+def test_something_unknown_is_missing() -> None:
+    place = Place(
+        name="tip z", gain=100.0, n_number=4, level=np.ones(2), amplitude=np.ones(2), stiffness=np.ones(2, complex),
+        deviation=np.ones(2), exponent=2.96, exponent_deviation=0.06, phase=179.6, configuration="free",
+    )  # fmt: skip
+    said = verdict(Finding.UNKNOWN, place=place)
+    assert said == (
+        "Something is missing, and it is none of the known effects: near tip z, a force that grows with amplitude to "
+        "the power 3.0 +- 0.1, at 180 deg to the displacement (180 spring, 0 mass, -90 damping), in the free structure."
+    )
+    assert verdict(Finding.UNKNOWN) == "Something is missing, and it is none of the known effects."
+
+
+def test_the_smallest_detectable_strength_gains_the_threshold() -> None:
+    """A strength of one standard deviation in all gains 1; gains grow with its square."""
+    score = Score(
+        effect=effect("mass", MASS),
+        strength=0.0,
+        gain=0.0,
+        size=20.0,
+        absorbed=0.0,
+        direction=np.zeros(1),  # type: ignore[arg-type]
+    )
+    unseen = Score(effect=effect("far", RATIO), strength=1.0, gain=0.0, size=0.0, absorbed=1.0, direction=np.zeros(1))  # type: ignore[arg-type]
+    found = smallest_detectable([score, unseen], 16.0)
+    assert found["mass"] == pytest.approx(4 * 0.01 / 20)
+    assert found["far"] == float("inf")
