@@ -5,9 +5,9 @@ A missing force f at a place with row p of the calibrated model changes the resp
 .. math:: f = -\kappa(a)\, u, \qquad u = p \cdot q
 
 with a complex kappa of its own for each level: positive real for a spring, negative real for a mass, imaginary for
-damping. For each place the whitened residual is fitted with kappa at all levels, the accepted parameters projected
-out; the place that explains most is where the force is, kappa over the amplitude there says the exponent, its phase the
-kind.
+damping. Within a level it follows the amplitude by the exponent. For each place the whitened residual is fitted with
+kappa at all levels, the accepted parameters projected out; the place that explains most is where the force is, kappa
+over the amplitude there says the exponent, its phase the kind.
 
 Phases of the missing force relative to the displacement: 180 deg spring, 0 deg inertia, -90 deg damping.
 """
@@ -25,6 +25,8 @@ from diagnosis.screening import accepted_basis
 from hbsolve.sensitivity import MatrixParameter, ModelParameter
 
 NOTHING = ModelParameter()
+#: Fits of each place, and exponents of the amplitude that they may suppose.
+ROUNDS, EXPONENTS = 3, (0.0, 4.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -79,30 +81,52 @@ class Place:
 
 def localise(arrangement: Arrangement) -> list[Place]:
     """Places by what an unknown force there explains, best first."""
-    fit, train = arrangement.fit, arrangement.train
+    fit = arrangement.fit
     basis = accepted_basis(arrangement)
     residual = fit.residual - basis @ (basis.T @ fit.residual)
-    points = train.features.points
+    points = arrangement.train.features.points
     places = []
     for name, row in fit.model.places.items():
-        found = []
         for free in (False, True):
             levels = np.unique(points.level[points.free == free])
             if not len(levels):
                 continue
-            tangents = _tangents(row, free)
-            slopes = train.predictor.derivatives(fit.model, fit.prediction, tangents)
-            columns = []
-            for level in levels:
-                at = (points.level == level) & (points.free == free)
-                features = train.features.slopes(fit.prediction.value, np.where(at[:, None], slopes, 0.0))
-                columns.append(train.whitening(np.where(np.isfinite(features), features, 0.0)))
-            changes = np.concatenate([np.concatenate(columns, axis=1), np.zeros((len(fit.values), 2 * len(levels)))])
-            across = changes - basis @ (basis.T @ changes)
-            amplitude = np.array([_amplitude(arrangement, row, free, float(level)) for level in levels])
-            found.append(_place(name, free, levels, amplitude, across, residual))
-        places += found
+            largest = [_largest(arrangement, row, free, float(level)) for level in levels]
+            slopes = arrangement.train.predictor.derivatives(fit.model, fit.prediction, _tangents(row, free))
+            amplitude = _amplitudes(arrangement, row, free)
+            exponent, found = 1.0, []
+            # kappa is as large as the amplitude makes it at each frequency: first alike, then by the exponent found.
+            for _ in range(ROUNDS):
+                changes = _changes(arrangement, free, levels, largest, slopes, amplitude, exponent)
+                across = changes - basis @ (basis.T @ changes)
+                found.append(_place(name, free, levels, np.array([each for each, _ in largest]), across, residual))
+                exponent = float(np.clip(found[-1].exponent, *EXPONENTS))
+            places.append(max(found, key=lambda place: place.gain))
     return sorted(places, key=lambda place: -(place.gain - place.n_number))
+
+
+def _changes(
+    arrangement: Arrangement,
+    free: bool,
+    levels: NDArray[np.float64],
+    largest: Sequence[tuple[float, float]],
+    slopes: NDArray[np.complex128],
+    amplitude: NDArray[np.float64],
+    exponent: float,
+) -> NDArray[np.float64]:
+    """Whitened change with the parts of kappa at the largest amplitude of each level, shape (m + p, 2 l)."""
+    fit, train = arrangement.fit, arrangement.train
+    points, columns = train.features.points, []
+    for level, (most, omega) in zip(levels, largest, strict=True):
+        at = (points.level == level) & (points.free == free)
+        share = np.zeros(len(points))
+        if most > 0:
+            share[at] = (amplitude[at] / most) ** (exponent - 1)
+        # A dashpot c is an imaginary stiffness Omega c.
+        parts = share[:, None] * np.where(at[:, None], slopes, 0.0) / np.array([1.0, omega])
+        features = train.features.slopes(fit.prediction.value, parts)
+        columns.append(train.whitening(np.where(np.isfinite(features), features, 0.0)))
+    return np.concatenate([np.concatenate(columns, axis=1), np.zeros((len(fit.values), 2 * len(levels)))])
 
 
 def _tangents(row: NDArray[np.float64], free: bool) -> list[Tangent]:
@@ -115,10 +139,24 @@ def _tangents(row: NDArray[np.float64], free: bool) -> list[Tangent]:
     return [Tangent(jointed=NOTHING if free else rate, free=rate if free else NOTHING, gain={}) for rate in rates]
 
 
-def _amplitude(arrangement: Arrangement, row: NDArray[np.float64], free: bool, level: float) -> float:
+def _amplitudes(arrangement: Arrangement, row: NDArray[np.float64], free: bool) -> NDArray[np.float64]:
+    """Amplitude of a row at each point of a configuration; 1 where there is no state, shape (k,) [m]."""
+    prediction, points = arrangement.fit.prediction, arrangement.train.features.points
+    keys = zip(points.free, points.level, points.frequency, strict=True)
+    states = [prediction.states.get((bool(is_free), float(at), float(f))) for is_free, at, f in keys]
+    return np.array(
+        [
+            state.amplitude(row) if state is not None and state_free == free else 1.0
+            for state, state_free in zip(states, points.free, strict=True)
+        ]
+    )
+
+
+def _largest(arrangement: Arrangement, row: NDArray[np.float64], free: bool, level: float) -> tuple[float, float]:
+    """Largest amplitude of a row at a level [m], and where [rad/s]."""
     states = arrangement.fit.prediction.states
     there = [state for (is_free, at, _), state in states.items() if is_free == free and at == level]
-    return max(state.amplitude(row) for state in there)
+    return max((state.amplitude(row), state.angular_frequency) for state in there)
 
 
 def _place(
@@ -134,7 +172,7 @@ def _place(
     kappa = solution[0::2] + 1j * solution[1::2]
     deviation = np.sqrt(np.diag(covariance)[0::2])
     exponent, spread = _exponent(amplitude, np.abs(kappa), deviation)
-    largest = int(np.argmax(np.abs(kappa) / deviation))
+    largest = int(np.argmax(np.abs(kappa) / np.where(deviation > 0, deviation, np.inf)))
     return Place(
         name=name,
         gain=float(residual @ across @ solution),
@@ -151,13 +189,14 @@ def _place(
 
 
 def _exponent(
-    amplitude: Sequence[float] | NDArray[np.float64], size: NDArray[np.float64], deviation: NDArray[np.float64]
+    amplitude: NDArray[np.float64], size: NDArray[np.float64], deviation: NDArray[np.float64]
 ) -> tuple[float, float]:
     """Slope of log |kappa a| over log a, weighted by how well each kappa is known."""
-    x, y = np.log(np.asarray(amplitude)), np.log(np.maximum(size, 1e-300) * amplitude)
-    weight = size / deviation
-    if len(x) < 2 or weight.max() == 0:
+    seen = (amplitude > 0) & (deviation > 0) & (size > 0)
+    if seen.sum() < 2:
         return 1.0, float("inf")
+    x, y = np.log(amplitude[seen]), np.log(size[seen] * amplitude[seen])
+    weight = size[seen] / deviation[seen]
     table = np.column_stack([np.ones_like(x), x]) * weight[:, None]
     solution, *_ = np.linalg.lstsq(table, y * weight, rcond=None)
     covariance = np.linalg.pinv(table.T @ table)

@@ -1,0 +1,106 @@
+"""Where a force is missing, and of what sort: planted springs, dashpots and cubics are told by exponent and phase."""
+
+from dataclasses import replace
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from correlation.nuisance import Budget
+from correlation.test_model import TestModel
+from diagnosis.accepted import accepted
+from diagnosis.arrangement import arrange
+from diagnosis.effect.place import with_cubic_spring
+from diagnosis.localisation import Place, localise
+from reduction.jointed_system import along
+
+TIP = along(4, {2: 1.0})
+SPRING, DASHPOT, CUBIC = 20.0, 0.15, 8e6  # N/m, N s/m, N/m^3
+
+
+def located(model: TestModel, paper: ModuleType, truth: TestModel, **known: float) -> list[Place]:
+    campaign = paper.make_campaign(truth, seed=8)
+    deviation = {"kn": 0.0, "E": 0.0, **known}
+    return localise(
+        arrange(campaign, model, accepted(model, deviation=deviation), Budget(frequency=0.0, compliance=0.0))
+    )
+
+
+def spring(model: TestModel) -> TestModel:
+    return model.with_system(stiffness=model.system.stiffness + SPRING * np.outer(TIP, TIP))
+
+
+def added_mass(model: TestModel) -> TestModel:
+    return model.with_system(mass=model.system.mass + 1e-3 * np.outer(TIP, TIP))
+
+
+def near(found: float, exact: float, deviation: float, share: float = 0.0) -> bool:
+    """Within four standard deviations, and the share that a linear fit is off."""
+    return abs(found - exact) < 4 * deviation + share * abs(exact)
+
+
+def test_a_spring_is_linear_and_opposite_to_the_displacement(small: TestModel, paper: ModuleType) -> None:
+    best = located(small, paper, spring(small))[0]
+    assert best.name == "tip z"
+    assert near(best.exponent, 1.0, best.exponent_deviation)
+    assert best.exponent_deviation < 0.05
+    assert abs(best.phase) == pytest.approx(180, abs=5)
+    for kappa, deviation in zip(best.stiffness, best.deviation, strict=True):
+        # The spring moves the resonance by 0.1 % of 3 % of width: 3 % of curvature.
+        assert near(kappa.real, SPRING, deviation, 0.03)
+    assert "power 1.0" in best.sentence
+    assert "near tip z" in best.sentence
+
+
+def test_a_cubic_spring_is_told_by_its_exponent(
+    small: TestModel, paper: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # 4 N/m at the lower level are seen; 17 N/m at the higher, 0.1 % of the stiffness, change the response straight on.
+    monkeypatch.setattr(paper, "LEVELS", (0.6, 1.2))
+    best = located(small, paper, with_cubic_spring(small, "cubic", TIP, CUBIC))[0]
+    assert best.name == "tip z"
+    assert near(best.exponent, 3.0, best.exponent_deviation)
+    assert best.exponent_deviation < 0.3
+    assert abs(best.phase) == pytest.approx(180, abs=5)
+    # The describing function of k u^3 is 3/4 k a^2; it shifts the resonance by some 2 % of its width.
+    assert best.stiffness[-1].real == pytest.approx(0.75 * CUBIC * best.amplitude[-1] ** 2, rel=0.05)
+
+
+def test_a_dashpot_is_an_imaginary_stiffness_of_its_size(small: TestModel, paper: ModuleType) -> None:
+    damped = small.with_system(damping=small.system.damping + DASHPOT * np.outer(TIP, TIP))
+    found = located(small, paper, damped, zeta=0.0)
+    best = found[0]
+    assert best.name == "tip z"
+    assert best.configuration == "free"
+    assert near(best.exponent, 1.0, best.exponent_deviation)
+    assert best.phase == pytest.approx(-90, abs=10)
+    omega = 2 * np.pi * paper.GRID[True][3]  # the frequency next to the resonance
+    for kappa, deviation in zip(best.stiffness, best.deviation, strict=True):
+        # Both parts of kappa are known alike well, in N/m.
+        assert near(kappa.imag, omega * DASHPOT, deviation, 0.03)
+
+
+def test_a_mass_is_in_phase(small: TestModel, paper: ModuleType) -> None:
+    best = located(small, paper, added_mass(small))[0]
+    assert best.name == "tip z"
+    assert best.phase == pytest.approx(0, abs=5)
+    assert near(best.exponent, 1.0, best.exponent_deviation)
+
+
+def test_when_nothing_is_missing_every_place_gains_what_chance_does(small: TestModel, paper: ModuleType) -> None:
+    for place in located(small, paper, small):
+        # chi-square of four numbers: 18.5 once in a thousand; twice that for covariances known from four repeats.
+        assert place.gain < 37
+        assert place.n_number == 2 * len(paper.LEVELS)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_place_that_does_not_move_explains_nothing(small: TestModel, paper: ModuleType) -> None:
+    """Without contacts the structure does not move in x at all."""
+    model = replace(small, places={**small.places, "root x": along(4, {1: 1.0})})
+    found = {(place.name, place.configuration): place for place in located(model, paper, spring(model))}
+    still = found["root x", "free"]
+    assert still.gain == 0
+    assert not np.any(still.stiffness)
+    assert still.exponent_deviation == np.inf
+    assert np.isfinite(still.phase)
