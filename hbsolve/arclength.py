@@ -28,7 +28,8 @@ from numpy.typing import NDArray
 from hbsolve.aft import Start
 from hbsolve.balance import Real
 from hbsolve.errors import BalanceError
-from hbsolve.newton import active_rows, small_matrix, solve_bordered
+from hbsolve.linearised import active_rows, small_matrix
+from hbsolve.newton import solve_bordered
 from hbsolve.parameter import Equation, Path, equation
 from hbsolve.steady_state import TOLERANCE
 

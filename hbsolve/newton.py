@@ -30,12 +30,7 @@ from fe.compiled import compiled
 from hbsolve.aft import joint_forces
 from hbsolve.contact.law import FORCE, JACOBIAN
 from hbsolve.krylov import Border, gmres, operator
-
-# For those who look into a step, too.
-from hbsolve.linearised import active_rows as active_rows
-from hbsolve.linearised import scattered as scattered
-from hbsolve.linearised import small_matrix as small_matrix
-from hbsolve.linearised import times_jacobian as times_jacobian
+from hbsolve.linearised import active_rows, scattered, small_matrix, times_jacobian
 
 #: Up to this many rows elimination is faster than GMRES; with more it is as fast as GMRES with rows / 3 vectors.
 DENSE, ROWS_PER_VECTOR = 150, 3

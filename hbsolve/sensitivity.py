@@ -25,7 +25,8 @@ from hbsolve.condensed import Condensed
 from hbsolve.contact.law import PARAMETERS
 from hbsolve.errors import BalanceError
 from hbsolve.fourier import Coefficients
-from hbsolve.newton import active_rows, apply_receptance, scattered, small_matrix, times_jacobian
+from hbsolve.linearised import active_rows, scattered, small_matrix, times_jacobian
+from hbsolve.newton import apply_receptance
 from hbsolve.parameter import joint_index, spread
 from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.state import check_state
