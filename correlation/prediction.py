@@ -7,6 +7,7 @@ in frequency.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
@@ -17,6 +18,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.sampling import complex_from_real
 from hbsolve.sensitivity import ModelParameter, derivatives
+from hbsolve.state import slider_start
 from hbsolve.steady_state import NoConvergence, SteadyState, forces_at, solve_at, steady_state
 
 
@@ -108,7 +110,7 @@ class Predictor:
         """
         value = np.full(len(self.points), np.nan, dtype=np.complex128)
         states: dict[Key, SteadyState] = {}
-        for free, levels in self._configurations():
+        for free, levels in self._configurations:
             solver = _Configuration.of(model, free, self.slider)
             for level, groups in levels.items():
                 neighbour: SteadyState | None = None
@@ -141,7 +143,7 @@ class Predictor:
         Shape (k, p); NaN where there is no state.
         """
         slopes = np.full((len(self.points), len(tangents)), np.nan, dtype=np.complex128)
-        for free, levels in self._configurations():
+        for free, levels in self._configurations:
             solver = _Configuration.of(model, free, self.slider)
             for level, groups in levels.items():
                 for frequency, rows in groups:
@@ -151,6 +153,7 @@ class Predictor:
                         slopes[rows] = solver.slopes(state, solver.at(frequency), names, harmonics, tangents)
         return slopes
 
+    @cached_property
     def _configurations(self) -> list[tuple[bool, dict[float, list[tuple[float, NDArray[np.int64]]]]]]:
         """Rows by configuration, level and ascending frequency."""
         points = self.points
@@ -227,8 +230,6 @@ class _Configuration:
         self, level: float, frequency: float, start: SteadyState | None, neighbour: SteadyState | None
     ) -> SteadyState | None:
         """The steady state; none if there is none to be found."""
-        from hbsolve.state import slider_start
-
         balance, condensed = self.balance.at_level(level), self.at(frequency)
         sliders = slider_start(balance, self.slider, False)
         for guess in (start, neighbour):

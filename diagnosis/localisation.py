@@ -87,12 +87,13 @@ def localise(arrangement: Arrangement) -> list[Place]:
     points = arrangement.train.features.points
     places = []
     for name, row in fit.model.places.items():
-        for free in (False, True):
+        tangents = [*_tangents(row, False), *_tangents(row, True)]
+        both = arrangement.train.predictor.derivatives(fit.model, fit.prediction, tangents)
+        for free, slopes in ((False, both[:, :2]), (True, both[:, 2:])):
             levels = np.unique(points.level[points.free == free])
             if not len(levels):
                 continue
             largest = [_largest(arrangement, row, free, float(level)) for level in levels]
-            slopes = arrangement.train.predictor.derivatives(fit.model, fit.prediction, _tangents(row, free))
             amplitude = _amplitudes(arrangement, row, free)
             exponent, found = 1.0, []
             # kappa is as large as the amplitude makes it at each frequency: first alike, then by the exponent found.
