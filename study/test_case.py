@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, field_validator, model_validator
 
 from study.case import CaseModel
 from study.quantity import Angle, Dimension, Force, Length, Ratio, Stiffness, Time
@@ -14,6 +14,7 @@ RATE = Dimension("a rate", "1/s", "12 1/s")
 Rate = Annotated[float, BeforeValidator(RATE.read), Field(examples=[RATE.example])]
 Positive = Annotated[Stiffness, Field(gt=0)]
 NotNegative = Annotated[Ratio, Field(ge=0)]
+Factor = Annotated[Ratio, Field(gt=0)]
 
 
 def _listed(value: Any) -> Any:
@@ -169,6 +170,35 @@ class EffectsTable(CaseModel):
     without: tuple[str, ...] = ()
 
 
+class AddedTable(CaseModel):
+    """An effect that was missing, with one value for each of its parameters."""
+
+    # Which keys there are depends on the effect.
+    model_config = ConfigDict(extra="allow")
+
+    effect: Annotated[str, Field(min_length=1, examples=["mass at tip"])]
+
+    @property
+    def values(self) -> Mapping[str, Any]:
+        """What is given, by key."""
+        return self.model_extra or {}
+
+
+class CalibratedTable(CaseModel):
+    """Factors on what the case says, as a calibration found them."""
+
+    kt: Factor | None = None
+    kn: Factor | None = None
+    mu: Factor | None = None
+    zeta: Factor | None = None
+    E: Factor | None = None
+
+    @property
+    def factors(self) -> Mapping[str, float]:
+        """Those that are given, by name [-]."""
+        return {name: value for name, value in self.model_dump().items() if value is not None}
+
+
 class TestCase(CaseModel):
     """A structure beside its test set-up."""
 
@@ -189,6 +219,8 @@ class TestCase(CaseModel):
     numerical_error: NumericalErrorTable = NumericalErrorTable()
     harmonics: HarmonicsTable = HarmonicsTable()
     effects: EffectsTable = EffectsTable()
+    added: tuple[AddedTable, ...] = ()
+    calibrated: CalibratedTable = CalibratedTable()
 
     @field_validator("load", mode="before")
     @classmethod

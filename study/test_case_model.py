@@ -1,16 +1,19 @@
 """From a test case to a test model, its accepted parameters and its numerical error; all mistakes are said at once."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from correlation.errors import TestModelError
+from correlation.measurement import Campaign
 from correlation.nuisance import Budget
+from correlation.sensor_placement import with_sensors
 from correlation.test_model import LineSensor, Sensor, TestModel
 from diagnosis.accepted import Accepted, accepted
+from diagnosis.diagnose import Added
 from reduction.errors import JointError
 from reduction.jointed_system import Friction, FrictionContact, Joint, JointedSystem
 from study.case import load_case, located
@@ -18,6 +21,7 @@ from study.errors import CaseError
 from study.mistakes import Mistakes
 from study.solve_model import contact_joints, stuck_damping
 from study.test_case import LineTable, TestCase
+from study.test_case_added import added_effects, apply_all
 from study.test_place import Whereabouts
 from study.test_structure import TestStructure, load_test_structure
 
@@ -33,7 +37,7 @@ class TestSetup:
     title
         Of the case.
     model
-        Structure, contacts, loads at a level of 1 N, sensors.
+        Structure, contacts, loads at a level of 1 N, sensors: as drawn, without what was calibrated or added.
     accepted
         What every fit calibrates, with its priors.
     budget
@@ -42,6 +46,10 @@ class TestSetup:
         Files with effects of one's own.
     without
         Kinds of effects that are left out.
+    added
+        Effects that were found missing, with their values.
+    calibrated
+        Factors on the accepted parameters, by name [-].
     """
 
     __test__ = False  # no test of pytest's
@@ -52,24 +60,37 @@ class TestSetup:
     budget: Budget
     effects: tuple[Path, ...]
     without: tuple[str, ...]
+    added: tuple[Added, ...] = ()
+    calibrated: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def complete(self) -> TestModel:
+        """The model with calibrated factors and added effects."""
+        return apply_all(self.model, self.accepted, self.calibrated, self.added)
 
 
-def read_test_case(path: Path | str) -> TestSetup:
+def read_test_case(path: Path | str, campaign: Campaign | None = None) -> TestSetup:
     """Read a test case and make its model.
 
     Parameters
     ----------
     path
         As ``docs/compare.md`` describes it.
+    campaign
+        Whose sensors the model has as well.
 
     Raises
     ------
     CaseError
         With every mistake of the case, each with file and line.
+    CampaignError
+        A sensor of the campaign that does not fit the model.
     """
     path = Path(path)
     case = load_case(path, TestCase)
     model = model_of_case(case, path.parent)
+    if campaign is not None:
+        model = with_sensors(model, campaign)
     mistakes = Mistakes(case)
     known: tuple[Accepted, ...] = ()
     with mistakes.at("accepted"):
@@ -85,15 +106,29 @@ def read_test_case(path: Path | str) -> TestSetup:
         with mistakes.at("numerical_error"):
             refined.append(_refined(path.parent / file, path, model))
     mistakes.raise_if_any()
+    files = tuple(path.parent / file for file in case.effects.files)
+    added = added_effects(case, model, files, mistakes)
+    for name in case.calibrated.factors:
+        with mistakes.at("calibrated"):
+            if name not in {each.name for each in known}:
+                raise TestModelError(f"{name} is calibrated, but is no accepted parameter here: remove it")
+    mistakes.raise_if_any()
     error = case.numerical_error
-    return TestSetup(
+    setup = TestSetup(
         title=case.title or path.stem,
         model=model,
         accepted=known,
         budget=Budget(frequency=error.frequency, compliance=error.compliance, refined=refined),
-        effects=tuple(path.parent / file for file in case.effects.files),
+        effects=files,
         without=case.effects.without,
+        added=added,
+        calibrated=case.calibrated.factors,
     )
+    for number in range(len(added)):
+        with mistakes.at("added", number):
+            apply_all(model, known, setup.calibrated, added[: number + 1])
+    mistakes.raise_if_any()
+    return setup
 
 
 def model_of_case(case: TestCase, folder: Path) -> TestModel:
