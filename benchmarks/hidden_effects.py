@@ -1,0 +1,97 @@
+"""The hidden-effect test: does a diagnosis name the effect that the virtual test bench has hidden in a campaign?
+
+    python -m benchmarks.hidden_effects --workers 2
+
+makes and diagnoses 20 campaigns for each kind of effect, 100 without any, and 20 for each of three that the catalogue
+lacks; seeds from 5000 on. Every campaign is a line of `records.jsonl` in the folder; interrupted and run again, it goes
+on where it was. Then, and by `--score` alone, it writes the score: `score.md` (tables with Wilson's intervals of 95 %)
+and `confusion.png`.
+
+    python -m benchmarks.hidden_effects --groups
+
+writes `hidden_effects_groups.toml`: effects that this layout of tests cannot tell apart, before anything is scored.
+"""
+
+import argparse
+from functools import partial
+from pathlib import Path
+
+from benchmarks.hidden_effects_groups import FILE, Groups, make_groups, read_groups
+from benchmarks.hidden_effects_plan import ROWS, cases
+from benchmarks.hidden_effects_record import Record, read
+from benchmarks.hidden_effects_run import Work, run
+
+
+def main(arguments: list[str] | None = None, work: Work | None = None, groups: Groups | None = None) -> None:
+    """The command.
+
+    Parameters
+    ----------
+    arguments
+        Of the command line.
+    work, groups
+        What makes a record, and the groups; the bench with the diagnosis and those of the file by default.
+    """
+    options = _options(arguments)
+    if options.groups:
+        found = make_groups()
+        alike = sum(cosine >= found.same for cosine in found.pairs.values())
+        print(f"{alike} pairs of effects cannot be told apart: {FILE}")
+        return
+    groups = groups or read_groups()
+    planned = cases(options.seeds, options.nothing, options.first_seed, options.only)
+    if options.score:
+        wanted = {(case.row, case.seed) for case in planned}
+        records = [record for record in read(options.folder / "records.jsonl") if (record.row, record.seed) in wanted]
+    else:
+        from benchmarks.hidden_effects_campaign import examine, summary
+
+        records = run(
+            planned,
+            options.folder,
+            work or partial(examine, groups=groups),
+            workers=options.workers,
+            most_seconds=60 * options.most_minutes,
+            again=options.again,
+            say=partial(print, flush=True),
+            told=summary,
+        )
+    if not records:
+        raise SystemExit(f"{options.folder} holds no record of these campaigns: run without --score")
+    write_score(records, groups, options.folder)
+
+
+def write_score(records: list[Record], groups: Groups, folder: Path) -> None:
+    """`score.md` and `confusion.png`."""
+    from benchmarks.hidden_effects_score import score
+    from benchmarks.hidden_effects_table import markdown, picture
+
+    found = score(records, groups)
+    text = markdown(found)
+    (folder / "score.md").write_text(text, encoding="utf-8")
+    (folder / "confusion.png").write_bytes(picture(found.confusion))
+    print(f"\n{text}\n{folder / 'score.md'}, {folder / 'confusion.png'}")
+
+
+def _options(arguments: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.hidden_effects", description=__doc__.partition("\n")[0])
+    parser.add_argument("--workers", type=int, default=2, help="processes; 0 works in this one")
+    parser.add_argument("--folder", type=Path, default=Path("build/hidden_effects"), help="of records and score")
+    parser.add_argument("--seeds", type=int, default=20, help="campaigns for each effect")
+    parser.add_argument("--nothing", type=int, default=100, help="campaigns without any")
+    parser.add_argument(
+        "--only", action="append", default=[], choices=[*ROWS], help="rows of the score; may be repeated"
+    )
+    parser.add_argument("--first-seed", type=int, default=5000)
+    parser.add_argument("--most-minutes", type=float, default=float("inf"), help="begin no campaign after so long")
+    parser.add_argument("--again", action="store_true", help="try again what failed")
+    parser.add_argument("--score", action="store_true", help="score what is there")
+    parser.add_argument("--groups", action="store_true", help="find the effects that cannot be told apart")
+    return parser.parse_args(arguments)
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except KeyboardInterrupt:
+        raise SystemExit("interrupted: run it again to go on; --score scores what is there") from None

@@ -1,0 +1,233 @@
+"""One campaign of the test of hidden effects: made on the virtual test bench, diagnosed, and put on record."""
+
+import hashlib
+import shutil
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.hidden_effects_groups import Groups
+from benchmarks.hidden_effects_plan import KIND, Case, effect_name, effect_value
+from benchmarks.hidden_effects_record import FAILED, Fitted, Found, Planted, Record
+from correlation.feature_vector import FeatureVector
+from correlation.nuisance import Budget
+from correlation.read_campaign import read_campaign
+from correlation.test_model import TestModel
+from diagnosis.accepted import Accepted
+from diagnosis.arrangement import Arrangement
+from diagnosis.diagnose import Diagnosis, diagnose
+from diagnosis.limits import Limits
+from diagnosis.refit import Refit
+from study.shipped import BEAM
+from study.test_case_model import read_test_case
+from transient.bench import PlantedTruth, make_campaign
+
+#: Rooms whose code a result depends on.
+ROOMS = ("reduction", "hbsolve", "transient", "correlation", "diagnosis")
+#: Gains of the screening that are kept.
+MOST_SCORES = 10
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Setup:
+    """The model under test; limits are those of the layout, None for what the diagnosis takes by itself."""
+
+    base: TestModel
+    accepted: Sequence[Accepted]
+    budget: Budget
+    limits: Limits | None = None
+
+
+@cache
+def setup() -> Setup:
+    """The shipped beam."""
+    case = read_test_case(BEAM)
+    return Setup(base=case.model, accepted=case.accepted, budget=case.budget)
+
+
+@cache
+def code() -> str:
+    """Digest of the product's code, to tell results of two versions apart."""
+    digest = hashlib.sha256()
+    root = Path(__file__).parents[1]
+    for room in ROOMS:
+        for file in sorted((root / room).rglob("*.py")):
+            digest.update(file.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def examine(
+    case: Case,
+    folder: Path,
+    groups: Groups,
+    *,
+    make: Callable[..., PlantedTruth] = make_campaign,
+    judge: Callable[..., Diagnosis] = diagnose,
+) -> Record:
+    """Make a campaign, diagnose it, delete it.
+
+    Parameters
+    ----------
+    case
+        Which.
+    folder
+        Where the campaign's folder may stand meanwhile.
+    groups
+        What the layout cannot tell apart: left out together.
+    make, judge
+        As `transient.bench.make_campaign` and `diagnosis.diagnose.diagnose`.
+
+    Returns
+    -------
+    The record; whatever goes wrong is told in it.
+    """
+    started, where = time.process_time(), folder / f"{case.row}_{case.seed}"
+    planted, without = Planted(kind=case.kind), ()
+    made, ended = started, started
+    try:
+        model = setup()
+        truth = make(where, seed=case.seed, kind=case.kind)
+        made = time.process_time()
+        planted = _planted(truth, model.base)
+        without = excluded_kinds(planted.effect, groups) if case.excluded else ()
+        diagnosis = judge(
+            read_campaign(where), model.base, model.accepted, model.budget, without=without, limits=model.limits
+        )
+        ended = time.process_time()
+        return _record(
+            case, planted, without, diagnosis, make_seconds=made - started, diagnose_seconds=ended - made
+        )  # fmt: skip
+    except Exception as error:
+        return Record(
+            row=case.row, seed=case.seed, planted=planted, without=without, finding=FAILED, code=code(),
+            failure=f"{type(error).__name__}: {error}",
+            make_seconds=(made if made > started else time.process_time()) - started,
+            diagnose_seconds=time.process_time() - made if made > started else 0.0,
+        )  # fmt: skip
+    finally:
+        with suppress(OSError):
+            shutil.rmtree(where)
+
+
+def excluded_kinds(effect: str, groups: Groups) -> tuple[str, ...]:
+    """Kinds to leave out so that neither an effect nor any of its group is known; none for what never is."""
+    return tuple(sorted({kind_of(each) for each in (effect, *groups.of(effect))})) if effect else ()
+
+
+def kind_of(effect: str) -> str:
+    """Of an effect, by its name: what stands before " at " or " of "."""
+    return min((effect.partition(f" {word} ")[0] for word in ("at", "of")), key=len)
+
+
+def _planted(truth: PlantedTruth, base: TestModel) -> Planted:
+    return Planted(
+        kind=truth.effect.kind,
+        place=truth.effect.place,
+        strength=truth.effect.strength,
+        unit=truth.unit,
+        unit_strength=truth.unit_strength,
+        effect=effect_name(truth, base),
+        value=effect_value(truth) if truth.effect.kind in KIND else 0.0,
+    )
+
+
+def _record(case: Case, planted: Planted, without: tuple[str, ...], found: Diagnosis, **seconds: float) -> Record:
+    verdict, before, place = found.verdict, found.before, found.verdict.place
+    if place is None and found.places:
+        place = found.places[0]
+    floor, noise_floor = floors(found.arrangement)
+    return Record(
+        row=case.row,
+        seed=case.seed,
+        planted=planted,
+        without=without,
+        finding=verdict.finding.value,
+        sentence=verdict.sentence,
+        named=tuple(_fitted(each, before) for each in verdict.effects if each.effect is not None),
+        ranking=tuple(_fitted(each, before) for each in found.refits if each.effect is not None),
+        scores={score.effect.name: round(float(score.gain), 2) for score in found.scores[:MOST_SCORES]},
+        error=float(before.error),
+        held_error=float(before.held_error),
+        held_chi2=float(before.held_chi2),
+        floor=floor,
+        noise_floor=noise_floor,
+        threshold=float(verdict.threshold),
+        place=None if place is None else Found(
+            name=place.name,
+            gain=float(place.gain),
+            exponent=float(place.exponent),
+            exponent_deviation=float(place.exponent_deviation),
+            phase=float(place.phase),
+            configuration=place.configuration,
+        ),
+        code=code(),
+        **seconds,
+    )  # fmt: skip
+
+
+def _fitted(refit: Refit, before: Refit) -> Fitted:
+    effect = refit.effect
+    assert effect is not None
+    return Fitted(
+        effect=effect.name,
+        kind=effect.kind,
+        strength=refit.strength,
+        deviation=refit.deviation,
+        vanishes=float(effect.parameters[0].vanishes),
+        gain=float(before.fit.chi2 - refit.fit.chi2),
+        error=float(refit.error),
+        held_error=float(refit.held_error),
+        held_chi2=float(refit.held_chi2),
+    )
+
+
+def floors(arrangement: Arrangement) -> tuple[float, float]:
+    """Relative error that the true model would have on the held-out data, as `Refit.held_error` counts it.
+
+    Returns
+    -------
+    By all that the covariance knows (noise, friction histories, numerical error), and by the noise alone [-].
+    """
+    held = arrangement.settled
+    features, modes = held.features, held.whitening.modes
+    chosen, ratio = features.points.harmonic == 1, features.reference >= 0
+    # Numbers that err by themselves: real and imaginary part are the legs of a right triangle.
+    alone = np.abs(_complex(features, held.measured, held.whitening.deviation)) ** 2
+    alone[ratio] += alone[features.reference[ratio]]
+    shared = np.zeros(len(chosen))
+    for mode in modes.T if modes is not None else ():
+        shared += np.abs(_through_reference(features, _complex(features, held.measured, mode))) ** 2
+    return float(np.sqrt((alone + shared)[chosen].mean())), float(np.sqrt(alone[chosen].mean()))
+
+
+def _complex(
+    features: FeatureVector, measured: NDArray[np.float64], change: NDArray[np.float64]
+) -> NDArray[np.complex128]:
+    """Relative change of each feature, shape (k,)."""
+    k, row = len(features.points), features.row
+    both = np.zeros((2, k), dtype=np.complex128)
+    for part, numbers in zip(both, (measured, change), strict=True):
+        part += numbers[:k]
+        part[row[k:]] += 1j * numbers[k:]
+    return np.asarray(both[1] / np.where(both[0] == 0, 1.0, both[0]))
+
+
+def _through_reference(features: FeatureVector, relative: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Relative change of the readings: F / X falls as X grows, and a ratio grows with its reference as well."""
+    changed = np.where(features.inverse, -relative, relative)
+    ratio = features.reference >= 0
+    changed[ratio] += changed[features.reference[ratio]]
+    return changed
+
+
+def summary(record: Record) -> str:
+    """One line for the one who waits."""
+    cost = record.make_seconds + record.diagnose_seconds
+    told = record.failure or ": ".join([record.finding, *([" or ".join(record.names)] if record.named else [])])
+    return f"{record.row} {record.seed}: {told} ({cost:.0f} CPU s)"

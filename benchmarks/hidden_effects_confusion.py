@@ -1,0 +1,64 @@
+"""The confusion matrix of the test of hidden effects: what was planted by what the verdict named."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.hidden_effects_plan import KIND, PLANTED, ROWS
+from benchmarks.hidden_effects_record import AMBIGUOUS, FAILED, MISSING, NONE, UNKNOWN, Record
+from transient.bench_effect import NOTHING
+
+AMONG, APART = "several, it among them", "several, without it"
+WORDS = {NONE: "nothing", UNKNOWN: "none of the known", FAILED: "failed"}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Confusion:
+    """Planted by named.
+
+    Parameters
+    ----------
+    rows, columns
+        Keys of `ROWS` that were run, and findings in words.
+    count
+        Campaigns, shape (r, c).
+    right
+        Cells that are as they should be, shape (r, c).
+    """
+
+    rows: tuple[str, ...]
+    columns: tuple[str, ...]
+    count: NDArray[np.int64]
+    right: NDArray[np.bool_]
+
+
+def confusion(records: Sequence[Record]) -> Confusion:
+    """Planted by named; columns of kinds that were never planted appear where one was named."""
+    named = [_column(record) for record in records]
+    kinds = [*KIND.values(), *sorted({*named} - {*KIND.values(), AMONG, APART, *WORDS.values()})]
+    columns = [*kinds, AMONG, APART, WORDS[NONE], WORDS[UNKNOWN]]
+    if WORDS[FAILED] in named:
+        columns.append(WORDS[FAILED])
+    present = {record.row for record in records}
+    rows = [row for row in ROWS if row in present]
+    count = np.zeros((len(rows), len(columns)), dtype=np.int64)
+    for record, column in zip(records, named, strict=True):
+        count[rows.index(record.row), columns.index(column)] += 1
+    right = np.array([[column in _as_it_should(row) for column in columns] for row in rows], dtype=bool)
+    return Confusion(rows=tuple(rows), columns=tuple(columns), count=count, right=right.reshape(count.shape))
+
+
+def _as_it_should(row: str) -> tuple[str, ...]:
+    if row in PLANTED:
+        return KIND[row], AMONG
+    return (WORDS[NONE if row == NOTHING else UNKNOWN],)
+
+
+def _column(record: Record) -> str:
+    if record.finding == AMBIGUOUS:
+        return AMONG if record.planted.effect in record.names else APART
+    if record.finding == MISSING:
+        return record.named[0].kind
+    return WORDS[record.finding]

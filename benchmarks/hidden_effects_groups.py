@@ -1,0 +1,112 @@
+"""Groups of effects that the layout of tests and sensors cannot tell apart, whatever the truth.
+
+The whitened sensitivities of all candidates, the accepted parameters projected out, at the calibrated model of a
+campaign without any effect: two whose cosine is large do the same to all measurements. The campaign lends its points
+and its noise alone; its seed scores nothing. `python -m benchmarks.hidden_effects --groups` writes the file.
+"""
+
+import tempfile
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from diagnosis.screening import Score
+
+FILE = Path(__file__).with_name("hidden_effects_groups.toml")
+#: |cos| from which on two effects are one group, and from which on pairs are listed.
+SAME, LISTED = 0.9, 0.7
+#: Of the campaign without any effect; not among those that score.
+SEED = 4000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Groups:
+    """Pairs of effects and their |cos|; `same` makes two of them one group."""
+
+    same: float
+    pairs: dict[frozenset[str], float]
+    unseen: tuple[str, ...] = ()
+
+    def of(self, effect: str) -> frozenset[str]:
+        """Effects that cannot be told from one, without itself."""
+        alike = [pair for pair, cosine in self.pairs.items() if effect in pair and cosine >= self.same]
+        return frozenset().union(*alike) - {effect}
+
+    @property
+    def toml(self) -> str:
+        """As the file."""
+        lines = [
+            "# Effects that the layout of the benchmark's campaigns cannot tell apart: |cos| of their whitened",
+            "# sensitivities, the accepted parameters projected out, is `same` or more. Pairs below it are listed for",
+            "# what they are. Made before any campaign was scored, by: python -m benchmarks.hidden_effects --groups",
+            f"same = {self.same}",
+            f"unseen = [{', '.join(_quoted(name) for name in self.unseen)}]",
+        ]
+        for pair, cosine in sorted(self.pairs.items(), key=lambda each: (-each[1], sorted(each[0]))):
+            effects = ", ".join(_quoted(name) for name in sorted(pair))
+            lines.append(f"\n[[pair]]\neffects = [{effects}]\ncosine = {cosine:.3f}")
+        return "\n".join(lines) + "\n"
+
+
+def read_groups(file: Path = FILE) -> Groups:
+    """From the file.
+
+    Raises
+    ------
+    SystemExit
+        There is none.
+    """
+    if not file.is_file():
+        raise SystemExit(f"there is no {file}: make it by python -m benchmarks.hidden_effects --groups")
+    table = tomllib.loads(file.read_text(encoding="utf-8"))
+    return Groups(
+        same=float(table["same"]),
+        pairs={frozenset(each["effects"]): float(each["cosine"]) for each in table.get("pair", ())},
+        unseen=tuple(table.get("unseen", ())),
+    )
+
+
+def groups_of(scores: "Sequence[Score]", same: float = SAME, listed: float = LISTED) -> Groups:
+    """From the directions of all candidates."""
+    seen = [score for score in scores if score.direction.any()]
+    directions = np.array([score.direction for score in seen])
+    cosine = np.abs(directions @ directions.T) if seen else np.zeros((0, 0))
+    pairs = {
+        frozenset((one.effect.name, other.effect.name)): round(float(cosine[i, j]), 3)
+        for i, one in enumerate(seen)
+        for j, other in enumerate(seen[:i])
+        if cosine[i, j] >= listed
+    }
+    return Groups(
+        same=same, pairs=pairs, unseen=tuple(score.effect.name for score in scores if not score.direction.any())
+    )
+
+
+def make_groups(file: Path = FILE) -> Groups:
+    """Screen a campaign without any effect, and write the file."""
+    from benchmarks.hidden_effects_campaign import setup
+    from correlation.read_campaign import read_campaign
+    from diagnosis.arrangement import arrange
+    from diagnosis.catalogue import catalogue
+    from diagnosis.screening import screen
+    from transient.bench import make_campaign
+
+    model = setup()
+    with tempfile.TemporaryDirectory() as folder:
+        make_campaign(folder, seed=SEED, kind="nothing")
+        campaign = read_campaign(Path(folder))
+        arrangement = arrange(campaign, model.base, model.accepted, model.budget)
+        level = float(campaign.measurement.level.max())
+        scores = screen(arrangement, catalogue(model.base, level=level).candidates)
+    groups = groups_of(scores)
+    file.write_text(groups.toml, encoding="utf-8")
+    return groups
+
+
+def _quoted(name: str) -> str:
+    return f'"{name}"'

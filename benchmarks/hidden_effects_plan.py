@@ -1,0 +1,103 @@
+"""Which campaigns the test of hidden effects makes, and what the catalogue calls the effects that the bench plants."""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+from correlation.test_model import TestModel
+from transient.bench import PlantedTruth
+from transient.bench_effect import NOTHING
+
+#: Kind of the bench, and of the catalogue.
+KIND = {
+    "mass": "mass",
+    "spring": "spring",
+    "cubic": "cubic",
+    "air_damping": "air damping",
+    "gap": "gap",
+    "preload": "pre-load",
+    "friction": "friction coefficient",
+}
+#: Rows of the score: what is planted, and whether the catalogue lacks it. A stop is never in the catalogue.
+ROWS: dict[str, tuple[str, bool]] = {
+    **{kind: (kind, False) for kind in KIND},
+    NOTHING: (NOTHING, False),
+    "cubic_excluded": ("cubic", True),
+    "air_damping_excluded": ("air_damping", True),
+    "stop": ("stop", True),
+}
+PLANTED = tuple(KIND)
+EXCLUDED = tuple(row for row, (_, excluded) in ROWS.items() if excluded)
+#: Seeds of a row follow each other; those of two rows are so far apart, so that no two campaigns share a specimen.
+APART = 1000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """One campaign: its row of the score, and its seed."""
+
+    row: str
+    seed: int
+
+    @property
+    def kind(self) -> str:
+        """What the bench plants."""
+        return ROWS[self.row][0]
+
+    @property
+    def excluded(self) -> bool:
+        """Whether the catalogue lacks it."""
+        return ROWS[self.row][1]
+
+
+def cases(n_seed: int, n_nothing: int, first_seed: int, only: Collection[str] = ()) -> list[Case]:
+    """All campaigns, rows interleaved, so that a part of them from the first on is balanced.
+
+    Parameters
+    ----------
+    n_seed, n_nothing
+        Seeds a row, and of the row without any effect; below `APART`.
+    first_seed
+        Of the first row.
+    only
+        Rows; all by default.
+    """
+    if max(n_seed, n_nothing) > APART:
+        raise SystemExit(f"{max(n_seed, n_nothing)} seeds a row overlap with the next row: at most {APART}")
+    listed = []
+    for number, row in enumerate(ROWS):
+        n = n_nothing if row == NOTHING else n_seed
+        if not only or row in only:
+            first = first_seed + APART * number
+            listed += [((i + 0.5) / n, number, Case(row=row, seed=first + i)) for i in range(n)]
+    return [case for *_, case in sorted(listed, key=lambda each: each[:2])]
+
+
+def effect_name(truth: PlantedTruth, base: TestModel) -> str:
+    """What the catalogue calls a planted effect; "" for nothing, and for what it never has."""
+    kind, place = truth.effect.kind, truth.effect.place
+    match kind:
+        case "mass" | "spring" | "cubic" | "air_damping":
+            return f"{KIND[kind]} at {place}"
+        case "gap":
+            return f"gap of {place} at {base.lines[place][-1]}"
+        case "preload":
+            return f"pre-load of {place}"
+        case "friction":
+            left, right = base.lines
+            return f"friction coefficient of {left} against {right}"
+        case _:
+            return ""
+
+
+def effect_value(truth: PlantedTruth) -> float:
+    """The value that the effect's parameter has in truth, beside the specimen's own accepted parameters."""
+    side = 0 if truth.effect.place == "left" else 1
+    match truth.effect.kind:
+        case "preload":
+            return 1 + truth.effect.strength / truth.parameters.preload[side]
+        case "friction":
+            left, right = truth.parameters.friction_coefficient
+            added = truth.effect.strength
+            return (left + added) / right if side == 0 else left / (right + added)
+        case _:
+            return truth.effect.strength

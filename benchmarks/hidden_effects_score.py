@@ -1,0 +1,250 @@
+"""The score of the test of hidden effects: shares with intervals, and the confusion matrix."""
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.hidden_effects_confusion import Confusion, confusion
+from benchmarks.hidden_effects_groups import Groups
+from benchmarks.hidden_effects_plan import EXCLUDED, PLANTED
+from benchmarks.hidden_effects_record import AMBIGUOUS, FAILED, MISSING, UNKNOWN, Fitted, Record, of_rows
+from transient.bench_effect import NOTHING
+
+#: Of an interval of 95 %.
+QUANTILE = 1.959964
+#: A strength is right within this share of the true one; it is asked for where the predicted deviation is below that.
+STRENGTH_ERROR, SHARP = 0.15, 0.05
+POOLED = "pooled"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Share:
+    """So many of so many."""
+
+    count: int
+    of: int
+
+    @property
+    def value(self) -> float:
+        """Share [-]; NaN of none."""
+        return self.count / self.of if self.of else math.nan
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Of 95 % [-]."""
+        return wilson(self.count, self.of)
+
+
+def wilson(count: int, of: int) -> tuple[float, float]:
+    """Interval of 95 % of a proportion, 0 to 1 where nothing was seen.
+
+    References
+    ----------
+    E. B. Wilson, Probable inference, the law of succession, and statistical inference, Journal of the American
+    Statistical Association 22 (1927) 209-212.
+    """
+    if not of:
+        return 0.0, 1.0
+    share, z2 = count / of, QUANTILE**2
+    middle = (share + z2 / (2 * of)) / (1 + z2 / of)
+    half = QUANTILE / (1 + z2 / of) * math.sqrt(share * (1 - share) / of + z2 / (4 * of**2))
+    return max(middle - half, 0.0), min(middle + half, 1.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Excess:
+    """Held-out error above the floor, after beside before what the verdict names was added.
+
+    Parameters
+    ----------
+    of, seen
+        Campaigns, and those whose error before stands above the floor.
+    halved
+        Those among the seen whose excess is at most half of what it was.
+    median
+        Ratio among the seen [-].
+    together
+        Ratio of the means over all campaigns [-].
+    """
+
+    of: int
+    seen: int
+    halved: int
+    median: float
+    together: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class RowScore:
+    """Of one kind of planted effect, or of all together.
+
+    Parameters
+    ----------
+    first, itself
+        The effect or one of its group comes first; the effect itself does, among those that have no group.
+    named, wrong
+        The verdict names the effect, alone or among several; it names others, and none of its group.
+    strength
+        Within 15 %, among those that come first with a predicted deviation of at most 5 %.
+    covered
+        Within the interval of 95 % that is told with it, among those that come first.
+    excess
+        Held-out error above the floor.
+    """
+
+    first: Share
+    itself: Share
+    named: Share
+    wrong: Share
+    strength: Share
+    covered: Share
+    excess: Excess
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExcludedScore:
+    """Of what the catalogue lacks: the fourth verdict, the place, both, and the median exponent of the force."""
+
+    unknown: Share
+    place: Share
+    both: Share
+    exponent: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Score:
+    """Everything that the records say."""
+
+    planted: dict[str, RowScore]
+    claims: Share
+    excluded: dict[str, ExcludedScore]
+    confusion: Confusion
+    seconds: tuple[float, float]
+    make_seconds: tuple[float, float]
+    floor_check: float
+    failed: int
+    code: tuple[str, ...]
+
+
+def score(records: Sequence[Record], groups: Groups) -> Score:
+    """Score records.
+
+    Parameters
+    ----------
+    records
+        One a campaign.
+    groups
+        Effects that cannot be told apart.
+    """
+    planted = {row: row_score(of_rows(records, [row]), groups) for row in PLANTED}
+    planted[POOLED] = row_score(of_rows(records, PLANTED), groups)
+    excluded = {row: excluded_score(of_rows(records, [row])) for row in EXCLUDED}
+    excluded[POOLED] = excluded_score(of_rows(records, EXCLUDED))
+    nothing = of_rows(records, [NOTHING])
+    cost = [record.make_seconds + record.diagnose_seconds for record in records]
+    return Score(
+        planted=planted,
+        claims=_share(nothing, lambda record: record.finding in (MISSING, AMBIGUOUS, UNKNOWN)),
+        excluded=excluded,
+        confusion=confusion(records),
+        seconds=_quantiles(cost),
+        make_seconds=_quantiles([record.make_seconds for record in records]),
+        floor_check=_median(record.held_error / record.floor for record in nothing if record.floor > 0),
+        failed=sum(record.finding == FAILED for record in records),
+        code=tuple(sorted({record.code for record in records if record.code})),
+    )
+
+
+def row_score(records: Sequence[Record], groups: Groups) -> RowScore:
+    """Of campaigns with a planted effect that the catalogue has."""
+    alone = [record for record in records if not groups.of(record.planted.effect)]
+    found = [record for record in records if _first(record) == record.planted.effect]
+    sharp = [record for record in found if _spread(record.ranking[0]) <= SHARP]
+    return RowScore(
+        first=_share(records, lambda record: _right(record, groups)),
+        itself=_share(alone, lambda record: _first(record) == record.planted.effect),
+        named=_share(records, lambda record: record.planted.effect in record.names),
+        wrong=_share(records, lambda record: bool(record.named) and not _named_right(record, groups)),
+        strength=_share(sharp, lambda record: abs(_strength_error(record)) <= STRENGTH_ERROR),
+        covered=_share(found, _covered),
+        excess=excess(records),
+    )
+
+
+def excluded_score(records: Sequence[Record]) -> ExcludedScore:
+    """Of campaigns with an effect that the catalogue lacks."""
+    return ExcludedScore(
+        unknown=_share(records, lambda record: record.finding == UNKNOWN),
+        place=_share(records, _placed),
+        both=_share(records, lambda record: record.finding == UNKNOWN and _placed(record)),
+        exponent=_median(record.place.exponent for record in records if record.place is not None),
+    )
+
+
+def excess(records: Iterable[Record]) -> Excess:
+    """Held-out error above the floor with the first effect that the verdict names; nothing named, nothing gained."""
+    known = [record for record in records if record.finding != FAILED and math.isfinite(record.floor)]
+    before = [record.held_error - record.floor for record in known]
+    after = [_held_error_after(record) - record.floor for record in known]
+    ratios = [max(late, 0.0) / early for early, late in zip(before, after, strict=True) if early > 0]
+    return Excess(
+        of=len(known),
+        seen=len(ratios),
+        halved=sum(ratio <= 0.5 for ratio in ratios),
+        median=_median(ratios),
+        together=sum(after) / sum(before) if before and sum(before) > 0 else math.nan,
+    )
+
+
+def _first(record: Record) -> str | None:
+    return record.ranking[0].effect if record.ranking else None
+
+
+def _right(record: Record, groups: Groups) -> bool:
+    return _first(record) in {record.planted.effect, *groups.of(record.planted.effect)}
+
+
+def _named_right(record: Record, groups: Groups) -> bool:
+    return not {record.planted.effect, *groups.of(record.planted.effect)}.isdisjoint(record.names)
+
+
+def _placed(record: Record) -> bool:
+    return record.place is not None and record.place.name == record.planted.place
+
+
+def _spread(fitted: Fitted) -> float:
+    """Predicted relative deviation of a strength [-]."""
+    size = abs(fitted.strength - fitted.vanishes)
+    return fitted.deviation / size if size else math.inf
+
+
+def _strength_error(record: Record) -> float:
+    """Relative, of what lies beyond the vanishing strength [-]."""
+    found, true = record.ranking[0], record.planted.value
+    return (found.strength - true) / (true - found.vanishes)
+
+
+def _covered(record: Record) -> bool:
+    found = record.ranking[0]
+    return abs(found.strength - record.planted.value) <= QUANTILE * found.deviation
+
+
+def _held_error_after(record: Record) -> float:
+    return record.named[0].held_error if record.named else record.held_error
+
+
+def _share(records: Sequence[Record], holds: Callable[[Record], bool]) -> Share:
+    return Share(count=sum(holds(record) for record in records), of=len(records))
+
+
+def _median(values: Iterable[float]) -> float:
+    listed = [value for value in values if math.isfinite(value)]
+    return float(np.median(listed)) if listed else math.nan
+
+
+def _quantiles(values: Iterable[float]) -> tuple[float, float]:
+    """Median, and what 95 % stay below."""
+    listed = [value for value in values if math.isfinite(value)]
+    return (float(np.median(listed)), float(np.quantile(listed, 0.95))) if listed else (math.nan, math.nan)
