@@ -3,6 +3,7 @@
 import hashlib
 import shutil
 import time
+import traceback
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -88,8 +89,8 @@ def examine(
     The record; whatever goes wrong is told in it.
     """
     started, where = time.process_time(), folder / f"{case.row}_{case.seed}"
-    planted, without = Planted(kind=case.kind), ()
-    made, ended = started, started
+    planted, made = Planted(kind=case.kind), started
+    without: tuple[str, ...] = ()
     try:
         model = setup()
         truth = make(where, seed=case.seed, kind=case.kind)
@@ -99,20 +100,22 @@ def examine(
         diagnosis = judge(
             read_campaign(where), model.base, model.accepted, model.budget, without=without, limits=model.limits
         )
-        ended = time.process_time()
-        return _record(
-            case, planted, without, diagnosis, make_seconds=made - started, diagnose_seconds=ended - made
-        )  # fmt: skip
+        return _record(case, planted, without, diagnosis, (made - started, time.process_time() - made))
     except Exception as error:
         return Record(
             row=case.row, seed=case.seed, planted=planted, without=without, finding=FAILED, code=code(),
-            failure=f"{type(error).__name__}: {error}",
+            failure=f"{type(error).__name__}: {error} ({_where(error)})",
             make_seconds=(made if made > started else time.process_time()) - started,
             diagnose_seconds=time.process_time() - made if made > started else 0.0,
         )  # fmt: skip
     finally:
         with suppress(OSError):
             shutil.rmtree(where)
+
+
+def _where(error: Exception) -> str:
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{Path(last.filename).name}, line {last.lineno}"
 
 
 def excluded_kinds(effect: str, groups: Groups) -> tuple[str, ...]:
@@ -137,7 +140,9 @@ def _planted(truth: PlantedTruth, base: TestModel) -> Planted:
     )
 
 
-def _record(case: Case, planted: Planted, without: tuple[str, ...], found: Diagnosis, **seconds: float) -> Record:
+def _record(
+    case: Case, planted: Planted, without: tuple[str, ...], found: Diagnosis, seconds: tuple[float, float]
+) -> Record:
     verdict, before, place = found.verdict, found.before, found.verdict.place
     if place is None and found.places:
         place = found.places[0]
@@ -167,7 +172,8 @@ def _record(case: Case, planted: Planted, without: tuple[str, ...], found: Diagn
             configuration=place.configuration,
         ),
         code=code(),
-        **seconds,
+        make_seconds=seconds[0],
+        diagnose_seconds=seconds[1],
     )  # fmt: skip
 
 

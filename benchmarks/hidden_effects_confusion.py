@@ -6,11 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.hidden_effects_groups import Groups
 from benchmarks.hidden_effects_plan import KIND, PLANTED, ROWS
 from benchmarks.hidden_effects_record import AMBIGUOUS, FAILED, MISSING, NONE, UNKNOWN, Record
 from transient.bench_effect import NOTHING
 
-AMONG, APART = "several, it among them", "several, without it"
+AMONG, APART, ELSEWHERE = "several, it among them", "several, without it", "its kind elsewhere"
 WORDS = {NONE: "nothing", UNKNOWN: "none of the known", FAILED: "failed"}
 
 
@@ -34,11 +35,14 @@ class Confusion:
     right: NDArray[np.bool_]
 
 
-def confusion(records: Sequence[Record]) -> Confusion:
-    """Planted by named; columns of kinds that were never planted appear where one was named."""
-    named = [_column(record) for record in records]
-    kinds = [*KIND.values(), *sorted({*named} - {*KIND.values(), AMONG, APART, *WORDS.values()})]
-    columns = [*kinds, AMONG, APART, WORDS[NONE], WORDS[UNKNOWN]]
+def confusion(records: Sequence[Record], groups: Groups) -> Confusion:
+    """Planted by named; columns of kinds that were never planted appear where one was named.
+
+    A planted kind at a place that can be told from the true one is not as it should be.
+    """
+    named = [_column(record, groups) for record in records]
+    kinds = [*KIND.values(), *sorted({*named} - {*KIND.values(), ELSEWHERE, AMONG, APART, *WORDS.values()})]
+    columns = [*kinds, ELSEWHERE, AMONG, APART, WORDS[NONE], WORDS[UNKNOWN]]
     if WORDS[FAILED] in named:
         columns.append(WORDS[FAILED])
     present = {record.row for record in records}
@@ -56,9 +60,11 @@ def _as_it_should(row: str) -> tuple[str, ...]:
     return (WORDS[NONE if row == NOTHING else UNKNOWN],)
 
 
-def _column(record: Record) -> str:
+def _column(record: Record, groups: Groups) -> str:
     if record.finding == AMBIGUOUS:
         return AMONG if record.planted.effect in record.names else APART
     if record.finding == MISSING:
-        return record.named[0].kind
+        (first, *_), planted = record.named, record.planted.effect
+        here = first.effect in {planted, *groups.of(planted)} or record.row not in PLANTED
+        return ELSEWHERE if first.kind == KIND.get(record.planted.kind) and not here else first.kind
     return WORDS[record.finding]

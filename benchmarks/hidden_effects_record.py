@@ -115,18 +115,17 @@ class Record:
     @classmethod
     def of_line(cls, line: str) -> "Record":
         """From JSON."""
-        read = {name: math.nan if value is None else value for name, value in json.loads(line).items()}
-        place = read["place"]
-        return cls(
-            **{
-                **read,
-                "planted": Planted(**_numbers(read["planted"])),
-                "without": tuple(read["without"]),
-                "named": tuple(Fitted(**_numbers(each)) for each in read["named"]),
-                "ranking": tuple(Fitted(**_numbers(each)) for each in read["ranking"]),
-                "place": Found(**_numbers(place)) if isinstance(place, dict) else None,
-            }
-        )
+        read = json.loads(line)
+        place = read.pop("place")
+        fields: dict[str, Any] = {
+            **_numbers(read),
+            "planted": Planted(**_numbers(read["planted"])),
+            "without": tuple(read["without"]),
+            "named": tuple(Fitted(**_numbers(each)) for each in read["named"]),
+            "ranking": tuple(Fitted(**_numbers(each)) for each in read["ranking"]),
+            "place": Found(**_numbers(place)) if place is not None else None,
+        }
+        return cls(**fields)
 
 
 def append(file: Path, record: Record) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing
+from itertools import islice
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import wait as wait_for
 from pathlib import Path
@@ -105,8 +106,8 @@ def _made(
     waiting = iter(cases)
     try:
         while True:
-            while len(running) < workers and time.monotonic() < deadline and (case := next(waiting, None)) is not None:
-                running.add(pool.submit(work, case, folder))
+            if time.monotonic() < deadline:
+                running |= {pool.submit(work, case, folder) for case in islice(waiting, workers - len(running))}
             if not running:
                 return
             finished, running = wait(running, return_when=FIRST_COMPLETED)

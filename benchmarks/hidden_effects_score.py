@@ -148,7 +148,7 @@ def score(records: Sequence[Record], groups: Groups) -> Score:
         planted=planted,
         claims=_share(nothing, lambda record: record.finding in (MISSING, AMBIGUOUS, UNKNOWN)),
         excluded=excluded,
-        confusion=confusion(records),
+        confusion=confusion(records, groups),
         seconds=_quantiles(cost),
         make_seconds=_quantiles([record.make_seconds for record in records]),
         floor_check=_median(record.held_error / record.floor for record in nothing if record.floor > 0),

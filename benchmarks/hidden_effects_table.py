@@ -2,7 +2,7 @@
 
 import math
 
-from benchmarks.hidden_effects_confusion import AMONG, Confusion
+from benchmarks.hidden_effects_confusion import ELSEWHERE, Confusion
 from benchmarks.hidden_effects_plan import EXCLUDED, KIND, PLANTED, ROWS
 from benchmarks.hidden_effects_score import POOLED, Score, Share
 from study.figure.confusion import confusion_figure
@@ -34,7 +34,7 @@ def picture(confusion: Confusion) -> bytes:
         confusion.right,
         rows=[WORDS[row] for row in rows],
         columns=confusion.columns,
-        gaps=(parted, [confusion.columns.index(AMONG)]),
+        gaps=(parted, [confusion.columns.index(ELSEWHERE)]),
         title="Hidden effects: planted and named",
         subtitle=f"{total} campaigns of the virtual test bench; the verdict is as it should be in {right} (blue)",
     )
