@@ -1,0 +1,228 @@
+r"""The march through a time record, in machine code: exact for the linear part, implicit in the forces of the joints.
+
+With x = [q, dq/dt] and the inputs w = [force, 1, forces of the joints],
+
+.. math:: x_{k+1} = \Phi x_k + \Gamma_0 w_k + \Gamma_1 w_{k+1}
+
+is exact where w is linear between two instants; each instant's joint forces are found by Newton's method. The rates
+with parameters obey the same recursion, differentiated.
+"""
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+
+from correlation.record_joint_law import joint_forces, joint_matrix, joint_rate, solve_small
+from correlation.record_propagator import BEFORE
+from fe.compiled import compiled
+
+#: Newton steps an instant at most, and the last one relative to the largest force.
+MOST_STEPS, CONVERGED = 30, 1e-12
+
+
+@compiled
+def march(
+    phi: Float[NDArray[np.float64], "p1 n n"],
+    gamma0: Float[NDArray[np.float64], "p1 n m"],
+    gamma1: Float[NDArray[np.float64], "p1 n m"],
+    follow: Float[NDArray[np.float64], "jj n"],
+    kind: Int[NDArray[np.int64], " j"],
+    law: Float[NDArray[np.float64], "p1 j 2"],
+    output: Float[NDArray[np.float64], "p1 s n"],
+    feed: Float[NDArray[np.float64], "p1 s m"],
+    start: Float[NDArray[np.float64], "p1 n"],
+    force: Float[NDArray[np.float64], " t"],
+    every: int,
+    value: Float[NDArray[np.float64], "p1 s k"],
+) -> bool:
+    """Fill the sensors' values and their rates; False where the response gets out of hand.
+
+    Parameters
+    ----------
+    phi, gamma0, gamma1, law, output, feed, start
+        Row 0: themselves; rows 1 to p: their rates with each parameter.
+    follow
+        Rows of each joint's displacement (all joints), then of its velocity, shape (2 j, n).
+    kind
+        Law of each joint.
+    force
+        At all instants of the march.
+    every
+        Instants between two samples.
+    value
+        Filled: row 0 values, then rates, shape (p + 1, s, n_sample).
+    """
+    n_joint, n_all, n = len(kind), len(phi), phi.shape[1]
+    x, new = start.copy(), np.zeros_like(start)
+    w, w_new = np.zeros((n_all, gamma0.shape[2])), np.zeros((n_all, gamma0.shape[2]))
+    moved, own, slope = np.zeros(2 * n_joint), np.zeros(2 * n_joint), np.zeros(2 * n_joint)
+    forces, matrix, right = np.zeros(n_joint), np.zeros((n_joint, n_joint)), np.zeros((n_joint, n_all))
+    # How the joints' motions answer to the joints' forces at the end of a step; at the start of the march, not at all.
+    answer = follow @ np.ascontiguousarray(gamma1[0, :, BEFORE:])
+    w[0, 0], w[0, 1], w_new[0, 1] = force[0], 1.0, 1.0
+    for i in range(2 * n_joint):
+        for a in range(n):
+            moved[i] += follow[i, a] * x[0, a]
+    joint_forces(kind, law[0], moved, w[0, BEFORE:], slope)
+    joint_matrix(0.0 * answer, slope, matrix)
+    _force_rates(kind, law, follow, moved, slope, x, matrix, right, w)
+    _read(output, feed, x, w, value, 0)
+    for k in range(1, len(force)):
+        w_new[0, 0] = force[k]
+        _linear(phi, gamma0, gamma1, x, w, w_new, new)
+        if n_joint:
+            for i in range(2 * n_joint):
+                own[i] = 0.0
+                for a in range(n):
+                    own[i] += follow[i, a] * new[0, a]
+            w_new[0, BEFORE:] = w[0, BEFORE:]
+            if not _newton(kind, law[0], answer, own, moved, forces, slope, matrix, right, w_new[0, BEFORE:]):
+                return False
+            for a in range(n):
+                for j in range(n_joint):
+                    new[0, a] += gamma1[0, a, BEFORE + j] * w_new[0, BEFORE + j]
+        if n_all > 1:
+            _linear_rates(phi, gamma0, gamma1, x, w, w_new, new)
+            if n_joint:
+                joint_matrix(answer, slope, matrix)
+                _force_rates(kind, law, follow, moved, slope, new, matrix, right, w_new)
+                for p in range(1, n_all):
+                    for a in range(n):
+                        for j in range(n_joint):
+                            new[p, a] += gamma1[0, a, BEFORE + j] * w_new[p, BEFORE + j]
+        x, new = new, x
+        w, w_new = w_new, w
+        if k % every == 0:
+            for a in range(n):
+                if not np.isfinite(x[0, a]):
+                    return False
+            _read(output, feed, x, w, value, k // every)
+    return True
+
+
+@compiled
+def _linear(
+    phi: Float[NDArray[np.float64], "p1 n n"],
+    gamma0: Float[NDArray[np.float64], "p1 n m"],
+    gamma1: Float[NDArray[np.float64], "p1 n m"],
+    x: Float[NDArray[np.float64], "p1 n"],
+    w: Float[NDArray[np.float64], "p1 m"],
+    w_new: Float[NDArray[np.float64], "p1 m"],
+    new: Float[NDArray[np.float64], "p1 n"],
+) -> None:
+    """Fill the next state but for the joints' forces there."""
+    for a in range(phi.shape[1]):
+        total = 0.0
+        for b in range(phi.shape[1]):
+            total += phi[0, a, b] * x[0, b]
+        for b in range(w.shape[1]):
+            total += gamma0[0, a, b] * w[0, b]
+        for b in range(BEFORE):
+            total += gamma1[0, a, b] * w_new[0, b]
+        new[0, a] = total
+
+
+@compiled
+def _linear_rates(
+    phi: Float[NDArray[np.float64], "p1 n n"],
+    gamma0: Float[NDArray[np.float64], "p1 n m"],
+    gamma1: Float[NDArray[np.float64], "p1 n m"],
+    x: Float[NDArray[np.float64], "p1 n"],
+    w: Float[NDArray[np.float64], "p1 m"],
+    w_new: Float[NDArray[np.float64], "p1 m"],
+    new: Float[NDArray[np.float64], "p1 n"],
+) -> None:
+    """Fill the rates of the next state but for those of the joints' forces there."""
+    for p in range(1, len(phi)):
+        for a in range(phi.shape[1]):
+            total = 0.0
+            for b in range(phi.shape[1]):
+                total += phi[0, a, b] * x[p, b] + phi[p, a, b] * x[0, b]
+            for b in range(w.shape[1]):
+                total += gamma0[0, a, b] * w[p, b] + gamma0[p, a, b] * w[0, b] + gamma1[p, a, b] * w_new[0, b]
+            new[p, a] = total
+
+
+@compiled
+def _newton(
+    kind: Int[NDArray[np.int64], " j"],
+    law: Float[NDArray[np.float64], "j 2"],
+    answer: Float[NDArray[np.float64], "jj j"],
+    own: Float[NDArray[np.float64], " jj"],
+    moved: Float[NDArray[np.float64], " jj"],
+    forces: Float[NDArray[np.float64], " j"],
+    slope: Float[NDArray[np.float64], " jj"],
+    matrix: Float[NDArray[np.float64], "j j"],
+    right: Float[NDArray[np.float64], "j q"],
+    found: Float[NDArray[np.float64], " j"],
+) -> bool:
+    """Find the joints' forces; `moved` and `slope` are left where they are found."""
+    for _ in range(MOST_STEPS):
+        for i in range(len(own)):
+            moved[i] = own[i]
+            for j in range(len(found)):
+                moved[i] += answer[i, j] * found[j]
+        joint_forces(kind, law, moved, forces, slope)
+        largest, change = 0.0, 0.0
+        for j in range(len(found)):
+            right[j, 0] = forces[j] - found[j]
+        joint_matrix(answer, slope, matrix)
+        solve_small(matrix, right, 1)
+        for j in range(len(found)):
+            found[j] += right[j, 0]
+            largest, change = max(largest, abs(found[j])), max(change, abs(right[j, 0]))
+        if not np.isfinite(change):
+            return False
+        if change <= CONVERGED * largest:
+            return True
+    return False
+
+
+@compiled
+def _force_rates(
+    kind: Int[NDArray[np.int64], " j"],
+    law: Float[NDArray[np.float64], "p1 j 2"],
+    follow: Float[NDArray[np.float64], "jj n"],
+    moved: Float[NDArray[np.float64], " jj"],
+    slope: Float[NDArray[np.float64], " jj"],
+    x: Float[NDArray[np.float64], "p1 n"],
+    matrix: Float[NDArray[np.float64], "j j"],
+    right: Float[NDArray[np.float64], "j q"],
+    w: Float[NDArray[np.float64], "p1 m"],
+) -> None:
+    """Fill the rates of the joints' forces; x holds the states' rates without their share."""
+    n_joint, n_rate = len(kind), len(x) - 1
+    for p in range(n_rate):
+        for j in range(n_joint):
+            rate = joint_rate(kind[j], law[0, j], law[p + 1, j], moved[j], moved[n_joint + j])
+            for a in range(x.shape[1]):
+                rate += (slope[j] * follow[j, a] + slope[n_joint + j] * follow[n_joint + j, a]) * x[p + 1, a]
+            right[j, p] = rate
+    solve_small(matrix, right, n_rate)
+    for p in range(n_rate):
+        for j in range(n_joint):
+            w[p + 1, BEFORE + j] = right[j, p]
+
+
+@compiled
+def _read(
+    output: Float[NDArray[np.float64], "p1 s n"],
+    feed: Float[NDArray[np.float64], "p1 s m"],
+    x: Float[NDArray[np.float64], "p1 n"],
+    w: Float[NDArray[np.float64], "p1 m"],
+    value: Float[NDArray[np.float64], "p1 s k"],
+    sample: int,
+) -> None:
+    """What the sensors read of a state, and its rates."""
+    for s in range(output.shape[1]):
+        for p in range(len(x)):
+            total = 0.0
+            for a in range(x.shape[1]):
+                total += output[0, s, a] * x[p, a]
+                if p:
+                    total += output[p, s, a] * x[0, a]
+            for b in range(w.shape[1]):
+                total += feed[0, s, b] * w[p, b]
+                if p:
+                    total += feed[p, s, b] * w[0, b]
+            value[p, s, sample] = total

@@ -1,0 +1,182 @@
+"""What a model answers to the force of a time record, sample by sample, and how that changes with parameters."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.errors import CampaignError
+from correlation.record_propagator import Propagator, propagator
+from correlation.record_resampling import refined
+from correlation.test_model import TestModel
+from correlation.time_record import TimeRecord
+
+Samples = Float[NDArray[np.float64], "s n"]
+State = Float[NDArray[np.float64], " n"]
+
+#: Steps of the march a sample.
+STEPS = 8
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Drive:
+    """A record as the march needs it.
+
+    Parameters
+    ----------
+    record
+        Which.
+    sensors
+        Channels that are compared.
+    force
+        At all instants of the march, zeros for a ring-down, shape ((n - 1) steps + 1,) [N, or V].
+    steps
+        Of the march a sample [-].
+    first
+        First sample that is compared: those before settle from rest [-].
+    """
+
+    record: TimeRecord
+    sensors: tuple[str, ...]
+    force: Float[NDArray[np.float64], " t"]
+    steps: int
+    first: int
+
+    @property
+    def measured(self) -> Samples:
+        """Of the compared samples, shape (s, n)."""
+        return np.stack([self.record.channel(name)[self.first :] for name in self.sensors])
+
+
+def drive(
+    record: TimeRecord, *, run_in: float = 0.0, sensors: Sequence[str] | None = None, steps: int = STEPS
+) -> Drive:
+    """Prepare a record.
+
+    Parameters
+    ----------
+    record
+        With a uniform step.
+    run_in
+        What is not compared at its beginning, since the model starts from rest: a few decay times [s].
+    sensors
+        Channels to compare; all but the force by default.
+    steps
+        Of the march a sample [-].
+
+    Raises
+    ------
+    CampaignError
+        Steps that vary, a run-in that leaves nothing, or no sensor.
+    """
+    names = tuple(sensors if sensors is not None else (each for each in record.channels if each != record.force))
+    if not names:
+        raise CampaignError(f'record "{record.name}" has no channel but the force: add what a sensor read')
+    for name in names:
+        record.channel(name)
+    first = round(run_in / record.step)
+    if not 0 <= first < len(record.time) - 1:
+        raise CampaignError(
+            f'record "{record.name}" lasts {record.time[-1] - record.time[0]:.4g} s: a run-in of {run_in:.4g} s leaves '
+            "nothing to compare"
+        )
+    if steps < 1:
+        raise CampaignError(f"{steps} steps a sample: give 1 or more")
+    if record.force is None:
+        force = np.zeros((len(record.time) - 1) * steps + 1)
+    else:
+        force = refined(record.channel(record.force), steps)
+    return Drive(record=record, sensors=names, force=force, steps=steps, first=first)
+
+
+def predict_record(test_model: TestModel, driven: Drive, start: State | None = None) -> Samples | None:
+    """What the sensors would read, shape (s, n); none where the model runs away.
+
+    Parameters
+    ----------
+    test_model
+        With springs, stops and dampers as joints.
+    driven
+        The record.
+    start
+        Displacements and velocities at its first sample, shape (2 r,); rest by default.
+    """
+    matrices = _propagator(test_model, driven)
+    begin = np.zeros(len(matrices.phi)) if start is None else start
+    value = _march(driven, [matrices], begin[None])
+    return None if value is None else value[0]
+
+
+def record_rates(
+    test_model: TestModel,
+    driven: Drive,
+    pairs: Sequence[tuple[TestModel, TestModel, float]],
+    start: State | None = None,
+    basis: Float[NDArray[np.float64], "b n"] | None = None,
+) -> Float[NDArray[np.float64], "p s n"]:
+    """Rates of the sensors' values, shape (p + b, s, n); the model itself must be predictable.
+
+    Parameters
+    ----------
+    test_model, driven, start
+        As in `predict_record`.
+    pairs
+        A parameter each: the model a little below, a little above, and by how much it differs.
+    basis
+        Changes of the start that are wanted as well, after the parameters, shape (b, 2 r).
+
+    Raises
+    ------
+    ArithmeticError
+        The model runs away.
+    """
+    matrices = _propagator(test_model, driven)
+    rates = [_propagator(low, driven).rate(_propagator(high, driven), step) for low, high, step in pairs]
+    n = len(matrices.phi)
+    begin = np.zeros((1 + len(pairs), n))
+    if start is not None:
+        begin[0] = start
+    if basis is not None:
+        nothing = matrices.rate(matrices, 1.0)
+        rates += [nothing] * len(basis)
+        begin = np.vstack([begin, basis])
+    value = _march(driven, [matrices, *rates], begin)
+    if value is None:
+        raise ArithmeticError(f'the model runs away in record "{driven.record.name}"')
+    return value[1:]
+
+
+def numerical_error(test_model: TestModel, driven: Drive) -> float:
+    """Difference to steps half as long, relative to the response, all sensors together [-].
+
+    The march is of second order, so that its error is 4/3 of that.
+    """
+    coarse = predict_record(test_model, driven)
+    finer = drive(driven.record, sensors=driven.sensors, steps=2 * driven.steps)
+    fine = predict_record(test_model, replace(finer, first=driven.first))
+    if coarse is None or fine is None:
+        return np.inf
+    return float(np.linalg.norm(fine - coarse) / np.linalg.norm(fine))
+
+
+def _propagator(test_model: TestModel, driven: Drive) -> Propagator:
+    return propagator(test_model, driven.sensors, driven.record.step / driven.steps)
+
+
+def _march(
+    driven: Drive, matrices: Sequence[Propagator], start: Float[NDArray[np.float64], "p1 n"]
+) -> Float[NDArray[np.float64], "p1 s n"] | None:
+    from correlation.record_kernel import march
+
+    def stacked(name: str) -> NDArray[np.float64]:
+        return np.ascontiguousarray([getattr(each, name) for each in matrices], dtype=np.float64)
+
+    value = np.zeros((len(matrices), len(driven.sensors), len(driven.record.time)))
+    done = march(
+        stacked("phi"), stacked("gamma0"), stacked("gamma1"), np.ascontiguousarray(matrices[0].follow),
+        matrices[0].kind, stacked("law"), stacked("output"), stacked("feed"),
+        np.ascontiguousarray(start, dtype=np.float64), driven.force, driven.steps, value,
+    )  # fmt: skip
+    return value[:, :, driven.first :] if done else None

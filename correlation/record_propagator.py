@@ -1,0 +1,158 @@
+"""A test model as a march through time needs it: its matrices over one step, its joints' laws, its sensors' rows.
+
+A record drives the model along the force of a level of 1 N; the numbers of the force channel multiply it.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, cho_factor, cho_solve, expm
+
+from correlation.errors import TestModelError
+from correlation.test_model import DERIVATIVE, LineSensor, TestModel
+from reduction.jointed_system import CubicSpring, ElasticStop, Joint, QuadraticDamper
+
+Array = Float[NDArray[np.float64], "..."]
+
+#: Laws of joints, and the inputs before theirs: the force, and the 1 that carries the static load. They take part in
+#: compiled code (fe.compiled keeps track of this file by these words).
+CUBIC, QUADRATIC, STOP = 0, 1, 2
+BEFORE = 2
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Propagator:
+    """What one step does; names as in `correlation.record_kernel.march`.
+
+    Parameters
+    ----------
+    phi, gamma0, gamma1
+        Shapes (n, n), (n, m), (n, m); n = 2 r, m = 2 + joints.
+    follow
+        Shape (2 joints, n).
+    kind, law
+        Shapes (joints,) and (joints, 2).
+    output, feed
+        What each sensor reads of the state and of the inputs, shapes (s, n) and (s, m).
+    """
+
+    phi: Array
+    gamma0: Array
+    gamma1: Array
+    follow: Array
+    kind: Int[NDArray[np.int64], " j"]
+    law: Array
+    output: Array
+    feed: Array
+
+    def rate(self, other: "Propagator", step: float) -> "Propagator":
+        """(other - self) / step of all numbers.
+
+        Raises
+        ------
+        TestModelError
+            Other joints, or joints with other directions.
+        """
+        if self.follow.shape != other.follow.shape or not np.array_equal(self.follow, other.follow):
+            raise TestModelError("a parameter changes the number or direction of joints: only their numbers may change")
+        names = ("phi", "gamma0", "gamma1", "law", "output", "feed")
+        return replace(self, **{name: (getattr(other, name) - getattr(self, name)) / step for name in names})
+
+
+def propagator(test_model: TestModel, sensors: tuple[str, ...], step: float) -> Propagator:
+    """Matrices of a model for one step.
+
+    Parameters
+    ----------
+    test_model
+        With springs, stops and dampers as joints.
+    sensors
+        Names of those that are read.
+    step
+        Time step [s].
+
+    Raises
+    ------
+    TestModelError
+        A joint that remembers, a force that no record can drive, a sensor that is not there or reads a contact line,
+        or a mass matrix that is not positive definite.
+    """
+    system, r = test_model.system, test_model.system.n_dof
+    laws = [_law(joint) for joint in system.joints]
+    directions = np.array([joint.directions[0] for joint in system.joints]).reshape(-1, r)
+    # Columns: the force, the static load, the joints.
+    loads = np.column_stack([_driven(test_model), system.static, -directions.T])
+    try:
+        solved = cho_solve(cho_factor(system.mass), np.column_stack([system.stiffness, system.damping, loads]))
+    except LinAlgError as error:
+        raise TestModelError(
+            "the mass matrix is not positive definite: give every degree of freedom a mass, or reduce the model"
+        ) from error
+    n, m = 2 * r, loads.shape[1]
+    acceleration, inertance = np.column_stack([-solved[:, :r], -solved[:, r:n]]), solved[:, n:]
+    state = np.vstack([np.eye(r, n, r), acceleration])
+    augmented = np.zeros((n + 2 * m, n + 2 * m))
+    augmented[:n, :n] = step * state
+    augmented[r:n, n : n + m] = step * inertance
+    augmented[n : n + m, n + m :] = np.eye(m)
+    exponential = expm(augmented)
+    gamma1 = exponential[:n, n + m :]
+    rows = [_sensor(test_model, name) for name in sensors]
+    output, feed = np.zeros((len(rows), n)), np.zeros((len(rows), m))
+    for number, (row, derivative) in enumerate(rows):
+        if derivative == DERIVATIVE["acceleration"]:
+            output[number], feed[number] = row @ acceleration, row @ inertance
+        else:
+            output[number, derivative * r : (derivative + 1) * r] = row
+    zeros = np.zeros_like(directions)
+    return Propagator(
+        phi=exponential[:n, :n],
+        gamma0=exponential[:n, n : n + m] - gamma1,
+        gamma1=gamma1,
+        follow=np.vstack([np.hstack([directions, zeros]), np.hstack([zeros, directions])]),
+        kind=np.array([kind for kind, _, _ in laws], dtype=np.int64),
+        law=np.array([(size, place) for _, size, place in laws], dtype=np.float64).reshape(-1, 2),
+        output=output,
+        feed=feed,
+    )
+
+
+def _law(joint: Joint) -> tuple[int, float, float]:
+    if isinstance(joint, CubicSpring):
+        return CUBIC, joint.stiffness, 0.0
+    if isinstance(joint, QuadraticDamper):
+        return QUADRATIC, joint.damping, 0.0
+    if isinstance(joint, ElasticStop):
+        return STOP, joint.stiffness, joint.gap
+    raise TestModelError(
+        f'joint "{joint.name}" has friction, and its slider remembers what no record tells: fit records of a model '
+        "with springs, stops and dampers, or measure steady states"
+    )
+
+
+def _driven(test_model: TestModel) -> Array:
+    """Where the force of a record acts, shape (r,) [N/N]."""
+    dynamic = test_model.system.dynamic
+    higher = [k for k in range(2, len(dynamic)) if dynamic[k].any()]
+    if higher:
+        raise TestModelError(f"the model has a force of harmonic {higher[0]}: a record drives it by one force alone")
+    if len(dynamic) < 2:
+        return np.zeros(test_model.system.n_dof)
+    if dynamic[1].imag.any():
+        raise TestModelError(
+            "the force of 1 N has an imaginary part: a record drives all points in phase, make it real"
+        )
+    return np.array(dynamic[1].real)
+
+
+def _sensor(test_model: TestModel, name: str) -> tuple[Array, int]:
+    """Row with the gain, and how many time derivatives it takes."""
+    for each in test_model.sensors:
+        if each.name == name:
+            if isinstance(each, LineSensor):
+                raise TestModelError(f'sensor "{name}" reads the contact line "{each.line}": records are of motion')
+            return each.gain * each.row, DERIVATIVE[each.quantity]
+    known = ", ".join(each.name for each in test_model.sensors) or "none"
+    raise TestModelError(f'the model has no sensor "{name}", which the record has: it has {known}')

@@ -1,0 +1,1 @@
+"""What is missing from a model that is compared with time records."""

@@ -1,0 +1,132 @@
+"""What time records say, in words with numbers.
+
+What a model leaves of a record is coloured, and mostly the model's own error: a nominal test would claim all and
+everything. The gate is the error on records that no fit saw. It must fall to `RATIO` of its excess over the noise, and
+do so all over these records: each of their blocks votes by (e0 - e1) / (e0 + e1), e the mean squared error before and
+after, and the mean vote must be above zero by `SURE` times its standard error.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from diagnosis.record.refit import PerRecord, RecordRefit
+from diagnosis.verdict import INTERVAL, Finding
+
+#: Of the excess held-out error: what must be left at most.
+RATIO = 0.8
+#: Standard errors of the blocks' mean vote; with less than that two effects cannot be told apart.
+SURE = 4.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RecordVerdict:
+    """The outcome of one round.
+
+    Parameters
+    ----------
+    finding
+        Which of the four.
+    effects
+        Refits that pass, best first; empty if none does.
+    before
+        The accepted parameters and the added effects alone.
+    tried
+        All refits, best first.
+    floor
+        Share of each held-out record that is noise; 0 where it is not known [-].
+    names
+        Of the held-out records.
+    """
+
+    finding: Finding
+    effects: tuple[RecordRefit, ...]
+    before: RecordRefit
+    tried: tuple[RecordRefit, ...]
+    floor: PerRecord
+    names: tuple[str, ...]
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in words."""
+        error = f"the held-out error is {100 * self.before.held_error:.2g} %"
+        best = self._best()
+        if self.finding is Finding.NOTHING:
+            return f"Nothing is missing that these records could show: {error}, and {best}."
+        if self.finding is Finding.UNKNOWN:
+            noise = f"{100 * float(np.sqrt(np.mean(self.floor**2))):.2g} %"
+            return f"Something is missing, and it is none of the known effects: {error}, the noise {noise}, and {best}."
+        told = " or ".join(_told(each) for each in self.effects)
+        falls = ", ".join(
+            f"{100 * before:.2g} to {100 * after:.2g} % in {name}"
+            for name, before, after in zip(
+                self.names, self.before.held_errors, self.effects[0].held_errors, strict=True
+            )
+        )
+        if self.finding is Finding.AMBIGUOUS:
+            return f"{told}: these records cannot tell which (held-out error from {falls})."
+        return f"{told} is missing; the held-out error falls from {falls}."
+
+    def _best(self) -> str:
+        if not self.tried:
+            return "what is left does not point to any candidate"
+        best = self.tried[0]
+        assert best.effect is not None
+        return f"no candidate lowers it much ({best.effect.name}, the best, to {100 * best.held_error:.2g} %)"
+
+
+def judge_records(
+    before: RecordRefit, refits: Sequence[RecordRefit], floor: PerRecord, names: Sequence[str]
+) -> RecordVerdict:
+    """Send refits through the gate.
+
+    Parameters
+    ----------
+    before
+        The accepted parameters and the added effects alone.
+    refits
+        Best first.
+    floor
+        Share of each held-out record that is noise [-].
+    names
+        Of the held-out records.
+    """
+    passed = [each for each in refits if passes(before, each, floor)]
+    rivals = [each for each in passed[1:] if not _surely_better(each.blocks, passed[0].blocks)]
+    effects = [*passed[:1], *rivals]
+    if effects:
+        finding = Finding.AMBIGUOUS if rivals else Finding.MISSING
+    else:
+        noise = float(np.mean(floor**2))
+        # As much again as the noise: the fit's own scatter on other records is far below.
+        finding = Finding.UNKNOWN if noise and before.held_error**2 > 2 * noise else Finding.NOTHING
+    return RecordVerdict(
+        finding=finding, effects=tuple(effects), before=before, tried=tuple(refits), floor=floor, names=tuple(names)
+    )
+
+
+def passes(before: RecordRefit, after: RecordRefit, floor: PerRecord) -> bool:
+    """Whether a refit may be claimed."""
+    noise = float(np.mean(floor**2))
+    excess, left = before.held_error**2 - noise, after.held_error**2 - noise
+    return bool(excess > 0 and left <= RATIO**2 * excess and _surely_better(before.blocks, after.blocks))
+
+
+def _surely_better(before: Float[NDArray[np.float64], " b"], after: Float[NDArray[np.float64], " b"]) -> bool:
+    """Whether the blocks vote for the second by more than their scatter."""
+    if not np.isfinite(before).all():
+        return bool(np.isfinite(after).all())
+    if not np.isfinite(after).all():
+        return False
+    votes = (before - after) / np.maximum(before + after, np.finfo(float).tiny)
+    return bool(votes.mean() > SURE * votes.std(ddof=1) / np.sqrt(len(votes)))
+
+
+def _told(refit: RecordRefit) -> str:
+    assert refit.effect is not None
+    parameter = refit.effect.parameters[0]
+    unit = "" if parameter.unit == "-" else f" {parameter.unit}"
+    return f"{refit.effect.name} ({refit.strength:.4g}{unit} +- {INTERVAL * refit.deviation:.2g})"
