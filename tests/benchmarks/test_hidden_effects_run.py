@@ -176,9 +176,9 @@ def comparison() -> SimpleNamespace:
     features = FeatureVector.of(POINTS, VALUE, np.array([True, True, True, False, False, True]))
     measured = features.of_values(VALUE)
     draw = np.random.default_rng(5)
-    whitening = Whitening(
-        deviation=1e-4 * draw.uniform(0.5, 2.0, len(measured)), modes=2e-4 * draw.standard_normal((len(measured), 3))
-    )
+    # The first mode moves a ratio and its reference together.
+    modes = np.column_stack([3e-4 * measured, 2e-4 * draw.standard_normal((len(measured), 2))])
+    whitening = Whitening(deviation=1e-4 * draw.uniform(0.5, 2.0, len(measured)), modes=modes)
     return SimpleNamespace(features=features, measured=measured, whitening=whitening)
 
 
