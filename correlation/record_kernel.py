@@ -58,14 +58,18 @@ def march(
     moved, own, slope = np.zeros(2 * n_joint), np.zeros(2 * n_joint), np.zeros(2 * n_joint)
     forces, matrix, right = np.zeros(n_joint), np.zeros((n_joint, n_joint)), np.zeros((n_joint, n_all))
     # How the joints' motions answer to the joints' forces at the end of a step; at the start of the march, not at all.
-    answer = follow @ np.ascontiguousarray(gamma1[0, :, BEFORE:])
+    answer = np.zeros((2 * n_joint, n_joint))
     w[0, 0], w[0, 1], w_new[0, 1] = force[0], 1.0, 1.0
     for i in range(2 * n_joint):
         for a in range(n):
             moved[i] += follow[i, a] * x[0, a]
     joint_forces(kind, law[0], moved, w[0, BEFORE:], slope)
-    joint_matrix(0.0 * answer, slope, matrix)
+    joint_matrix(answer, slope, matrix)
     _force_rates(kind, law, follow, moved, slope, x, matrix, right, w)
+    for i in range(2 * n_joint):
+        for j in range(n_joint):
+            for a in range(n):
+                answer[i, j] += follow[i, a] * gamma1[0, a, BEFORE + j]
     _read(output, feed, x, w, value, 0)
     for k in range(1, len(force)):
         w_new[0, 0] = force[k]
@@ -75,7 +79,8 @@ def march(
                 own[i] = 0.0
                 for a in range(n):
                     own[i] += follow[i, a] * new[0, a]
-            w_new[0, BEFORE:] = w[0, BEFORE:]
+            for j in range(n_joint):
+                w_new[0, BEFORE + j] = w[0, BEFORE + j]
             if not _newton(kind, law[0], answer, own, moved, forces, slope, matrix, right, w_new[0, BEFORE:]):
                 return False
             for a in range(n):

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
 from correlation.record_propagator import Propagator, propagator
-from correlation.record_resampling import refined
+from correlation.record_resampling import refined, straightened
 from correlation.test_model import TestModel
 from correlation.time_record import TimeRecord
 
@@ -87,7 +87,7 @@ def drive(
     if record.force is None:
         force = np.zeros((len(record.time) - 1) * steps + 1)
     else:
-        force = refined(record.channel(record.force), steps)
+        force = straightened(refined(record.channel(record.force), steps))
     return Drive(record=record, sensors=names, force=force, steps=steps, first=first)
 
 
@@ -151,7 +151,7 @@ def record_rates(
 def numerical_error(test_model: TestModel, driven: Drive) -> float:
     """Difference to steps half as long, relative to the response, all sensors together [-].
 
-    The march is of second order, so that its error is 4/3 of that.
+    The march is of second order in the forces of joints and of fourth in the record's: its error is 4/3 of that at most.
     """
     coarse = predict_record(test_model, driven)
     finer = drive(driven.record, sensors=driven.sensors, steps=2 * driven.steps)

@@ -72,6 +72,7 @@ def diagnose_records(
     run_in: float = 0.0,
     noise: Mapping[str, float] | None = None,
     steps: int = STEPS,
+    units: Mapping[str, str] | None = None,
     report: Report | None = None,
 ) -> RecordDiagnosis:
     """Say what is missing.
@@ -90,6 +91,8 @@ def diagnose_records(
         Kinds to leave out, and effects of one's own.
     run_in, noise, steps
         As in `diagnosis.record.arrangement.arrange_records`.
+    units
+        What "N" and "m" are in a model that is not in SI, such as {"N": "V", "m": "V"}; for the verdict's words.
     report
         Called before each step.
     """
@@ -113,5 +116,39 @@ def diagnose_records(
     return RecordDiagnosis(
         arrangement=arrangement, catalogue=Catalogue(candidates=effects, untestable=(*listed.untestable, *left)),
         scores=tuple(scores), before=before, refits=tuple(refits),
-        verdict=judge_records(before, refits, arrangement.held.floor, names),
+        verdict=judge_records(before, refits, arrangement.held.floor, names, units),
     )  # fmt: skip
+
+
+def record_rounds(
+    base: TestModel,
+    records: Sequence[TimeRecord],
+    accepted: Sequence[Effect],
+    *,
+    most: int = 3,
+    without: Collection[str] = (),
+    extra: Sequence[Extra] = (),
+    run_in: float = 0.0,
+    noise: Mapping[str, float] | None = None,
+    steps: int = STEPS,
+    units: Mapping[str, str] | None = None,
+    report: Report | None = None,
+) -> list[RecordDiagnosis]:
+    """Add what is found and look again, until nothing more passes the gate or two effects cannot be told apart.
+
+    Parameters
+    ----------
+    most
+        Rounds at most.
+    base, records, accepted, without, extra, run_in, noise, steps, units, report
+        As in `diagnose_records`.
+    """
+    rounds: list[RecordDiagnosis] = []
+    while len(rounds) < most and (not rounds or rounds[-1].verdict.finding is Finding.MISSING):
+        rounds.append(
+            diagnose_records(
+                base, records, accepted, added=rounds[-1].added if rounds else (), without=without, extra=extra,
+                run_in=run_in, noise=noise, steps=steps, units=units, report=report,
+            )
+        )  # fmt: skip
+    return rounds

@@ -6,8 +6,9 @@ do so all over these records: each of their blocks votes by (e0 - e1) / (e0 + e1
 after, and the mean vote must be above zero by `SURE` times its standard error.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float
@@ -40,6 +41,8 @@ class RecordVerdict:
         Share of each held-out record that is noise; 0 where it is not known [-].
     names
         Of the held-out records.
+    units
+        What "N" and "m" are in a model that is not in SI, such as {"N": "V", "m": "V"} in a record in volts.
     """
 
     finding: Finding
@@ -48,6 +51,7 @@ class RecordVerdict:
     tried: tuple[RecordRefit, ...]
     floor: PerRecord
     names: tuple[str, ...]
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def sentence(self) -> str:
@@ -59,7 +63,7 @@ class RecordVerdict:
         if self.finding is Finding.UNKNOWN:
             noise = f"{100 * float(np.sqrt(np.mean(self.floor**2))):.2g} %"
             return f"Something is missing, and it is none of the known effects: {error}, the noise {noise}, and {best}."
-        told = " or ".join(_told(each) for each in self.effects)
+        told = " or ".join(self._told(each) for each in self.effects)
         falls = ", ".join(
             f"{100 * before:.2g} to {100 * after:.2g} % in {name}"
             for name, before, after in zip(
@@ -70,6 +74,23 @@ class RecordVerdict:
             return f"{told}: these records cannot tell which (held-out error from {falls})."
         return f"{told} is missing; the held-out error falls from {falls}."
 
+    def _told(self, refit: RecordRefit) -> str:
+        assert refit.effect is not None
+        unit = self.unit(refit.effect.parameters[0].unit)
+        return f"{refit.effect.name} ({refit.strength:.4g}{unit} +- {INTERVAL * refit.deviation:.2g})"
+
+    def unit(self, unit: str) -> str:
+        """A unit as it stands behind a number."""
+        if unit == "-":
+            return ""
+        if self.units:
+            unit = re.sub(r"\bkg\b", "N s^2/m", unit)
+            for letter in ("N", "m"):
+                unit = re.sub(rf"\b{letter}\b", f"[{letter}]", unit)
+            for letter in ("N", "m"):
+                unit = unit.replace(f"[{letter}]", self.units.get(letter, letter))
+        return f" {unit}"
+
     def _best(self) -> str:
         if not self.tried:
             return "what is left does not point to any candidate"
@@ -79,7 +100,11 @@ class RecordVerdict:
 
 
 def judge_records(
-    before: RecordRefit, refits: Sequence[RecordRefit], floor: PerRecord, names: Sequence[str]
+    before: RecordRefit,
+    refits: Sequence[RecordRefit],
+    floor: PerRecord,
+    names: Sequence[str],
+    units: Mapping[str, str] | None = None,
 ) -> RecordVerdict:
     """Send refits through the gate.
 
@@ -93,6 +118,8 @@ def judge_records(
         Share of each held-out record that is noise [-].
     names
         Of the held-out records.
+    units
+        What "N" and "m" are; themselves by default.
     """
     passed = [each for each in refits if passes(before, each, floor)]
     rivals = [each for each in passed[1:] if not _surely_better(each.blocks, passed[0].blocks)]
@@ -104,8 +131,9 @@ def judge_records(
         # As much again as the noise: the fit's own scatter on other records is far below.
         finding = Finding.UNKNOWN if noise and before.held_error**2 > 2 * noise else Finding.NOTHING
     return RecordVerdict(
-        finding=finding, effects=tuple(effects), before=before, tried=tuple(refits), floor=floor, names=tuple(names)
-    )
+        finding=finding, effects=tuple(effects), before=before, tried=tuple(refits), floor=floor, names=tuple(names),
+        units=dict(units or {}),
+    )  # fmt: skip
 
 
 def passes(before: RecordRefit, after: RecordRefit, floor: PerRecord) -> bool:
@@ -123,10 +151,3 @@ def _surely_better(before: Float[NDArray[np.float64], " b"], after: Float[NDArra
         return False
     votes = (before - after) / np.maximum(before + after, np.finfo(float).tiny)
     return bool(votes.mean() > SURE * votes.std(ddof=1) / np.sqrt(len(votes)))
-
-
-def _told(refit: RecordRefit) -> str:
-    assert refit.effect is not None
-    parameter = refit.effect.parameters[0]
-    unit = "" if parameter.unit == "-" else f" {parameter.unit}"
-    return f"{refit.effect.name} ({refit.strength:.4g}{unit} +- {INTERVAL * refit.deviation:.2g})"
