@@ -1,0 +1,215 @@
+"""What was done to a case, beside it: diagnoses, added effects and what was taken back, as ``case.history.json``."""
+
+import hashlib
+import json
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from datetime import datetime
+from math import isfinite, nan
+from pathlib import Path
+from typing import Any
+
+from study.errors import CaseError, OutputError, Problem
+from study.output import replace_file
+
+SCHEMA = 1
+DIAGNOSIS, ADD, UNDO = "diagnosis", "add", "undo"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Errors:
+    """How far a model is from measurements, of training and held-out data each.
+
+    Parameters
+    ----------
+    training, held_out
+        Root mean square relative error of the fundamentals of motion [-].
+    training_chi2, held_out_chi2
+        chi^2 a number [-]; 1 is noise.
+    """
+
+    training: float
+    held_out: float
+    training_chi2: float
+    held_out_chi2: float
+
+    @property
+    def document(self) -> dict[str, float | None]:
+        """As JSON: what is not known is null."""
+        return {name: value if isfinite(value) else None for name, value in vars(self).items()}
+
+    @classmethod
+    def of(cls, document: Mapping[str, float | None]) -> "Errors":
+        """From JSON."""
+        return cls(**{name: nan if value is None else float(value) for name, value in document.items()})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Step:
+    """One thing that was done.
+
+    Parameters
+    ----------
+    what
+        `DIAGNOSIS`, `ADD` or `UNDO`.
+    when
+        Local time, ISO 8601.
+    case_key
+        Hash of what the case said when it was diagnosed.
+    campaign
+        Its folder.
+    effect
+        What was added, or taken back.
+    values, calibrated
+        Texts of the effect's values and of the factors, with deviations, as the case got them.
+    before, after
+        Errors; none where they are not known.
+    drawn, accepted
+        Of a diagnosis: errors as drawn, and with the accepted parameters calibrated; none if they are not known.
+    sentence, finding
+        Of a diagnosis: its verdict.
+    candidates
+        Of a diagnosis: what would be written for each refitted effect.
+    case_before, case_after
+        The whole file.
+    diff
+        Lines of what changed in it.
+    """
+
+    what: str
+    when: str = ""
+    case_key: str = ""
+    campaign: str = ""
+    effect: str = ""
+    values: Mapping[str, Sequence[Any]] = field(default_factory=dict)
+    calibrated: Mapping[str, Sequence[Any]] = field(default_factory=dict)
+    before: Errors | None = None
+    after: Errors | None = None
+    drawn: Errors | None = None
+    accepted: Errors | None = None
+    sentence: str = ""
+    finding: str = ""
+    candidates: Sequence[Mapping[str, Any]] = ()
+    case_before: str = ""
+    case_after: str = ""
+    diff: Sequence[str] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class History:
+    """All steps of a case, oldest first.
+
+    Parameters
+    ----------
+    file
+        Where it is kept.
+    steps
+        As they were done.
+    """
+
+    file: Path
+    steps: tuple[Step, ...] = ()
+
+    @property
+    def standing(self) -> tuple[Step, ...]:
+        """Effects that were added and not taken back."""
+        found: list[Step] = []
+        for step in self.steps:
+            if step.what == ADD:
+                found.append(step)
+            elif step.what == UNDO and found:
+                found.pop()
+        return tuple(found)
+
+    @property
+    def last_diagnosis(self) -> Step | None:
+        """The latest one; none if there is none."""
+        return next((step for step in reversed(self.steps) if step.what == DIAGNOSIS), None)
+
+    def with_step(self, step: Step) -> "History":
+        """The history with one more step; a diagnosis takes the place of one of the same case."""
+        stamped = replace(step, when=step.when or datetime.now().astimezone().isoformat(timespec="seconds"))
+        steps = self.steps
+        if steps and step.what == steps[-1].what == DIAGNOSIS and step.case_key == steps[-1].case_key:
+            steps = steps[:-1]
+        return replace(self, steps=(*steps, stamped))
+
+    def save(self) -> None:
+        """Write the file.
+
+        Raises
+        ------
+        OutputError
+            It cannot be written.
+        """
+        steps = [_plain(step) for step in self.steps]
+        text = json.dumps({"schema": SCHEMA, "steps": steps}, indent=1, ensure_ascii=False, allow_nan=False)
+        write_beside(self.file, f"{text}\n")
+
+
+def history_of(case: Path) -> History:
+    """The history of a case file; empty if it has none.
+
+    Raises
+    ------
+    CaseError
+        A history that is damaged.
+    """
+    file = case.with_name(f"{case.stem}.history.json")
+    try:
+        data = json.loads(file.read_text(encoding="utf-8"))
+        if data["schema"] != SCHEMA:
+            raise _damaged(file, f"schema = {data['schema']} is of another version of stickslip")
+        return History(file=file, steps=tuple(_step(each) for each in data["steps"]))
+    except FileNotFoundError:
+        return History(file=file)
+    except OSError as error:
+        raise _damaged(file, f"cannot be read ({error.strerror})") from None
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise _damaged(file, "is damaged") from None
+
+
+def read_text(case: Path) -> str:
+    """Text of a case file, its line ends and all."""
+    return case.read_bytes().decode("utf-8")
+
+
+def case_key(text: str) -> str:
+    """Hash of what a case says, whatever its comments and layout."""
+    data = tomllib.loads(text.removeprefix("\ufeff"))
+    return hashlib.sha256(json.dumps(data, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def write_beside(file: Path, text: str) -> None:
+    """Replace a file of the user.
+
+    Raises
+    ------
+    OutputError
+        Its folder or the file itself cannot be written.
+    """
+    try:
+        if file.exists():
+            file.open("ab").close()  # replacing it would pass over its own permissions
+        replace_file(file, text.encode("utf-8"))
+    except OSError as error:
+        raise OutputError(
+            f"{file} cannot be written ({error.strerror}): change its permissions, or work on a copy of the case"
+        ) from None
+
+
+def _plain(step: Step) -> dict[str, Any]:
+    data = {name: getattr(step, name) for name in step.__dataclass_fields__}
+    errors = {name: each.document for name, each in data.items() if isinstance(each, Errors)}
+    return {name: value for name, value in (data | errors).items() if value not in (None, "", (), {}, [])}
+
+
+def _step(data: Mapping[str, Any]) -> Step:
+    names = ("before", "after", "drawn", "accepted")
+    return Step(**{**data, **{name: Errors.of(data[name]) for name in names if name in data}})
+
+
+def _damaged(file: Path, what: str) -> CaseError:
+    text = f"{what}: mend it, or move it away to begin a new history"
+    return CaseError([Problem(file=str(file), line=0, key="", text=text)])

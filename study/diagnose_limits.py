@@ -1,0 +1,85 @@
+"""What chance may do in tests of one layout: shipped for known layouts, measured once for others."""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from correlation.measurement import Campaign
+from diagnosis.catalogue import Catalogue
+from diagnosis.limits import Limits
+from study.test_case_model import TestSetup
+
+#: Limits of shipped layouts: a JSON object, key of the layout to the fields of `Limits`.
+SHIPPED = Path(__file__).with_name("cases") / "limits.json"
+
+
+def layout(setup: TestSetup, campaign: Campaign, candidates: Catalogue) -> dict[str, Any]:
+    """What the limits depend on: tests, sensors, what is held out, the kind of model, the candidates; no values.
+
+    Parameters
+    ----------
+    setup
+        Of the case.
+    campaign
+        As read.
+    candidates
+        That take part.
+    """
+    table, model = campaign.measurement, setup.model
+    tests = [
+        {
+            "configuration": test.configuration,
+            "levels": [float(f"{level:.4g}") for level in np.unique(table.level[table.test == number])],
+            "n_frequency": len(np.unique(np.round(table.frequency[table.test == number], 6))),
+            "repeats": len(np.unique(table.repeat[table.test == number])),
+            "sweeps": np.unique(table.sweep[table.test == number]).tolist(),
+            "harmonics": np.unique(table.harmonic[table.test == number]).tolist(),
+        }
+        for number, test in enumerate(campaign.tests)
+    ]
+    return {
+        "tests": tests,
+        "sensors": sorted(sensor.name for sensor in campaign.sensors),
+        "held_out": [
+            [float(f"{level:.4g}") for level in campaign.held_out.levels],
+            len(campaign.held_out.repeats),
+        ],
+        "n_dof": model.system.n_dof,
+        "lines": {name: len(members) for name, members in model.lines.items()},
+        "accepted": [each.name for each in setup.accepted],
+        "candidates": sorted(candidates.names),
+    }
+
+
+def layout_key(of: dict[str, Any]) -> str:
+    """Name of a layout in the file of shipped limits."""
+    return hashlib.sha256(json.dumps(of, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def shipped_limits(key: str) -> Limits | None:
+    """Limits that come with stickslip; none for a layout that it does not know."""
+    try:
+        known: dict[str, Any] = json.loads(SHIPPED.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return None
+    return Limits(**known[key]["limits"]) if key in known else None
+
+
+def limits_for(setup: TestSetup, campaign: Campaign, without: Sequence[str]) -> Limits | None:
+    """Limits of a layout; none lets the diagnosis reckon them by the linear theory.
+
+    Parameters
+    ----------
+    setup, campaign
+        Model and measurements.
+    without
+        Kinds that are left out.
+    """
+    from study.diagnose_round import campaign_catalogue
+
+    found = campaign_catalogue(setup, campaign, without)
+    return shipped_limits(layout_key(layout(setup, campaign, found)))

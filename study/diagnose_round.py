@@ -1,0 +1,216 @@
+"""One round of diagnosis of a case, each expensive step kept, so that it goes on where it was interrupted."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
+
+import numpy as np
+
+from correlation.measurement import Campaign
+from correlation.misfit import Misfit
+from correlation.sensor_placement import with_sensors
+from correlation.test_model import TestModel
+from diagnosis.arrangement import Arrangement
+from diagnosis.catalogue import Catalogue
+from diagnosis.diagnose import Added, Diagnosis, Keep, computed, diagnose
+from diagnosis.effect.candidate import EffectError
+from diagnosis.own_effect import installed_effects
+from diagnosis.refit import Refit, unchanged
+from study import fingerprint
+from study.compare_run import Side
+from study.diagnose_codec import STEP
+from study.diagnose_history import Errors
+from study.diagnose_limits import limits_for
+from study.progress import Progress, SilentProgress
+from study.store import Store, stage
+from study.test_case_added import case_catalogue
+from study.test_case_model import TestSetup
+
+T = TypeVar("T")
+
+#: Code that a kept step depends on.
+ROOMS = ("correlation", "diagnosis", "hbsolve", "reduction", "study.test_case_model", "study.solve_model")
+#: About what a round takes when nothing is known of earlier ones [s].
+EXPECTED = 40.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Round:
+    """A diagnosis beside the case and the campaign that it is of.
+
+    Parameters
+    ----------
+    setup
+        Of the case, with the sensors of the campaign.
+    campaign
+        What was measured.
+    diagnosis
+        What was found.
+    drawn
+        The case without anything that was calibrated or added.
+    keep
+        Of this round.
+    """
+
+    setup: TestSetup
+    campaign: Campaign
+    diagnosis: Diagnosis
+    drawn: Refit
+    keep: Keep
+
+    @property
+    def best(self) -> Refit | None:
+        """What explains the measurements best; none if nothing does."""
+        return next(iter(self.diagnosis.verdict.effects), None)
+
+    def misfit(self, of: Refit) -> Misfit:
+        """To the training data."""
+        return Side(comparison=self.diagnosis.arrangement.train, prediction=of.fit.prediction).misfit
+
+
+def diagnose_case(
+    setup: TestSetup,
+    campaign: Campaign,
+    *,
+    without: Sequence[str] = (),
+    store: Store | None = None,
+    progress: Progress | None = None,
+) -> Round:
+    """Say what is missing from a case.
+
+    Parameters
+    ----------
+    setup
+        Of the case.
+    campaign
+        As read.
+    without
+        Kinds of effects that are left out, besides those of the case.
+    store
+        Where steps are kept; nowhere by default.
+    progress
+        Shows what is being done.
+
+    Raises
+    ------
+    CampaignError
+        A sensor that does not fit the model, nothing held out, or a single repeat.
+    EffectError
+        An unknown kind, or an effect of one's own that fails.
+    """
+    setup = beside(setup, campaign)
+    without = tuple(sorted({*setup.without, *without}))
+    limits = limits_for(setup, campaign, without)
+    keep = kept(store, setup, campaign, without, limits)
+    with _reported(progress or SilentProgress()) as report:
+        diagnosis = diagnose(
+            campaign,
+            setup.model,
+            setup.accepted,
+            setup.budget,
+            added=setup.added,
+            without=without,
+            extra=[*setup.effects, *installed_effects()],
+            limits=limits,
+            keep=keep,
+            report=report,
+        )
+        drawn = keep("as drawn", lambda: as_drawn(diagnosis.arrangement, setup.model))
+    return Round(setup=setup, campaign=campaign, diagnosis=diagnosis, drawn=drawn, keep=keep)
+
+
+def beside(setup: TestSetup, campaign: Campaign) -> TestSetup:
+    """A case with the sensors of a campaign, and its added effects as they are at the campaign's levels."""
+    model = with_sensors(setup.model, campaign)
+    refined = [with_sensors(finer, campaign) for finer in setup.budget.refined]
+    setup = replace(setup, model=model, budget=replace(setup.budget, refined=refined))
+    if not setup.added:
+        return setup
+    known = campaign_catalogue(setup, campaign, ())
+    return replace(setup, added=tuple(_at_levels(each, known) for each in setup.added))
+
+
+def campaign_catalogue(setup: TestSetup, campaign: Campaign, without: Sequence[str]) -> Catalogue:
+    """Effects of a case, as strong as the campaign's levels make them."""
+    return case_catalogue(
+        setup.model,
+        setup.effects,
+        level=max(campaign.levels, default=1.0),
+        configurations=sorted({test.configuration for test in campaign.tests}) or ["jointed"],
+        without=without,
+    )
+
+
+def errors(of: Refit) -> Errors:
+    """How far a fitted model is from the measurements."""
+    return Errors(
+        training=of.error,
+        held_out=of.held_error,
+        training_chi2=of.fit.chi2 / of.fit.n_number,
+        held_out_chi2=of.held_chi2,
+    )
+
+
+def as_drawn(arrangement: Arrangement, model: TestModel) -> Refit:
+    """A model as it is, tested like a fitted one."""
+    prediction = arrangement.train.predict(model, arrangement.fit.prediction)
+    residual = arrangement.train.residual(prediction)
+    fit = replace(
+        arrangement.fit,
+        model=model,
+        prediction=prediction,
+        chi2=float(residual @ residual),
+        residual=np.concatenate([residual, np.zeros(len(arrangement.fit.values))]),
+    )
+    return unchanged(replace(arrangement, fit=fit))
+
+
+def kept(store: Store | None, setup: TestSetup, campaign: Campaign, without: Sequence[str], limits: object) -> Keep:
+    """What looks steps up in a store, under a fingerprint of all that they depend on."""
+    if store is None or store.folder is None:
+        return computed
+    inputs = {"setup": replace(setup, title=""), "campaign": campaign, "without": without, "limits": limits}
+    key = fingerprint.key("diagnosis", _content(inputs), ROOMS)
+
+    def keep(name: str, make: Callable[[], T]) -> T:
+        found: T = store.run(step, key, name, make)
+        return found
+
+    return keep
+
+
+@stage("step of a diagnosis", rooms=(), codec=STEP, ignore=("make",))
+def step(key: str, name: str, make: Callable[[], Any]) -> Any:
+    """One step of a round."""
+    del key, name
+    return make()
+
+
+def _content(inputs: dict[str, Any]) -> dict[str, Any]:
+    """The folder of a campaign is no content: what was read from it is."""
+    return {**inputs, "campaign": {name: value for name, value in vars(inputs["campaign"]).items() if name != "folder"}}
+
+
+def _at_levels(added: Added, known: Catalogue) -> Added:
+    try:
+        return replace(added, effect=known.effect(added.effect.name))
+    except EffectError:
+        return added  # These tests say nothing about it, yet it is there.
+
+
+@contextmanager
+def _reported(progress: Progress) -> Iterator[Callable[[str, float], None]]:
+    """The whole as one step with its time left, what is being done as steps within."""
+    with progress.step("diagnosis", expected=EXPECTED) as whole, ExitStack() as inner:
+        doing = ""
+
+        def report(what: str, share: float) -> None:
+            nonlocal doing
+            if what != doing:
+                inner.close()
+                inner.enter_context(progress.step(what))
+                doing = what
+            whole(share, 1.0)
+
+        yield report
