@@ -151,7 +151,7 @@ def record_rates(
 def numerical_error(test_model: TestModel, driven: Drive) -> float:
     """Difference to steps half as long, relative to the response, all sensors together [-].
 
-    The march is of second order in the forces of joints and of fourth in the record's: its error is 4/3 of that at most.
+    The march is of second order in the forces of joints, of fourth in the record's: the error is at most 4/3 of this.
     """
     coarse = predict_record(test_model, driven)
     finer = drive(driven.record, sensors=driven.sensors, steps=2 * driven.steps)

@@ -4,6 +4,9 @@ What a model leaves of a record is coloured, and mostly the model's own error: a
 everything. The gate is the error on records that no fit saw. It must fall to `RATIO` of its excess over the noise, and
 do so all over these records: each of their blocks votes by (e0 - e1) / (e0 + e1), e the mean squared error before and
 after, and the mean vote must be above zero by `SURE` times its standard error.
+
+Where the noise is known there is a second gate behind the first: an effect that leaves more than `PART` of the excess,
+and that above the noise, is a stand-in for another, as a linear spring is for a cubic one at a single level.
 """
 
 import re
@@ -19,6 +22,8 @@ from diagnosis.verdict import INTERVAL, Finding
 
 #: Of the excess held-out error: what must be left at most.
 RATIO = 0.8
+#: Of the excess held-out error: what an effect may leave at most and still be named, where the noise is known.
+PART = 0.5
 #: Standard errors of the blocks' mean vote; with less than that two effects cannot be told apart.
 SURE = 4.0
 
@@ -96,7 +101,7 @@ class RecordVerdict:
             return "what is left does not point to any candidate"
         best = self.tried[0]
         assert best.effect is not None
-        return f"no candidate lowers it much ({best.effect.name}, the best, to {100 * best.held_error:.2g} %)"
+        return f"no candidate lowers it enough ({best.effect.name}, the best, to {100 * best.held_error:.2g} %)"
 
 
 def judge_records(
@@ -122,14 +127,13 @@ def judge_records(
         What "N" and "m" are; themselves by default.
     """
     passed = [each for each in refits if passes(before, each, floor)]
-    rivals = [each for each in passed[1:] if not _surely_better(each.blocks, passed[0].blocks)]
-    effects = [*passed[:1], *rivals]
+    named = [each for each in passed if _explains(before, each, floor)]
+    rivals = [each for each in named[1:] if not _surely_better(each.blocks, named[0].blocks)]
+    effects = [*named[:1], *rivals]
     if effects:
         finding = Finding.AMBIGUOUS if rivals else Finding.MISSING
     else:
-        noise = float(np.mean(floor**2))
-        # As much again as the noise: the fit's own scatter on other records is far below.
-        finding = Finding.UNKNOWN if noise and before.held_error**2 > 2 * noise else Finding.NOTHING
+        finding = Finding.UNKNOWN if passed or _loud(before, floor) else Finding.NOTHING
     return RecordVerdict(
         finding=finding, effects=tuple(effects), before=before, tried=tuple(refits), floor=floor, names=tuple(names),
         units=dict(units or {}),
@@ -141,6 +145,19 @@ def passes(before: RecordRefit, after: RecordRefit, floor: PerRecord) -> bool:
     noise = float(np.mean(floor**2))
     excess, left = before.held_error**2 - noise, after.held_error**2 - noise
     return bool(excess > 0 and left <= RATIO**2 * excess and _surely_better(before.blocks, after.blocks))
+
+
+def _explains(before: RecordRefit, after: RecordRefit, floor: PerRecord) -> bool:
+    """Whether little is left but noise, as far as that is known."""
+    noise = float(np.mean(floor**2))
+    left = after.held_error**2 - noise
+    return not _loud(after, floor) or bool(left <= PART**2 * (before.held_error**2 - noise))
+
+
+def _loud(refit: RecordRefit, floor: PerRecord) -> bool:
+    """Whether there is at least as much again as the noise; no where that is not known."""
+    noise = float(np.mean(floor**2))
+    return bool(noise and refit.held_error**2 > 2 * noise)
 
 
 def _surely_better(before: Float[NDArray[np.float64], " b"], after: Float[NDArray[np.float64], " b"]) -> bool:
