@@ -123,7 +123,7 @@ class Score:
     confusion: Confusion
     seconds: tuple[float, float]
     make_seconds: tuple[float, float]
-    floor_check: float
+    floor_factor: float
     failed: int
     code: tuple[str, ...]
 
@@ -138,11 +138,13 @@ def score(records: Sequence[Record], groups: Groups) -> Score:
     groups
         Effects that cannot be told apart.
     """
-    planted = {row: row_score(of_rows(records, [row]), groups) for row in PLANTED}
-    planted[POOLED] = row_score(of_rows(records, PLANTED), groups)
+    nothing = of_rows(records, [NOTHING])
+    factor = _median(record.held_error / record.floor for record in nothing if record.floor > 0)
+    known = factor if math.isfinite(factor) else 1.0
+    planted = {row: row_score(of_rows(records, [row]), groups, known) for row in PLANTED}
+    planted[POOLED] = row_score(of_rows(records, PLANTED), groups, known)
     excluded = {row: excluded_score(of_rows(records, [row])) for row in EXCLUDED}
     excluded[POOLED] = excluded_score(of_rows(records, EXCLUDED))
-    nothing = of_rows(records, [NOTHING])
     cost = [record.make_seconds + record.diagnose_seconds for record in records]
     return Score(
         planted=planted,
@@ -151,14 +153,14 @@ def score(records: Sequence[Record], groups: Groups) -> Score:
         confusion=confusion(records, groups),
         seconds=_quantiles(cost),
         make_seconds=_quantiles([record.make_seconds for record in records]),
-        floor_check=_median(record.held_error / record.floor for record in nothing if record.floor > 0),
+        floor_factor=factor,
         failed=sum(record.finding == FAILED for record in records),
         code=tuple(sorted({record.code for record in records if record.code})),
     )
 
 
-def row_score(records: Sequence[Record], groups: Groups) -> RowScore:
-    """Of campaigns with a planted effect that the catalogue has."""
+def row_score(records: Sequence[Record], groups: Groups, floor_factor: float = 1.0) -> RowScore:
+    """Of campaigns with a planted effect that the catalogue has; the factor as for `excess`."""
     alone = [record for record in records if not groups.of(record.planted.effect)]
     found = [record for record in records if _first(record) == record.planted.effect]
     sharp = [record for record in found if _spread(record.ranking[0]) <= SHARP]
@@ -169,7 +171,7 @@ def row_score(records: Sequence[Record], groups: Groups) -> RowScore:
         wrong=_share(records, lambda record: bool(record.named) and not _named_right(record, groups)),
         strength=_share(sharp, lambda record: abs(_strength_error(record)) <= STRENGTH_ERROR),
         covered=_share(found, _covered),
-        excess=excess(records),
+        excess=excess(records, floor_factor),
     )
 
 
@@ -183,11 +185,20 @@ def excluded_score(records: Sequence[Record]) -> ExcludedScore:
     )
 
 
-def excess(records: Iterable[Record]) -> Excess:
-    """Held-out error above the floor with the first effect that the verdict names; nothing named, nothing gained."""
+def excess(records: Iterable[Record], floor_factor: float = 1.0) -> Excess:
+    """Held-out error above the floor with the first effect that the verdict names; nothing named, nothing gained.
+
+    Parameters
+    ----------
+    records
+        Campaigns.
+    floor_factor
+        Held-out error of the right model beside the floor that its covariance leads to expect [-]: fits and the
+        set-up of the held-out repeats take up a part of what the covariance holds possible.
+    """
     known = [record for record in records if record.finding != FAILED and math.isfinite(record.floor)]
-    before = [record.held_error - record.floor for record in known]
-    after = [_held_error_after(record) - record.floor for record in known]
+    before = [record.held_error - floor_factor * record.floor for record in known]
+    after = [_held_error_after(record) - floor_factor * record.floor for record in known]
     ratios = [max(late, 0.0) / early for early, late in zip(before, after, strict=True) if early > 0]
     return Excess(
         of=len(known),

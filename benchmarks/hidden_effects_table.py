@@ -102,7 +102,8 @@ def _notes(score: Score) -> str:
     lines = [
         f"{of} campaigns; {score.seconds[0]:.0f} s of processor time each in the median, 95 % below "
         f"{score.seconds[1]:.0f} s (made: {score.make_seconds[0]:.0f} and {score.make_seconds[1]:.0f} s).",
-        f"Held-out error over its floor where nothing is planted, median: {_number(score.floor_check)}.",
+        f"The floor of the held-out error is {_number(score.floor_factor)} times what the covariance leads to "
+        "expect, the median where nothing is planted.",
     ]
     if score.failed:
         lines.append(f"{score.failed} failed, and count as wrong.")

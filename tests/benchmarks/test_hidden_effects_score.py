@@ -148,10 +148,18 @@ def test_a_strength_counts_from_where_the_effect_vanishes() -> None:
 
 def test_the_excess_falls_by_what_is_named_alone() -> None:
     # Above a floor of 1 %: 2 to 1.2 %, 2 to 1.2 %, and nothing named.
-    excess = score(RECORDS, GROUPS).planted["mass"].excess
+    excess = score([record for record in RECORDS if record.row == "mass"], GROUPS).planted["mass"].excess
     assert (excess.of, excess.seen, excess.halved) == (3, 3, 2)
     assert excess.median == pytest.approx(0.2)
     assert excess.together == pytest.approx((0.2 + 0.2 + 1.0) / 3)
+
+
+def test_the_floor_is_where_campaigns_without_any_effect_are() -> None:
+    nothing = [replace(each, held_error=0.011) for each in RECORDS if each.row == "nothing"]
+    scored = score([*RECORDS[:3], *nothing], GROUPS)
+    assert scored.floor_factor == pytest.approx(1.1)
+    # 2 to 1.2 % above 1.1 %.
+    assert scored.planted["mass"].excess.median == pytest.approx(0.1 / 0.9)
 
 
 def test_a_record_survives_its_file_and_a_torn_line_does_not_spoil_the_next(tmp_path: Path) -> None:
