@@ -41,6 +41,9 @@ COMMANDS = (
     ("reduce", "study.command.reduce:app", "Reduce a blade by Craig-Bampton: CAD, mesh, reduced model, response."),
     ("solve", "study.command.solve:app", "Compute response curves of a structure with friction, gaps, other joints."),
     ("compare", "study.command.compare:app", "Compare a model with measurements, and show where it fails."),
+    ("diagnose", "study.command.diagnose:app", "Name the effect that a model lacks, or say that none is missing."),
+    ("add", "study.command.add:app", "Write an effect that is missing into a case."),
+    ("undo", "study.command.undo:app", "Take the effect that was added last out of a case."),
     ("doctor", "study.command.doctor:app", "Show what this machine lacks, and the one line that installs it."),
     ("cache", "study.command.cache:app", "Show how much the kept results take, or remove them."),
 )

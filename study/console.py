@@ -69,7 +69,7 @@ class Output:
         return exit_code
 
     def _document(self, document: Mapping[str, Any]) -> None:
-        self._stream.write(json.dumps(_plain(document), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+        self._stream.write(json.dumps(plain(document), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
         self._stream.flush()
 
 
@@ -139,14 +139,14 @@ def _print_rich(text: "RenderableType", stream: TextIO) -> None:
     Quitter(file=stream).print(text)
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Value as strict JSON: arrays become lists, numbers that are not finite become null."""
     if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
+        return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     if hasattr(value, "tolist"):  # numpy's arrays and numbers
-        return _plain(value.tolist())
+        return plain(value.tolist())
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value if value is None or isinstance(value, bool | int | float | str) else str(value)

@@ -25,7 +25,7 @@ WRITTEN = {
     "kg": (("kg", 1.0), ("g", 1e-3), ("mg", 1e-6), ("ug", 1e-9)),
     "m": (("m", 1.0), ("mm", 1e-3), ("um", 1e-6), ("nm", 1e-9)),
     "N/m": (("N/um", 1e6), ("N/mm", 1e3), ("N/m", 1.0)),
-    "N/m^3": (("N/um^3", 1e18), ("N/mm^3", 1e9), ("N/m^3", 1.0)),
+    "N/m^3": (("N/um^3", 1e18), ("N/mm^3", 1e9), ("N/cm^3", 1e6), ("N/m^3", 1.0)),
 }
 #: Units of effects whose bounds hold at any level of force.
 LINEAR = ("kg", "kg m^2", "N/m", "N m", "m", "-")

@@ -1,0 +1,40 @@
+"""``stickslip add``: an effect that is missing, written into the case."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from study.run_context import DEFAULTS, Answer, Options, command_app
+
+app = command_app(
+    "add",
+    """Writes an effect into a test case, with the strength that the last `stickslip diagnose` of this case found and
+    the accepted parameters calibrated beside it. Comments and layout of the file stay. Each step is noted in
+    CASE.history.json, and `stickslip undo` takes it back.""",
+    examples=['stickslip add "mass at tip"', 'stickslip add mass at tip --case beam.toml --value "93 mg"'],
+)
+
+Case = Annotated[Path | None, Parameter(help="Test case; the one of this folder by default.")]
+
+
+@app.default
+def add(
+    *effect: Annotated[str, Parameter(help="Its name, as the diagnosis writes it.")],
+    case: Case = None,
+    value: Annotated[
+        tuple[str, ...],
+        Parameter(negative="", help="Its strength with a unit, instead of the diagnosis's; one for each parameter."),
+    ] = (),
+    options: Options = DEFAULTS,
+) -> Answer:
+    """Add an effect."""
+    from study.diagnose_add import add as add_effect
+    from study.diagnose_add import find_case, named
+    from study.diagnose_run import step_document
+    from study.diagnose_words import step_in_words
+
+    del options
+    file = case if case is not None else find_case(Path())
+    step = add_effect(file, named(effect), value)
+    return Answer(document={"case": str(file), **step_document(step)}, text=step_in_words(step, file))

@@ -1,0 +1,28 @@
+"""``stickslip undo``: the effect that was added last, taken out of the case."""
+
+from pathlib import Path
+
+from study.command.add import Case
+from study.run_context import DEFAULTS, Answer, Options, command_app
+
+app = command_app(
+    "undo",
+    """Takes the effect that `stickslip add` or `stickslip diagnose --auto` added last out of the case again, and gives
+    all other numbers the values that they had: the file is as it was, byte for byte, but for what you edited elsewhere
+    meanwhile. Where you edited the very lines it refuses. Each call takes one step back.""",
+    examples=["stickslip undo", "stickslip undo --case beam.toml"],
+)
+
+
+@app.default
+def undo(*, case: Case = None, options: Options = DEFAULTS) -> Answer:
+    """Take a step back."""
+    from study.diagnose_add import find_case
+    from study.diagnose_add import undo as take_back
+    from study.diagnose_run import step_document
+    from study.diagnose_words import step_in_words
+
+    del options
+    file = case if case is not None else find_case(Path())
+    step = take_back(file)
+    return Answer(document={"case": str(file), **step_document(step)}, text=step_in_words(step, file))

@@ -1,0 +1,179 @@
+"""What a round of diagnosis found, in words and as a document."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from diagnosis.verdict import Finding
+from study.diagnose_history import ADD, Errors, Step
+from study.diagnose_round import Round, errors
+from study.diagnose_table import Row, beyond, factors, interval, rows, short, strengths
+
+#: Candidates and places that the terminal shows; the files hold all.
+MOST, MOST_PLACES = 10, 3
+ADVICE = {
+    Finding.MISSING: 'stickslip add "{effect}" writes it into the case; --auto does so by itself',
+    Finding.AMBIGUOUS: 'stickslip add "{effect}" takes one of them all the same; tests that tell them apart are better',
+    Finding.NOTHING: "the case explains these measurements",
+    Finding.UNKNOWN: "look at that place, or offer an effect of your own (docs/effects.md)",
+}
+
+
+def in_words(of: Round) -> str:
+    """For people: the verdict, what was calibrated, the candidates, and what cannot be tested."""
+    return "\n".join([*_verdict(of), "", *_fitted(of), "", *_candidates(of), *_places(of), *_untestable(of)])
+
+
+def verdict_in_words(of: Round) -> str:
+    """The verdict without its list of detectable strengths, which is a table of its own."""
+    return of.diagnosis.verdict.sentence.partition(" The smallest detectable strengths are")[0]
+
+
+def advice(of: Round) -> str:
+    """What to do next."""
+    best = of.best
+    effect = best.effect.name if best is not None and best.effect is not None else ""
+    return ADVICE[of.diagnosis.verdict.finding].format(effect=effect)
+
+
+def chance(of: Round) -> str:
+    """Where the threshold comes from."""
+    limits = of.diagnosis.limits
+    told = f"{limits.n_trial} campaigns without any effect" if limits.n_trial else "linear theory alone"
+    return (
+        f"chance lowers chi^2 by more than {limits.gain:.3g} in {100 * limits.false_alarms:.2g} % of campaigns in "
+        f"which nothing is missing (from {told})"
+    )
+
+
+def document(of: Round) -> dict[str, Any]:
+    """The same for ``--json`` and ``diagnosis.json``; strengths in SI."""
+    found = of.diagnosis
+    return {
+        "title": of.setup.title,
+        "campaign": of.campaign.title,
+        "finding": found.verdict.finding.value,
+        "verdict": found.verdict.sentence,
+        "effects": [each.effect.name for each in found.verdict.effects if each.effect is not None],
+        "threshold": found.verdict.threshold,
+        "limits": vars(found.limits),
+        "errors": {"drawn": errors(of.drawn).document, "before": errors(found.before).document},
+        "calibrated": {
+            name: {"factor": factor, "deviation": deviation}
+            for name, (factor, deviation) in factors(of, found.before).items()
+        },
+        "added": [
+            {"effect": effect.name, "strength": strength, "deviation": deviation, "unit": effect.parameters[0].unit}
+            for effect, strength, deviation in strengths(of, found.before)
+        ],
+        "candidates": [_row_document(row) for row in rows(of)],
+        "places": [
+            {
+                "place": place.name,
+                "configuration": place.configuration,
+                "gain": place.gain,
+                "exponent": place.exponent,
+                "exponent_deviation": place.exponent_deviation,
+                "phase_deg": place.phase,
+                "levels_n": place.level,
+                "amplitude_m": place.amplitude,
+                "stiffness_real": place.stiffness.real,
+                "stiffness_imag": place.stiffness.imag,
+                "stiffness_deviation": place.deviation,
+            }
+            for place in found.places
+        ],
+        "untestable": [{"effect": each.name, "reason": each.reason} for each in found.catalogue.untestable],
+    }
+
+
+def errors_in_words(of: Errors) -> str:
+    """Both errors with chi^2."""
+    return (
+        f"error {100 * of.training:7.3g} %, held out {100 * of.held_out:7.3g} %; chi^2 a number "
+        f"{of.training_chi2:8.3g}, held out {of.held_out_chi2:8.3g}"
+    )
+
+
+def step_in_words(step: Step, case: Path) -> str:
+    """What `add` or `undo` did."""
+    values = ", ".join(str(value) for value, _ in step.values.values())
+    lines = [f'{case}: "{step.effect}" ({values}) added' if step.what == ADD else f'{case}: "{step.effect}" taken back']
+    if step.before is not None and step.after is not None:
+        lines += [f"  before  {errors_in_words(step.before)}", f"  after   {errors_in_words(step.after)}"]
+    return "\n".join([*lines, "", *step.diff])
+
+
+def _verdict(of: Round) -> Iterator[str]:
+    yield f"{of.setup.title} beside {of.campaign.title}"
+    yield ""
+    yield verdict_in_words(of)
+    yield f"  {chance(of)}"
+    yield f"  next: {advice(of)}"
+
+
+def _fitted(of: Round) -> Iterator[str]:
+    before = of.diagnosis.before
+    named = [f"{name} x {value:.4f} +- {deviation:.4f}" for name, (value, deviation) in factors(of, before).items()]
+    yield f"Calibrated: {', '.join(named) or 'nothing is accepted'}"
+    for effect, strength, deviation in strengths(of, before):
+        yield f"Added: {effect.name}, {interval(strength, deviation, effect.parameters[0])}"
+    steps = [("as drawn", errors(of.drawn)), ("calibrated", errors(before))]
+    if of.best is not None and of.best.effect is not None:
+        steps.append((f"+ {of.best.effect.name}", errors(of.best)))
+    width = max(len(name) for name, _ in steps)
+    for name, each in steps:
+        yield f"  {name:<{width}}  {errors_in_words(each)}"
+
+
+def _candidates(of: Round) -> Iterator[str]:
+    shown = rows(of)[:MOST]
+    if not shown:
+        yield "No effect can be tested."
+        return
+    width = max(len(row.effect.name) for row in shown)
+    yield f"  {'candidate':<{width}}  {'chi^2 falls by':>14}  {'held-out error':>14}  {'alike':>5}  {'strength'}"
+    for row in shown:
+        gain = f"{row.gain:.4g}" if row.gain is not None else f"({row.expected:.4g})"
+        held = f"{100 * row.errors.held_out:.3g} %" if row.errors is not None else ""
+        mark = "*" if row.named else " "
+        yield f"{mark} {row.effect.name:<{width}}  {gain:>14}  {held:>14}  {row.cosine:5.2f}  {row.in_words}"
+    yield "  in brackets: to first order, not fitted; alike: 1 cannot be told from the best by these tests"
+    if of.diagnosis.verdict.finding is Finding.NOTHING:
+        least = [f"{row.effect.name} {beyond(row.detectable, row.parameter)}" for row in rows(of)]
+        yield f"  smallest detectable strengths: {', '.join(least)}"
+
+
+def _places(of: Round) -> Iterator[str]:
+    if of.diagnosis.verdict.finding is not Finding.UNKNOWN or not of.diagnosis.places:
+        return
+    yield ""
+    yield "Where an unknown force would explain the difference:"
+    for place in of.diagnosis.places[:MOST_PLACES]:
+        yield f"  chi^2 falls by {place.gain:.4g}: {place.sentence}"
+
+
+def _untestable(of: Round) -> Iterator[str]:
+    left = of.diagnosis.catalogue.untestable
+    if left:
+        yield ""
+        yield "Cannot be tested:"
+        yield from (f"  {each.name}: {each.reason}" for each in left)
+
+
+def _row_document(row: Row) -> dict[str, Any]:
+    return {
+        "effect": row.effect.name,
+        "kind": row.effect.kind,
+        "named": row.named,
+        "expected_gain": row.expected,
+        "gain": row.gain,
+        "strength": row.strength,
+        "deviation": row.deviation,
+        "unit": row.parameter.unit,
+        "in_words": row.in_words,
+        "errors": None if row.errors is None else row.errors.document,
+        "cosine_to_best": row.cosine,
+        "smallest_detectable": row.detectable,
+        "smallest_detectable_in_words": short(row.detectable, row.parameter),
+    }
