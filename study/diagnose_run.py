@@ -1,4 +1,4 @@
-"""``stickslip diagnose``: what a case lacks, in words, on a page and as files; with ``--auto`` until nothing is left."""
+"""``stickslip diagnose``: what a case lacks, in words, on a page, as files; with ``--auto`` until nothing is left."""
 
 import json
 from collections.abc import Sequence

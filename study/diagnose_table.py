@@ -144,7 +144,8 @@ def _values(of: Round, refit: Refit) -> tuple[Values, dict[str, Values], Values]
         name: Written(value=float(f"{value:.6g}"), note=f"{deviation:.2g}")
         for name, (value, deviation) in factors(of, refit).items()
     }
-    first, found = len(of.setup.accepted), {}
+    first = len(of.setup.accepted)
+    found: dict[str, Values] = {}
     effects = [each.effect for each in of.setup.added] + ([] if refit.effect is None else [refit.effect])
     for effect in effects:
         last = first + len(effect.parameters)
