@@ -61,13 +61,15 @@ class RecordVerdict:
     @property
     def sentence(self) -> str:
         """The verdict in words."""
-        error = f"the held-out error is {100 * self.before.held_error:.2g} %"
-        best = self._best()
-        if self.finding is Finding.NOTHING:
-            return f"Nothing is missing that these records could show: {error}, and {best}."
+        error = f"the held-out error is {100 * self.before.held_error:.2g} %, and {self._best()}"
+        noise = float(np.sqrt(np.mean(self.floor**2)))
         if self.finding is Finding.UNKNOWN:
-            noise = f"{100 * float(np.sqrt(np.mean(self.floor**2))):.2g} %"
-            return f"Something is missing, and it is none of the known effects: {error}, the noise {noise}, and {best}."
+            known = f"the noise is {100 * noise:.2g} %"
+            return f"Something is missing, and it is none of the known effects: {known}, {error}."
+        if self.finding is Finding.NOTHING and noise:
+            return f"Nothing is missing beyond the noise of {100 * noise:.2g} %: {error}."
+        if self.finding is Finding.NOTHING:
+            return f"Nothing passes the gate: {error}; how much of this is noise is not known."
         told = " or ".join(self._told(each) for each in self.effects)
         falls = ", ".join(
             f"{100 * before:.2g} to {100 * after:.2g} % in {name}"
@@ -90,18 +92,15 @@ class RecordVerdict:
             return ""
         if self.units:
             unit = re.sub(r"\bkg\b", "N s^2/m", unit)
-            for letter in ("N", "m"):
-                unit = re.sub(rf"\b{letter}\b", f"[{letter}]", unit)
-            for letter in ("N", "m"):
-                unit = unit.replace(f"[{letter}]", self.units.get(letter, letter))
+            unit = re.sub(r"\b[Nm]\b", lambda found: self.units.get(found[0], found[0]), unit)
         return f" {unit}"
 
     def _best(self) -> str:
         if not self.tried:
-            return "what is left does not point to any candidate"
+            return "no candidate would lower it"
         best = self.tried[0]
         assert best.effect is not None
-        return f"no candidate lowers it enough ({best.effect.name}, the best, to {100 * best.held_error:.2g} %)"
+        return f"the best candidate, {best.effect.name}, leaves {100 * best.held_error:.2g} %"
 
 
 def judge_records(

@@ -121,7 +121,7 @@ def test_nothing_is_claimed_where_nothing_is_missing(records: dict[str, list[Tim
     found = diagnosed(records["nothing"])
     assert found.verdict.finding is Finding.NOTHING
     assert found.before.held_error == pytest.approx(NOISE, rel=0.15)
-    assert "Nothing is missing" in found.verdict.sentence
+    assert "Nothing passes the gate" in found.verdict.sentence
     np.testing.assert_allclose(found.before.fit.values, [TRUE_ZETA, TRUE_E, TRUE_GAIN], rtol=0.02)
 
 
@@ -138,7 +138,7 @@ def test_an_effect_outside_the_catalogue_is_not_called_by_another_name(records: 
     found = diagnosed(records["cubic"], without=["cubic"], noise=noise)
     assert found.verdict.finding is Finding.UNKNOWN, found.verdict.sentence
     assert "none of the known effects" in found.verdict.sentence
-    assert re.search(r"the noise 1\.?\d? %", found.verdict.sentence)
+    assert re.search(r"the noise is 1\.?\d? %", found.verdict.sentence)
     # It is no matter of the noise that the right one is found.
     assert diagnosed(records["cubic"], noise=noise).verdict.finding is Finding.MISSING
 

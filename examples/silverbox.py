@@ -1,0 +1,53 @@
+"""Measured: an electronic oscillator, all in volts. A linear model of its record lacks something: what?
+
+python examples/silverbox.py FOLDER     # holds SNLS80mV.csv; or set STICKSLIP_DATA, whose silverbox/ holds it
+"""
+
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from correlation.record_single_dof import single_dof
+from correlation.time_record import TimeRecord
+from diagnosis.accepted import accepted
+from diagnosis.effect.density import Density
+from diagnosis.record.arrangement import about_mean, stretch
+from diagnosis.record.diagnose import record_rounds
+
+folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(os.environ.get("STICKSLIP_DATA", ".")) / "silverbox"
+file = folder / "SNLS80mV.csv"
+if not file.is_file():
+    print(
+        f"{file} is not there. Download the Silverbox files from https://www.nonlinearbenchmark.org/benchmarks/silverbox,"
+    )
+    print("unpack them, and give the folder that holds SNLS80mV.csv: python examples/silverbox.py FOLDER")
+    sys.exit()
+
+# V1 drives, V2 answers; first noise that grows (the arrow), then ten multisines of 8,692 samples.
+values = np.loadtxt(file, delimiter=",", skiprows=1, usecols=(0, 1)).T
+time = np.arange(values.shape[1]) / (1e7 / 2**14)
+whole = TimeRecord(name="all", time=time, channels=("V1", "V2"), units=("V", "V"), values=values, force="V1")
+whole = about_mean(whole)  # the offset of the generator is no force
+records = [
+    stretch(whole, 40550, 49200, name="first multisine", held_out=False),
+    stretch(whole, 57934, 66584, name="third multisine", held_out=True),
+    stretch(whole, 0, 40495, name="arrow", held_out=True),
+]
+base = single_dof(records[0], "V2")  # a start: mass, damping and stiffness from the spectra
+factors = [*accepted(base), Density(name="density of all", part="all")]  # of damping, stiffness and mass
+
+rounds = record_rounds(base, records, factors, run_in=0.5, units={"N": "V", "m": "V"})
+for number, found in enumerate(rounds, 1):
+    print(f"Round {number}. {found.verdict.sentence}")
+    for refit in found.refits:
+        held = ", ".join(f"{100 * error:.2f} %" for error in refit.held_errors)
+        print(f"  {refit.effect.name:22} held-out errors {held}")
+    for score in found.scores:
+        if not score.gain:
+            print(f"  {score.effect.name:22} is absorbed by what is fitted anyway")
+
+best = rounds[0].verdict.effects[0]
+assert best.effect.kind == "cubic"
+assert (best.held_errors < rounds[0].before.held_errors / 5).all()
