@@ -18,6 +18,8 @@ from geometry.errors import InputError
 
 #: Share of an effect that must be left by the fitted numbers for it to be told from them: below, it is numerical error.
 LEFT = 1e-4
+#: Instead of the squared error of a model without any.
+TINY = 1e-300
 #: Least strength to try, as a share of the typical one.
 LEAST = 1e-3
 
@@ -121,7 +123,7 @@ def _score(arrangement: RecordArrangement, effect: Effect, basis: Matrix) -> Rec
                 away, gain, across = further, more, change
     size = float(np.linalg.norm(across))
     return RecordScore(
-        effect=effect, strength=parameter.vanishes + away, gain=gain / float(fit.residual @ fit.residual),
+        effect=effect, strength=parameter.vanishes + away, gain=gain / max(float(fit.residual @ fit.residual), TINY),
         absorbed=1 - left, direction=across / size,
     )  # fmt: skip
 

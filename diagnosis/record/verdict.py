@@ -22,6 +22,8 @@ from diagnosis.verdict import INTERVAL, Finding
 
 #: Of the excess held-out error: what must be left at most.
 RATIO = 0.8
+#: Held-out error that is none: a fit ends, and a march rounds off, with this much [-].
+NONE = 1e-6
 #: Of the excess held-out error: what an effect may leave at most and still be named, where the noise is known.
 PART = 0.5
 #: Standard errors of the blocks' mean vote; with less than that two effects cannot be told apart.
@@ -143,7 +145,7 @@ def passes(before: RecordRefit, after: RecordRefit, floor: PerRecord) -> bool:
     """Whether a refit may be claimed."""
     noise = float(np.mean(floor**2))
     excess, left = before.held_error**2 - noise, after.held_error**2 - noise
-    return bool(excess > 0 and left <= RATIO**2 * excess and _surely_better(before.blocks, after.blocks))
+    return bool(excess > NONE**2 and left <= RATIO**2 * excess and _surely_better(before.blocks, after.blocks))
 
 
 def _explains(before: RecordRefit, after: RecordRefit, floor: PerRecord) -> bool:
