@@ -50,7 +50,7 @@ def pictures(
     title
         Above each figure.
     """
-    everything, new = _joined(train, held)
+    everything, new = joined(train, held)
     drawn: dict[str, bytes] = {}
     for free in np.unique(everything.points.free):
         rows = everything.where(np.asarray(everything.points.free == free))
@@ -95,7 +95,7 @@ def _stands_out(of: Misfit, key: Key) -> bool:
     return any(float(np.mean(np.abs(each) > noise)) > WORTH_DRAWING for each in (rows.measured, rows.predicted))
 
 
-def _joined(train: Misfit, held: Misfit | None) -> tuple[Misfit, set[float]]:
+def joined(train: Misfit, held: Misfit | None) -> tuple[Misfit, set[float]]:
     """Training data, and held-out levels; and which levels those are."""
     if held is None:
         return train, set()
@@ -114,7 +114,7 @@ def _joined(train: Misfit, held: Misfit | None) -> tuple[Misfit, set[float]]:
     return Misfit(points=points, **columns), new
 
 
-def _keys(of: Misfit) -> list[Key]:
+def keys(of: Misfit) -> list[Key]:
     """Sensors in the order of the campaign, and the harmonics of each."""
     pairs = zip(map(str, of.points.sensor), of.points.harmonic.tolist(), strict=True)
     order = {name: number for number, name in enumerate(dict.fromkeys(map(str, of.points.sensor)))}
@@ -126,7 +126,7 @@ def _map(of: Misfit, levels: Frequencies, words: Sequence[str], title: str) -> b
     points, size = of.points, of.size
     frequency = np.unique(points.frequency)
     panels = []
-    for sensor, harmonic in _keys(of):
+    for sensor, harmonic in keys(of):
         rows = (points.sensor == sensor) & (points.harmonic == harmonic)
         image = np.full((len(levels), len(frequency)), np.nan)
         at = np.searchsorted(levels, points.level[rows]), np.searchsorted(frequency, points.frequency[rows])
@@ -141,19 +141,19 @@ def _map(of: Misfit, levels: Frequencies, words: Sequence[str], title: str) -> b
 def _panels(
     model: TestModel, of: Misfit, levels: Frequencies, prediction: Prediction
 ) -> list[tuple[Key, OverlayPanel]]:
-    fine = _fine_points(of.points)
+    fine = fine_points(of.points)
     lines = Predictor(points=fine).predict(model, prediction).value
     sensors = {sensor.name: sensor for sensor in model.sensors}
     panels = []
-    for sensor, harmonic in _keys(of):
+    for sensor, harmonic in keys(of):
         # Fundamental motions are drawn per newton: levels that agree lie on each other.
         per_level = harmonic == 1 and isinstance(sensors[sensor], Sensor)
         all_rows = np.flatnonzero((of.points.sensor == sensor) & (of.points.harmonic == harmonic))
         size = np.abs(of.measured[all_rows]) / (of.points.level[all_rows] if per_level else 1.0)
-        unit, factor = _unit(sensors[sensor], float(size.max()))
+        unit, factor = unit_of(sensors[sensor], float(size.max()))
         curves = []
         for number, level in enumerate(levels.tolist()):
-            rows, drawn = (_rows(points, sensor, harmonic, level) for points in (of.points, fine))
+            rows, drawn = (rows_of(points, sensor, harmonic, level) for points in (of.points, fine))
             if not len(rows):
                 continue
             scale = factor / level if per_level else factor
@@ -173,25 +173,26 @@ def _panels(
     return panels
 
 
-def _unit(sensor: Sensor | LineSensor, largest: float) -> tuple[str, float]:
+def unit_of(sensor: Sensor | LineSensor, largest: float) -> tuple[str, float]:
+    """Unit that a sensor's largest value is drawn in, and its factor."""
     units = SHOWN["contact force" if isinstance(sensor, LineSensor) else sensor.quantity]
     return next((each for each in units if largest * each[1] >= LARGEST), units[-1])
 
 
-def _rows(points: Points, sensor: str, harmonic: int, level: float) -> NDArray[np.int64]:
+def rows_of(points: Points, sensor: str, harmonic: int, level: float) -> NDArray[np.int64]:
     """Rows of one curve by ascending frequency."""
     rows = np.flatnonzero((points.sensor == sensor) & (points.harmonic == harmonic) & (points.level == level))
     return rows[np.argsort(points.frequency[rows], kind="stable")]
 
 
-def _fine_points(points: Points) -> Points:
+def fine_points(points: Points) -> Points:
     """The same curves at more frequencies, the measured ones among them."""
     columns: dict[str, list[NDArray[np.generic]]] = {
         name: [] for name in ("free", "level", "frequency", "sensor", "harmonic")
     }
     for sensor, harmonic in dict.fromkeys(zip(map(str, points.sensor), points.harmonic.tolist(), strict=True)):
         for level in np.unique(points.level).tolist():
-            rows = _rows(points, sensor, harmonic, level)
+            rows = rows_of(points, sensor, harmonic, level)
             if not len(rows):
                 continue
             measured = points.frequency[rows]

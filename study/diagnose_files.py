@@ -3,10 +3,50 @@
 from pathlib import Path
 
 from study.diagnose_history import History
+from study.diagnose_page import page
 from study.diagnose_round import Round
+from study.diagnose_stages import falls, waterfall
+from study.diagnose_table import rows
+from study.figure.candidates import CandidateBar, candidates_figure
+from study.figure.waterfall import waterfall_figure
+
+#: Candidates drawn.
+MOST = 16
 
 
 def contents(of: Round, history: History, case: Path) -> dict[str, bytes]:
-    """Files by their names."""
-    del of, history, case
-    return {}
+    """Files by their names: the page and the figures of a round.
+
+    Parameters
+    ----------
+    of
+        The last round.
+    history
+        Of its case.
+    case
+        Its file.
+    """
+    steps, found = waterfall(of, history), rows(of)[:MOST]
+    title = f"{of.setup.title} beside {of.campaign.title}"
+    stem = f"{case.stem}_diagnosis"
+    files = {f"{stem}.html": page(of, history).encode()}
+    files[f"{stem}_waterfall.png"] = waterfall_figure(steps, title=title, subtitle=falls(steps))
+    if found:
+        files[f"{stem}_candidates.png"] = candidates_figure(
+            [
+                CandidateBar(
+                    name=row.effect.name,
+                    gain=row.expected if row.gain is None else row.gain,
+                    is_fitted=row.gain is not None,
+                    is_named=row.named,
+                    held_out=None if row.errors is None else row.errors.held_out,
+                    strength=row.in_words,
+                )
+                for row in found
+            ],
+            threshold=of.diagnosis.limits.gain,
+            before=of.diagnosis.before.held_error,
+            title=title,
+            subtitle=f"candidates by what they explain; chance seldom exceeds {of.diagnosis.limits.gain:.3g} (dashed)",
+        )
+    return files

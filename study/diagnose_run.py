@@ -15,7 +15,7 @@ from study.console import plain
 from study.diagnose_add import add, record
 from study.diagnose_history import ADD, UNDO, History, Step, history_of
 from study.diagnose_round import Round, diagnose_case
-from study.diagnose_words import document, in_words, verdict_in_words
+from study.diagnose_words import document, headline, in_words
 from study.output import replace_file
 from study.run_context import RunContext
 from study.test_case_model import read_test_case
@@ -122,7 +122,7 @@ def full_text(diagnosed: Diagnosed) -> str:
     """For people: what was added, and the last round."""
     lines = []
     for number, each in enumerate(diagnosed.rounds[:-1]):
-        lines.append(f"Round {number + 1}: {verdict_in_words(each)} Added to the case.")
+        lines.append(f"Round {number + 1}: {headline(each)} Added to the case.")
     if lines:
         lines += ["", f"Round {len(diagnosed.rounds)}:"]
     lines += [in_words(diagnosed.last), "", *map(str, diagnosed.files)]

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 from diagnosis.verdict import Finding
@@ -27,6 +28,22 @@ def in_words(of: Round) -> str:
 def verdict_in_words(of: Round) -> str:
     """The verdict without its list of detectable strengths, which is a table of its own."""
     return of.diagnosis.verdict.sentence.partition(" The smallest detectable strengths are")[0]
+
+
+def headline(of: Round) -> str:
+    """The verdict with strengths in units of their size."""
+    verdict = of.diagnosis.verdict
+    named = [row for row in rows(of) if row.named]
+    if not named or verdict.finding not in {Finding.MISSING, Finding.AMBIGUOUS}:
+        return verdict_in_words(of)
+    listed = " or ".join(f"{row.effect.name} ({row.in_words})" for row in named)
+    fall = (
+        f"the held-out error falls from {100 * of.diagnosis.before.held_error:.3g} to "
+        f"{100 * verdict.effects[0].held_error:.3g} %"
+    )
+    if verdict.finding is Finding.AMBIGUOUS:
+        return f"{listed} is missing, and these tests cannot tell which: {fall}."
+    return f"{listed} is missing: {fall}."
 
 
 def advice(of: Round) -> str:
@@ -107,7 +124,7 @@ def step_in_words(step: Step, case: Path) -> str:
 def _verdict(of: Round) -> Iterator[str]:
     yield f"{of.setup.title} beside {of.campaign.title}"
     yield ""
-    yield verdict_in_words(of)
+    yield headline(of)
     yield f"  {chance(of)}"
     yield f"  next: {advice(of)}"
 
@@ -140,8 +157,12 @@ def _candidates(of: Round) -> Iterator[str]:
         yield f"{mark} {row.effect.name:<{width}}  {gain:>14}  {held:>14}  {row.cosine:5.2f}  {row.in_words}"
     yield "  in brackets: to first order, not fitted; alike: 1 cannot be told from the best by these tests"
     if of.diagnosis.verdict.finding is Finding.NOTHING:
+        yield ""
+        yield "Smallest strengths that these tests would have shown:"
         least = [f"{row.effect.name} {beyond(row.detectable, row.parameter)}" for row in rows(of)]
-        yield f"  smallest detectable strengths: {', '.join(least)}"
+        yield from fill(
+            "; ".join(least), 118, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False
+        ).splitlines()
 
 
 def _places(of: Round) -> Iterator[str]:

@@ -1,0 +1,75 @@
+"""The stages of a model on its way to the measurements: as drawn, calibrated, with each effect."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from diagnosis.refit import Refit
+from study.diagnose_history import Errors, History
+from study.diagnose_round import Round, errors
+from study.figure.waterfall import WaterfallStep
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Stage:
+    """A fitted model.
+
+    Parameters
+    ----------
+    name
+        In words.
+    refit
+        With its prediction.
+    """
+
+    name: str
+    refit: Refit
+
+
+def stages(of: Round) -> list[Stage]:
+    """As drawn; as it is now; with the effect that is named, if one is."""
+    added = [each.effect.name for each in of.setup.added]
+    now = "calibrated" if not added else f"calibrated, with {' and '.join(added)}"
+    found = [Stage(name="as drawn", refit=of.drawn), Stage(name=now, refit=of.diagnosis.before)]
+    if of.best is not None and of.best.effect is not None:
+        found.append(Stage(name=f"with {of.best.effect.name}", refit=of.best))
+    return found
+
+
+def waterfall(of: Round, history: History) -> list[WaterfallStep]:
+    """Errors of each step: those that the history knows, the model as it is now, and what is proposed."""
+    drawn, now = errors(of.drawn), errors(of.diagnosis.before)
+    steps = [_step("as drawn", drawn)]
+    told = history.last_diagnosis
+    known = [step for step in history.standing if step.after is not None and step.drawn is not None]
+    present = [each.effect.name for each in of.setup.added]
+    known = [step for step in known if step.effect in present]
+    if not present:
+        steps.append(_step("calibrated", now))
+    else:
+        if told is not None and told.accepted is not None:
+            steps.append(_step("calibrated", told.accepted))
+        for step in known[:-1]:
+            assert step.after is not None
+            steps.append(_step(f"+ {step.effect}", step.after))
+        # Whatever the history does not know of is in the last one.
+        rest = [name for name in present if name not in [step.effect for step in known[:-1]]]
+        steps.append(_step("".join(f"+ {name} " for name in rest).strip(), now))
+    if of.best is not None and of.best.effect is not None:
+        steps.append(_step(f"+ {of.best.effect.name}", errors(of.best), proposed=True))
+    return steps
+
+
+def falls(steps: Sequence[WaterfallStep]) -> str:
+    """The held-out error from the first step to the last, in words."""
+    return f"held-out error from {100 * steps[0].held_out:.3g} to {100 * steps[-1].held_out:.3g} %"
+
+
+def _step(name: str, of: Errors, proposed: bool = False) -> WaterfallStep:
+    return WaterfallStep(
+        name=name,
+        training=of.training,
+        held_out=of.held_out,
+        training_chi2=of.training_chi2,
+        held_out_chi2=of.held_out_chi2,
+        proposed=proposed,
+    )

@@ -1,0 +1,95 @@
+"""The error falls: one group of bars a step, training and held-out data, and chi^2 a number beside it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from io import BytesIO
+from textwrap import fill
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from study.figure.heading import INK, PALE, add_heading
+from study.figure.response_curves import GRID
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: Training and held-out data.
+TRAINING, HELD_OUT = "#9fb3c8", "#1f4e79"
+#: Words of a step are folded beyond so many characters.
+FOLD = 16
+WIDTH = 0.38
+
+
+@dataclass(frozen=True, kw_only=True)
+class WaterfallStep:
+    """A step towards the measurements.
+
+    Parameters
+    ----------
+    name
+        In words.
+    training, held_out
+        Relative errors [-].
+    training_chi2, held_out_chi2
+        chi^2 a number [-].
+    proposed
+        Whether it is only proposed, not yet taken.
+    """
+
+    name: str
+    training: float
+    held_out: float
+    training_chi2: float
+    held_out_chi2: float
+    proposed: bool = False
+
+
+def waterfall_figure(steps: Sequence[WaterfallStep], *, title: str, subtitle: str) -> bytes:
+    """Draw the steps as PNG.
+
+    Parameters
+    ----------
+    steps
+        In their order.
+    title, subtitle
+        Above the figure.
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+
+    figure = Figure(figsize=(max(9.0, 2.6 * len(steps) + 2.0), 4.9), layout="constrained", dpi=150)
+    left, right = figure.subplots(1, 2)
+    _bars(left, [(100 * step.training, 100 * step.held_out) for step in steps], steps)
+    left.set_ylabel("relative error of fundamentals [%]")
+    _bars(right, [(step.training_chi2, step.held_out_chi2) for step in steps], steps)
+    right.set_yscale("log")
+    values = [value for step in steps for value in (step.training_chi2, step.held_out_chi2) if value > 0]
+    right.set_ylim(min(0.5, *values) / 1.2, 2.2 * max(2.0, *values))
+    right.axhline(1.0, color=INK, linewidth=0.9, linestyle=(0, (4, 3)))
+    right.text(1.0, 1.04, "noise", transform=right.get_yaxis_transform(), ha="right", va="bottom", fontsize=8)
+    right.set_ylabel("chi² a number [-]")
+    handles = [Patch(color=TRAINING, label="training data"), Patch(color=HELD_OUT, label="held-out data")]
+    if any(step.proposed for step in steps):
+        handles.append(Patch(facecolor="white", edgecolor=PALE, hatch="////", label="proposed"))
+    figure.legend(handles=handles, frameon=False, loc="outside lower left", ncols=len(handles))
+    add_heading(figure, title, subtitle)
+    stream = BytesIO()
+    figure.savefig(stream, format="png")
+    return stream.getvalue()
+
+
+def _bars(axes: "Axes", pairs: Sequence[tuple[float, float]], steps: Sequence[WaterfallStep]) -> None:
+    place = np.arange(len(steps))
+    for side, colour in ((0, TRAINING), (1, HELD_OUT)):
+        heights = [pair[side] for pair in pairs]
+        bars = axes.bar(place + (side - 0.5) * WIDTH, heights, WIDTH * 0.94, color=colour, zorder=2)
+        for bar, step in zip(bars, steps, strict=True):
+            if step.proposed:
+                bar.set(hatch="////", facecolor="white", edgecolor=colour, linewidth=1.2)
+        axes.bar_label(bars, labels=[f"{height:.3g}" for height in heights], fontsize=8, padding=2, color=INK)
+    axes.set_xticks(place, [fill(step.name, FOLD) for step in steps], fontsize=9)
+    axes.grid(axis="y", color=GRID, linewidth=0.8)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.set_axisbelow(True)
+    axes.margins(y=0.12)
