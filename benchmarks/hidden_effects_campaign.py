@@ -6,7 +6,6 @@ import time
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -17,16 +16,16 @@ from benchmarks.hidden_effects_groups import Groups
 from benchmarks.hidden_effects_plan import KIND, Case, effect_name, effect_value
 from benchmarks.hidden_effects_record import FAILED, Fitted, Found, Planted, Record
 from correlation.feature_vector import FeatureVector
-from correlation.nuisance import Budget
+from correlation.measurement import Campaign
 from correlation.read_campaign import read_campaign
 from correlation.test_model import TestModel
-from diagnosis.accepted import Accepted
 from diagnosis.arrangement import Arrangement
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.limits import Limits
 from diagnosis.refit import Refit
+from study.diagnose_limits import limits_for
 from study.shipped import BEAM
-from study.test_case_model import read_test_case
+from study.test_case_model import TestSetup, read_test_case
 from transient.bench import PlantedTruth, make_campaign
 
 #: Rooms whose code a result depends on.
@@ -35,21 +34,23 @@ ROOMS = ("reduction", "hbsolve", "transient", "correlation", "diagnosis")
 MOST_SCORES = 10
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Setup:
-    """The model under test; limits are those of the layout, None for what the diagnosis takes by itself."""
-
-    base: TestModel
-    accepted: Sequence[Accepted]
-    budget: Budget
-    limits: Limits | None = None
-
-
 @cache
-def setup() -> Setup:
-    """The shipped beam."""
-    case = read_test_case(BEAM)
-    return Setup(base=case.model, accepted=case.accepted, budget=case.budget)
+def setup() -> TestSetup:
+    """Model, accepted parameters and numerical error under test: those of the shipped beam."""
+    return read_test_case(BEAM)
+
+
+def limits(campaign: Campaign, without: Sequence[str]) -> Limits | None:
+    """What chance may do: shipped for the layout, else for that with all kinds of effects, which chance serves better.
+
+    Parameters
+    ----------
+    campaign
+        As read.
+    without
+        Kinds that are left out.
+    """
+    return limits_for(setup(), campaign, without) or limits_for(setup(), campaign, ())
 
 
 @cache
@@ -95,10 +96,11 @@ def examine(
         model = setup()
         truth = make(where, seed=case.seed, kind=case.kind)
         made = time.process_time()
-        planted = _planted(truth, model.base)
+        planted = _planted(truth, model.model)
         without = excluded_kinds(planted.effect, groups) if case.excluded else ()
+        campaign = read_campaign(where)
         diagnosis = judge(
-            read_campaign(where), model.base, model.accepted, model.budget, without=without, limits=model.limits
+            campaign, model.model, model.accepted, model.budget, without=without, limits=limits(campaign, without)
         )
         return _record(case, planted, without, diagnosis, (made - started, time.process_time() - made))
     except Exception as error:

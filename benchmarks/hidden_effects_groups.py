@@ -100,9 +100,9 @@ def make_groups(file: Path = FILE) -> Groups:
     with tempfile.TemporaryDirectory() as folder:
         make_campaign(folder, seed=SEED, kind="nothing")
         campaign = read_campaign(Path(folder))
-        arrangement = arrange(campaign, model.base, model.accepted, model.budget)
+        arrangement = arrange(campaign, model.model, model.accepted, model.budget)
         level = float(campaign.measurement.level.max())
-        scores = screen(arrangement, catalogue(model.base, level=level).candidates)
+        scores = screen(arrangement, catalogue(model.model, level=level).candidates)
     groups = groups_of(scores)
     file.write_text(groups.toml, encoding="utf-8")
     return groups

@@ -126,7 +126,7 @@ def test_a_process_may_die_and_ctrl_c_ends_all_and_keeps_what_is_done(tmp_path: 
 
 
 def test_every_planted_effect_has_its_name_in_the_catalogue() -> None:
-    base = setup().base
+    base = setup().model
     names = catalogue(base, level=10.0).names
     for kind, _ in ROWS.values():
         for place in KINDS.get(kind, ()):
@@ -139,8 +139,8 @@ def test_a_planted_strength_is_told_in_the_unit_of_the_catalogue() -> None:
     # The base has 24 N; a specimen's friction coefficients are its own.
     assert effect_value(truth("preload", "left", 1.2)) == pytest.approx(1.05)
     rough = BeamParameters(friction_coefficient=(0.48, 0.48))
-    left = replace(truth("friction", "left", 0.048), parameters=rough)
-    right = replace(truth("friction", "right", 0.048), parameters=rough)
+    left = truth("friction", "left", 0.048, rough)
+    right = truth("friction", "right", 0.048, rough)
     assert effect_value(left) == pytest.approx(1.1)
     assert effect_value(right) == pytest.approx(1 / 1.1)
     assert effect_value(truth("mass", "tip", 3e-5)) == 3e-5
@@ -150,15 +150,13 @@ def test_an_effect_is_left_out_with_the_kinds_of_its_group() -> None:
     assert excluded_kinds("cubic at tip", NO_GROUPS) == ("cubic", "spring")
     assert excluded_kinds("air damping at tip", NO_GROUPS) == ("air damping",)
     assert excluded_kinds("", NO_GROUPS) == ()
-    for effect in catalogue(setup().base, level=10.0).candidates:
+    for effect in catalogue(setup().model, level=10.0).candidates:
         assert kind_of(effect.name) == effect.kind
 
 
-def truth(kind: str, place: str, strength: float = 1.0) -> PlantedTruth:
-    return PlantedTruth(
-        seed=1, effect=Effect(kind=kind, place=place, strength=strength), unit="", unit_strength=1.0,
-        parameters=BeamParameters(), n_point=0, n_not_periodic=0, n_period=0, slip_share={},
-    )  # fmt: skip
+def truth(kind: str, place: str, strength: float = 1.0, parameters: BeamParameters | None = None) -> Any:
+    effect = Effect(kind=kind, place=place, strength=strength)
+    return SimpleNamespace(effect=effect, parameters=parameters or BeamParameters())
 
 
 #: Two states: three motions with a third harmonic, a force and its mean; one motion alone.
