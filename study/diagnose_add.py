@@ -25,6 +25,7 @@ from study.diagnose_history import (
 )
 from study.diagnose_round import Round, errors
 from study.diagnose_table import read_values, write_up
+from study.diagnose_words import headline
 from study.test_case import TestCase
 from study.test_case_added import case_catalogue, find_effect, key_of, value_of
 from study.test_case_model import TestSetup, read_test_case
@@ -52,7 +53,7 @@ def record(found: Round, case: Path, campaign: Path) -> Step:
         what=DIAGNOSIS,
         case_key=key,
         campaign=str(campaign),
-        sentence=found.diagnosis.verdict.sentence,
+        sentence=headline(found),
         finding=found.diagnosis.verdict.finding.value,
         drawn=drawn,
         accepted=earlier if found.setup.added else before,

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from study.diagnose_history import History
-from study.diagnose_page import page
+from study.diagnose_page import page, set_in_type
 from study.diagnose_round import Round
 from study.diagnose_stages import falls, waterfall
 from study.diagnose_table import rows
@@ -40,7 +40,7 @@ def contents(of: Round, history: History, case: Path) -> dict[str, bytes]:
                     is_fitted=row.gain is not None,
                     is_named=row.named,
                     held_out=None if row.errors is None else row.errors.held_out,
-                    strength=row.in_words,
+                    strength=set_in_type(row.in_words),
                 )
                 for row in found
             ],

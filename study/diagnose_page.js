@@ -4,8 +4,8 @@ const FONT = { family: 'system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica
 const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d"] };
 const DASHES = ["dot", "dash", "solid"], WIDTHS = [1.2, 1.4, 2.0];
 const byId = (id) => document.getElementById(id);
-const axis = (more) => ({ gridcolor: GRID, zeroline: false, linecolor: "#9aa5b1", ticks: "outside", tickcolor: "#9aa5b1", ticklen: 4, automargin: true, ...more });
-const label = (value) => (value >= 1000 || (value < 0.01 && value > 0) ? value.toExponential(1) : String(Number(value.toPrecision(3))));
+const axis = (more) => ({ gridcolor: GRID, zeroline: false, linecolor: "#9aa5b1", ticks: "outside", tickcolor: "#9aa5b1", ticklen: 4, automargin: true, tickfont: { size: 12 }, ...more, ...(more.title ? { title: { ...more.title, font: { size: 13 } } } : {}) });
+const label = (value) => (value < 0.001 && value > 0 ? value.toExponential(1) : Number(value.toPrecision(3)).toLocaleString("en-US", { maximumSignificantDigits: 3 }));
 
 function folded(text, most = 18) {
   const lines = [""];
@@ -21,7 +21,7 @@ function drawWaterfall() {
   const bars = (key, scale, name, colour, xaxis, yaxis, show) => ({
     type: "bar", x, y: steps.map((step) => scale * step[key]), name, xaxis, yaxis, showlegend: show, legendgroup: name,
     marker: { color: steps.map((step) => (step.proposed ? "white" : colour)), line: { color: colour, width: 1.5 },
-      pattern: { shape: steps.map((step) => (step.proposed ? "/" : "")), fgcolor: colour, bgcolor: "white", size: 7, solidity: 0.35 } },
+      pattern: { shape: steps.map((step) => (step.proposed ? "/" : "")), fillmode: "overlay", fgcolor: steps.map(() => colour), size: 7, solidity: 0.3 } },
     text: steps.map((step) => label(scale * step[key])), textposition: "outside", cliponaxis: false,
     hovertemplate: "%{y:.4g}<extra>" + name + "</extra>",
   });
@@ -32,13 +32,13 @@ function drawWaterfall() {
     bars("training", 100, "training data", TRAINING, "x", "y", true), bars("held_out", 100, "held-out data", HELD, "x", "y", true),
     bars("training_chi2", 1, "training data", TRAINING, "x2", "y2", false), bars("held_out_chi2", 1, "held-out data", HELD, "x2", "y2", false),
   ], {
-    font: FONT, height: 370, margin: { l: 66, r: 24, t: 34, b: 66 }, barmode: "group", bargap: 0.34, bargroupgap: 0.06,
+    font: FONT, height: 370, margin: { l: 66, r: 52, t: 34, b: 14 + 17 * Math.max(...steps.map((step) => folded(step.name).split("<br>").length)) }, barmode: "group", bargap: 0.34, bargroupgap: 0.06,
     paper_bgcolor: "white", plot_bgcolor: "white", legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom" },
     xaxis: axis({ domain: [0, 0.47], ...ticks }), xaxis2: axis({ domain: [0.555, 1], anchor: "y2", ...ticks }),
     yaxis: axis({ title: { text: "relative error [%]" }, rangemode: "tozero", ticks: "" }),
-    yaxis2: axis({ title: { text: "chi² a number" }, anchor: "x2", type: "log", range: [least, most + 0.12 * (most - least)], dtick: 1, ticks: "", exponentformat: "power" }),
+    yaxis2: axis({ title: { text: "χ² a number" }, anchor: "x2", type: "log", range: [least, most + 0.12 * (most - least)], dtick: 1, ticks: "", exponentformat: "power" }),
     shapes: [{ type: "line", xref: "x2 domain", yref: "y2", x0: 0, x1: 1, y0: 1, y1: 1, line: { color: INK, width: 1.2, dash: "dash" } }],
-    annotations: [{ xref: "x2 domain", yref: "y2", x: 1, y: 0, yanchor: "bottom", xanchor: "right", text: "noise", showarrow: false, font: { size: 11, color: PALE } }],
+    annotations: [{ xref: "x2 domain", yref: "y2", x: 1, y: 0, yanchor: "middle", xanchor: "left", xshift: 5, text: "noise", showarrow: false, font: { size: 11, color: PALE } }],
   }, CONFIG);
 }
 
@@ -116,7 +116,7 @@ function drawMap(number) {
     xgap: 1, ygap: 1, showscale: side === 1, hoverongaps: false, customdata: map.values[side],
     text: map.labels.map((text) => map.frequency.map((f) => text + ", " + f + " Hz")),
     hovertemplate: "%{text}<br>%{customdata:.3g} standard deviations<extra></extra>",
-    colorbar: { tickvals: DATA.steps.map((_, step) => step - 0.5), ticktext: DATA.steps.map(String), title: { text: "standard deviations", side: "right" }, thickness: 14, len: Math.min(1, 420 / (rows * 13)), lenmode: "fraction", outlinewidth: 0 },
+    colorbar: { tickvals: DATA.steps.map((_, step) => step - 0.5), ticktext: DATA.steps.map(String), title: { text: "standard deviations", side: "right", font: { size: 12 } }, thickness: 14, len: Math.min(1, 420 / (rows * 13)), lenmode: "fraction", outlinewidth: 0 },
   }));
   const every = Math.max(1, Math.ceil(columns / 9));
   const ticks = map.frequency.map((_, column) => column).filter((column) => column % every === 0);
@@ -132,8 +132,12 @@ function drawMap(number) {
   [...byId("configurations").children].forEach((button, at) => button.classList.toggle("on", at === number));
 }
 
+// Begin where the model failed most.
+const worst = DATA.maps.map((map) => map.whole[0]).reduce((best, value, number, all) => (value > all[best] ? number : best), 0);
+shown.panel = Math.max(0, DATA.curves.panels.findIndex((panel) => panel.configuration === DATA.maps[worst].configuration));
 drawWaterfall();
 choices();
+byId("panel").value = shown.panel;
 drawResponse();
 DATA.maps.forEach((map, number) => {
   const button = document.createElement("button");
@@ -141,4 +145,4 @@ DATA.maps.forEach((map, number) => {
   button.onclick = () => drawMap(number);
   byId("configurations").append(button);
 });
-drawMap(0);
+drawMap(worst);

@@ -14,7 +14,7 @@ from study.diagnose_curves import curves, maps
 from study.diagnose_history import ADD, DIAGNOSIS, Errors, History, Step
 from study.diagnose_round import Round, errors
 from study.diagnose_stages import Stage, falls, stages, waterfall
-from study.diagnose_table import ALIKE, Row, beyond, factors, interval, rows, strengths
+from study.diagnose_table import ALIKE, Row, beyond, digits, factors, interval, rows, strengths
 from study.diagnose_words import advice, chance, headline
 from study.figure.misfit_map import COLOURS, STEPS
 
@@ -57,10 +57,11 @@ def page(of: Round, history: History) -> str:
         title=of.setup.title,
         campaign=of.campaign.title,
         finding=of.diagnosis.verdict.finding.value,
-        headline=headline(of),
+        headline=set_in_type(headline(of)),
         advice=advice(of),
-        chance=chance(of),
+        chance=set_in_type(chance(of)),
         cards=_cards(found),
+        chain=" → ".join(stage.name for stage in found),
         falls=falls(falling),
         candidates=[_candidate(row) for row in candidates],
         n_shown=SHOWN,
@@ -81,6 +82,12 @@ def page(of: Round, history: History) -> str:
     )
 
 
+def set_in_type(text: str) -> str:
+    """Words as they are printed: ± for +-, χ² for chi^2, raised exponents."""
+    text = text.replace("+-", "±").replace("chi^2", "χ²")
+    return text.replace("^2", "²").replace("^3", "³")
+
+
 def _script_safe(text: str) -> str:
     """Text that cannot end the script element that it stands in."""
     return text.replace("</script", "<\\/script").replace("<!--", "<\\!--")
@@ -97,10 +104,9 @@ def _cards(found: Sequence[Stage]) -> list[dict[str, str]]:
         {"label": "held-out error", "value": chain([f"{100 * each.held_out:.3g} %" for each in told])},
         {"label": "training error", "value": chain([f"{100 * each.training:.3g} %" for each in told])},
         {
-            "label": "held-out chi² a number (1 is noise)",
-            "value": chain([f"{each.held_out_chi2:.3g}" for each in told]),
+            "label": "held-out χ² a number (1 is noise)",
+            "value": chain([digits(each.held_out_chi2, 3) for each in told]),
         },
-        {"label": "from", "value": chain([stage.name for stage in found])},
     ]
 
 
@@ -111,14 +117,14 @@ def _candidate(row: Row) -> dict[str, Any]:
         "signature": row.effect.signature,
         "named": row.named,
         "fitted": row.gain is not None,
-        "gain": f"{row.expected if row.gain is None else row.gain:,.4g}",
+        "gain": digits(row.expected if row.gain is None else row.gain, 4),
         "held_out": "" if row.errors is None else f"{100 * row.errors.held_out:.3g}",
         "held_out_chi2": "" if row.errors is None else f"{row.errors.held_out_chi2:.3g}",
-        "strength": row.in_words,
+        "strength": set_in_type(row.in_words),
         "cosine": f"{row.cosine:.2f}",
         "percent": round(100 * row.cosine),
         "alike": row.cosine > ALIKE,
-        "detectable": beyond(row.detectable, row.parameter),
+        "detectable": set_in_type(beyond(row.detectable, row.parameter)),
     }
 
 
@@ -128,7 +134,7 @@ def _detectable(candidates: Sequence[Row]) -> list[dict[str, Any]]:
     for row in candidates:
         where = row.effect.name.removeprefix(row.effect.kind).strip() or row.effect.name
         found.setdefault(row.effect.kind, []).append(
-            {"where": where, "strength": beyond(row.detectable, row.parameter)}
+            {"where": where, "strength": set_in_type(beyond(row.detectable, row.parameter))}
         )
     return [{"kind": kind, "each": each} for kind, each in sorted(found.items())]
 
@@ -138,12 +144,13 @@ def _place(place: Place) -> dict[str, Any]:
     return {
         "name": place.name,
         "configuration": place.configuration,
-        "gain": f"{place.gain:,.4g}",
+        "gain": digits(place.gain, 4),
         "exponent": f"{place.exponent:.2f} ± {INTERVAL * place.exponent_deviation:.2g}",
         "phase": f"{place.phase:.0f}",
         "reads": _reads(place),
         "levels": [
-            f"{level:g} N: {abs(kappa):.3g} ± {INTERVAL * deviation:.2g} N/m" for level, kappa, deviation in levels
+            f"{level:g} N: {digits(abs(kappa), 3)} ± {digits(INTERVAL * deviation, 2)} N/m"
+            for level, kappa, deviation in levels
         ],
     }
 
@@ -171,14 +178,20 @@ def _accepted(of: Round) -> list[dict[str, str]]:
                 "name": each.name,
                 "physics": WHAT[each.name],
                 "prior": f"1 ± {100 * each.deviation:.3g} %",
-                "now": f"{value:.4f} ± {deviation:.4f}",
-                "then": "" if each.name not in then else f"{then[each.name][0]:.4f} ± {then[each.name][1]:.4f}",
+                "now": _factor(value, deviation),
+                "then": "" if each.name not in then else _factor(*then[each.name]),
                 "pull": f"{pull:+.2f}",
                 "place": f"{50 + 50 * max(-1.0, min(1.0, pull / 3)):.1f}",
                 "far": "far" if abs(pull) > 2 else "",
             }
         )
     return listed
+
+
+def _factor(value: float, deviation: float) -> str:
+    """With as many places as the deviation needs."""
+    places = 4 if deviation >= 5e-4 else 5
+    return f"{value:.{places}f} ± {deviation:.{places}f}"
 
 
 def _added(of: Round) -> list[dict[str, str]]:
@@ -191,8 +204,8 @@ def _added(of: Round) -> list[dict[str, str]]:
         listed.append(
             {
                 "name": effect.name,
-                "now": interval(strength, deviation, parameter),
-                "then": "" if later is None else interval(later[1], later[2], parameter),
+                "now": set_in_type(interval(strength, deviation, parameter)),
+                "then": "" if later is None else set_in_type(interval(later[1], later[2], parameter)),
             }
         )
     return listed
@@ -207,7 +220,7 @@ def _step(step: Step) -> dict[str, Any]:
     return {
         "what": step.what,
         "when": step.when.replace("T", " ")[:16],
-        "words": words,
+        "words": set_in_type(words),
         "errors": _fall(step.before, step.after),
         "diff": [{"text": line, "kind": _kind(line)} for line in step.diff[2:]],
     }

@@ -82,26 +82,39 @@ def rows(of: Round) -> list[Row]:
     ]  # fmt: skip
 
 
+def digits(value: float, count: int) -> str:
+    """A number with so many digits, without an exponent where that is readable: 310,000."""
+    if not np.isfinite(value):
+        return "none"
+    rounded = float(f"{value:.{count}g}")
+    return f"{rounded:,.10g}" if 1e-4 <= abs(rounded) < 1e7 or not rounded else f"{rounded:g}"
+
+
 def interval(value: float, deviation: float, parameter: EffectParameter) -> str:
     """A value with its 95 % interval in one unit: "52.4 +- 2.1 mg"."""
-    text = text_of(value, parameter, 4)
-    number, _, unit = text.partition(" ")
-    if not np.isfinite(deviation) or deviation <= 0:
-        return text
+    _, _, unit = text_of(value, parameter).partition(" ")
     size = dict(WRITTEN.get(parameter.unit, ())).get(unit, 1.0)
-    return f"{number} +- {INTERVAL * deviation / size:.2g} {unit}".rstrip()
+    number = digits(value / size, 4)
+    if not np.isfinite(deviation) or deviation <= 0:
+        return f"{number} {unit}".rstrip()
+    return f"{number} +- {digits(INTERVAL * deviation / size, 2)} {unit}".rstrip()
 
 
-def short(value: float, parameter: EffectParameter) -> str:
-    """A strength with three digits; nothing if it is infinite."""
-    return text_of(value, parameter, 3) if np.isfinite(value) else "none"
+def short(value: float, parameter: EffectParameter, count: int = 3) -> str:
+    """A strength with a few digits; "none" if it is infinite."""
+    if not np.isfinite(value):
+        return "none"
+    _, _, unit = text_of(value, parameter).partition(" ")
+    return f"{digits(value / dict(WRITTEN.get(parameter.unit, ())).get(unit, 1.0), count)} {unit}".rstrip()
 
 
 def beyond(value: float, parameter: EffectParameter) -> str:
     """A strength reckoned from where the effect vanishes: a ratio as +- so many per cent."""
     if not np.isfinite(value):
         return "none"
-    return f"{100 * value:.2g} %" if parameter.unit == "-" and parameter.vanishes else text_of(value, parameter, 2)
+    if parameter.unit == "-" and parameter.vanishes:
+        return f"{digits(100 * value, 2)} %"
+    return short(value, parameter, 2)
 
 
 def write_up(of: Round, refit: Refit) -> dict[str, Any]:

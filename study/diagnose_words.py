@@ -8,7 +8,7 @@ from typing import Any
 from diagnosis.verdict import Finding
 from study.diagnose_history import ADD, Errors, Step
 from study.diagnose_round import Round, errors
-from study.diagnose_table import Row, beyond, factors, interval, rows, short, strengths
+from study.diagnose_table import Row, beyond, digits, factors, interval, rows, short, strengths
 
 #: Candidates and places that the terminal shows; the files hold all.
 MOST, MOST_PLACES = 10, 3
@@ -108,7 +108,7 @@ def errors_in_words(of: Errors) -> str:
     """Both errors with chi^2."""
     return (
         f"error {100 * of.training:7.3g} %, held out {100 * of.held_out:7.3g} %; chi^2 a number "
-        f"{of.training_chi2:8.3g}, held out {of.held_out_chi2:8.3g}"
+        f"{digits(of.training_chi2, 3):>7}, held out {digits(of.held_out_chi2, 3):>7}"
     )
 
 
@@ -131,7 +131,7 @@ def _verdict(of: Round) -> Iterator[str]:
 
 def _fitted(of: Round) -> Iterator[str]:
     before = of.diagnosis.before
-    named = [f"{name} x {value:.4f} +- {deviation:.4f}" for name, (value, deviation) in factors(of, before).items()]
+    named = [f"{name} x {value:.5g} +- {deviation:.2g}" for name, (value, deviation) in factors(of, before).items()]
     yield f"Calibrated: {', '.join(named) or 'nothing is accepted'}"
     for effect, strength, deviation in strengths(of, before):
         yield f"Added: {effect.name}, {interval(strength, deviation, effect.parameters[0])}"
@@ -151,7 +151,7 @@ def _candidates(of: Round) -> Iterator[str]:
     width = max(len(row.effect.name) for row in shown)
     yield f"  {'candidate':<{width}}  {'chi^2 falls by':>14}  {'held-out error':>14}  {'alike':>5}  {'strength'}"
     for row in shown:
-        gain = f"{row.gain:.4g}" if row.gain is not None else f"({row.expected:.4g})"
+        gain = digits(row.gain, 4) if row.gain is not None else f"({digits(row.expected, 4)})"
         held = f"{100 * row.errors.held_out:.3g} %" if row.errors is not None else ""
         mark = "*" if row.named else " "
         yield f"{mark} {row.effect.name:<{width}}  {gain:>14}  {held:>14}  {row.cosine:5.2f}  {row.in_words}"

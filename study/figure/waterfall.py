@@ -67,7 +67,9 @@ def waterfall_figure(steps: Sequence[WaterfallStep], *, title: str, subtitle: st
     values = [value for step in steps for value in (step.training_chi2, step.held_out_chi2) if value > 0]
     right.set_ylim(min(0.5, *values) / 1.2, 2.2 * max(2.0, *values))
     right.axhline(1.0, color=INK, linewidth=0.9, linestyle=(0, (4, 3)))
-    right.text(1.0, 1.04, "noise", transform=right.get_yaxis_transform(), ha="right", va="bottom", fontsize=8)
+    right.text(
+        1.01, 1.0, "noise", transform=right.get_yaxis_transform(), ha="left", va="center", fontsize=8, color=PALE
+    )
     right.set_ylabel("chi² a number [-]")
     handles = [Patch(color=TRAINING, label="training data"), Patch(color=HELD_OUT, label="held-out data")]
     if any(step.proposed for step in steps):
@@ -79,6 +81,11 @@ def waterfall_figure(steps: Sequence[WaterfallStep], *, title: str, subtitle: st
     return stream.getvalue()
 
 
+def _shown(value: float) -> str:
+    """Three digits, without an exponent."""
+    return f"{float(f'{value:.3g}'):,.10g}"
+
+
 def _bars(axes: "Axes", pairs: Sequence[tuple[float, float]], steps: Sequence[WaterfallStep]) -> None:
     place = np.arange(len(steps))
     for side, colour in ((0, TRAINING), (1, HELD_OUT)):
@@ -87,7 +94,7 @@ def _bars(axes: "Axes", pairs: Sequence[tuple[float, float]], steps: Sequence[Wa
         for bar, step in zip(bars, steps, strict=True):
             if step.proposed:
                 bar.set(hatch="////", facecolor="white", edgecolor=colour, linewidth=1.2)
-        axes.bar_label(bars, labels=[f"{height:.3g}" for height in heights], fontsize=8, padding=2, color=INK)
+        axes.bar_label(bars, labels=[_shown(height) for height in heights], fontsize=8, padding=2, color=INK)
     axes.set_xticks(place, [fill(step.name, FOLD) for step in steps], fontsize=9)
     axes.grid(axis="y", color=GRID, linewidth=0.8)
     axes.spines[["top", "right"]].set_visible(False)
