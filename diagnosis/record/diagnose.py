@@ -116,7 +116,7 @@ def diagnose_records(
     return RecordDiagnosis(
         arrangement=arrangement, catalogue=Catalogue(candidates=effects, untestable=(*listed.untestable, *left)),
         scores=tuple(scores), before=before, refits=tuple(refits),
-        verdict=judge_records(before, refits, arrangement.held.floor, names, units),
+        verdict=judge_records(before, refits, arrangement.held.floor, names, scores, units),
     )  # fmt: skip
 
 

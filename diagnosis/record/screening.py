@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from correlation.record_propagator import propagator
 from diagnosis.effect.candidate import Effect, Untestable
 from diagnosis.record.arrangement import RecordArrangement
 from diagnosis.record.comparison import Matrix, Vector
@@ -40,6 +41,8 @@ class RecordScore:
         Share of the effect that the fitted numbers absorb, 1 - |d_perp| / |d|.
     direction
         d_perp / |d_perp|, shape (m,); zero if it is all absorbed.
+    size
+        Root mean square of d_perp per unit of strength: error that is left without the effect [1/its unit].
     """
 
     effect: Effect
@@ -47,6 +50,7 @@ class RecordScore:
     gain: float
     absorbed: float
     direction: Vector
+    size: float
 
 
 def testable(
@@ -54,13 +58,17 @@ def testable(
 ) -> tuple[tuple[Effect, ...], tuple[Untestable, ...]]:
     """Effects that a march through time can take, and the others with the reason."""
     found, left = [], []
-    starts = arrangement.fit.starts
     for effect in effects:
-        values = np.array([*arrangement.fit.values, *(each.vanishes for each in effect.parameters)])
         unknowns = arrangement.unknowns([effect])
+        ends = [
+            np.array([*arrangement.fit.values, strength, *(each.vanishes for each in effect.parameters[1:])])
+            for strength in (effect.parameters[0].vanishes, effect.parameters[0].typical)
+        ]
         try:
-            record_jacobian(arrangement.train, unknowns, values, starts, first=len(arrangement.fit.values))
-        except (InputError, ArithmeticError) as reason:
+            for driven in arrangement.train.drives:
+                before, after = (propagator(unknowns.compose(end), driven.sensors, driven.record.step) for end in ends)
+                before.rate(after, 1.0)
+        except InputError as reason:
             left.append(Untestable(name=effect.name, reason=str(reason)))
         else:
             found.append(effect)
@@ -102,8 +110,9 @@ def _score(arrangement: RecordArrangement, effect: Effect, basis: Matrix) -> Rec
     whole, across = float(np.linalg.norm(slope)), _across(basis, slope)
     left = float(np.linalg.norm(across)) / whole if whole else 0.0
     nothing = RecordScore(
-        effect=effect, strength=parameter.vanishes, gain=0.0, absorbed=1 - left, direction=np.zeros_like(residual)
-    )
+        effect=effect, strength=parameter.vanishes, gain=0.0, absorbed=1 - left, direction=np.zeros_like(residual),
+        size=0.0,
+    )  # fmt: skip
     if left < LEFT:
         return nothing
     away, gain = _least(effect, across, residual)
@@ -124,7 +133,7 @@ def _score(arrangement: RecordArrangement, effect: Effect, basis: Matrix) -> Rec
     size = float(np.linalg.norm(across))
     return RecordScore(
         effect=effect, strength=parameter.vanishes + away, gain=gain / max(float(fit.residual @ fit.residual), TINY),
-        absorbed=1 - left, direction=across / size,
+        absorbed=1 - left, direction=across / size, size=size / np.sqrt(len(residual)),
     )  # fmt: skip
 
 

@@ -18,10 +18,13 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from diagnosis.record.refit import PerRecord, RecordRefit
+from diagnosis.record.screening import RecordScore
 from diagnosis.verdict import INTERVAL, Finding
 
 #: Of the excess held-out error: what must be left at most.
 RATIO = 0.8
+#: Error of an effect, relative to all else, that takes this ratio off when it is fitted: 1 / r^2 = 1 + x^2.
+DOUBT = (RATIO**-2 - 1) ** 0.5
 #: Held-out error that is none: a fit ends, and a march rounds off, with this much [-].
 NONE = 1e-6
 #: Of the excess held-out error: what an effect may leave at most and still be named, where the noise is known.
@@ -48,6 +51,9 @@ class RecordVerdict:
         Share of each held-out record that is noise; 0 where it is not known [-].
     names
         Of the held-out records.
+    detectable
+        By name, the strength beyond the vanishing one whose removal would take the held-out error through the gate, and
+        its unit; without those that are absorbed.
     units
         What "N" and "m" are in a model that is not in SI, such as {"N": "V", "m": "V"} in a record in volts.
     """
@@ -58,6 +64,7 @@ class RecordVerdict:
     tried: tuple[RecordRefit, ...]
     floor: PerRecord
     names: tuple[str, ...]
+    detectable: Mapping[str, tuple[float, str]] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -69,9 +76,9 @@ class RecordVerdict:
             known = f"the noise is {100 * noise:.2g} %"
             return f"Something is missing, and it is none of the known effects: {known}, {error}."
         if self.finding is Finding.NOTHING and noise:
-            return f"Nothing is missing beyond the noise of {100 * noise:.2g} %: {error}."
+            return f"Nothing is missing beyond the noise of {100 * noise:.2g} %: {error}.{self._smallest()}"
         if self.finding is Finding.NOTHING:
-            return f"Nothing passes the gate: {error}; how much of this is noise is not known."
+            return f"Nothing passes the gate: {error}; how much of this is noise is not known.{self._smallest()}"
         told = " or ".join(self._told(each) for each in self.effects)
         falls = ", ".join(
             f"{100 * before:.2g} to {100 * after:.2g} % in {name}"
@@ -97,6 +104,12 @@ class RecordVerdict:
             unit = re.sub(r"\b[Nm]\b", lambda found: self.units.get(found[0], found[0]), unit)
         return f" {unit}"
 
+    def _smallest(self) -> str:
+        if not self.detectable:
+            return ""
+        listed = ", ".join(f"{name} {strength:.2g}{self.unit(of)}" for name, (strength, of) in self.detectable.items())
+        return f" Strengths that would have passed are about: {listed}."
+
     def _best(self) -> str:
         if not self.tried:
             return "no candidate would lower it"
@@ -110,6 +123,7 @@ def judge_records(
     refits: Sequence[RecordRefit],
     floor: PerRecord,
     names: Sequence[str],
+    scores: Sequence[RecordScore] = (),
     units: Mapping[str, str] | None = None,
 ) -> RecordVerdict:
     """Send refits through the gate.
@@ -124,6 +138,8 @@ def judge_records(
         Share of each held-out record that is noise [-].
     names
         Of the held-out records.
+    scores
+        Of all candidates.
     units
         What "N" and "m" are; themselves by default.
     """
@@ -137,6 +153,11 @@ def judge_records(
         finding = Finding.UNKNOWN if passed or _loud(before, floor) else Finding.NOTHING
     return RecordVerdict(
         finding=finding, effects=tuple(effects), before=before, tried=tuple(refits), floor=floor, names=tuple(names),
+        detectable={
+            each.effect.name: (DOUBT * before.held_error / each.size, each.effect.parameters[0].unit)
+            for each in scores
+            if each.size
+        },
         units=dict(units or {}),
     )  # fmt: skip
 

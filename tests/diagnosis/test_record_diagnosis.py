@@ -143,6 +143,15 @@ def test_an_effect_outside_the_catalogue_is_not_called_by_another_name(records: 
     assert diagnosed(records["cubic"], noise=noise).verdict.finding is Finding.MISSING
 
 
+def test_the_size_of_an_effect_is_the_error_that_it_makes(records: dict[str, list[TimeRecord]]) -> None:
+    found = diagnosed(records["mass"])
+    score = found.scores[0]
+    assert score.effect.name == "mass at tip"
+    made = np.sqrt(found.before.error**2 - found.refits[0].error ** 2)
+    # Linear in the strength, but for the shift of the resonance.
+    assert score.size * 0.02 == pytest.approx(made, rel=0.1)
+
+
 def test_units_of_a_model_in_volts_are_told(records: dict[str, list[TimeRecord]]) -> None:
     verdict = diagnosed(records["cubic"], units={"N": "V", "m": "V"}).verdict
     assert " V/V^3 +- " in verdict.sentence

@@ -3,10 +3,12 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from diagnosis.effect.candidate import EffectParameter
 from diagnosis.record.refit import RecordRefit
+from diagnosis.record.screening import RecordScore
 from diagnosis.record.verdict import RATIO, RecordVerdict, judge_records
 from diagnosis.verdict import Finding
 
@@ -91,3 +93,28 @@ def test_a_stand_in_leaves_too_much_above_a_known_noise() -> None:
 
 def test_a_refit_that_runs_away_is_never_named() -> None:
     assert judged(refit("mass at tip", np.full(20, np.inf))).finding is Finding.NOTHING
+
+
+def test_strengths_that_would_have_passed_are_told() -> None:
+    # An error of 0.75 beside one of 1 makes 1.25: taking it off leaves 0.8.
+    effect = SimpleNamespace(
+        name="mass at tip",
+        parameters=(EffectParameter(name="mass", unit="kg", lower=0.0, upper=1.0, typical=0.01),),
+    )
+    nothing = np.zeros(3)
+    scores = [
+        RecordScore(
+            effect=effect,
+            strength=0.0,
+            gain=0.0,
+            absorbed=0.5,
+            direction=nothing,
+            size=size,  # type: ignore[arg-type]
+        )
+        for size in (30.0, 0.0)
+    ]
+    verdict = judge_records(BEFORE, [], QUIET, ["arrow"], scores[:1])
+    assert verdict.detectable == {"mass at tip": (pytest.approx(0.75 * BEFORE.held_error / 30.0), "kg")}
+    assert "Strengths that would have passed are about: mass at tip 0.0025 kg." in verdict.sentence
+    # One that is absorbed would never have passed.
+    assert "Strengths" not in judge_records(BEFORE, [], QUIET, ["arrow"], scores[1:]).sentence
