@@ -25,11 +25,13 @@ from correlation.test_model import TestModel
 from diagnosis.arrangement import DRAWS, SEED, arrange
 from diagnosis.comparison import NOT_FOUND, Comparison
 from fe.dense_modes import dense_modes
+from study.case import load_case
 from study.compare_pictures import pictures
 from study.compare_table import misfit_csv
 from study.output import replace_file
 from study.run_context import RunContext
 from study.solve_model import stuck_stiffness
+from study.test_case import TestCase
 from study.test_case_model import TestSetup, read_test_case
 
 #: Resonances that a test may be meant to show, of the stuck and of the free structure.
@@ -101,9 +103,10 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
         With what is wrong in the case or the campaign.
     """
     assert run.output is not None
-    setup = read_test_case(case)
+    load_case(case, TestCase)  # what is wrong with the file itself is said first
     with run.progress.step("campaign", expected=1):
         campaign = read_campaign(folder)
+    setup = read_test_case(case, campaign)
     with run.progress.step("comparison", expected=15):
         compared = compare(setup, campaign, calibrate=calibrate)
     for suspicion in compared.suspicions:
@@ -137,9 +140,9 @@ def compare(setup: TestSetup, campaign: Campaign, *, calibrate: bool = False) ->
         A sensor that does not fit the model, or a campaign without repeats.
     """
     model = with_sensors(setup.model, campaign)
-    suspected = (*campaign.suspicions, *suspicions_against(campaign, model_frequencies(model)))
     refined = [with_sensors(finer, campaign) for finer in setup.budget.refined]
     setup = replace(setup, model=model, budget=replace(setup.budget, refined=refined))
+    suspected = (*campaign.suspicions, *suspicions_against(campaign, model_frequencies(setup.complete)))
     sides, calibrated, model = _sides(setup, campaign, calibrate)
     train, *rest = (side.misfit for side in sides)
     return Compared(
@@ -222,11 +225,12 @@ def model_frequencies(model: TestModel) -> Float[NDArray[np.float64], " m"]:
 def _sides(
     setup: TestSetup, campaign: Campaign, calibrate: bool
 ) -> tuple[list[Side], tuple[Calibrated, ...], TestModel]:
-    model = setup.model
     if calibrate:
         if not setup.accepted:
             raise CampaignError("the case accepts no parameter, so that nothing can be calibrated: add [accepted]")
-        arrangement = arrange(campaign, model, setup.accepted, setup.budget)
+        # Effects stay as strong as the case says; the accepted parameters begin anew.
+        begin = replace(setup, calibrated={})
+        arrangement = arrange(campaign, begin.complete, setup.accepted, begin.complete_budget)
         fit = arrangement.fit
         held = arrangement.held.predict(fit.model, fit.prediction)
         sides = [
@@ -236,9 +240,10 @@ def _sides(
         found = zip(setup.accepted, fit.values.tolist(), fit.deviation.tolist(), strict=True)
         calibrated = tuple(Calibrated(name=each.name, factor=a, deviation=b) for each, a, b in found)
         return sides, calibrated, fit.model
-    sides = [beside(training(campaign), model, setup.budget)]
+    model, budget = setup.complete, setup.complete_budget
+    sides = [beside(training(campaign), model, budget)]
     if campaign.held_out.levels or campaign.held_out.repeats:
-        sides.append(beside(held_out(campaign), model, setup.budget, sides[0].prediction))
+        sides.append(beside(held_out(campaign), model, budget, sides[0].prediction))
     return sides, (), model
 
 

@@ -10,6 +10,7 @@ from correlation.measurement import Campaign
 from correlation.model_suspicion import suspicions_against
 from correlation.read_campaign import read_campaign
 from diagnosis.verdict import Finding
+from study.case import load_case
 from study.compare_run import model_frequencies
 from study.console import plain
 from study.diagnose_add import add, record
@@ -18,6 +19,7 @@ from study.diagnose_round import Round, diagnose_case
 from study.diagnose_words import document, headline, in_words
 from study.output import replace_file
 from study.run_context import RunContext
+from study.test_case import TestCase
 from study.test_case_model import read_test_case
 
 #: Effects that ``--auto`` adds at most.
@@ -72,6 +74,7 @@ def run_diagnose(
         With what is wrong in the case, the campaign, the kinds or the folders.
     """
     assert run.output is not None
+    load_case(case, TestCase)  # what is wrong with the file itself is said first
     with run.progress.step("campaign", expected=1):
         campaign = read_campaign(folder)
     diagnosed = diagnose_file(case, campaign, folder, run, without=without, auto=auto)

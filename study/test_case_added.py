@@ -111,6 +111,27 @@ def apply_all(
     return model
 
 
+def apply_by_name(
+    finer: TestModel,
+    files: Sequence[Path],
+    known: Sequence[Accepted],
+    calibrated: Mapping[str, float],
+    added: Sequence[Added],
+) -> TestModel:
+    """The same for another mesh of the structure, whose effects of the same names are other rows.
+
+    Raises
+    ------
+    EffectError
+        The finer model does not have such an effect.
+    """
+    if not added:
+        return apply_all(finer, known, calibrated, ())
+    found = case_catalogue(finer, files)
+    own = [Added(effect=find_effect(found, each.effect.name), values=each.values) for each in added]
+    return apply_all(finer, known, calibrated, own)
+
+
 def key_of(parameter: EffectParameter) -> str:
     """Its key in a table of a case file."""
     return re.sub(r"[^A-Za-z0-9]+", "_", parameter.name).strip("_") or "value"

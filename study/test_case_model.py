@@ -1,7 +1,7 @@
 """From a test case to a test model, its accepted parameters and its numerical error; all mistakes are said at once."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +21,7 @@ from study.errors import CaseError
 from study.mistakes import Mistakes
 from study.solve_model import contact_joints, stuck_damping
 from study.test_case import LineTable, TestCase
-from study.test_case_added import added_effects, apply_all
+from study.test_case_added import added_effects, apply_all, apply_by_name
 from study.test_place import Whereabouts
 from study.test_structure import TestStructure, load_test_structure
 
@@ -67,6 +67,15 @@ class TestSetup:
     def complete(self) -> TestModel:
         """The model with calibrated factors and added effects."""
         return apply_all(self.model, self.accepted, self.calibrated, self.added)
+
+    @property
+    def complete_budget(self) -> Budget:
+        """Its numerical error, the finer models as complete as it is."""
+        finer = [
+            apply_by_name(each, self.effects, self.accepted, self.calibrated, self.added)
+            for each in self.budget.refined
+        ]
+        return replace(self.budget, refined=finer)
 
 
 def read_test_case(path: Path | str, campaign: Campaign | None = None) -> TestSetup:

@@ -24,7 +24,11 @@ def add(
     case: Case = None,
     value: Annotated[
         tuple[str, ...],
-        Parameter(negative="", help="Its strength with a unit, instead of the diagnosis's; one for each parameter."),
+        Parameter(
+            negative="",
+            allow_leading_hyphen=True,
+            help="Its strength with a unit, instead of the diagnosis's; one for each parameter.",
+        ),
     ] = (),
     options: Options = DEFAULTS,
 ) -> Answer:

@@ -1,0 +1,80 @@
+"""Added effects of a case: the model is complete with them, values keep their digits, mistakes have their lines."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from study.errors import CaseError
+from study.shipped import BEAM
+from study.test_case_added import case_catalogue, key_of, text_of, value_of
+from study.test_case_model import read_test_case
+
+
+def case_with(folder: Path, tables: str) -> Path:
+    (folder / "beam.npz").write_bytes(BEAM.with_name("beam.npz").read_bytes())
+    case = folder / "case.toml"
+    case.write_text(f"{BEAM.read_text(encoding='utf-8')}\n{tables}", encoding="utf-8")
+    return case
+
+
+def test_a_complete_model_has_its_effects_on_top_of_its_factors(tmp_path: Path) -> None:
+    tables = '[[added]]\neffect = "mass at tip"\nmass = "93 mg"\n[calibrated]\nkt = 1.25\nE = "102 %"\n'
+    setup = read_test_case(case_with(tmp_path, tables))
+    drawn, complete = setup.model, setup.complete
+    tip = drawn.places["tip"]
+    # 93 mg on one translation of one node; the digits of a sum with a mass of grams are lost, no more.
+    np.testing.assert_allclose(complete.system.mass - drawn.system.mass, 93e-6 * np.outer(tip, tip), atol=1e-16)
+    np.testing.assert_allclose(complete.system.stiffness, 1.02 * drawn.system.stiffness, rtol=1e-12)
+    assert complete.contact("left.1").tangential_stiffness == pytest.approx(
+        1.25 * drawn.contact("left.1").tangential_stiffness, rel=1e-14
+    )
+    assert setup.added[0].effect.name == "mass at tip"
+
+
+def test_a_case_without_effects_is_as_drawn() -> None:
+    setup = read_test_case(BEAM)
+    assert setup.added == ()
+    assert setup.complete is setup.model
+
+
+def test_every_value_is_read_as_it_was_written() -> None:
+    for effect in case_catalogue(read_test_case(BEAM).model, [], level=10.0).candidates:
+        for parameter in effect.parameters:
+            for value in (parameter.typical, 0.37 * parameter.typical + 0.63 * parameter.vanishes):
+                # Six digits are written.
+                assert value_of(text_of(value, parameter), parameter) == pytest.approx(value, rel=6e-6)
+            assert re.fullmatch(r"[a-z_]+", key_of(parameter))
+
+
+MISTAKES = [
+    ('effect = "mas at tip"\nmass = "1 g"', 'effect = "mas at tip": there is no effect .* did you mean "mass at tip"'),
+    ('effect = "mass at tip"\nmass = "1 mm"', 'mass = "1 mm": "mm" makes it a length, but a mass is needed, e.g. "'),
+    ('effect = "mass at tip"\nmas = "1 g"', '"mas" is no parameter of "mass at tip"; did you mean "mass"'),
+    ('effect = "mass at tip"', '"mass at tip" lacks its value: add mass = "'),
+    ('effect = "mass at tip"\nmass = "-3 kg"', 'mass = "-3 kg": is out of bounds: give a value from'),
+    ('effect = "spring at mid"\nstiffness = 3', 'stiffness = 3: give a unit, e.g. "14.4 N/mm"'),
+    ('mass = "1 g"', r'added\[0\].effect is missing; add effect = "mass at tip"'),
+    (
+        'effect = "mass at tip"\nmass = "1 g"\n[[added]]\neffect = "Mass at tip"\nmass = "1 g"',
+        '"mass at tip" is added twice',
+    ),
+]
+
+
+@pytest.mark.parametrize(("table", "message"), MISTAKES)
+def test_a_mistake_in_an_added_effect_has_its_line(tmp_path: Path, table: str, message: str) -> None:
+    case = case_with(tmp_path, f"[[added]]\n{table}\n")
+    with pytest.raises(CaseError, match=message) as caught:
+        read_test_case(case)
+    (problem,) = caught.value.problems
+    first = BEAM.read_text(encoding="utf-8").count("\n") + 2
+    assert first <= problem.line <= first + 5
+
+
+def test_a_factor_that_is_no_accepted_parameter_is_refused(tmp_path: Path) -> None:
+    case = case_with(tmp_path, "[calibrated]\nmu = 1.1\n")
+    case.write_text(case.read_text().replace('mu = "10 %"', "mu = 0"), encoding="utf-8")
+    with pytest.raises(CaseError, match=r"calibrated.mu = 1.1: mu is calibrated, but is no accepted parameter"):
+        read_test_case(case)
