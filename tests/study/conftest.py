@@ -152,16 +152,16 @@ TwoMasses = Callable[..., Path]
 def two_masses(at_home: Path) -> TwoMasses:
     """Writes the case ``chain.toml`` and a campaign of the same structure with effects and 1.1 times its damping."""
 
-    def write(effects: Mapping[str, float], *, held_out: bool = True) -> Path:
+    def write(effects: Mapping[str, float], *, held_out: bool = True, case: str = TWO_MASSES) -> Path:
         mass, stiffness = np.diag([1.0, 0.5]), np.array([[5e4, -2e4], [-2e4, 2e4]])
         dofs = {"dof_body": ["chain"] * 2, "dof_node": [0, 1], "dof_direction": ["z", "z"]}
         np.savez(at_home / "chain.npz", M=mass, C=2e-5 * stiffness, K=stiffness, **dofs)
-        case = at_home / "chain.toml"
-        case.write_text(TWO_MASSES, encoding="utf-8")
-        setup = read_test_case(case)
+        file = at_home / "chain.toml"
+        file.write_text(case, encoding="utf-8")
+        setup = read_test_case(file)
         zeta = next(each for each in setup.accepted if each.name == "zeta")
         model = zeta.apply(setup.model, [1.1])
-        known = case_catalogue(model, [], level=max(LEVELS), configurations=["jointed"])
+        known = case_catalogue(model, setup.effects, level=max(LEVELS), configurations=["jointed"])
         for name, strength in effects.items():
             model = known.effect(name).apply(model, [strength])
         resonance = np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness)).min()) / (2 * np.pi)
@@ -197,6 +197,6 @@ def two_masses(at_home: Path) -> TwoMasses:
             held_out=HeldOut(levels=(4.0,), repeats=(4, 5)) if held_out else HeldOut(),
         )
         write_campaign(campaign, at_home / "campaign")
-        return case
+        return file
 
     return write
