@@ -48,7 +48,8 @@ def record(found: Round, case: Path, campaign: Path) -> Step:
     history, key = history_of(case), case_key(read_text(case))
     before, drawn = errors(found.diagnosis.before), errors(found.drawn)
     # What the accepted parameters alone achieve is known from a diagnosis before anything was added.
-    earlier = next((each.accepted for each in reversed(history.steps) if each.accepted and each.drawn == drawn), None)
+    told = [each.accepted for each in history.steps if each.accepted is not None and each.campaign == str(campaign)]
+    earlier = told[-1] if told else None
     step = Step(
         what=DIAGNOSIS,
         case_key=key,
