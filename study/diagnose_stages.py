@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from diagnosis.refit import Refit
 from study.diagnose_history import Errors, History
-from study.diagnose_round import Round, errors
+from study.diagnose_round import Round, as_drawn, errors
 from study.figure.waterfall import WaterfallStep
 
 
@@ -29,16 +29,28 @@ def stages(of: Round) -> list[Stage]:
     """As drawn; as it is now; with the effect that is named, if one is."""
     added = [each.effect.name for each in of.setup.added]
     now = "calibrated" if not added else f"calibrated, with {' and '.join(added)}"
-    found = [Stage(name="as drawn", refit=of.drawn), Stage(name=now, refit=of.diagnosis.before)]
-    if of.best is not None and of.best.effect is not None:
-        found.append(Stage(name=f"with {of.best.effect.name}", refit=of.best))
-    return found
+    best = of.best
+    if best is not None and best.effect is not None:
+        # What is proposed is measured against a fit of the same sort.
+        present = of.diagnosis.before
+        proposed = [Stage(name=f"with {best.effect.name}", refit=best)]
+    else:
+        # Where nothing is proposed, the case as its file says is shown, as `stickslip compare` shows it.
+        present = of.diagnosis.before if not added else of.keep("as it is", lambda: as_it_is(of))
+        proposed = []
+    return [Stage(name="as drawn", refit=of.drawn), Stage(name=now, refit=present), *proposed]
+
+
+def as_it_is(of: Round) -> Refit:
+    """The case with the factors and effects that its file holds, tested like a fitted one."""
+    return as_drawn(of.diagnosis.arrangement, of.setup.complete)
 
 
 def waterfall(of: Round, history: History) -> list[WaterfallStep]:
     """Errors of each step: those that the history knows, the model as it is now, and what is proposed."""
-    drawn, now = errors(of.drawn), errors(of.diagnosis.before)
-    steps = [_step("as drawn", drawn)]
+    shown = [errors(stage.refit) for stage in stages(of)]
+    now = shown[1]
+    steps = [_step("as drawn", shown[0])]
     told = history.last_diagnosis
     known = [step for step in history.standing if step.after is not None and step.drawn is not None]
     present = [each.effect.name for each in of.setup.added]
@@ -55,7 +67,7 @@ def waterfall(of: Round, history: History) -> list[WaterfallStep]:
         rest = [name for name in present if name not in [step.effect for step in known[:-1]]]
         steps.append(_step("".join(f"+ {name} " for name in rest).strip(), now))
     if of.best is not None and of.best.effect is not None:
-        steps.append(_step(f"+ {of.best.effect.name}", errors(of.best), proposed=True))
+        steps.append(_step(f"+ {of.best.effect.name}", shown[-1], proposed=True))
     return steps
 
 

@@ -8,6 +8,7 @@ from typing import Any
 from diagnosis.verdict import Finding
 from study.diagnose_history import ADD, Errors, Step
 from study.diagnose_round import Round, errors
+from study.diagnose_stages import stages
 from study.diagnose_table import Row, beyond, digits, factors, interval, rows, short, strengths
 
 #: Candidates and places that the terminal shows; the files hold all.
@@ -135,9 +136,7 @@ def _fitted(of: Round) -> Iterator[str]:
     yield f"Calibrated: {', '.join(named) or 'nothing is accepted'}"
     for effect, strength, deviation in strengths(of, before):
         yield f"Added: {effect.name}, {interval(strength, deviation, effect.parameters[0])}"
-    steps = [("as drawn", errors(of.drawn)), ("calibrated", errors(before))]
-    if of.best is not None and of.best.effect is not None:
-        steps.append((f"+ {of.best.effect.name}", errors(of.best)))
+    steps = [(stage.name, errors(stage.refit)) for stage in stages(of)]
     width = max(len(name) for name, _ in steps)
     for name, each in steps:
         yield f"  {name:<{width}}  {errors_in_words(each)}"
@@ -171,7 +170,7 @@ def _places(of: Round) -> Iterator[str]:
     yield ""
     yield "Where an unknown force would explain the difference:"
     for place in of.diagnosis.places[:MOST_PLACES]:
-        yield f"  chi^2 falls by {place.gain:.4g}: {place.sentence}"
+        yield f"  chi^2 falls by {digits(place.gain, 4)}: {place.sentence}"
 
 
 def _untestable(of: Round) -> Iterator[str]:
