@@ -102,7 +102,7 @@ def diagnose_case(
     setup = beside(setup, campaign)
     without = tuple(sorted({*setup.without, *without}))
     limits = limits_for(setup, campaign, without)
-    keep = kept(store, setup, campaign, without, limits)
+    keep = kept(store, setup, campaign, without)
     with _reported(progress or SilentProgress()) as report:
         diagnosis = diagnose(
             campaign,
@@ -166,11 +166,11 @@ def as_drawn(arrangement: Arrangement, model: TestModel) -> Refit:
     return unchanged(replace(arrangement, fit=fit))
 
 
-def kept(store: Store | None, setup: TestSetup, campaign: Campaign, without: Sequence[str], limits: object) -> Keep:
-    """What looks steps up in a store, under a fingerprint of all that they depend on."""
+def kept(store: Store | None, setup: TestSetup, campaign: Campaign, without: Sequence[str]) -> Keep:
+    """What looks steps up in a store, under a fingerprint of all that they depend on; limits only judge them."""
     if store is None or store.folder is None:
         return computed
-    inputs = {"setup": replace(setup, title=""), "campaign": campaign, "without": without, "limits": limits}
+    inputs = {"setup": replace(setup, title=""), "campaign": campaign, "without": without}
     key = fingerprint.key("diagnosis", _content(inputs), ROOMS)
 
     def keep(name: str, make: Callable[[], T]) -> T:

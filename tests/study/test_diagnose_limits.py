@@ -1,0 +1,44 @@
+"""Limits belong to a layout: what is measured and asked, whatever the values are."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from correlation.measurement import HeldOut
+from correlation.read_campaign import read_campaign
+from diagnosis.limits import Limits
+from study import diagnose_limits
+from study.diagnose_limits import layout, layout_key, limits_for
+from study.diagnose_round import campaign_catalogue
+from study.test_case_model import read_test_case
+
+TwoMasses = Callable[..., Path]
+
+
+def test_a_layout_is_known_by_its_design_and_not_by_its_values(
+    two_masses: TwoMasses, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    setup, campaign = read_test_case(two_masses({})), read_campaign(Path("campaign"))
+    known = campaign_catalogue(setup, campaign, ())
+    key = layout_key(layout(setup, campaign, known))
+    louder = replace(campaign, measurement=replace(campaign.measurement, value=1.1 * campaign.measurement.value))
+    assert layout_key(layout(setup, louder, known)) == key
+    others = [
+        layout(setup, replace(campaign, held_out=HeldOut(repeats=(5,))), known),
+        layout(setup, replace(campaign, measurement=campaign.measurement.where(campaign.measurement.level < 5)), known),
+        layout(replace(setup, accepted=setup.accepted[:1]), campaign, known),
+        layout(setup, campaign, campaign_catalogue(setup, campaign, ("cubic",))),
+    ]
+    assert len({key, *map(layout_key, others)}) == 5
+
+    assert limits_for(setup, campaign, ()) is None
+    shipped = tmp_path / "limits.json"
+    shipped.write_text(json.dumps({key: {"limits": {"gain": 15.5, "misfit": 20.0, "n_trial": 300}}}), encoding="utf-8")
+    monkeypatch.setattr(diagnose_limits, "SHIPPED", shipped)
+    found = Limits(gain=15.5, misfit=20.0, n_trial=300)
+    assert limits_for(setup, campaign, ()) == found
+    # Those of all candidates hold for fewer, too.
+    assert limits_for(setup, campaign, ("cubic",)) == found
