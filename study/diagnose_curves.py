@@ -60,7 +60,7 @@ def curves(of: Round, found: Sequence[Stage]) -> dict[str, Any]:
                     "sensor": sensor,
                     "harmonic": int(harmonic),
                     "label": f"{sensor}, {words}",
-                    "unit": f"{unit}/N" if per_level else unit,
+                    "unit": (f"{unit}/N" if per_level else unit).replace("um", "µm"),
                     "static": not harmonic,
                     "groups": groups,
                 }

@@ -1,7 +1,8 @@
 "use strict";
 const INK = "#18222d", PALE = "#5d6b7a", GRID = "#e2e7ec", TRAINING = "#9fb3c8", HELD = "#1f4e79";
 const FONT = { family: 'system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif', size: 13, color: INK };
-const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d"] };
+// Measurements are nobody else's business: without the button that sends a chart to a server.
+const CONFIG = { responsive: true, displaylogo: false, showSendToCloud: false, modeBarButtonsToRemove: ["sendChartToCloud", "sendDataToCloud", "lasso2d", "select2d", "autoScale2d"] };
 const DASHES = ["dot", "dash", "solid"], WIDTHS = [1.2, 1.4, 2.0];
 const byId = (id) => document.getElementById(id);
 const axis = (more) => ({ gridcolor: GRID, zeroline: false, linecolor: "#9aa5b1", ticks: "outside", tickcolor: "#9aa5b1", ticklen: 4, automargin: true, tickfont: { size: 12 }, ...more, ...(more.title ? { title: { ...more.title, font: { size: 13 } } } : {}) });

@@ -2,6 +2,7 @@
 
 import importlib.metadata
 import json
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -83,9 +84,9 @@ def page(of: Round, history: History) -> str:
 
 
 def set_in_type(text: str) -> str:
-    """Words as they are printed: ± for +-, χ² for chi^2, raised exponents."""
-    text = text.replace("+-", "±").replace("chi^2", "χ²")
-    return text.replace("^2", "²").replace("^3", "³")
+    """Words as they are printed: ± for +-, χ² for chi^2, µm for um, raised exponents."""
+    text = text.replace("+-", "±").replace("chi^2", "χ²").replace("^2", "²").replace("^3", "³")
+    return re.sub(r"\bum\b", "µm", text).replace(" %", "\u00a0%")
 
 
 def _script_safe(text: str) -> str:
