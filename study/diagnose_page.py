@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from diagnosis.accepted import WHAT
 from diagnosis.localisation import Place
 from diagnosis.verdict import INTERVAL, Finding
 from study.console import plain
@@ -177,7 +176,7 @@ def _accepted(of: Round) -> list[dict[str, str]]:
         listed.append(
             {
                 "name": each.name,
-                "physics": WHAT[each.name],
+                "physics": each.physics,
                 "prior": f"1 ± {100 * each.deviation:.3g} %",
                 "now": _factor(value, deviation),
                 "then": "" if each.name not in then else _factor(*then[each.name]),

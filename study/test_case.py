@@ -131,6 +131,7 @@ class AcceptedTable(CaseModel):
     mu: NotNegative | None = None
     zeta: NotNegative | None = None
     E: NotNegative | None = None
+    bearing: NotNegative | None = None
 
     @property
     def deviation(self) -> Mapping[str, float]:
@@ -192,6 +193,7 @@ class CalibratedTable(CaseModel):
     mu: Factor | None = None
     zeta: Factor | None = None
     E: Factor | None = None
+    bearing: Factor | None = None
 
     @property
     def factors(self) -> Mapping[str, float]:

@@ -145,6 +145,6 @@ def test_a_browser_draws_all_figures_and_reports_no_error(two_masses: TwoMasses,
     assert "FAILED" not in drawn
     # Plotly offers a button that uploads the data; this page does not.
     assert drawn.count("modebar-btn") > 6
-    assert not re.search(r'(?i)data-title="[^"]*(cloud|edit)', drawn)
+    assert not re.search(r'(?i)data-title="[^"]*(cloud|edit|share)', drawn)
     for name in ("waterfall", "response", "map"):
         assert re.search(rf'<div id="{name}" class="plot js-plotly-plot">.*?<svg class="main-svg"', drawn, re.DOTALL)
