@@ -47,6 +47,7 @@ def record(found: Round, case: Path, campaign: Path) -> Step:
     """
     history, key = history_of(case), case_key(read_text(case))
     before, drawn = errors(found.diagnosis.before), errors(found.drawn)
+    added = {each.effect.name for each in found.setup.added}
     # What the accepted parameters alone achieve is known from a diagnosis before anything was added.
     told = [each.accepted for each in history.steps if each.accepted is not None and each.campaign == str(campaign)]
     earlier = told[-1] if told else None
@@ -59,7 +60,9 @@ def record(found: Round, case: Path, campaign: Path) -> Step:
         drawn=drawn,
         accepted=earlier if found.setup.added else before,
         before=before,
-        candidates=[write_up(found, refit) for refit in found.diagnosis.refits],
+        candidates=[
+            write_up(found, each) for each in found.diagnosis.refits if each.effect and each.effect.name not in added
+        ],
     )
     history = history.with_step(step)
     history.save()

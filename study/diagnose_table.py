@@ -65,10 +65,11 @@ class Row:
 
 
 def rows(of: Round) -> list[Row]:
-    """All candidates, those fitted in earnest first, best first."""
+    """All candidates, those fitted in earnest first, best first; what was added before is none any more."""
     found, verdict = of.diagnosis, of.diagnosis.verdict
-    scores = {score.effect.name: score for score in found.scores}
-    refits = {refit.effect.name: refit for refit in found.refits if refit.effect is not None}
+    added = {each.effect.name for each in of.setup.added}
+    scores = {score.effect.name: score for score in found.scores if score.effect.name not in added}
+    refits = {refit.effect.name: refit for refit in found.refits if refit.effect and refit.effect.name not in added}
     order = [*dict.fromkeys([*(e.effect.name for e in verdict.effects if e.effect is not None), *refits, *scores])]
     named = {each.effect.name for each in verdict.effects if each.effect is not None}
     best = scores.get(order[0]) if order else None

@@ -57,7 +57,7 @@ def advice(of: Round) -> str:
 def chance(of: Round) -> str:
     """Where the threshold comes from."""
     limits = of.diagnosis.limits
-    told = f"{limits.n_trial} campaigns without any effect" if limits.n_trial else "linear theory alone"
+    told = f"{limits.n_trial} campaigns without any effect" if limits.n_trial else "the linear theory, with a margin"
     return (
         f"chance lowers chi^2 by more than {limits.gain:.3g} in {100 * limits.false_alarms:.2g} % of campaigns in "
         f"which nothing is missing (from {told})"

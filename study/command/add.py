@@ -27,6 +27,7 @@ def add(
         Parameter(
             negative="",
             allow_leading_hyphen=True,
+            show_default=False,
             help="Its strength with a unit, instead of the diagnosis's; one for each parameter.",
         ),
     ] = (),

@@ -11,9 +11,8 @@ app = command_app(
     "diagnose",
     """Names the physical effect that a model lacks, with its strength, from a measurement campaign; or says that two
     cannot be told apart, that nothing is missing (and how much of each effect these tests would have shown), or that
-    something is missing which is none of the known effects, and where.
-
-    Every effect is tried at every place together with the accepted parameters; what counts is the error on data that
+    something is missing which is none of the known effects, and where. Every effect is
+    tried at every place together with the accepted parameters; what counts is the error on data that
     were held out. Writes a page to look at in a browser, figures and diagnosis.json, and notes the result beside the
     case (CASE.history.json), from where `stickslip add` takes the strength. A run that was interrupted goes on.
     With --auto what is missing is added to the case, and the rest asked again; `stickslip undo` takes it back.
@@ -36,7 +35,9 @@ def diagnose(
     auto: Annotated[bool, Parameter(negative="", help="Add what is missing, and ask again, until nothing is.")] = False,
     without: Annotated[
         tuple[str, ...],
-        Parameter(negative="", consume_multiple=True, help="Kinds of effects to leave out, such as cubic."),
+        Parameter(
+            negative="", consume_multiple=True, show_default=False, help="Kinds of effects to leave out, such as cubic."
+        ),
     ] = (),
     options: Options = DEFAULTS,
 ) -> Answer:
