@@ -209,7 +209,8 @@ def _reported(progress: Progress) -> Iterator[Callable[[str, float], None]]:
             nonlocal doing
             if what != doing:
                 inner.close()
-                inner.enter_context(progress.step(what))
+                if share < 1:
+                    inner.enter_context(progress.step(what))
                 doing = what
             whole(share, 1.0)
 
