@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.misfit import Misfit, configuration
+from correlation.misfit import CLEAR, Misfit, configuration
 from correlation.prediction import Points, Predictor
 from correlation.test_model import LineSensor
 from study.compare_pictures import fine_points, joined, keys, rows_of, unit_of
@@ -129,33 +129,37 @@ def _group(
     level: int,
 ) -> dict[str, Any]:
     measured, deviation = scale * part.measured[rows], np.nan_to_num(scale * part.deviation[rows])
-    static = not int(part.points.harmonic[rows[0]])
-    phase = np.unwrap(np.angle(measured))
-    # All levels begin on the turn from -90 to 270 deg.
-    phase -= 2 * np.pi * np.ceil((phase[0] - 1.5 * np.pi) / (2 * np.pi))
+    harmonic = int(part.points.harmonic[rows[0]])
+    phase = _phase(measured, deviation, harmonic)
     with np.errstate(divide="ignore", invalid="ignore"):
         phase_deviation = np.degrees(np.nan_to_num(deviation / np.abs(measured), posinf=0.0))
     drawn = []
     for line in lines:
         value = scale * line
-        turned = np.unwrap(np.angle(np.nan_to_num(value)))
-        turned += 2 * np.pi * np.round((phase[0] - turned[0]) / (2 * np.pi))
-        drawn.append(
-            {
-                "amplitude": _rounded(value.real if static else np.abs(value)),
-                "phase": _rounded(np.where(np.isfinite(value), np.degrees(turned), np.nan)),
-            }
-        )
+        turned = _phase(value, np.full(len(value), np.median(deviation)), harmonic)
+        if harmonic == 1:
+            turned += 360 * np.round((phase[0] - turned[0]) / 360)
+        drawn.append({"amplitude": _rounded(np.abs(value) if harmonic else value.real), "phase": _rounded(turned)})
     return {
         "level": level,
         "frequency": _rounded(part.points.frequency[rows], 8),
-        "amplitude": _rounded(measured.real if static else np.abs(measured)),
+        "amplitude": _rounded(np.abs(measured) if harmonic else measured.real),
         "deviation": _rounded(deviation),
-        "phase": _rounded(np.degrees(phase)),
+        "phase": _rounded(phase),
         "phase_deviation": _rounded(phase_deviation),
         "line_frequency": _rounded(frequency, 8),
         "lines": drawn,
     }
+
+
+def _phase(value: NDArray[np.complex128], deviation: Numbers, harmonic: int) -> Numbers:
+    """In degrees: of a fundamental on the turn from -90 to 270; of others from -180 to 180, where there is a signal."""
+    phase = np.degrees(np.angle(np.nan_to_num(value)))
+    if harmonic == 1:
+        phase = np.unwrap(phase, period=360)
+        phase -= 360 * np.ceil((phase[0] - 270) / 360)
+        return np.asarray(np.where(np.isfinite(value), phase, np.nan))
+    return np.asarray(np.where(np.nan_to_num(np.abs(value)) > CLEAR * deviation, phase, np.nan))
 
 
 def _rms(part: Misfit) -> float:

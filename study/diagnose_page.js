@@ -38,7 +38,7 @@ function drawWaterfall() {
     xaxis: axis({ domain: [0, 0.47], ...ticks }), xaxis2: axis({ domain: [0.555, 1], anchor: "y2", ...ticks }),
     yaxis: axis({ title: { text: "relative error [%]" }, rangemode: "tozero", ticks: "" }),
     yaxis2: axis({ title: { text: "χ² a number" }, anchor: "x2", type: "log", range: [least, most + 0.12 * (most - least)], dtick: 1, ticks: "", exponentformat: "power" }),
-    shapes: [{ type: "line", xref: "x2 domain", yref: "y2", x0: 0, x1: 1, y0: 1, y1: 1, line: { color: INK, width: 1.2, dash: "dash" } }],
+    shapes: [{ type: "line", xref: "x2 domain", yref: "y2", x0: 0, x1: 1, y0: 1, y1: 1, layer: "below", line: { color: PALE, width: 1.2, dash: "dash" } }],
     annotations: [{ xref: "x2 domain", yref: "y2", x: 1, y: 0, yanchor: "middle", xanchor: "left", xshift: 5, text: "noise", showarrow: false, font: { size: 11, color: PALE } }],
   }, CONFIG);
 }
@@ -97,14 +97,19 @@ function drawResponse() {
     traces.push({ ...points, y: group.amplitude, yaxis: "y", error_y: bars(group.deviation), hovertemplate: "%{x:.5g} Hz<br>%{y:.4g} " + panel.unit + "<extra>" + name + "</extra>" });
     if (!panel.static) traces.push({ ...points, y: group.phase, yaxis: "y2", error_y: bars(group.phase_deviation), hovertemplate: "%{x:.5g} Hz<br>%{y:.4g}°<extra>" + name + "</extra>" });
   }
+  // What is measured sets the range: a model without friction has no third harmonic at all.
+  const there = panel.groups.filter((group) => shown.levels[group.level]), seen = there.flatMap((group) => group.amplitude).filter((value) => value > 0);
+  const drawn = there.flatMap((group) => group.lines.flatMap((line, stage) => (shown.stages[stage] ? line.amplitude : [])));
+  const limits = [Math.log10(Math.min(...seen)) - 0.08, Math.log10(Math.max(...seen, ...drawn)) + 0.05];
   const layout = {
     font: FONT, height: panel.static ? 400 : 560, margin: { l: 78, r: 24, t: 12, b: 52 }, paper_bgcolor: "white", plot_bgcolor: "white", hovermode: "closest",
     xaxis: axis({ title: { text: "frequency [Hz]" }, anchor: panel.static ? "y" : "y2" }),
-    yaxis: axis({ title: { text: (panel.static ? "" : "amplitude ") + "[" + panel.unit + "]" }, type: panel.static ? "linear" : "log", domain: panel.static ? [0, 1] : [0.37, 1],
+    yaxis: axis({ title: { text: (panel.static ? "" : "amplitude ") + "[" + panel.unit + "]" }, type: panel.static ? "linear" : "log", domain: panel.static ? [0, 1] : [0.37, 1], ...(panel.static || !seen.length ? {} : { range: limits }),
       exponentformat: "power", minor: panel.static ? {} : { showgrid: true, gridcolor: "#f0f3f6" } }),
   };
   if (!panel.static) layout.yaxis2 = axis({ title: { text: "phase [deg]" }, domain: [0, 0.31] });
   if (!panel.static) layout.yaxis2.nticks = 7;
+  if (!panel.static && panel.harmonic !== 1) Object.assign(layout.yaxis2, { range: [-190, 190], tickvals: [-180, -90, 0, 90, 180] });
   Plotly.react("response", traces, layout, CONFIG);
 }
 
@@ -117,7 +122,7 @@ function drawMap(number) {
     xgap: 1, ygap: 1, showscale: side === 1, hoverongaps: false, customdata: map.values[side],
     text: map.labels.map((text) => map.frequency.map((f) => text + ", " + f + " Hz")),
     hovertemplate: "%{text}<br>%{customdata:.3g} standard deviations<extra></extra>",
-    colorbar: { tickvals: DATA.steps.map((_, step) => step - 0.5), ticktext: DATA.steps.map(String), title: { text: "standard deviations", side: "right", font: { size: 12 } }, thickness: 14, len: Math.min(1, 420 / (rows * 13)), lenmode: "fraction", outlinewidth: 0 },
+    colorbar: { tickvals: DATA.steps.map((_, step) => step - 0.5), ticktext: DATA.steps.map(String), title: { text: "standard deviations", side: "right", font: { size: 12 } }, thickness: 14, len: Math.min(1, 420 / (rows * 13)), lenmode: "fraction", y: 1, yanchor: "top", outlinewidth: 0 },
   }));
   const every = Math.max(1, Math.ceil(columns / 9));
   const ticks = map.frequency.map((_, column) => column).filter((column) => column % every === 0);

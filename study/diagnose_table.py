@@ -87,7 +87,7 @@ def digits(value: float, count: int) -> str:
     """A number with so many digits, without an exponent where that is readable: 310,000."""
     if not np.isfinite(value):
         return "none"
-    rounded = float(f"{value:.{count}g}")
+    rounded = float(f"{value:.{count}g}") + 0.0  # no -0
     return f"{rounded:,.10g}" if 1e-4 <= abs(rounded) < 1e7 or not rounded else f"{rounded:g}"
 
 
