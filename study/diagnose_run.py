@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from correlation.errors import CampaignError
 from correlation.measurement import Campaign
 from correlation.model_suspicion import suspicions_against
 from correlation.read_campaign import read_campaign
@@ -103,6 +104,11 @@ def diagnose_file(
     auto: bool = False,
 ) -> Diagnosed:
     """The same without files but the history of the case, and with `auto` the case itself."""
+    if not len(campaign.measurement):
+        raise CampaignError(
+            f"{folder} holds time records alone, which this command does not read: diagnose them in Python, as "
+            "docs/time_records.md shows"
+        )
     rounds: list[Round] = []
     while True:
         found = diagnose_case(

@@ -176,6 +176,18 @@ def test_nothing_held_out_is_refused(two_masses: TwoMasses, capsys: pytest.Captu
     assert "nothing is held out, so that no effect can be tested: name a level" in capsys.readouterr().err
 
 
+def test_time_records_alone_are_refused(two_masses: TwoMasses, capsys: pytest.CaptureFixture[str]) -> None:
+    two_masses(HIDDEN)
+    for file in Path("campaign").iterdir():
+        file.unlink()
+    sensor = '[[sensor]]\nname = "tip"\nquantity = "displacement"\ndirection = "z"\nplace = "tip"\n'
+    record = '[[record]]\nname = "ring"\nfile = "ring.csv"\nunits = { tip = "um" }\n'
+    Path("campaign/campaign.toml").write_text(f"schema = 1\n{sensor}{record}", encoding="utf-8")
+    Path("campaign/ring.csv").write_text("time,tip\n0,1\n1e-3,2\n2e-3,1.5\n", encoding="utf-8")
+    assert cli.main(["diagnose", "chain.toml", "campaign", "--quiet"]) == 2
+    assert "campaign holds time records alone, which this command does not read" in capsys.readouterr().err
+
+
 def test_an_edited_case_needs_a_new_diagnosis(two_masses: TwoMasses, capsys: pytest.CaptureFixture[str]) -> None:
     case, folder = two_masses(HIDDEN), Path("campaign")
     diagnose_file(case, read_campaign(folder), folder)
