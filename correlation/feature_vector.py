@@ -20,6 +20,9 @@ from correlation.prediction import Points
 
 Coefficients = Complex[NDArray[np.complex128], " k"]
 
+#: Scatter of a reading between repeats, relative to it, above which noise and not a shift is what differs.
+UNSTEADY = 0.2
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FeatureVector:
@@ -80,6 +83,25 @@ class FeatureVector:
         ratio = self.reference >= 0
         features[ratio] = value[ratio] / value[self.reference[ratio]]
         return self._real(features)
+
+    def of_repeats(
+        self, repeat: Complex[NDArray[np.complex128], "k R"], taken: Bool[NDArray[np.bool_], "k R"]
+    ) -> Float[NDArray[np.float64], " m"]:
+        """Mean over the repeats taken of their features, shape (m,).
+
+        Where repeats differ by a shift of the resonance, features are linear in it and coefficients are not: the
+        inverse of their mean would be biased. Where noise drowns a reading it is the inverse of the reading that is
+        biased, so that there the mean comes first.
+        """
+        count = np.maximum(taken.sum(axis=1), 1)
+        mean = np.where(taken, repeat, 0.0).sum(axis=1) / count
+        apart = np.where(taken, np.abs(repeat - mean[:, None]) ** 2, 0.0).sum(axis=1) / count
+        with np.errstate(invalid="ignore", divide="ignore"):
+            each = self.of_values(np.where(taken, repeat, np.nan))
+        rows = self.row
+        averaged = np.where(taken[rows], each, 0.0).sum(axis=1) / count[rows]
+        steady = (np.sqrt(apart) < UNSTEADY * np.abs(mean))[rows] & np.isfinite(averaged)
+        return np.where(steady, averaged, self.of_values(mean))
 
     def slopes(
         self, value: Coefficients, slopes: Complex[NDArray[np.complex128], "k p"]

@@ -31,12 +31,15 @@ class Budget:
         Standard deviation of the relative error of natural frequencies, of either configuration [-].
     compliance
         ... of the relative error of each contact line's stiffness, normal and tangential [-].
+    shares
+        ... of how each line's stiffnesses and pre-load are shared among its contacts, relative at its ends [-].
     refined
         The same model with more elements, stations or harmonics: what they change is one standard deviation.
     """
 
     frequency: float = 2e-4
     compliance: float = 0.01
+    shares: float = 0.05
     refined: Sequence[TestModel] = ()
 
 
@@ -64,6 +67,8 @@ def budget_modes(
     ]
     softer = [_stiffness(model, line, name) for line in model.lines for name in ("tangential", "normal")]
     modes.append(budget.compliance * _features(predictor, features, model, prediction, softer))
+    shared = budget.shares * _features(predictor, features, model, prediction, _share_patterns(model))
+    modes += [_by_level(features, change) for change in shared.T]
     for finer in refined:
         change = features.of_values(predictor.predict(finer, prediction).value) - features.of_values(prediction.value)
         modes.append(_by_level(features, np.where(np.isfinite(change), change, 0.0)))
@@ -150,6 +155,36 @@ def _preload(model: TestModel, line: str) -> Tangent:
         static += contact.preload * contact.normal
         rates[name, "preload"] = contact.preload
     return Tangent(jointed=ModelParameter(static_load=static, joints=rates), free=NOTHING, gain={})
+
+
+def _share_patterns(model: TestModel) -> list[Tangent]:
+    """What all lines share among their contacts moved from the middle to the ends, by 100 % of what the ends have.
+
+    That is what another rule of integration along the line changes. A tilt would be a misalignment, and so an effect.
+    """
+    found = []
+    for field in ("preload", "tangential_stiffness", "normal_stiffness"):
+        static, rates = np.zeros(model.system.n_dof), {}
+        for names in model.lines.values():
+            contacts = [model.contact(name) for name in names]
+            values = np.array([getattr(contact, field) for contact in contacts])
+            for contact, rate in zip(contacts, values * bulge(values), strict=True):
+                rates[contact.name, field] = float(rate)
+                if field == "preload":
+                    static += rate * contact.normal
+        if any(rates.values()):
+            found.append(Tangent(jointed=ModelParameter(static_load=static, joints=rates), free=NOTHING, gain={}))
+    return found
+
+
+def bulge(weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Parabola along a line that keeps its sum and its balance, 1 at its larger end; zero for one or two contacts."""
+    if len(weights) < 3 or not weights.all():
+        return np.zeros(len(weights))
+    along = np.linspace(-1, 1, len(weights))
+    root = np.sqrt(weights)
+    bulge = np.linalg.qr(root[:, None] * along[:, None] ** np.arange(3))[0][:, -1] / root
+    return np.asarray(bulge / np.abs(bulge[[0, -1]]).max())
 
 
 def _stiffness(model: TestModel, line: str, component: str) -> Tangent:

@@ -103,7 +103,9 @@ def training(campaign: Campaign) -> Observation:
 
 
 def held_out(campaign: Campaign) -> Observation:
-    """What tests a fit: the held-out repeats at all levels, and all repeats at the held-out levels.
+    """What tests a fit: the held-out repeats at all levels, held out or not; without any, the held-out levels.
+
+    A test on one set of repeats has one jitter of their mean, which can settle before it judges.
 
     Raises
     ------
@@ -123,7 +125,8 @@ def _selected(campaign: Campaign, *, held: bool) -> Observation:
     everything = observation(campaign)
     kept = np.isin(np.unique(campaign.measurement.repeat), campaign.held_out.repeats)
     at_level = np.isin(everything.points.level, campaign.held_out.levels)
-    is_held = at_level[:, None] | kept[None, :]
-    taken = np.isfinite(everything.repeat) & (is_held if held else ~is_held)
+    tests = kept[None, :] if kept.any() else at_level[:, None]
+    chosen = tests if held else ~(at_level[:, None] | kept[None, :])
+    taken = np.isfinite(everything.repeat) & chosen
     seen = replace(everything, taken=taken)
     return seen.where(np.asarray(taken.any(axis=1)))

@@ -10,11 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from correlation.test_model import TestModel
+from diagnosis.bearing import with_bearing
 from diagnosis.effect.candidate import EffectError, EffectParameter
 from diagnosis.effect.contact_line import contacts, scaled_contacts
 
-#: Relative standard deviation of the prior of each.
-DEVIATION = {"kt": 0.10, "kn": 0.10, "mu": 0.10, "zeta": 0.20, "E": 0.01}
+#: Relative standard deviation of the prior of each; bearing is taken as drawn unless it is given one.
+DEVIATION = {"kt": 0.10, "kn": 0.10, "mu": 0.10, "zeta": 0.20, "E": 0.01, "bearing": 0.0}
 #: Field of `FrictionContact` that each scales.
 CONTACT = {"kt": "tangential_stiffness", "kn": "normal_stiffness", "mu": "friction_coefficient"}
 WHAT = {
@@ -23,9 +24,17 @@ WHAT = {
     "mu": "Friction coefficient of all contacts of all lines.",
     "zeta": "Viscous damping of the structure.",
     "E": "Young's modulus of all parts.",
+    "bearing": "How far from the middle of their lines all contacts bear.",
 }
 #: Bounds of the factor: contacts and damping are known to an order of magnitude, a modulus far better.
-BOUNDS = {"kt": (0.1, 10.0), "kn": (0.1, 10.0), "mu": (0.1, 10.0), "zeta": (0.05, 20.0), "E": (0.7, 1.4)}
+BOUNDS = {
+    "kt": (0.1, 10.0),
+    "kn": (0.1, 10.0),
+    "mu": (0.1, 10.0),
+    "zeta": (0.05, 20.0),
+    "E": (0.7, 1.4),
+    "bearing": (0.5, 1.5),
+}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -35,7 +44,7 @@ class Accepted:
     Parameters
     ----------
     name
-        "kt", "kn", "mu", "zeta" or "E".
+        "kt", "kn", "mu", "zeta", "E" or "bearing".
     deviation
         Standard deviation of its prior around 1 [-].
     parameters
@@ -57,6 +66,8 @@ class Accepted:
             return scaled_contacts(test_model, dict.fromkeys(test_model.lines, factor), CONTACT[self.name])
         if self.name == "zeta":
             return test_model.with_system(damping=factor * system.damping)
+        if self.name == "bearing":
+            return with_bearing(test_model, factor)
         whole = np.sum([part.stiffness for part in test_model.parts], axis=0)
         return test_model.with_system(stiffness=system.stiffness + (factor - 1) * whole)
 
@@ -107,4 +118,6 @@ def _has(test_model: TestModel, name: str) -> bool:
         return any(getattr(contact, CONTACT[name]) for contact in members)
     if name == "zeta":
         return bool(test_model.system.damping.any())
+    if name == "bearing":
+        return any(len(names) > 2 for names in test_model.lines.values())
     return any(part.stiffness.any() for part in test_model.parts)

@@ -29,6 +29,14 @@ DRAWS, SEED = 6, 1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Added:
+    """An effect that was added before, and its values, which are fitted again with everything else."""
+
+    effect: Effect
+    values: Values
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Arrangement:
     """What a diagnosis works on.
 
@@ -38,17 +46,20 @@ class Arrangement:
         The model as the engineer has it, with what was added before.
     accepted
         Parameters that every fit calibrates.
+    added
+        Effects that were added before; every fit sets their values anew.
     train, held
         Comparisons with the measurements to fit to, and with those that test a fit.
     settled, jitter
         The held-out comparison without jitter in its covariance, and the jitter as effects with priors: what a test on
         other repeats may set.
     fit
-        The accepted parameters, calibrated on `train`.
+        The accepted parameters and what was added, calibrated on `train`.
     """
 
     base: TestModel
     accepted: tuple[Accepted, ...]
+    added: tuple[Effect, ...]
     train: Comparison
     held: Comparison
     settled: Comparison
@@ -56,12 +67,18 @@ class Arrangement:
     fit: Fit
 
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
-        """Accepted parameters with their priors, and effects without."""
-        return Unknowns.of(self.base, [(each, each.deviation) for each in self.accepted], effects)
+        """Accepted parameters with their priors; what was added and more effects without."""
+        return _unknowns(self.base, self.accepted, [*self.added, *effects])
 
 
 def arrange(
-    campaign: Campaign, base: TestModel, accepted: Sequence[Accepted], budget: Budget, report: Report | None = None
+    campaign: Campaign,
+    base: TestModel,
+    accepted: Sequence[Accepted],
+    budget: Budget,
+    report: Report | None = None,
+    *,
+    added: Sequence[Added] = (),
 ) -> Arrangement:
     """Prepare features, covariance and the first fit.
 
@@ -75,29 +92,34 @@ def arrange(
         Numerical error of the model.
     report
         Called with what is done, and chi^2 a number.
+    added
+        Effects that were found before, and where to start them.
 
     Raises
     ------
     CampaignError
         Nothing is held out, a single repeat, or a sensor that the model does not have.
     """
-    unknowns = Unknowns.of(base, [(each, each.deviation) for each in accepted], ())
+    effects = tuple(each.effect for each in added)
+    unknowns = _unknowns(base, accepted, effects)
     seen, unseen = training(campaign), held_out(campaign)
     train, held = _features(seen), _features(unseen)
-    prediction, values = train.predictor.predict(base), unknowns.vanishing
-    model, fit = base, None
+    values = np.array([*unknowns.vanishing[: len(accepted)], *(value for each in added for value in each.values)])
+    prediction = train.predictor.predict(unknowns.compose(values))
+    model, fit = unknowns.compose(values), None
     # Jitter and numerical error depend on where the contacts slip, and so on the fit that they weigh.
     for _ in range(ROUNDS):
-        comparison, _ = _compared(train, model, prediction, budget, _refined(budget, accepted, values))
-        fit = calibrate(comparison, unknowns, values, prediction, _told(report, "calibration"))
+        comparison, _ = _compared(train, model, prediction, budget, _refined(budget, unknowns, values))
+        fit = calibrate(comparison, unknowns, values, prediction, _told(report, "calibration"), exact=True)
         model, prediction, values = fit.model, fit.prediction, fit.values
     assert fit is not None
     beside = held.predictor.predict(model, prediction)
-    tested, apart = _compared(held, model, beside, budget, _refined(budget, accepted, values))
+    tested, apart = _compared(held, model, beside, budget, _refined(budget, unknowns, values))
     settled, shifts = _settled(tested, apart, model)
     return Arrangement(
         base=base,
         accepted=tuple(accepted),
+        added=effects,
         train=comparison,
         held=tested,
         settled=settled,
@@ -128,7 +150,7 @@ def _compared(
     comparison = Comparison(
         observed=of.observed,
         features=of.features,
-        measured=of.features.of_values(of.observed.value),
+        measured=of.features.of_repeats(of.observed.repeat, of.observed.taken),
         whitening=seen.whitening,
         predictor=of.predictor,
     )
@@ -146,20 +168,14 @@ def _settled(comparison: Comparison, seen: Scatter, model: TestModel) -> tuple[C
     return replace(comparison, whitening=without), jitter(model, [each / repeats for each in seen.jitter])
 
 
-def _refined(budget: Budget, accepted: Sequence[Accepted], values: Values) -> list[TestModel]:
-    """The finer models with the same accepted parameters."""
-    return [
-        Unknowns.of(finer, [(each, each.deviation) for each in accepted], ()).compose(values)
-        for finer in budget.refined
-    ]
+def _refined(budget: Budget, unknowns: Unknowns, values: Values) -> list[TestModel]:
+    """The finer models with the same values."""
+    return [replace(unknowns, base=finer).compose(values) for finer in budget.refined]
+
+
+def _unknowns(base: TestModel, accepted: Sequence[Accepted], effects: Sequence[Effect]) -> Unknowns:
+    return Unknowns.of(base, [(each, each.deviation) for each in accepted], effects)
 
 
 def _told(report: Report | None, what: str) -> Callable[[float], None] | None:
     return None if report is None else lambda chi2: report(what, chi2)
-
-
-def with_base(arrangement: Arrangement, base: TestModel, start: Prediction | None = None) -> Arrangement:
-    """The same measurements and covariance beside another model, calibrated anew."""
-    unknowns = Unknowns.of(base, [(each, each.deviation) for each in arrangement.accepted], ())
-    fit = calibrate(arrangement.train, unknowns, np.array(arrangement.fit.values), start or arrangement.fit.prediction)
-    return replace(arrangement, base=base, fit=fit)

@@ -2,11 +2,13 @@ r"""Fitting numbers of a model: generalised least squares with priors and bounds
 
 .. math:: \chi^2 = |S^{-1/2} (y - \varphi(\theta))|^2 + \sum_j ((\theta_j - \theta_{0j}) / \sigma_j)^2
 
-The Jacobian is that of the implicit function theorem; a number at a bound that would leave it is held there.
+The Jacobian is that of the implicit function theorem, and Broyden's update of it while the steps go as it says: the
+features are nearly linear in what is fitted, and a Jacobian costs three predictions. A number at a bound that would
+leave it is held there.
 
 References
 ----------
-Nocedal and Wright, Numerical Optimization (2006), section 10.3.
+Nocedal and Wright, Numerical Optimization (2006), sections 10.3 and 11.1.
 """
 
 from collections.abc import Callable
@@ -25,6 +27,8 @@ from diagnosis.unknowns import Unknowns, Values
 MOST_STEPS, ENOUGH = 30, 0.05
 #: Marquardt's factor at first, its decrease after a success, its increase after a failure, and failures in a row.
 FIRST_DAMPING, LESS, MORE, MOST_FAILURES = 1e-3, 0.1, 8.0, 5
+#: Share of the expected gain below which the Jacobian is made anew.
+AGREED = 0.5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,7 +50,7 @@ class Fit:
     residual
         Whitened, with the priors' rows below, shape (m + p,).
     jacobian
-        Of -residual, shape (m + p, p).
+        Of -residual, shape (m + p, p); an update of an earlier one unless the fit was asked to be exact.
     """
 
     unknowns: Unknowns
@@ -75,6 +79,9 @@ def calibrate(
     start: Values,
     before: Prediction | None = None,
     report: Callable[[float], None] | None = None,
+    *,
+    slopes: Float[NDArray[np.float64], "m p"] | None = None,
+    exact: bool = False,
 ) -> Fit:
     """Minimise chi^2 from a start.
 
@@ -90,37 +97,38 @@ def calibrate(
         A prediction nearby.
     report
         Called with chi^2 after each step.
+    slopes
+        Jacobian near the start, shape (m + p, p); computed by default.
+    exact
+        Whether the Jacobian must be that of the end.
     """
     size, damping, failures = unknowns.size, FIRST_DAMPING, 0
     values = unknowns.clipped(np.array(start, dtype=np.float64))
     here = _evaluate(comparison, unknowns, values, before)
-    jacobian = _jacobian(comparison, unknowns, here)
+    jacobian = _jacobian(comparison, unknowns, here) if slopes is None else slopes
+    fresh = slopes is None
     for _ in range(MOST_STEPS):
-        gradient, curvature = jacobian.T @ here.residual * size, jacobian.T @ jacobian * np.outer(size, size)
-        free = _free(unknowns, here.values, gradient)
-        if not free.any():
-            break
-        step = np.zeros(len(values))
-        reduced = curvature[np.ix_(free, free)]
-        step[free] = np.linalg.solve(reduced + damping * np.diag(np.diag(reduced) + 1e-12), gradient[free])
-        trial = unknowns.clipped(here.values + step * size)
-        moved = (trial - here.values) / size
-        expected = float(2 * gradient @ moved - moved @ curvature @ moved)
+        trial, expected = _step(unknowns, here, jacobian, damping)
+        there = _evaluate(comparison, unknowns, trial, here.prediction) if expected >= ENOUGH else here
+        gained = here.chi2 - there.chi2
+        if gained < ENOUGH and not fresh:
+            # Only the Jacobian of here may say that there is nothing to gain.
+            jacobian, fresh = _jacobian(comparison, unknowns, here), True
+            continue
         if expected < ENOUGH:
             break
-        there = _evaluate(comparison, unknowns, trial, here.prediction)
-        if there.chi2 < here.chi2:
-            gained = here.chi2 - there.chi2
-            here, damping, failures = there, damping * LESS, 0
-            jacobian = _jacobian(comparison, unknowns, here)
+        if gained > 0:
+            agreed = gained > AGREED * expected
+            jacobian = _updated(jacobian, here, there, size) if agreed else _jacobian(comparison, unknowns, there)
+            here, damping, failures, fresh = there, damping * LESS, 0, not agreed
             if report is not None:
                 report(here.chi2)
-            if gained < max(ENOUGH, 1e-5 * here.chi2):
-                break
         else:
             damping, failures = max(damping, 1e-4) * MORE, failures + 1
             if failures > MOST_FAILURES:
                 break
+    if exact and not fresh:
+        jacobian = _jacobian(comparison, unknowns, here)
     curvature = jacobian.T @ jacobian
     covariance = np.linalg.pinv(curvature / np.outer(1 / size, 1 / size), hermitian=True) * np.outer(size, size)
     return Fit(
@@ -146,6 +154,33 @@ def _evaluate(comparison: Comparison, unknowns: Unknowns, values: Values, before
     return _Evaluation(
         values=values, model=model, prediction=prediction, residual=residual, chi2=float(residual @ residual)
     )
+
+
+def _step(
+    unknowns: Unknowns, here: _Evaluation, jacobian: Float[NDArray[np.float64], "m p"], damping: float
+) -> tuple[Values, float]:
+    """Where Levenberg and Marquardt go, and by how much chi^2 should fall."""
+    size = unknowns.size
+    gradient, curvature = jacobian.T @ here.residual * size, jacobian.T @ jacobian * np.outer(size, size)
+    free = _free(unknowns, here.values, gradient)
+    if not free.any():
+        return here.values, 0.0
+    step = np.zeros(len(size))
+    reduced = curvature[np.ix_(free, free)]
+    step[free] = np.linalg.solve(reduced + damping * np.diag(np.diag(reduced) + 1e-12), gradient[free])
+    trial = unknowns.clipped(here.values + step * size)
+    moved = (trial - here.values) / size
+    return trial, float(2 * gradient @ moved - moved @ curvature @ moved)
+
+
+def _updated(
+    jacobian: Float[NDArray[np.float64], "m p"], here: _Evaluation, there: _Evaluation, size: Values
+) -> Float[NDArray[np.float64], "m p"]:
+    """Broyden's least change that explains the step made."""
+    moved = there.values - here.values
+    along = moved / size
+    missed = here.residual - there.residual - jacobian @ moved
+    return np.asarray(jacobian + np.outer(missed, along / size) / (along @ along))
 
 
 def _jacobian(comparison: Comparison, unknowns: Unknowns, here: _Evaluation) -> Float[NDArray[np.float64], "m p"]:

@@ -19,6 +19,9 @@ Vector = Float[NDArray[np.float64], " m"]
 #: What a number counts whose steady state is not found, in standard deviations: a model that has none fits badly.
 NOT_FOUND = 10.0
 
+#: Step of a difference of predictions, relative to what matters of a number: curvature and round-off below 1e-3.
+STEP = 0.01
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Comparison:
@@ -68,6 +71,21 @@ class Comparison:
     ) -> Float[NDArray[np.float64], "m p"]:
         """S^(-1/2) d predicted / d values, from value number `first` on, shape (m, p - first)."""
         changes = tangents(unknowns.compose, values, unknowns.size, unknowns.bounds, first)
-        slopes = self.predictor.derivatives(model, prediction, changes)
-        features = self.features.slopes(prediction.value, slopes)
+        known = [change for change in changes if change is not None]
+        analytic = iter(self.predictor.derivatives(model, prediction, known).T)
+        slopes = [
+            next(analytic) if change is not None else self._difference(unknowns, values, prediction, first + number)
+            for number, change in enumerate(changes)
+        ]
+        features = self.features.slopes(prediction.value, np.column_stack(slopes))
         return self.whitening(np.where(np.isfinite(features), features, 0.0))
+
+    def _difference(
+        self, unknowns: Unknowns, values: Values, prediction: Prediction, number: int
+    ) -> Complex[NDArray[np.complex128], " k"]:
+        """Derivative by a difference of predictions, for a number that moves points."""
+        upper = unknowns.bounds[number][1]
+        moved, step = np.array(values), STEP * unknowns.size[number]
+        moved[number] += step if values[number] + step <= upper else -step
+        there = self.predict(unknowns.compose(moved), prediction)
+        return np.asarray((there.value - prediction.value) / (moved[number] - values[number]))

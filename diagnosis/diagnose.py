@@ -2,46 +2,24 @@
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from functools import partial
 
 from correlation.measurement import Campaign
 from correlation.nuisance import Budget
 from correlation.test_model import TestModel
 from diagnosis.accepted import Accepted
-from diagnosis.arrangement import Arrangement, arrange
+from diagnosis.arrangement import Added, Arrangement, arrange
 from diagnosis.catalogue import Catalogue, Extra, catalogue
-from diagnosis.effect.candidate import Effect
-from diagnosis.limits import Limits
+from diagnosis.decision import decide, support
+from diagnosis.keep import Keep, computed
+from diagnosis.limits import Limits, linear_limits
 from diagnosis.localisation import Place, localise
 from diagnosis.refit import Refit, refit, shortlist, unchanged
 from diagnosis.screening import Score, screen
-from diagnosis.unknowns import Values
 from diagnosis.verdict import Verdict
 
-T = TypeVar("T")
 #: What is being done, and the share of the whole diagnosis that is done [-].
 Report = Callable[[str, float], None]
-
-
-class Keep(Protocol):
-    """Looks up what a step gave before, or makes it."""
-
-    def __call__(self, name: str, make: Callable[[], T]) -> T:
-        """The result of a step by its name; `make` computes it."""
-        ...
-
-
-def computed(name: str, make: Callable[[], T]) -> T:  # noqa: ARG001  # the signature of Keep
-    """Keep nothing."""
-    return make()
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Added:
-    """An effect that was added before, and its values, which are fitted again with everything else."""
-
-    effect: Effect
-    values: Values
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -91,5 +69,69 @@ def diagnose(
     keep: Keep = computed,
     report: Report | None = None,
 ) -> Diagnosis:
-    """Say what is missing."""
-    raise NotImplementedError
+    """Say what is missing.
+
+    Parameters
+    ----------
+    campaign
+        Measurements, some of them held out.
+    base
+        The model without what was added.
+    accepted
+        What every fit calibrates.
+    budget
+        Numerical error of the model.
+    added
+        Effects that were found in earlier rounds; all are fitted again together.
+    without, extra
+        Kinds of effects to leave out, and effects of one's own, see `diagnosis.catalogue`.
+    limits
+        What chance may do, from a bootstrap of this layout; by the linear theory alone by default, with a margin.
+    keep
+        Looks up what a step gave before, or makes it.
+    report
+        Called with what is being done and the share of the round that is done.
+
+    Raises
+    ------
+    CampaignError
+        Nothing is held out, a single repeat, or a sensor that the model does not have.
+    EffectError
+        An unknown kind of effect, or one's own that is none.
+    """
+    told = report or (lambda _what, _share: None)
+    listed = candidates(campaign, base, without=without, extra=extra)
+    told("calibration", 0.0)
+    arrangement = keep("arrangement", lambda: arrange(campaign, base, accepted, budget, added=added))
+    told("screening", 0.35)
+    screened = keep("scores", lambda: screen(arrangement, listed.candidates, _screened(told)))
+    found = limits or linear_limits(screened)
+    before = keep("held-out error", lambda: unchanged(arrangement))
+    refits = []
+    chosen = shortlist(screened)
+    for number, score in enumerate(chosen):
+        told(f"fit of {score.effect.name}", 0.55 + 0.3 * number / len(chosen))
+        refits.append(keep(f"refit of {score.effect.name}", partial(refit, arrangement, score)))
+    told("unknown forces", 0.85)
+    places = keep("places", lambda: localise(arrangement))
+    ranked = sorted(refits, key=lambda each: -support(arrangement, before, each))
+    told("what is left", 0.9)
+    verdict = decide(arrangement, listed, screened, before, ranked, places, found, keep)
+    told("done", 1.0)
+    return Diagnosis(
+        arrangement=arrangement, catalogue=listed, scores=tuple(screened), before=before, refits=tuple(ranked),
+        places=tuple(places), limits=found, verdict=verdict,
+    )  # fmt: skip
+
+
+def candidates(
+    campaign: Campaign, base: TestModel, *, without: Collection[str] = (), extra: Sequence[Extra] = ()
+) -> Catalogue:
+    """Effects that these tests may show in this model."""
+    tested = {test.configuration for test in campaign.tests}
+    level = float(campaign.measurement.level.max())
+    return catalogue(base, without=without, extra=extra, level=level, configurations=tested)
+
+
+def _screened(told: Report) -> Callable[[int, int], None]:
+    return lambda done, of: told("screening", 0.35 + 0.2 * done / of)

@@ -1,6 +1,15 @@
 """What chance may do: the gain and the misfit that a diagnosis must exceed before it claims anything."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+from diagnosis.null import null_gains, threshold
+from diagnosis.screening import Score
+
+#: What the linear theory leaves out, by experience: refits gain more than it says.
+MARGIN = 2.0
+#: What an unknown force gains beyond its numbers where nothing is missing; of the order of the gains of effects.
+UNKNOWN_FORCE = 1.5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,3 +32,9 @@ class Limits:
     misfit: float
     false_alarms: float = 0.01
     n_trial: int = 0
+
+
+def linear_limits(scores: Sequence[Score], false_alarms: float = 0.01) -> Limits:
+    """Limits for a layout without a bootstrap: those of the linear theory with a margin."""
+    gain = MARGIN * threshold(null_gains(scores), false_alarms)
+    return Limits(gain=gain, misfit=UNKNOWN_FORCE * gain, false_alarms=false_alarms)

@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
 
 from correlation.prediction import Prediction
 from diagnosis.arrangement import Arrangement
@@ -17,8 +19,8 @@ from diagnosis.unknowns import Unknowns
 
 #: The best few are refitted, and all others this parallel to one of them that promise this share of the best gain.
 BEST, PARALLEL, PROMISING, MOST = 3, 0.6, 0.1, 7
-#: A second start from the typical strength pays if the first one lies this many times above or below it.
-FAR = 3.0
+#: A fit that gains less than this share of what the screening promised is begun once more, from typical strength.
+KEPT = 0.7
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -88,23 +90,27 @@ def refit(arrangement: Arrangement, score: Score, report: Callable[[float], None
     """
     effect, accepted = score.effect, arrangement.fit
     unknowns = arrangement.unknowns([effect])
-    parameter = effect.parameters[0]
-    rest = [each.vanishes for each in effect.parameters[1:]]
-    starts = [score.strength]
-    size = abs(parameter.typical - parameter.vanishes)
-    share = abs(score.strength - parameter.vanishes) / size
-    if share > FAR or share < 1 / FAR:
-        other = parameter.vanishes + np.sign(score.strength - parameter.vanishes or 1.0) * size
-        starts.append(float(np.clip(other, parameter.lower, parameter.upper)))
-    best: Fit | None = None
-    for start in starts:
-        found = calibrate(
-            arrangement.train, unknowns, np.array([*accepted.values, start, *rest]), accepted.prediction, report
+    found = [
+        calibrate(
+            arrangement.train, unknowns, score.start, accepted.prediction, report, slopes=_slopes(score, accepted)
         )
-        if best is None or found.chi2 < best.chi2:
-            best = found
-    assert best is not None
-    return _tested(arrangement, effect, best)
+    ]
+    if accepted.chi2 - found[0].chi2 < KEPT * score.gain:
+        parameter = effect.parameters[0]
+        size = abs(parameter.typical - parameter.vanishes)
+        other = parameter.vanishes + np.sign(score.strength - parameter.vanishes or 1.0) * size
+        rest = [each.vanishes for each in effect.parameters[1:]]
+        start = np.array([*accepted.values, np.clip(other, parameter.lower, parameter.upper), *rest])
+        found.append(calibrate(arrangement.train, unknowns, start, accepted.prediction, report))
+    return _tested(arrangement, effect, min(found, key=lambda fit: fit.chi2))
+
+
+def _slopes(score: Score, accepted: Fit) -> Float[NDArray[np.float64], "m p"] | None:
+    """Jacobian at the start as the screening knows it; none for what it does not."""
+    if len(score.effect.parameters) > 1 or not score.slope.any():
+        return None
+    # The effect has no prior: its row below those of the accepted parameters is zero.
+    return np.pad(np.column_stack([accepted.jacobian, score.slope]), ((0, 1), (0, 0)))
 
 
 def _tested(arrangement: Arrangement, effect: Effect | None, fit: Fit) -> Refit:

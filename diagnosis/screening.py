@@ -48,6 +48,9 @@ class Score:
         Share of the effect that the accepted parameters absorb, 1 - |d_perp| / |d|.
     direction
         d_perp / |d_perp|, shape (m + p,); zero if the effect is unseen.
+    start, slope
+        Where a refit begins: the fitted values that make up for the effect, then its own, shape (p + e,); and its
+        whitened derivative at none, shape (m + p,).
     """
 
     effect: Effect
@@ -56,6 +59,8 @@ class Score:
     size: float
     absorbed: float
     direction: Vector
+    start: Vector
+    slope: Vector
 
     @property
     def detectable(self) -> float:
@@ -87,6 +92,16 @@ def screen(
         if report is not None:
             report(number + 1, len(effects))
     return sorted(scores, key=lambda score: -score.gain)
+
+
+def slope_gains(arrangement: Arrangement, effects: Sequence[Effect]) -> Vector:
+    """Gain of each effect by its derivative at none alone, within its bounds, shape (e,)."""
+    basis = accepted_basis(arrangement)
+    residual = _across(basis, arrangement.fit.residual)
+    slopes = _slopes(arrangement, effects)
+    return np.array(
+        [_least(effect, _across(basis, slope), residual).gain for effect, slope in zip(effects, slopes, strict=True)]
+    )
 
 
 def accepted_basis(arrangement: Arrangement) -> Float[NDArray[np.float64], "m p"]:
@@ -130,14 +145,15 @@ def _score(
         if finite.gain >= tried.gain or not across.any():
             tried = finite
     size = float(np.linalg.norm(tried.across))
+    start = _made_up(arrangement, effect, tried.step, slope)
     if size * abs(typical) < UNSEEN:
         return Score(
             effect=effect, strength=parameter.vanishes, gain=0.0, size=size * abs(typical), absorbed=1.0,
-            direction=np.zeros_like(residual),
+            direction=np.zeros_like(residual), start=start, slope=slope,
         )  # fmt: skip
     return Score(
         effect=effect, strength=parameter.vanishes + tried.step, gain=tried.gain, size=size * abs(typical),
-        absorbed=absorbed, direction=tried.across / size * np.sign(typical),
+        absorbed=absorbed, direction=tried.across / size * np.sign(typical), start=start, slope=slope,
     )  # fmt: skip
 
 
@@ -165,13 +181,18 @@ def _change(arrangement: Arrangement, effect: Effect, step: float, slope: Vector
     curvature of this shift.
     """
     fit, train = arrangement.fit, arrangement.train
-    made_up = -np.linalg.lstsq(fit.jacobian, slope, rcond=1e-12)[0] * step
-    unknowns = arrangement.unknowns([effect])
-    strength = effect.parameters[0].vanishes + step
-    rest = [each.vanishes for each in effect.parameters[1:]]
-    values = unknowns.clipped(np.array([*(fit.values + made_up), strength, *rest]))
-    prediction = train.predict(unknowns.compose(values), fit.prediction)
+    values = _made_up(arrangement, effect, step, slope)
+    prediction = train.predict(arrangement.unknowns([effect]).compose(values), fit.prediction)
     moved = train.residual(fit.prediction) - train.residual(prediction)
     there = train.found(prediction) & train.found(fit.prediction)
     prior = (values[: len(fit.values)] - fit.values) / fit.unknowns.prior
     return np.concatenate([np.where(there, moved, 0.0), prior])
+
+
+def _made_up(arrangement: Arrangement, effect: Effect, step: float, slope: Vector) -> Vector:
+    """Fitted values that make up for as much of an effect as they can, and its own, shape (p + e,)."""
+    fit = arrangement.fit
+    made_up = -np.linalg.lstsq(fit.jacobian, slope, rcond=1e-12)[0] * step
+    strength = effect.parameters[0].vanishes + step
+    rest = [each.vanishes for each in effect.parameters[1:]]
+    return arrangement.unknowns([effect]).clipped(np.array([*(fit.values + made_up), strength, *rest]))

@@ -30,8 +30,8 @@ def tangents(
     size: Float[NDArray[np.float64], " p"],
     bounds: Sequence[tuple[float, float]],
     first: int = 0,
-) -> list[Tangent]:
-    """Rates of a model's data with each parameter.
+) -> list[Tangent | None]:
+    """Rates of a model's data with each parameter; none for one that moves points or directions of joints.
 
     Parameters
     ----------
@@ -47,9 +47,9 @@ def tangents(
     Raises
     ------
     EffectError
-        An effect that moves the points or directions of a joint, or changes their number.
+        An effect that changes the number of joints.
     """
-    found = []
+    found: list[Tangent | None] = []
     for number, (lower, upper) in enumerate(bounds):
         if number < first:
             continue
@@ -59,6 +59,9 @@ def tangents(
             moved[number] = np.clip(moved[number] + side * STEP * size[number], lower, upper)
             ends.append((moved[number], compose(moved)))
         (low, before), (high, after) = ends
+        if _moves(before, after):
+            found.append(None)
+            continue
         shift = {name: _shift(before, after, name) for name in ("jointed", "free")}
         found.append(
             Tangent(
@@ -73,6 +76,11 @@ def tangents(
             )
         )
     return found
+
+
+def _moves(before: TestModel, after: TestModel) -> bool:
+    pairs = zip(before.system.joints, after.system.joints, strict=False)
+    return any(not np.array_equal(a.directions, b.directions) for a, b in pairs)
 
 
 def _shift(before: TestModel, after: TestModel, configuration: str) -> float:
@@ -110,8 +118,6 @@ def _joint_rates(before: JointedSystem, after: JointedSystem, step: float) -> di
         )
     rates: dict[tuple[str, str], float] = {}
     for a, b in zip(before.joints, after.joints, strict=True):
-        if not np.array_equal(a.directions, b.directions):
-            raise EffectError(f'joint "{a.name}" changes its direction with a parameter: only its numbers may change')
         for field in parameter_names(a):
             if getattr(a, field) != getattr(b, field):
                 rates[a.name, field] = (getattr(b, field) - getattr(a, field)) / step

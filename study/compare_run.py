@@ -198,7 +198,7 @@ def beside(observed: Observation, model: TestModel, budget: Budget, before: Pred
     comparison = Comparison(
         observed=observed,
         features=vector,
-        measured=vector.of_values(observed.value),
+        measured=vector.of_repeats(observed.repeat, observed.taken),
         whitening=scatter(
             observed,
             vector,

@@ -11,10 +11,11 @@ from correlation.measurement import Campaign
 from correlation.misfit import Misfit
 from correlation.sensor_placement import with_sensors
 from correlation.test_model import TestModel
-from diagnosis.arrangement import Arrangement
+from diagnosis.arrangement import Added, Arrangement
 from diagnosis.catalogue import Catalogue
-from diagnosis.diagnose import Added, Diagnosis, Keep, computed, diagnose
+from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.effect.candidate import EffectError
+from diagnosis.keep import Keep, computed
 from diagnosis.own_effect import installed_effects
 from diagnosis.refit import Refit, unchanged
 from study import fingerprint

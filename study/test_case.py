@@ -144,6 +144,7 @@ class NumericalErrorTable(CaseModel):
 
     frequency: NotNegative = 2e-4
     compliance: NotNegative = 0.01
+    shares: NotNegative = 0.05
     refined: tuple[str, ...] = ()
 
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from correlation.test_model import TestModel
 from diagnosis.accepted import Accepted
+from diagnosis.arrangement import Added
 from diagnosis.catalogue import Catalogue, catalogue
-from diagnosis.diagnose import Added
 from diagnosis.effect.candidate import Effect, EffectError, EffectParameter
 from diagnosis.own_effect import installed_effects
 from study.case_problem import did_you_mean

@@ -13,7 +13,7 @@ from correlation.nuisance import Budget
 from correlation.sensor_placement import with_sensors
 from correlation.test_model import LineSensor, Sensor, TestModel
 from diagnosis.accepted import Accepted, accepted
-from diagnosis.diagnose import Added
+from diagnosis.arrangement import Added
 from reduction.errors import JointError
 from reduction.jointed_system import Friction, FrictionContact, Joint, JointedSystem
 from study.case import load_case, located
@@ -127,7 +127,7 @@ def read_test_case(path: Path | str, campaign: Campaign | None = None) -> TestSe
         title=case.title or path.stem,
         model=model,
         accepted=known,
-        budget=Budget(frequency=error.frequency, compliance=error.compliance, refined=refined),
+        budget=Budget(frequency=error.frequency, compliance=error.compliance, shares=error.shares, refined=refined),
         effects=files,
         without=case.effects.without,
         added=added,

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from transient.bench_beam import BeamParameters, reduced_beam
+from transient.bench_beam import BeamParameters, random_stations, reduced_beam
 from transient.bench_campaign import CampaignPoints, random_parameters, sweeps, with_noise, write_campaign
 from transient.bench_effect import KINDS, NOTHING, SIGNED, UNITS, Effect
 from transient.errors import TransientError
@@ -36,6 +36,8 @@ class PlantedTruth:
         Strength at which the effect moves the noise-free features by 5 standard deviations; 0 for nothing.
     parameters
         Of the specimen, without the effect and without jitter.
+    stations
+        Of its contacts [m].
     n_point, n_not_periodic
         Points measured, and those where the motion had not come to repeat [-].
     n_period
@@ -49,6 +51,7 @@ class PlantedTruth:
     unit: str
     unit_strength: float
     parameters: BeamParameters
+    stations: tuple[float, ...]
     n_point: int
     n_not_periodic: int
     n_period: int
@@ -117,10 +120,11 @@ def make_campaign(
     """
     points = points or CampaignPoints()
     # Streams of their own: a specimen of a seed has the same histories and noise whatever is hidden in it.
-    streams = [np.random.default_rng(each) for each in np.random.SeedSequence(seed).spawn(4)]
+    streams = [np.random.default_rng(each) for each in np.random.SeedSequence(seed).spawn(5)]
     effect = random_effect(streams[0], kind, place, strength)
     parameters = random_parameters(streams[1])
-    clean = list(sweeps(reduced_beam(), parameters, effect, points, streams[2]))
+    stations = random_stations(streams[4])
+    clean = list(sweeps(reduced_beam(stations=stations), parameters, effect, points, streams[2]))
     measured = [replace(sweep, readings=with_noise(sweep.readings, streams[3])) for sweep in clean]
     write_campaign(Path(folder), measured, points)
     periodic = np.concatenate([sweep.readings.periodic for sweep in clean])
@@ -130,6 +134,7 @@ def make_campaign(
         unit=UNITS[effect.kind],
         unit_strength=0.0 if effect.kind == NOTHING else unit_strengths()[effect.kind][effect.place],
         parameters=parameters,
+        stations=stations,
         n_point=len(periodic),
         n_not_periodic=int((~periodic).sum()),
         n_period=int(sum(sweep.readings.n_period.sum() for sweep in clean)),

@@ -1,8 +1,8 @@
 r"""The virtual test bench's own model of its beam: a clamped beam between two contact lines on inclined flanks.
 
-Euler-Bernoulli elements with cubic shape functions, more of them and more contact stations than a model that is to be
-tested on its data; static shapes of all points where forces act and the lowest vibration shapes then reduce it to some
-25 degrees of freedom, in which integration is cheap:
+Euler-Bernoulli elements with cubic shape functions, more of them than a model that is to be tested on its data, and
+contact stations at other places than drawn; static shapes of all points where forces act and the lowest vibration
+shapes then reduce it to some 25 degrees of freedom, in which integration is cheap:
 
 .. math:: w(x, t) \approx \sum_j \psi_j(x) a_j(t), \qquad t = \cos\beta\, w \mp \sin\beta\, z_c\, w', \qquad
           n = \pm(\sin\beta\, w \pm \cos\beta\, z_c\, w')
@@ -35,13 +35,15 @@ YOUNGS_MODULUS = 205e9
 FLANK_ANGLE = np.pi / 6
 #: Heights of the flanks above the neutral axis [m].
 FLANK_HEIGHT = {"left": THICKNESS / 2, "right": -THICKNESS / 2}
-#: First and last station of both lines [m].
+#: Where both lines begin and end [m].
 LINE_ENDS = (0.20, 0.22)
 #: Points that move under a sensor, a force or an effect [m].
 PLACES = {"tip": 0.30, "slot": 0.21, "excitation": 0.18, "mid": 0.10}
 
 N_ELEMENT = 60
-N_STATION = 5
+#: Contact stations of both lines as drawn [m], and the least share of their distance that those of a specimen have.
+STATIONS = (0.200, 0.210, 0.220)
+CLOSEST = 0.93
 #: Vibration shapes beside the static ones.
 N_MODE = 6
 
@@ -59,7 +61,7 @@ class BeamParameters:
     tangential_stiffness, normal_stiffness
         Of a whole line [N/m].
     friction_coefficient, preload, gap
-        By line; preload of a whole line [N], gap at its last station, linear from 0 at the first [-, N, m].
+        By line; preload of a whole line [N], gap at its end, linear from 0 at its beginning [-, N, m].
     """
 
     youngs_modulus: float = YOUNGS_MODULUS
@@ -96,7 +98,7 @@ class Beam:
 
 
 @lru_cache(maxsize=4)
-def full_beam(n_element: int = N_ELEMENT, n_station: int = N_STATION) -> Beam:
+def full_beam(n_element: int = N_ELEMENT, stations: tuple[float, ...] = STATIONS) -> Beam:
     """All degrees of freedom w, w' of the nodes behind the clamp."""
     length = LENGTH / n_element
     inertia, area = WIDTH * THICKNESS**3 / 12, WIDTH * THICKNESS
@@ -123,24 +125,23 @@ def full_beam(n_element: int = N_ELEMENT, n_station: int = N_STATION) -> Beam:
         at = slice(2 * element, 2 * element + 4)
         mass[at, at] += element_mass
         stiffness[at, at] += element_stiffness
-    station = np.linspace(*LINE_ENDS, n_station)
-    rows = [_hermite_rows(x, n_element) for x in station]
+    rows = [_hermite_rows(x, n_element) for x in stations]
     return Beam(
         mass=mass[2:, 2:],
         stiffness=stiffness[2:, 2:],
         places={name: _hermite_rows(x, n_element)[0, 2:] for name, x in PLACES.items()},
-        station=station,
+        station=np.array(stations),
         deflection=np.array([each[0, 2:] for each in rows]),
         slope=np.array([each[1, 2:] for each in rows]),
     )
 
 
 @lru_cache(maxsize=4)
-def reduced_beam(n_mode: int = N_MODE, n_element: int = N_ELEMENT, n_station: int = N_STATION) -> Beam:
+def reduced_beam(n_mode: int = N_MODE, n_element: int = N_ELEMENT, stations: tuple[float, ...] = STATIONS) -> Beam:
     """The beam in static shapes of unit forces and moments at all its points, and n_mode vibration shapes."""
     from scipy.linalg import eigh
 
-    full = full_beam(n_element, n_station)
+    full = full_beam(n_element, stations)
     points = np.vstack([full.deflection, full.slope, *full.places.values()])
     static = np.linalg.solve(full.stiffness, points.T)
     modes = eigh(full.stiffness, full.mass, subset_by_index=(0, n_mode - 1))[1]
@@ -162,8 +163,9 @@ def reduced_beam(n_mode: int = N_MODE, n_element: int = N_ELEMENT, n_station: in
 
 def contacts(beam: Beam, parameters: BeamParameters) -> tuple[FrictionContact, ...]:
     """Stations of the left line, then of the right one; a station has its share of the line's numbers."""
-    shares = station_shares(len(beam.station))
-    along = (beam.station - beam.station[0]) / (beam.station[-1] - beam.station[0])
+    shares = station_shares(beam.station)
+    first, last = LINE_ENDS
+    along = (beam.station - first) / (last - first)
     sine, cosine = np.sin(FLANK_ANGLE), np.cos(FLANK_ANGLE)
     joints = []
     for number, (line, height) in enumerate(FLANK_HEIGHT.items()):
@@ -186,15 +188,21 @@ def contacts(beam: Beam, parameters: BeamParameters) -> tuple[FrictionContact, .
     return tuple(joints)
 
 
-def station_shares(n_station: int) -> Vector:
-    """Share of each of n (odd) equidistant stations in a line, by Simpson's rule, shape (n,) [-].
+def station_shares(station: Vector) -> Vector:
+    """Share of each station in a line, which gives a uniform line its moments (Simpson's rule where drawn), shape (n,).
 
-    Simpson's rule gives a uniform line its exact moment of inertia, so that models of 3 and 5 stations agree to 1e-5 in
-    their stuck frequencies; with the trapezoid rule they differ by 0.5 %.
+    With the trapezoid rule models of 3 and 5 stations differ by 0.5 % in their stuck frequencies, with this by 1e-5.
     """
-    shares = np.ones(n_station)
-    shares[1:-1:2], shares[2:-1:2] = 4.0, 2.0
-    return np.asarray(shares / shares.sum())
+    first, last = LINE_ENDS
+    x = (2 * station - first - last) / (last - first)
+    powers = np.arange(len(x))
+    return np.asarray(np.linalg.solve(x ** powers[:, None], np.where(powers % 2 == 0, 1 / (powers + 1), 0.0)))
+
+
+def random_stations(random: np.random.Generator) -> tuple[float, ...]:
+    """Stations of a specimen: it bears somewhat nearer to the middle of its lines than drawn."""
+    middle = sum(LINE_ENDS) / 2
+    return tuple(float(x) for x in middle + random.uniform(CLOSEST, 1.0) * (np.array(STATIONS) - middle))
 
 
 @lru_cache(maxsize=16)

@@ -51,6 +51,9 @@ JOINTED_GRID = (
 )  # fmt: skip
 FREE_GRID = (0.0004, 0.0013, 0.0023, 0.0035, 0.005, 0.007, 0.010, 0.014, 0.02, 0.03, 0.045, 0.07)
 
+#: Levels [N] and repeats that test a model and that none is fitted to.
+HELD_OUT_LEVELS, HELD_OUT_REPEATS = (5.0,), (4, 5)
+
 
 @dataclass(frozen=True, kw_only=True)
 class CampaignPoints:
@@ -223,8 +226,8 @@ def _manifest(points: CampaignPoints) -> str:
         f'component = "{components[name[-1]]}"\n'
         for name in LINE_SENSORS
     ]
-    levels = [level for level in points.levels if level == 5.0 and len(points.levels) > 1]
-    repeats = [repeat for repeat in (4, 5) if repeat <= points.n_repeat]
+    levels = [level for level in points.levels if level in HELD_OUT_LEVELS and len(points.levels) > 1]
+    repeats = [repeat for repeat in HELD_OUT_REPEATS if repeat <= points.n_repeat]
     return "\n".join(
         [
             'schema = 1\ntitle = "Beam with two contact lines"\n',

@@ -1,10 +1,11 @@
 r"""How strong a hidden effect must be to be seen: the unit strengths of the virtual test bench.
 
-The features of a campaign, means over repeats and sweeps, are D = F / X_1 and X_3 / X_1 of each motion sensor and the
-harmonics of each line's forces. Their covariance is that of the mean over the repeats: noise of the readings, and the
+The features of a campaign's training part (what a model may be fitted to: neither held-out levels nor held-out
+repeats), means over repeats and sweeps, are D = F / X_1 and X_3 / X_1 of each motion sensor and the harmonics of each
+line's forces. Their covariance is that of the mean over the R repeats: noise of the readings, and the
 scatter of many repeats by jitter and history,
 
-.. math:: \Sigma = \Sigma_\mathrm{noise} + \frac{1}{5} \bigl(S + a\, \mathrm{diag}\, S\bigr)
+.. math:: \Sigma = \Sigma_\mathrm{noise} + \frac{1}{R} \bigl(S + a\, \mathrm{diag}\, S\bigr)
 
 with the sample covariance S, which is of low rank, and a share a of its diagonal for what the samples have not seen.
 With features y(effect, p) of the accepted parameters p (kt, kn, mu, zeta, E), what refitting them leaves is
@@ -28,6 +29,8 @@ from numpy.typing import NDArray
 from transient.bench_beam import BeamParameters, reduced_beam
 from transient.bench_campaign import (
     FORCE_FLOOR,
+    HELD_OUT_LEVELS,
+    HELD_OUT_REPEATS,
     MOTION_FLOOR,
     NOISE,
     PARAMETER_DEVIATION,
@@ -66,6 +69,12 @@ GUESS = {
 N_REFIT = 4
 #: Share of a guess at which only the scatter is left.
 NEARLY_NOTHING = 1e-4
+
+
+def training(points: CampaignPoints) -> CampaignPoints:
+    """What of a campaign a model may be fitted to."""
+    levels = [level for level in points.levels if level not in HELD_OUT_LEVELS]
+    return replace(points, levels=levels, n_repeat=points.n_repeat - len(HELD_OUT_REPEATS))
 
 
 def features(measured: Sequence[Sweep]) -> Vector:
@@ -126,7 +135,7 @@ def find_unit_strengths(report: Callable[[str], None] = lambda _: None) -> dict[
     """Unit strength [SI] of all kinds and places."""
     from scipy.linalg import solve_triangular
 
-    beam, nominal, points = reduced_beam(), BeamParameters(), CampaignPoints()
+    beam, nominal, points = reduced_beam(), BeamParameters(), training(CampaignPoints())
     once, nothing = len(points.levels), Effect(kind=NOTHING)
 
     def of_repeats(parameters: BeamParameters, effect: Effect, n_repeat: int, jitter: float, seed: int) -> list[Vector]:

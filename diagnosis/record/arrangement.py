@@ -9,7 +9,7 @@ from correlation.errors import CampaignError
 from correlation.record_prediction import STEPS, drive
 from correlation.test_model import DERIVATIVE, Sensor, TestModel
 from correlation.time_record import TimeRecord
-from diagnosis.diagnose import Added
+from diagnosis.arrangement import Added
 from diagnosis.effect.candidate import Effect
 from diagnosis.effect.scale import scale
 from diagnosis.record.comparison import RecordComparison

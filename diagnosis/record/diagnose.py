@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from correlation.record_prediction import STEPS
 from correlation.test_model import TestModel
 from correlation.time_record import TimeRecord
+from diagnosis.arrangement import Added
 from diagnosis.catalogue import Catalogue, Extra, catalogue
-from diagnosis.diagnose import Added
 from diagnosis.effect.candidate import Effect
 from diagnosis.record.arrangement import RecordArrangement, arrange_records, record_level
 from diagnosis.record.refit import RecordRefit, refit_records, unchanged_records

@@ -1,0 +1,51 @@
+"""What an accepted effect leaves unexplained: whether the model with it is good enough, or something else is there."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from diagnosis.arrangement import Arrangement
+from diagnosis.effect.candidate import Effect
+from diagnosis.localisation import Place, localise
+from diagnosis.refit import Refit
+from diagnosis.screening import slope_gains
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Leftover:
+    """What could still be gained.
+
+    Parameters
+    ----------
+    gain
+        Fall of chi^2 by the best further effect, to first order.
+    name
+        Of this effect.
+    places
+        Where an unknown force would explain the rest, best first.
+    """
+
+    gain: float
+    name: str
+    places: tuple[Place, ...]
+
+
+def with_effect(arrangement: Arrangement, refit: Refit) -> Arrangement:
+    """The same measurements beside the model with an effect accepted."""
+    assert refit.effect is not None
+    fit = refit.fit
+    slopes = arrangement.train.slopes(fit.unknowns, fit.values, fit.model, fit.prediction)
+    jacobian = np.concatenate([slopes, np.diag(1 / fit.unknowns.prior)])
+    return replace(arrangement, added=(*arrangement.added, refit.effect), fit=replace(fit, jacobian=jacobian))
+
+
+def leftover(arrangement: Arrangement, effects: Sequence[Effect]) -> Leftover:
+    """What is left once an effect was accepted, see `with_effect`."""
+    gains = slope_gains(arrangement, effects)
+    best = int(np.argmax(gains)) if len(gains) else -1
+    return Leftover(
+        gain=float(gains[best]) if best >= 0 else 0.0,
+        name=effects[best].name if best >= 0 else "",
+        places=tuple(localise(arrangement)),
+    )
