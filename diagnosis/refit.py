@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from correlation.observation import Observation
 from correlation.prediction import Prediction
 from diagnosis.arrangement import Arrangement
 from diagnosis.calibration import Fit, calibrate
@@ -77,7 +78,12 @@ def unchanged(arrangement: Arrangement) -> Refit:
 
 
 def refit(arrangement: Arrangement, score: Score, report: Callable[[float], None] | None = None) -> Refit:
-    """Fit one effect beside the accepted parameters.
+    """Fit one effect beside the accepted parameters, and test it on the held-out data."""
+    return _tested(arrangement, score.effect, fitted(arrangement, score, report))
+
+
+def fitted(arrangement: Arrangement, score: Score, report: Callable[[float], None] | None = None) -> Fit:
+    """Fit one effect beside the accepted parameters, without a test.
 
     Parameters
     ----------
@@ -102,7 +108,7 @@ def refit(arrangement: Arrangement, score: Score, report: Callable[[float], None
         rest = [each.vanishes for each in effect.parameters[1:]]
         start = np.array([*accepted.values, np.clip(other, parameter.lower, parameter.upper), *rest])
         found.append(calibrate(arrangement.train, unknowns, start, accepted.prediction, report))
-    return _tested(arrangement, effect, min(found, key=lambda fit: fit.chi2))
+    return min(found, key=lambda fit: fit.chi2)
 
 
 def _slopes(score: Score, accepted: Fit) -> Float[NDArray[np.float64], "m p"] | None:
@@ -119,12 +125,12 @@ def _tested(arrangement: Arrangement, effect: Effect | None, fit: Fit) -> Refit:
     settled = calibrate(arrangement.settled, unknowns, unknowns.vanishing, fit.prediction)
     return Refit(
         effect=effect, fit=fit, held_chi2=settled.chi2 / settled.n_number,
-        error=_relative(arrangement.train.observed.value, fit.prediction),
-        held_error=_relative(arrangement.settled.observed.value, settled.prediction),
+        error=_relative(arrangement.train.observed, fit.prediction),
+        held_error=_relative(arrangement.settled.observed, settled.prediction),
     )  # fmt: skip
 
 
-def _relative(measured: np.ndarray, prediction: Prediction) -> float:
-    """Root mean square relative error of fundamentals, each as large as it is measured."""
-    there = np.isfinite(prediction.value) & (prediction.points.harmonic == 1)
-    return float(np.sqrt(np.mean(np.abs(prediction.value[there] / measured[there] - 1) ** 2)))
+def _relative(observed: Observation, prediction: Prediction) -> float:
+    """Root mean square relative error of the fundamentals of motion, each as large as it is measured."""
+    there = np.isfinite(prediction.value) & (prediction.points.harmonic == 1) & observed.motion
+    return float(np.sqrt(np.mean(np.abs(prediction.value[there] / observed.value[there] - 1) ** 2)))
