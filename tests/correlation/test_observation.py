@@ -81,14 +81,32 @@ def test_a_missing_reading_is_no_number_and_is_not_counted(campaign: Campaign) -
     np.testing.assert_allclose(seen.value[lacking], seen.repeat[lacking, 1:3].mean(axis=1), rtol=1e-14)
 
 
-def test_training_and_held_out_share_nothing_and_lack_nothing(campaign: Campaign, paper: ModuleType) -> None:
+def test_held_out_repeats_test_at_all_levels_what_was_fitted_to_the_rest(campaign: Campaign, paper: ModuleType) -> None:
     both = replace(campaign, held_out=HeldOut(levels=(paper.LEVELS[1],), repeats=(2,)))
     fitted, tested = training(both), held_out(both)
     assert set(fitted.points.level) == {paper.LEVELS[0]}
+    np.testing.assert_array_equal(fitted.taken, np.tile([True, False, True, True], (len(fitted.points), 1)))
+    # One set of repeats, at the held-out level as well: other repeats there test nothing.
+    assert set(tested.points.level) == set(paper.LEVELS)
+    np.testing.assert_array_equal(tested.taken, np.tile([False, True, False, False], (len(tested.points), 1)))
+    # All repeats still tell about the noise.
+    assert np.isfinite(tested.repeat).all()
+
+
+def test_held_out_repeats_alone_leave_all_levels_to_the_fit(campaign: Campaign, paper: ModuleType) -> None:
+    fitted, tested = training(campaign), held_out(campaign)
+    assert set(fitted.points.level) == set(tested.points.level) == set(paper.LEVELS)
     assert fitted.count.sum() + tested.count.sum() == len(campaign.measurement)
-    high = tested.points.level == paper.LEVELS[1]
-    np.testing.assert_array_equal(tested.count[high], 4)
-    np.testing.assert_array_equal(tested.taken[~high], np.tile([False, True, False, False], ((~high).sum(), 1)))
+
+
+def test_held_out_levels_alone_test_with_all_their_repeats(campaign: Campaign, paper: ModuleType) -> None:
+    levels = replace(campaign, held_out=HeldOut(levels=(paper.LEVELS[1],)))
+    fitted, tested = training(levels), held_out(levels)
+    assert set(fitted.points.level) == {paper.LEVELS[0]}
+    assert set(tested.points.level) == {paper.LEVELS[1]}
+    assert fitted.taken.all()
+    assert tested.taken.all()
+    assert fitted.count.sum() + tested.count.sum() == len(campaign.measurement)
 
 
 def test_nothing_held_out_is_refused(campaign: Campaign) -> None:

@@ -21,6 +21,7 @@ def scores(directions: np.ndarray, parameters: Sequence[EffectParameter], size: 
         Score(
             effect=SimpleNamespace(name=f"effect {number}", parameters=(parameter,)),  # type: ignore[arg-type]
             strength=0.0, gain=0.0, size=size, absorbed=0.0, direction=direction,
+            start=np.zeros(1), slope=np.zeros_like(direction),
         )
         for number, (direction, parameter) in enumerate(zip(directions, parameters, strict=True))
     ]  # fmt: skip

@@ -106,13 +106,20 @@ def test_the_first_parameter_wanted(small: TestModel) -> None:
     assert found[0].jointed.matrices.mass is None
 
 
-def test_a_joint_that_appears_or_turns_is_refused(small: TestModel) -> None:
-    first, *rest = small.system.joints
+def test_a_joint_that_appears_is_refused(small: TestModel) -> None:
     with pytest.raises(EffectError, match="the joints change from"):
         at(lambda v: small if v[0] < 0 else with_cubic_spring(small, "more", along(4, {2: 1.0}), 1.0), 0.0)
 
-    def turned(values):
-        return small.with_system(joints=[replace(first, normal=first.normal * (1 + values[0])), *rest])
 
-    with pytest.raises(EffectError, match="changes its direction"):
-        at(turned, 0.0)
+@pytest.mark.parametrize("direction", ["normal", "tangents"])
+def test_a_number_that_moves_or_turns_a_joint_has_no_rates(small: TestModel, direction: str) -> None:
+    first, *rest = small.system.joints
+
+    def compose(values):
+        turned = replace(first, **{direction: getattr(first, direction) * (1 + values[0])})
+        return small.with_system(joints=[turned, *rest], mass=(1 + values[1]) * small.system.mass)
+
+    turns, scales = at(compose, 0.0, 0.0)
+    assert turns is None
+    # The other number moves nothing, and has its rates.
+    np.testing.assert_allclose(scales.jointed.matrices.mass, small.system.mass, rtol=EXACT)

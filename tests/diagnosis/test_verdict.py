@@ -74,15 +74,14 @@ def test_something_unknown_is_missing() -> None:
 
 def test_the_smallest_detectable_strength_gains_the_threshold() -> None:
     """A strength of one standard deviation in all gains 1; gains grow with its square."""
-    score = Score(
-        effect=effect("mass", MASS),
-        strength=0.0,
-        gain=0.0,
-        size=20.0,
-        absorbed=0.0,
-        direction=np.zeros(1),  # type: ignore[arg-type]
-    )
-    unseen = Score(effect=effect("far", RATIO), strength=1.0, gain=0.0, size=0.0, absorbed=1.0, direction=np.zeros(1))  # type: ignore[arg-type]
+    none = np.zeros(1)
+    score, unseen = (
+        Score(
+            effect=effect(name, parameter), strength=parameter.vanishes, gain=0.0, size=size, absorbed=0.0,  # type: ignore[arg-type]
+            direction=none, start=none, slope=none,
+        )
+        for name, parameter, size in (("mass", MASS, 20.0), ("far", RATIO, 0.0))
+    )  # fmt: skip
     found = smallest_detectable([score, unseen], 16.0)
     assert found["mass"] == pytest.approx(4 * 0.01 / 20)
     assert found["far"] == float("inf")
