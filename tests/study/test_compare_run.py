@@ -149,7 +149,7 @@ def test_the_answer_is_in_words() -> None:
 
 def test_calibrating_a_perfect_model_changes_nothing() -> None:
     found = compare(setup(), measured_from_the_model(), calibrate=True)
-    assert {each.name for each in found.calibrated} == {"kt", "kn", "mu", "zeta", "E"}
+    assert {each.name for each in found.calibrated} == {"kt", "kn", "mu", "zeta", "E", "bearing"}
     for each in found.calibrated:
         # The start is the truth, the end its estimate: five of the standard deviations that it gives itself.
         assert abs(each.factor - 1) < 5 * each.deviation

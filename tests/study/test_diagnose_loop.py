@@ -16,6 +16,7 @@ from study.diagnose_add import add, find_case, record, undo
 from study.diagnose_history import case_key, history_of, read_text
 from study.diagnose_round import diagnose_case
 from study.diagnose_run import diagnose_file
+from study.output import replace_file
 from study.store import Store
 from study.test_case_model import read_test_case
 
@@ -211,6 +212,28 @@ def test_a_damaged_history_is_named(two_masses: TwoMasses, capsys: pytest.Captur
     case.with_name("chain.history.json").write_text('{"schema": 1', encoding="utf-8")
     assert cli.main(["undo"]) == 2
     assert "chain.history.json: is damaged: mend it, or move it away" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("locked", ["chain.history.json", "chain.toml"])
+def test_a_folder_that_cannot_be_written_leaves_all_as_it_was(
+    two_masses: TwoMasses, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, locked: str
+) -> None:
+    case = two_masses({})
+    add(case, "spring at base", ["2 N/mm"])
+    drawn, history = read_text(case), history_of(case)
+
+    def refuse(file: Path, content: bytes) -> None:
+        if file.name == locked:
+            raise PermissionError(13, "Permission denied")
+        replace_file(file, content)
+
+    # Permissions mean nothing to root, who may run this.
+    monkeypatch.setattr("study.diagnose_history.replace_file", refuse)
+    for words in (("add", "mass at tip", "--value", "5 g"), ("undo",)):
+        assert cli.main([*words]) == 2
+        assert re.search(rf"{locked} cannot be written \(Permission denied\): change", capsys.readouterr().err)
+        assert read_text(case) == drawn
+        assert history_of(case) == history
 
 
 def test_one_case_of_a_folder_is_found(two_masses: TwoMasses) -> None:
