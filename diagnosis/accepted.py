@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from correlation.test_model import TestModel
-from diagnosis.bearing import with_bearing
+from diagnosis.bearing import bearing_bounds, with_bearing
 from diagnosis.effect.candidate import EffectError, EffectParameter
 from diagnosis.effect.contact_line import contacts, scaled_contacts
 
@@ -99,15 +99,17 @@ def accepted(test_model: TestModel, *, deviation: Mapping[str, float] | None = N
             name=name,
             physics=WHAT[name],
             deviation=float(value),
-            parameters=(_factor(name, float(value)),),
+            parameters=(_factor(test_model, name, float(value)),),
         )
         for name, value in (DEVIATION | given).items()
         if value and _has(test_model, name)
     )
 
 
-def _factor(name: str, deviation: float) -> EffectParameter:
+def _factor(test_model: TestModel, name: str, deviation: float) -> EffectParameter:
     lower, upper = BOUNDS[name]
+    if name == "bearing":
+        lower, upper = bearing_bounds(test_model, lower, upper)
     typical = min(1 + deviation, upper)
     return EffectParameter(name="factor", unit="-", lower=lower, upper=upper, typical=typical, vanishes=1.0)
 

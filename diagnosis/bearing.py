@@ -22,6 +22,8 @@ from reduction.jointed_system import FrictionContact, Joint
 Vector = Float[NDArray[np.float64], " n"]
 
 SHARED = ("tangential_stiffness", "normal_stiffness", "preload")
+#: Least part of a share that is left to a contact: all that lies further in must come from those at the ends.
+LEFT = 0.1
 
 
 def with_bearing(test_model: TestModel, factor: float) -> TestModel:
@@ -41,15 +43,29 @@ def with_bearing(test_model: TestModel, factor: float) -> TestModel:
     return test_model.with_system(joints=joints, static_load=static)
 
 
+def bearing_bounds(test_model: TestModel, lower: float, upper: float) -> tuple[float, float]:
+    """Factors within the given ones that leave every contact a share, since moments are kept."""
+    for names in test_model.lines.values():
+        if len(names) < 3:
+            continue
+        contacts = [test_model.contact(name) for name in names]
+        place = _places(contacts)
+        rates = np.array([_rate(_values(contacts, name), place) for name in SHARED])
+        taken, given = float(-rates.min()), float(rates.max())
+        if taken > 0:
+            lower = max(lower, float((1 + (1 - LEFT) / taken) ** -0.5))
+        if given > 1 - LEFT:
+            upper = min(upper, float((1 - (1 - LEFT) / given) ** -0.5))
+    return lower, upper
+
+
 def _moved(contacts: list[FrictionContact], factor: float) -> list[FrictionContact]:
-    place = np.linspace(-1, 1, len(contacts))
-    weight = np.array([contact.normal_stiffness for contact in contacts])
-    place = place - weight @ place / weight.sum()
+    place = _places(contacts)
     table = _interpolation(place, factor * place)
     tangents = np.einsum("ij,jkr->ikr", table, np.array([contact.tangents for contact in contacts]))
     normal = table @ np.array([contact.normal for contact in contacts])
     gap = table @ np.array([contact.gap for contact in contacts])
-    kt, kn, preload = (_shared(np.array([getattr(each, name) for each in contacts]), place, factor) for name in SHARED)
+    kt, kn, preload = (_shared(_values(contacts, name), place, factor) for name in SHARED)
     return [
         replace(
             contact, tangents=tangents[i], normal=normal[i], gap=float(gap[i]),
@@ -59,10 +75,25 @@ def _moved(contacts: list[FrictionContact], factor: float) -> list[FrictionConta
     ]  # fmt: skip
 
 
+def _values(contacts: list[FrictionContact], name: str) -> Vector:
+    return np.array([getattr(contact, name) for contact in contacts])
+
+
+def _places(contacts: list[FrictionContact]) -> Vector:
+    """Evenly along the line, from the middle of what they carry."""
+    place, weight = np.linspace(-1, 1, len(contacts)), _values(contacts, "normal_stiffness")
+    return np.asarray(place - weight @ place / weight.sum())
+
+
 def _shared(values: Vector, place: Vector, factor: float) -> Vector:
+    return np.asarray(values * (1 + (1 / factor**2 - 1) * _rate(values, place)))
+
+
+def _rate(values: Vector, place: Vector) -> Vector:
+    """Relative change of each that raises the moment of inertia by itself and keeps the sum."""
     pattern = bulge(values)
     change = values * pattern @ place**2
-    return values if change == 0 else values * (1 + (1 / factor**2 - 1) * (values @ place**2) / change * pattern)
+    return np.zeros(len(values)) if change == 0 else np.asarray((values @ place**2) / change * pattern)
 
 
 def _interpolation(place: Vector, at: Vector) -> Float[NDArray[np.float64], "n n"]:
