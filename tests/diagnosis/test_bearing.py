@@ -133,7 +133,6 @@ def test_rest_stays_rest(beam: TestModel) -> None:
         balance = sum(joint.preload * joint.normal for joint in closer.joints if isinstance(joint, FrictionContact))
         # Round-off of 20 N.
         np.testing.assert_allclose(closer.static, balance, rtol=0, atol=1e-13 * 24)
-        assert np.abs(closer.static - harder.system.static).max() > 1e-5
 
 
 def test_another_static_load_stays(beam: TestModel) -> None:
