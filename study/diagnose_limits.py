@@ -9,10 +9,19 @@ from typing import Any
 import numpy as np
 
 from correlation.measurement import Campaign
+from diagnosis.arrangement import Arrangement
+from diagnosis.bootstrap import Trial, limits_of, null_trial
 from diagnosis.catalogue import Catalogue
+from diagnosis.effect.candidate import Effect
 from diagnosis.limits import Limits
+from study.codec import JSON
+from study.parallel import Task, run_parallel
+from study.progress import Progress
+from study.store import Store, stage
 from study.test_case_model import TestSetup
 
+#: Code that a trial depends on.
+ROOMS = ("correlation", "diagnosis", "hbsolve", "reduction")
 #: Limits of shipped layouts: a JSON object, key of the layout to the fields of `Limits`.
 SHIPPED = Path(__file__).with_name("cases") / "limits.json"
 
@@ -67,6 +76,53 @@ def shipped_limits(key: str) -> Limits | None:
     except FileNotFoundError:
         return None
     return Limits(**known[key]["limits"]) if key in known else None
+
+
+@stage("what chance does", rooms=ROOMS, codec=JSON, ignore=("arrangement", "effects"))
+def chance(layout: str, seed: int, arrangement: Arrangement, effects: Sequence[Effect]) -> dict[str, float]:
+    """One campaign of a layout without any effect, diagnosed."""
+    del layout
+    return vars(null_trial(arrangement, effects, seed))
+
+
+def measured_limits(
+    key: str, arrangement: Arrangement, effects: Sequence[Effect], n_trial: int, store: Store, progress: Progress
+) -> Limits:
+    """Limits of a layout, from campaigns without any effect; each is kept, so that this is done once.
+
+    Parameters
+    ----------
+    key
+        Of the layout.
+    arrangement
+        Of a campaign in it.
+    effects
+        Candidates.
+    n_trial
+        Campaigns, two at least.
+    store
+        Where each is kept.
+    progress
+        Shows the time left.
+    """
+    tasks = [
+        Task(
+            stage=chance,
+            inputs={"layout": key, "seed": seed, "arrangement": arrangement, "effects": tuple(effects)},
+            label=f"without any effect, {seed}",
+        )
+        for seed in range(n_trial)
+    ]
+    found = [outcome.value for outcome in run_parallel(tasks, store, progress, "what chance does in this layout")]
+    trials = [Trial(seed=int(each["seed"]), gain=each["gain"], misfit=each["misfit"]) for each in found]
+    return limits_of(trials)
+
+
+def is_measured(key: str, n_trial: int, store: Store) -> bool:
+    """Whether all campaigns of a layout are kept."""
+    # What is ignored in the key may be anything.
+    ignored: dict[str, Any] = {"arrangement": None, "effects": ()}
+    return all(store.holds(chance, key, seed, **ignored) for seed in range(n_trial))
 
 
 def limits_for(setup: TestSetup, campaign: Campaign, without: Sequence[str]) -> Limits | None:

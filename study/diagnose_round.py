@@ -11,18 +11,19 @@ from correlation.measurement import Campaign
 from correlation.misfit import Misfit
 from correlation.sensor_placement import with_sensors
 from correlation.test_model import TestModel
-from diagnosis.arrangement import Added, Arrangement
+from diagnosis.arrangement import Added, Arrangement, arrange
 from diagnosis.catalogue import Catalogue
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.effect.candidate import EffectError
 from diagnosis.keep import Keep, computed
+from diagnosis.limits import Limits
 from diagnosis.own_effect import installed_effects
 from diagnosis.refit import Refit, unchanged
 from study import fingerprint
 from study.compare_run import Side
 from study.diagnose_codec import STEP
 from study.diagnose_history import Errors
-from study.diagnose_limits import limits_for
+from study.diagnose_limits import is_measured, layout, layout_key, limits_for, measured_limits
 from study.progress import Progress, SilentProgress
 from study.store import Store, stage
 from study.test_case_added import case_catalogue
@@ -75,8 +76,10 @@ def diagnose_case(
     campaign: Campaign,
     *,
     without: Sequence[str] = (),
+    trials: int = 0,
     store: Store | None = None,
     progress: Progress | None = None,
+    announce: Callable[[str], None] | None = None,
 ) -> Round:
     """Say what is missing from a case.
 
@@ -88,10 +91,15 @@ def diagnose_case(
         As read.
     without
         Kinds of effects that are left out, besides those of the case.
+    trials
+        Campaigns without any effect that tell what chance does in a layout for which no limits are shipped; 0 trusts
+        the linear theory, with a margin.
     store
         Where steps are kept; nowhere by default.
     progress
         Shows what is being done.
+    announce
+        Called with a sentence if the trials are to be made.
 
     Raises
     ------
@@ -102,9 +110,12 @@ def diagnose_case(
     """
     setup = beside(setup, campaign)
     without = tuple(sorted({*setup.without, *without}))
+    store, progress = store or Store(None), progress or SilentProgress()
+    keep = remembered(kept(store, setup, campaign, without))
     limits = limits_for(setup, campaign, without)
-    keep = kept(store, setup, campaign, without)
-    with _reported(progress or SilentProgress()) as report:
+    if limits is None and trials:
+        limits = _bootstrap(setup, campaign, without, trials, keep, store, progress, announce)
+    with _reported(progress) as report:
         diagnosis = diagnose(
             campaign,
             setup.model,
@@ -119,6 +130,47 @@ def diagnose_case(
         )
         drawn = keep("as drawn", lambda: as_drawn(diagnosis.arrangement, setup.model))
     return Round(setup=setup, campaign=campaign, diagnosis=diagnosis, drawn=drawn, keep=keep)
+
+
+def _bootstrap(
+    setup: TestSetup,
+    campaign: Campaign,
+    without: Sequence[str],
+    trials: int,
+    keep: Keep,
+    store: Store,
+    progress: Progress,
+    announce: Callable[[str], None] | None,
+) -> Limits:
+    """Limits of this layout, measured once."""
+    known = campaign_catalogue(setup, campaign, without)
+    key = layout_key(layout(setup, campaign, known))
+    if announce is not None and not is_measured(key, trials, store):
+        announce(
+            f"this layout of tests is new: {trials} campaigns without any effect tell what chance does in it; that is "
+            "done once, an interrupted run goes on, and --trials 0 does without"
+        )
+    with progress.step("calibration"):
+        arrangement = keep(
+            "arrangement",
+            lambda: arrange(campaign, setup.model, setup.accepted, setup.budget, added=setup.added),
+        )
+    added = {each.effect.name for each in setup.added}
+    effects = [each for each in known.candidates if each.name not in added]
+    return measured_limits(key, arrangement, effects, trials, store, progress)
+
+
+def remembered(keep: Keep) -> Keep:
+    """The same, and what was found or made once is in memory."""
+    found: dict[str, Any] = {}
+
+    def look(name: str, make: Callable[[], T]) -> T:
+        if name not in found:
+            found[name] = keep(name, make)
+        value: T = found[name]
+        return value
+
+    return look
 
 
 def beside(setup: TestSetup, campaign: Campaign) -> TestSetup:
@@ -167,9 +219,9 @@ def as_drawn(arrangement: Arrangement, model: TestModel) -> Refit:
     return unchanged(replace(arrangement, fit=fit))
 
 
-def kept(store: Store | None, setup: TestSetup, campaign: Campaign, without: Sequence[str]) -> Keep:
+def kept(store: Store, setup: TestSetup, campaign: Campaign, without: Sequence[str]) -> Keep:
     """What looks steps up in a store, under a fingerprint of all that they depend on; limits only judge them."""
-    if store is None or store.folder is None:
+    if store.folder is None:
         return computed
     inputs = {"setup": replace(setup, title=""), "campaign": campaign, "without": without}
     key = fingerprint.key("diagnosis", _content(inputs), ROOMS)

@@ -52,7 +52,7 @@ class Diagnosed:
 
 
 def run_diagnose(
-    case: Path, folder: Path, run: RunContext, *, without: Sequence[str] = (), auto: bool = False
+    case: Path, folder: Path, run: RunContext, *, without: Sequence[str] = (), auto: bool = False, trials: int = 0
 ) -> Diagnosed:
     """Diagnose, note it in the history of the case, and write page, figures and JSON.
 
@@ -68,6 +68,8 @@ def run_diagnose(
         Kinds of effects that are left out.
     auto
         Whether what is missing is added and the rest asked again.
+    trials
+        See `study.diagnose_round.diagnose_case`.
 
     Raises
     ------
@@ -78,7 +80,7 @@ def run_diagnose(
     load_case(case, TestCase)  # what is wrong with the file itself is said first
     with run.progress.step("campaign", expected=1):
         campaign = read_campaign(folder)
-    diagnosed = diagnose_file(case, campaign, folder, run, without=without, auto=auto)
+    diagnosed = diagnose_file(case, campaign, folder, run, without=without, auto=auto, trials=trials)
     for suspicion in _suspicions(diagnosed.last, campaign):
         run.warn(suspicion)
     from study.diagnose_files import contents
@@ -102,6 +104,7 @@ def diagnose_file(
     *,
     without: Sequence[str] = (),
     auto: bool = False,
+    trials: int = 0,
 ) -> Diagnosed:
     """The same without files but the history of the case, and with `auto` the case itself."""
     if not len(campaign.measurement):
@@ -115,6 +118,8 @@ def diagnose_file(
             read_test_case(case, campaign),
             campaign,
             without=without,
+            trials=trials,
+            announce=None if run is None else run.note,
             store=None if run is None else run.store,
             progress=None if run is None else run.progress,
         )

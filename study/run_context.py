@@ -76,6 +76,11 @@ class RunContext:
     json: bool
     quiet: bool
 
+    def note(self, sentence: str) -> None:
+        """Tell the user something worth knowing, on standard error, unless quiet was asked for."""
+        if not (self.quiet or self.json):
+            sys.stderr.write(f"stickslip: {sentence}\n")
+
     @staticmethod
     def warn(sentence: str) -> None:
         """Tell the user something that does not stop the run, on standard error."""

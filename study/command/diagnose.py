@@ -39,10 +39,17 @@ def diagnose(
             negative="", consume_multiple=True, show_default=False, help="Kinds of effects to leave out, such as cubic."
         ),
     ] = (),
+    trials: Annotated[
+        int,
+        Parameter(help="Campaigns without effects that tell, once a layout, what chance does; 0: the linear theory."),
+    ] = 40,
     options: Options = DEFAULTS,
 ) -> Answer:
     """Say what is missing."""
+    from study.diagnose_add import LoopError
     from study.diagnose_run import full_document, full_text, run_diagnose
 
-    diagnosed = run_diagnose(case, campaign, options.open(out), without=without, auto=auto)
+    if trials < 0 or trials == 1:
+        raise LoopError(f"--trials {trials} tells nothing: give 0 for the linear theory, or at least 2, such as 40")
+    diagnosed = run_diagnose(case, campaign, options.open(out), without=without, auto=auto, trials=trials)
     return Answer(document=full_document(diagnosed), text=full_text(diagnosed))

@@ -12,10 +12,33 @@ from correlation.read_campaign import read_campaign
 from diagnosis.limits import Limits
 from study import diagnose_limits
 from study.diagnose_limits import layout, layout_key, limits_for
-from study.diagnose_round import campaign_catalogue
+from study.diagnose_round import campaign_catalogue, diagnose_case
+from study.store import Store
 from study.test_case_model import read_test_case
 
 TwoMasses = Callable[..., Path]
+
+
+def test_a_new_layout_is_measured_once(two_masses: TwoMasses, monkeypatch: pytest.MonkeyPatch) -> None:
+    case, folder, store = two_masses({"mass at tip": 0.006}), Path("campaign"), Store(Path("kept"))
+    said: list[str] = []
+
+    def diagnosed() -> Limits:
+        campaign = read_campaign(folder)
+        setup = read_test_case(case, campaign)
+        return diagnose_case(setup, campaign, trials=4, store=store, announce=said.append).diagnosis.limits
+
+    first = diagnosed()
+    assert first.n_trial == 4
+    # The largest of a handful of squares of standard normals, 1 % of the time; four trials tell it roughly.
+    assert first.gain < 60
+    (announced,) = said
+    assert "this layout of tests is new: 4 campaigns without any effect" in announced
+    monkeypatch.setattr("study.parallel._start", lambda *_: pytest.fail("a trial is made again"))
+    # Another campaign of the same layout.
+    two_masses({"spring at tip": 500.0})
+    assert diagnosed() == first
+    assert len(said) == 1
 
 
 def test_a_layout_is_known_by_its_design_and_not_by_its_values(
