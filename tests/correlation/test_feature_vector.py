@@ -77,3 +77,67 @@ def test_a_harmonic_without_a_motion_stays_as_it_is() -> None:
     )  # fmt: skip
     alone = FeatureVector.of(points, np.array([3 + 4j]), np.array([False]))
     np.testing.assert_array_equal(alone.of_values(np.array([3 + 4j])), [3.0, 4.0])
+
+
+def readings(*names: str) -> Points:
+    n = len(names)
+    return Points(
+        free=np.ones(n, dtype=bool), level=np.full(n, LEVEL), frequency=np.full(n, 20.0), sensor=np.array(names),
+        harmonic=np.ones(n, dtype=np.int64),
+    )  # fmt: skip
+
+
+def test_the_mean_of_features_of_a_resonance_that_shifts_is_that_of_its_mean_place() -> None:
+    """Repeats see the resonance off by +- d: the dynamic stiffness has the mean D; 1 / mean(1 / D) is not."""
+    exact, shift = 30.0 + 40.0j, 5.0
+    dynamic = exact + shift * np.array([[-1.0, 1.0, -0.5, 0.5]])
+    repeat = LEVEL / dynamic
+    features = FeatureVector.of(readings("a"), repeat.mean(axis=1), np.array([True]))
+    everything = np.ones_like(repeat, dtype=bool)
+    mean = repeat.mean(axis=1)
+    biased = features.of_values(mean)
+    # Round-off.
+    np.testing.assert_allclose(features.of_repeats(repeat, everything), [exact.real, exact.imag], rtol=1e-13)
+    # The inverse of the mean is off by the variance of D over D, to the next order of shift / D.
+    variance = np.var(dynamic)
+    off = -variance / exact
+    np.testing.assert_allclose(biased - [exact.real, exact.imag], [off.real, off.imag], rtol=0.02)
+
+
+def test_where_noise_drowns_a_reading_the_mean_comes_first() -> None:
+    """A reading that happens to be next to zero would make the mean of the inverses as large as one likes."""
+    repeat = np.array([[0.1, 0.11, 1e-4 + 1e-4j]])
+    features = FeatureVector.of(readings("a"), repeat.mean(axis=1), np.array([True]))
+    found = features.of_repeats(repeat, np.ones((1, 3), dtype=bool))
+    np.testing.assert_allclose(found, features.of_values(repeat.mean(axis=1)), rtol=1e-14)
+    assert np.abs(found).max() < 2 * LEVEL / 0.07
+
+
+def test_ratios_are_averaged_as_ratios(features: FeatureVector) -> None:
+    """All readings of a state grow together by 3 %, as with another gain of the exciter: its ratios do not change."""
+    growth = np.array([0.97, 1.0, 1.03])
+    repeat = VALUE[:, None] * growth
+    found = complex_of(features.of_repeats(repeat, np.ones_like(repeat, dtype=bool)))
+    once = complex_of(features.of_values(VALUE))
+    np.testing.assert_allclose(found[3:5], once[3:5], rtol=1e-14)
+    np.testing.assert_allclose(found[:3], once[:3] * np.mean(1 / growth), rtol=1e-14)
+    np.testing.assert_allclose(found[5], once[5], rtol=1e-14)
+
+
+def test_only_the_repeats_taken_count(features: FeatureVector) -> None:
+    repeat = VALUE[:, None] * np.array([0.99, 7.0, 1.01, np.nan])
+    taken = np.tile([True, False, True, False], (6, 1))
+    expected = features.of_repeats(repeat[:, [0, 2]], np.ones((6, 2), dtype=bool))
+    np.testing.assert_array_equal(features.of_repeats(repeat, taken), expected)
+    # One alone is its own mean.
+    one = features.of_repeats(repeat[:, :1], np.ones((6, 1), dtype=bool))
+    np.testing.assert_allclose(one, features.of_values(repeat[:, 0]), rtol=1e-14)
+
+
+def test_a_ratio_whose_reference_lacks_a_repeat_is_that_of_the_means(features: FeatureVector) -> None:
+    repeat = VALUE[:, None] * np.array([0.99, 1.0, 1.01])
+    repeat[1, 0] = np.nan
+    found = complex_of(features.of_repeats(repeat, np.isfinite(repeat)))
+    reference = repeat[1, 1:].mean()
+    np.testing.assert_allclose(found[3:5], repeat[3:5].mean(axis=1) / reference, rtol=1e-14)
+    assert np.isfinite(found).all()

@@ -1,14 +1,16 @@
 """Modes of what differs between repeats are the changes that a slightly different test makes."""
 
+from dataclasses import replace
 from types import ModuleType
 
 import numpy as np
 import pytest
 
 from correlation.feature_vector import FeatureVector
-from correlation.nuisance import HISTORY, Budget, budget_modes, history_modes, jitter_modes
+from correlation.nuisance import HISTORY, Budget, budget_modes, bulge, history_modes, jitter_modes
 from correlation.prediction import Prediction, Predictor
 from correlation.test_model import TestModel
+from reduction.jointed_system import FrictionContact, along
 
 #: Central differences over 2e-5: their curvature and Newton's 1e-9 stay below this share of a mode's largest number.
 NEAR = 1e-4
@@ -122,6 +124,75 @@ def test_a_finer_model_adds_its_difference_at_each_level(bench: Bench, paper: Mo
     for mode, each in zip(modes.T, paper.LEVELS, strict=True):
         expected = np.where(level == each, change, 0.0)
         np.testing.assert_allclose(mode, expected, rtol=0, atol=1e-6 * np.abs(expected).max())
+
+
+SHARED = ("preload", "tangential_stiffness", "normal_stiffness")
+#: Of the three contacts of each line, between the masses (0) and (1).
+WEIGHT, STATION = np.array([0.2, 0.5, 0.3]), (0.3, 0.6, 0.9)
+
+
+@pytest.fixture(scope="module")
+def long(small: TestModel, paper: ModuleType) -> Bench:
+    joints, lines = [], {}
+    for name, side in (("left", 1.0), ("right", -1.0)):
+        for number, (weight, where) in enumerate(zip(WEIGHT, STATION, strict=True)):
+            z, x = along(4, {0: 1 - where, 2: where}), along(4, {1: 1 - where, 3: where})
+            joints.append(
+                FrictionContact(
+                    name=f"{name} {number}", normal=side * (0.3 * z + 0.8 * x), tangents=0.9 * z,
+                    normal_stiffness=2e4 * weight, tangential_stiffness=1e4 * weight, friction_coefficient=0.4,
+                    preload=8.0 * weight,
+                )
+            )  # fmt: skip
+        lines[name] = tuple(f"{name} {number}" for number in range(3))
+    static = sum(joint.preload * joint.normal for joint in joints)
+    model = replace(small, system=replace(small.system, joints=joints, static_load=static), lines=lines)
+    return Bench(model, paper)
+
+
+@pytest.mark.parametrize("weights", [(1.0, 4.0, 1.0), (0.2, 0.5, 0.3), (1.0, 4.0, 2.0, 4.0, 1.0), (3.0, 1.0, 3.0)])
+def test_a_bulge_moves_shares_to_the_ends_and_keeps_their_sum_and_balance(weights: tuple[float, ...]) -> None:
+    share, place = np.array(weights), np.linspace(-1, 1, len(weights))
+    pattern = bulge(share)
+    # Round-off.
+    assert share @ pattern == pytest.approx(0.0, abs=1e-14 * share.sum())
+    assert share @ (pattern * place) == pytest.approx(0.0, abs=1e-14 * share.sum())
+    assert np.abs(pattern[[0, -1]]).max() == pytest.approx(1.0)
+    # Both ends gain what the middle loses, or the other way round.
+    assert pattern[0] * pattern[-1] > 0
+    assert pattern[0] * pattern[len(weights) // 2] < 0
+
+
+@pytest.mark.parametrize("weights", [(1.0,), (1.0, 1.0), (1.0, 0.0, 1.0)])
+def test_lines_of_two_contacts_or_idle_ones_share_nothing(weights: tuple[float, ...]) -> None:
+    np.testing.assert_array_equal(bulge(np.array(weights)), 0.0)
+
+
+@pytest.mark.parametrize("number", [0, 1, 2])
+def test_other_shares_of_the_lines_are_modes_of_each_level(long: Bench, paper: ModuleType, number: int) -> None:
+    field, n_level = SHARED[number], len(paper.LEVELS)
+    modes = budget_modes(long.predictor, long.features, long.model, long.prediction, Budget(shares=1.0), ())
+    assert modes.shape[1] == 2 + 4 + len(SHARED) * n_level
+    pattern, ends = bulge(WEIGHT), []
+    for side in (1, -1):
+        values, static = {}, np.array(long.model.system.static)
+        for names in long.model.lines.values():
+            for name, rate in zip(names, pattern, strict=True):
+                contact = long.model.contact(name)
+                before = getattr(contact, field)
+                values[name] = {field: before * (1 + side * STEP * rate)}
+                if field == "preload":
+                    static += side * STEP * rate * before * contact.normal
+        ends.append(long.model.with_joints(values).with_system(static_load=static))
+    change, level = long.change(*ends), long.features.points.level[long.features.row]
+    for place, each in enumerate(paper.LEVELS):
+        mode = modes[:, 6 + number * n_level + place]
+        expected = np.where(level == each, change, 0.0)
+        if np.abs(expected).max() > 1e-6:
+            same(mode, expected, long)
+        else:
+            # Other pre-loads change nothing while all contacts stick: Newton's 1e-9 over the step.
+            assert np.abs(mode).max() < 1e-6
 
 
 def test_histories_are_drawn_for_each_level_and_leave_the_free_structure(bench: Bench, paper: ModuleType) -> None:
