@@ -134,14 +134,15 @@ WEIGHT, STATION = np.array([0.2, 0.5, 0.3]), (0.3, 0.6, 0.9)
 @pytest.fixture(scope="module")
 def long(small: TestModel, paper: ModuleType) -> Bench:
     joints, lines = [], {}
-    for name, side in (("left", 1.0), ("right", -1.0)):
+    # Pressed differently, so that the static loads of the two lines do not cancel.
+    for name, side, preload in (("left", 1.0, 8.0), ("right", -1.0, 5.0)):
         for number, (weight, where) in enumerate(zip(WEIGHT, STATION, strict=True)):
             z, x = along(4, {0: 1 - where, 2: where}), along(4, {1: 1 - where, 3: where})
             joints.append(
                 FrictionContact(
                     name=f"{name} {number}", normal=side * (0.3 * z + 0.8 * x), tangents=0.9 * z,
                     normal_stiffness=2e4 * weight, tangential_stiffness=1e4 * weight, friction_coefficient=0.4,
-                    preload=8.0 * weight,
+                    preload=preload * weight,
                 )
             )  # fmt: skip
         lines[name] = tuple(f"{name} {number}" for number in range(3))
