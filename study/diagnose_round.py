@@ -114,7 +114,7 @@ def diagnose_case(
     keep = remembered(kept(store, setup, campaign, without))
     limits = limits_for(setup, campaign, without)
     if limits is None and trials:
-        limits = _bootstrap(setup, campaign, without, trials, keep, store, progress, announce)
+        limits = bootstrap(setup, campaign, without, trials, keep, store, progress, announce)
     with _reported(progress) as report:
         diagnosis = diagnose(
             campaign,
@@ -132,7 +132,7 @@ def diagnose_case(
     return Round(setup=setup, campaign=campaign, diagnosis=diagnosis, drawn=drawn, keep=keep)
 
 
-def _bootstrap(
+def bootstrap(
     setup: TestSetup,
     campaign: Campaign,
     without: Sequence[str],

@@ -13,6 +13,8 @@ from diagnosis.limits import Limits
 from study import diagnose_limits
 from study.diagnose_limits import layout, layout_key, limits_for
 from study.diagnose_round import campaign_catalogue, diagnose_case
+from study.diagnose_ship import ship
+from study.progress import SilentProgress
 from study.store import Store
 from study.test_case_model import read_test_case
 
@@ -35,6 +37,13 @@ def test_a_new_layout_is_measured_once(two_masses: TwoMasses, monkeypatch: pytes
     (announced,) = said
     assert "this layout of tests is new: 4 campaigns without any effect" in announced
     monkeypatch.setattr("study.parallel._start", lambda *_: pytest.fail("a trial is made again"))
+    # What is shipped is the same, and is found.
+    shipped = Path("limits.json")
+    assert ship(case, folder, 4, store, SilentProgress(), shipped) == first
+    with monkeypatch.context() as patched:
+        patched.setattr(diagnose_limits, "SHIPPED", shipped)
+        campaign = read_campaign(folder)
+        assert limits_for(read_test_case(case, campaign), campaign, ()) == first
     # Another campaign of the same layout.
     two_masses({"spring at tip": 500.0})
     assert diagnosed() == first
