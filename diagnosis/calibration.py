@@ -159,17 +159,25 @@ def _evaluate(comparison: Comparison, unknowns: Unknowns, values: Values, before
 def _step(
     unknowns: Unknowns, here: _Evaluation, jacobian: Float[NDArray[np.float64], "m p"], damping: float
 ) -> tuple[Values, float]:
-    """Where Levenberg and Marquardt go, and by how much chi^2 should fall."""
-    size = unknowns.size
+    """Where Levenberg and Marquardt go, and by how much chi^2 should fall.
+
+    Numbers that would pass a bound stop there, and the others go where that is best for them.
+    """
+    size, (lower, upper) = unknowns.size, np.array(unknowns.bounds).T
     gradient, curvature = jacobian.T @ here.residual * size, jacobian.T @ jacobian * np.outer(size, size)
     free = _free(unknowns, here.values, gradient)
-    if not free.any():
-        return here.values, 0.0
-    step = np.zeros(len(size))
-    reduced = curvature[np.ix_(free, free)]
-    step[free] = np.linalg.solve(reduced + damping * np.diag(np.diag(reduced) + 1e-12), gradient[free])
-    trial = unknowns.clipped(here.values + step * size)
-    moved = (trial - here.values) / size
+    moved = np.zeros(len(size))
+    while free.any():
+        reduced = curvature[np.ix_(free, free)]
+        pull = gradient[free] - curvature[np.ix_(free, ~free)] @ moved[~free]
+        moved[free] = np.linalg.solve(reduced + damping * np.diag(np.diag(reduced) + 1e-12), pull)
+        trial = here.values + moved * size
+        beyond = free & ((trial < lower) | (trial > upper))
+        if not beyond.any():
+            break
+        moved[beyond] = (np.clip(trial, lower, upper) - here.values)[beyond] / size[beyond]
+        free &= ~beyond
+    trial = unknowns.clipped(here.values + moved * size)
     return trial, float(2 * gradient @ moved - moved @ curvature @ moved)
 
 
