@@ -10,6 +10,8 @@ from diagnosis.screening import Score
 MARGIN = 2.0
 #: What an unknown force gains beyond its numbers where nothing is missing; of the order of the gains of effects.
 UNKNOWN_FORCE = 1.5
+#: ... and at least, however few effects there are to try: that of eight numbers at one of ten places, by chance.
+LEAST_MISFIT = 18.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,4 +39,4 @@ class Limits:
 def linear_limits(scores: Sequence[Score], false_alarms: float = 0.01) -> Limits:
     """Limits for a layout without a bootstrap: those of the linear theory with a margin."""
     gain = MARGIN * threshold(null_gains(scores), false_alarms)
-    return Limits(gain=gain, misfit=UNKNOWN_FORCE * gain, false_alarms=false_alarms)
+    return Limits(gain=gain, misfit=max(UNKNOWN_FORCE * gain, LEAST_MISFIT), false_alarms=false_alarms)

@@ -136,7 +136,7 @@ def test_a_linear_comparison_needs_no_second_jacobian() -> None:
 def test_the_update_is_the_least_change_that_explains_the_step() -> None:
     """B' dx = -dr, and B' = B across the step (in units of what matters of each number)."""
     of, before, size = Valley(), np.array([0.2, 0.1]), np.array([0.5, 2.0])
-    after = before + [0.1, 0.3]
+    after = before + np.array([0.1, 0.3])
     ends = [
         calibration._Evaluation(values=each, model=(), prediction=(), residual=of.residual(each), chi2=0.0)  # type: ignore[arg-type]
         for each in (before, after)

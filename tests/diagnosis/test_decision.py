@@ -1,0 +1,194 @@
+"""From hand-made refits to a verdict: each rule alone turns it."""
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from diagnosis.decision import (
+    BEHIND,
+    HELD_SHARE,
+    STAND_IN,
+    decide,
+    gain,
+    held_gain,
+    misfit,
+    passes,
+    support,
+)
+from diagnosis.leftover import Leftover
+from diagnosis.limits import Limits
+from diagnosis.localisation import Place
+from diagnosis.refit import Refit
+from diagnosis.screening import Score
+from diagnosis.verdict import Finding, Verdict
+
+#: Numbers held out, chi^2 of both sets before anything is added.
+N_HELD, CHI2, HELD_CHI2 = 50, 900.0, 400.0
+LIMITS = Limits(gain=20.0, misfit=30.0)
+ARRANGEMENT: Any = SimpleNamespace(fit=SimpleNamespace(chi2=CHI2), settled=SimpleNamespace(measured=np.zeros(N_HELD)))
+NO_EFFECT = Leftover(gain=0.0, name="", places=())
+
+
+def refit(name: str, fall: float, held_fall: float) -> Refit:
+    effect: Any = SimpleNamespace(name=name, parameters=(SimpleNamespace(unit="kg"),)) if name else None
+    fit: Any = SimpleNamespace(chi2=CHI2 - fall)
+    return Refit(effect=effect, fit=fit, held_chi2=(HELD_CHI2 - held_fall) / N_HELD, error=0.1, held_error=0.1)
+
+
+BEFORE = refit("", 0.0, 0.0)
+
+
+def place(fall: float, n_number: int = 6) -> Place:
+    return Place(
+        name="tip", gain=fall, n_number=n_number, level=np.ones(1), amplitude=np.ones(1), stiffness=np.ones(1, complex),
+        deviation=np.ones(1), exponent=1.0, exponent_deviation=0.1, phase=0.0, configuration="free",
+    )  # fmt: skip
+
+
+def decided(
+    *refits: Refit,
+    places: tuple[Place, ...] = (),
+    rest: Leftover = NO_EFFECT,
+    asked: list[str] | None = None,
+    scores: tuple[Score, ...] = (),
+) -> Verdict:
+    def keep(name: str, make: Callable[[], Any]) -> Any:
+        del make  # the catalogue and the model of these refits are nothing that could be computed with
+        if asked is not None:
+            asked.append(name)
+        return rest
+
+    ranked = sorted(refits, key=lambda each: -support(ARRANGEMENT, BEFORE, each))
+    catalogue: Any = SimpleNamespace(candidates=())
+    return decide(ARRANGEMENT, catalogue, scores, BEFORE, ranked, places, LIMITS, keep)
+
+
+def named(verdict: Verdict) -> list[str]:
+    return [each.effect.name for each in verdict.effects if each.effect is not None]
+
+
+def test_falls_are_counted_in_chi2_of_their_data() -> None:
+    mass = refit("mass", 100.0, 40.0)
+    # Round-off of a mean times a number.
+    assert gain(ARRANGEMENT, mass) == pytest.approx(100)
+    assert held_gain(ARRANGEMENT, BEFORE, mass) == pytest.approx(40)
+    assert support(ARRANGEMENT, BEFORE, mass) == pytest.approx(140)
+
+
+def test_one_effect_that_explains_is_missing() -> None:
+    verdict = decided(refit("mass", 100, 80), refit("spring", 10, 5), places=(place(90),))
+    assert verdict.finding is Finding.MISSING
+    assert named(verdict) == ["mass"]
+    assert verdict.threshold == LIMITS.gain
+    assert verdict.before is BEFORE
+
+
+@pytest.mark.parametrize(
+    ("fall", "held_fall", "claimed"),
+    [
+        (LIMITS.gain + 1, 100, True),
+        (LIMITS.gain - 1, 100, False),  # no more than chance, however well the held-out data follow
+        (LIMITS.gain, 100, False),
+        (100, 100 * HELD_SHARE + 1, True),
+        (100, 100 * HELD_SHARE - 1, False),  # fits what the held-out data do not have
+        (100, -50, False),
+        (-5, 100, False),
+    ],
+)
+def test_a_claim_needs_the_limit_and_the_held_out_data(fall: float, held_fall: float, claimed: bool) -> None:
+    one = refit("mass", fall, held_fall)
+    assert passes(ARRANGEMENT, BEFORE, one, LIMITS) is claimed
+    assert decided(one).finding is (Finding.MISSING if claimed else Finding.NOTHING)
+
+
+def test_no_candidate_means_nothing_or_something_unknown() -> None:
+    assert decided().finding is Finding.NOTHING
+    assert named(decided()) == []
+    assert decided(places=(place(LIMITS.misfit + 7),)).finding is Finding.UNKNOWN
+
+
+@pytest.mark.parametrize(("behind", "finding"), [(BEHIND - 0.5, Finding.AMBIGUOUS), (BEHIND + 0.5, Finding.MISSING)])
+def test_two_that_explain_alike_cannot_be_told(behind: float, finding: Finding) -> None:
+    """What counts is both falls together: one gains more in training, the other in the held-out data."""
+    best, other = refit("mass", 90, 70), refit("density", 100, 60 - behind)
+    verdict = decided(best, other)
+    assert verdict.finding is finding
+    assert named(verdict) == (["mass", "density"] if finding is Finding.AMBIGUOUS else ["mass"])
+
+
+def test_what_may_not_be_claimed_is_not_named_however_close() -> None:
+    """The held-out data do not follow, though both falls together come within `BEHIND`."""
+    verdict = decided(refit("mass", 100, 40), refit("gap", 130, 10))
+    assert verdict.finding is Finding.MISSING
+    assert named(verdict) == ["mass"]
+    # Neither does it outrank the one that may be claimed.
+    assert named(decided(refit("mass", 100, 40), refit("gap", 135, 10))) == ["mass"]
+
+
+@pytest.mark.parametrize(
+    ("left", "n_number", "unknown"),
+    [
+        (STAND_IN * 200 + 7, 6, True),
+        (STAND_IN * 200 + 5, 6, False),  # beyond its six numbers it is less than the share
+        (STAND_IN * 200 + 7, 8, False),
+    ],
+)
+def test_an_unknown_force_that_is_left_makes_the_best_effect_a_stand_in(
+    left: float, n_number: int, unknown: bool
+) -> None:
+    rest = Leftover(gain=0.0, name="", places=(place(left, n_number),))
+    there = place(300)
+    verdict = decided(refit("mass", 200, 150), places=(there,), rest=rest)
+    assert verdict.finding is (Finding.UNKNOWN if unknown else Finding.MISSING)
+    if unknown:
+        # Where it is, is told from what the model lacks, not from what the stand-in leaves.
+        assert verdict.place is there
+        assert named(verdict) == []
+
+
+@pytest.mark.parametrize(("left", "unknown"), [(STAND_IN * 200 + 1, True), (STAND_IN * 200 - 1, False)])
+def test_a_further_effect_that_is_left_makes_it_a_stand_in_too(left: float, unknown: bool) -> None:
+    verdict = decided(refit("mass", 200, 150), rest=Leftover(gain=left, name="gap", places=()))
+    assert verdict.finding is (Finding.UNKNOWN if unknown else Finding.MISSING)
+
+
+def test_what_chance_leaves_makes_no_stand_in() -> None:
+    """A weak effect explains 25; others may leave more than a third of it by chance, up to the limits."""
+    weak = refit("mass", 25, 20)
+    chance = Leftover(gain=LIMITS.gain - 1, name="gap", places=(place(LIMITS.misfit + 5),))
+    assert chance.gain > STAND_IN * 25
+    assert decided(weak, rest=chance).finding is Finding.MISSING
+    beyond = Leftover(gain=LIMITS.gain + 1, name="gap", places=())
+    assert decided(weak, rest=beyond).finding is Finding.UNKNOWN
+
+
+@pytest.mark.parametrize(("more", "finding"), [(1, Finding.UNKNOWN), (-1, Finding.NOTHING)])
+def test_an_unknown_force_beyond_chance_is_told_when_nothing_known_passes(more: float, finding: Finding) -> None:
+    there = place(LIMITS.misfit + 6 + more)
+    assert misfit(there) == LIMITS.misfit + more
+    weak = refit("mass", LIMITS.gain - 5, 10)
+    verdict = decided(weak, places=(there, place(1)))
+    assert verdict.finding is finding
+    assert verdict.place is (there if finding is Finding.UNKNOWN else None)
+
+
+def test_what_is_left_is_looked_at_once_and_only_where_something_passes() -> None:
+    asked: list[str] = []
+    decided(refit("mass", 5, 5), asked=asked)
+    assert asked == []
+    decided(refit("mass", 100, 80), refit("spring", 99, 80), asked=asked)
+    assert asked == ["what is left"]
+
+
+def test_smallest_strengths_gain_the_limit() -> None:
+    parameter = SimpleNamespace(typical=0.01, vanishes=0.0, unit="kg")
+    effect: Any = SimpleNamespace(name="mass", parameters=(parameter,))
+    none = np.zeros(1)
+    score = Score(effect=effect, strength=0.0, gain=0.0, size=5.0, absorbed=0.0, direction=none, start=none, slope=none)
+    verdict = decided(scores=(score,))
+    # A strength of one standard deviation, 0.01 / 5, gains 1; gains grow with its square.
+    assert verdict.detectable == {"mass": pytest.approx(LIMITS.gain**0.5 * 0.002)}
+    assert verdict.units == {"mass": "kg"}

@@ -1,0 +1,65 @@
+"""Limits by the linear theory: those of the maximum of as many chi-squares, with a margin by experience."""
+
+import pickle
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from diagnosis.effect.candidate import EffectParameter
+from diagnosis.keep import computed
+from diagnosis.limits import LEAST_MISFIT, MARGIN, UNKNOWN_FORCE, Limits, linear_limits
+from diagnosis.screening import Score
+
+BOTH = EffectParameter(name="p", unit="-", lower=-1.0, upper=1.0, typical=0.1)
+
+
+def scores(directions: np.ndarray) -> list[Score]:
+    effect: Any = SimpleNamespace(name="p", parameters=(BOTH,))
+    return [
+        Score(
+            effect=effect, strength=0.0, gain=0.0, size=1.0, absorbed=0.0, direction=each, start=np.zeros(1),
+            slope=each,
+        )
+        for each in directions
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("n", [1, 30])
+@pytest.mark.parametrize("false_alarms", [0.01, 0.1])
+def test_the_gain_is_the_quantile_of_the_largest_of_independent_chi_squares(n: int, false_alarms: float) -> None:
+    found = linear_limits(scores(np.eye(n)), false_alarms)
+    exact = chi2.ppf((1 - false_alarms) ** (1 / n), 1)
+    # A quantile of 20 000 draws: a standard deviation of some 2 % at 1 %.
+    assert found.gain == pytest.approx(MARGIN * exact, rel=0.08)
+    assert found.misfit == pytest.approx(max(UNKNOWN_FORCE * found.gain, LEAST_MISFIT))
+    assert (found.false_alarms, found.n_trial) == (false_alarms, 0)
+    assert MARGIN >= 1
+
+
+def test_limits_rise_with_what_is_tried_and_with_caution() -> None:
+    few, many = linear_limits(scores(np.eye(3))), linear_limits(scores(np.eye(40)))
+    assert many.gain > few.gain
+    assert linear_limits(scores(np.eye(3)), 1e-3).gain > few.gain
+    # Candidates that are all alike are one.
+    alike = linear_limits(scores(np.tile(np.eye(3)[:1], (40, 1))))
+    assert alike.gain == pytest.approx(linear_limits(scores(np.eye(1))).gain, rel=0.08)
+
+
+def test_without_candidates_an_unknown_force_still_gains_by_chance() -> None:
+    """Eight numbers at one of ten places, once in a hundred campaigns, beyond what eight numbers gain anyway."""
+    found = linear_limits([])
+    assert found.gain == 0.0
+    assert found.misfit == pytest.approx(chi2.ppf(0.99 ** (1 / 10), 8) - 8, rel=0.05)
+
+
+def test_limits_travel() -> None:
+    limits = Limits(gain=21.0, misfit=33.0, false_alarms=0.02, n_trial=40)
+    assert pickle.loads(pickle.dumps(limits)) == limits
+
+
+def test_by_default_nothing_is_kept() -> None:
+    made = iter(range(5))
+    assert [computed("step", lambda: next(made)) for _ in range(3)] == [0, 1, 2]
