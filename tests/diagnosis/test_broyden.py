@@ -116,8 +116,12 @@ def test_a_jacobian_of_the_wrong_sign_does_not_end_a_fit() -> None:
     assert fit(of, slopes=wrong).chi2 == pytest.approx(LEAST, abs=ENOUGH)
 
 
-def test_a_fit_that_is_asked_to_be_exact_tells_the_jacobian_of_its_end() -> None:
-    of = Valley(0.5)
+@pytest.mark.parametrize("most", [2, 30])
+def test_a_fit_that_is_asked_to_be_exact_tells_the_jacobian_of_its_end(
+    most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(calibration, "MOST_STEPS", most)
+    of = Valley(0.1)
     found = fit(of, exact=True)
     np.testing.assert_array_equal(found.jacobian, jacobian(of, *found.values))
     np.testing.assert_allclose(found.covariance, np.linalg.inv(found.jacobian.T @ found.jacobian), rtol=1e-9)
