@@ -47,10 +47,10 @@ def jitter_modes(
     predictor: Predictor, features: FeatureVector, model: TestModel, prediction: Prediction
 ) -> list[Modes]:
     """What repeats may differ in, for 100 % of each: the frequency of either test, and the pre-loads of all lines."""
-    causes = [[shift] for shift in _frequency_shifts(model, by_exciter=True)] + [
-        [_preload(model, line) for line in model.lines]
-    ]
-    return [_features(predictor, features, model, prediction, tangents) for tangents in causes if tangents]
+    shifts = _frequency_shifts(model, by_exciter=True)
+    lines = [_preload(model, line) for line in model.lines]
+    modes = _features(predictor, features, model, prediction, [*shifts, *lines])
+    return [modes[:, :1], modes[:, 1:2], *([modes[:, 2:]] if lines else [])]
 
 
 def budget_modes(
@@ -62,13 +62,13 @@ def budget_modes(
     refined: Sequence[TestModel],
 ) -> Modes:
     """Errors of discretisation, at one standard deviation, shape (m, b); `refined` has the parameters of `model`."""
-    modes = [
-        budget.frequency * _features(predictor, features, model, prediction, _frequency_shifts(model, by_exciter=False))
-    ]
+    shifts, patterns = _frequency_shifts(model, by_exciter=False), _share_patterns(model)
     softer = [_stiffness(model, line, name) for line in model.lines for name in ("tangential", "normal")]
-    modes.append(budget.compliance * _features(predictor, features, model, prediction, softer))
-    shared = budget.shares * _features(predictor, features, model, prediction, _share_patterns(model))
-    modes += [_by_level(features, change) for change in shared.T]
+    numbers = [len(shifts), len(softer), len(patterns)]
+    size = np.repeat([budget.frequency, budget.compliance, budget.shares], numbers)
+    changes = size * _features(predictor, features, model, prediction, [*shifts, *softer, *patterns])
+    whole = len(shifts) + len(softer)
+    modes = [changes[:, :whole], *(_by_level(features, change) for change in changes[:, whole:].T)]
     for finer in refined:
         change = features.of_values(predictor.predict(finer, prediction).value) - features.of_values(prediction.value)
         modes.append(_by_level(features, np.where(np.isfinite(change), change, 0.0)))

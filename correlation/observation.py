@@ -7,6 +7,7 @@ from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
+from correlation.jump import jumping
 from correlation.measurement import Campaign
 from correlation.prediction import Points
 
@@ -98,7 +99,7 @@ def _same(frequency: Float[NDArray[np.float64], " k"]) -> Int[NDArray[np.int64],
 
 
 def training(campaign: Campaign) -> Observation:
-    """What a model may be fitted to: neither held-out levels nor held-out repeats."""
+    """What a model may be fitted to: neither held-out levels nor held-out repeats, and no state that jumps."""
     return _selected(campaign, held=False)
 
 
@@ -129,4 +130,4 @@ def _selected(campaign: Campaign, *, held: bool) -> Observation:
     chosen = tests if held else ~(at_level[:, None] | kept[None, :])
     taken = np.isfinite(everything.repeat) & chosen
     seen = replace(everything, taken=taken)
-    return seen.where(np.asarray(taken.any(axis=1)))
+    return seen.where(np.asarray(taken.any(axis=1)) & ~jumping(campaign, seen.points))

@@ -23,8 +23,8 @@ from correlation.test_model import TestModel
 from diagnosis.comparison import Comparison, Vector
 from diagnosis.unknowns import Unknowns, Values
 
-#: Steps at most; it ends when a step is expected to gain less than this of chi^2, or gains next to nothing of it.
-MOST_STEPS, ENOUGH = 30, 0.05
+#: Steps at most; it ends when a step is expected to gain less of chi^2 than matters (1 is a standard deviation).
+MOST_STEPS, ENOUGH = 30, 0.3
 #: Marquardt's factor at first, its decrease after a success, its increase after a failure, and failures in a row.
 FIRST_DAMPING, LESS, MORE, MOST_FAILURES = 1e-3, 0.1, 8.0, 5
 #: Share of the expected gain below which the Jacobian is made anew.

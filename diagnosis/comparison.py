@@ -72,12 +72,13 @@ class Comparison:
         """S^(-1/2) d predicted / d values, from value number `first` on, shape (m, p - first)."""
         changes = tangents(unknowns.compose, values, unknowns.size, unknowns.bounds, first)
         known = [change for change in changes if change is not None]
-        analytic = iter(self.predictor.derivatives(model, prediction, known).T)
-        slopes = [
-            next(analytic) if change is not None else self._difference(unknowns, values, prediction, first + number)
-            for number, change in enumerate(changes)
-        ]
-        features = self.features.slopes(prediction.value, np.column_stack(slopes))
+        slopes = np.zeros((len(prediction.value), len(changes)), dtype=np.complex128)
+        if known:
+            slopes[:, [change is not None for change in changes]] = self.predictor.derivatives(model, prediction, known)
+        for number, change in enumerate(changes):
+            if change is None:
+                slopes[:, number] = self._difference(unknowns, values, prediction, first + number)
+        features = self.features.slopes(prediction.value, slopes)
         return self.whitening(np.where(np.isfinite(features), features, 0.0))
 
     def _difference(

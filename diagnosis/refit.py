@@ -19,7 +19,9 @@ from diagnosis.screening import Score
 from diagnosis.unknowns import Unknowns
 
 #: The best few are refitted, and all others this parallel to one of them that promise this share of the best gain.
-BEST, PARALLEL, PROMISING, MOST = 3, 0.6, 0.1, 7
+BEST, PARALLEL, PROMISING, MOST = 3, 0.6, 0.5, 6
+#: Gains below this are not worth a refit: the best of some dozens of candidates has more by chance.
+WORTHLESS = 3.0
 #: A fit that gains less than this share of what the screening promised is begun once more, from typical strength.
 KEPT = 0.7
 
@@ -64,10 +66,10 @@ class Refit:
 def shortlist(scores: Sequence[Score]) -> list[Score]:
     """Those that a refit may bring to the top."""
     best = list(scores[:BEST])
-    chosen = [score for score in best if score.gain > 0]
+    chosen = [score for score in best if score.gain > WORTHLESS]
     for score in scores[BEST:]:
         parallel = max((abs(float(score.direction @ other.direction)) for other in best), default=0.0)
-        if len(chosen) < MOST and score.gain > PROMISING * best[0].gain and parallel > PARALLEL:
+        if len(chosen) < MOST and score.gain > max(PROMISING * best[0].gain, WORTHLESS) and parallel > PARALLEL:
             chosen.append(score)
     return chosen
 

@@ -199,10 +199,15 @@ def station_shares(station: Vector) -> Vector:
     return np.asarray(np.linalg.solve(x ** powers[:, None], np.where(powers % 2 == 0, 1 / (powers + 1), 0.0)))
 
 
+def stations_at(share: float) -> tuple[float, ...]:
+    """Stations at a share of their drawn distance from the middle of the line [m]."""
+    middle = sum(LINE_ENDS) / 2
+    return tuple(float(x) for x in middle + share * (np.array(STATIONS) - middle))
+
+
 def random_stations(random: np.random.Generator) -> tuple[float, ...]:
     """Stations of a specimen: it bears somewhat nearer to the middle of its lines than drawn."""
-    middle = sum(LINE_ENDS) / 2
-    return tuple(float(x) for x in middle + random.uniform(CLOSEST, 1.0) * (np.array(STATIONS) - middle))
+    return stations_at(random.uniform(CLOSEST, 1.0))
 
 
 @lru_cache(maxsize=16)

@@ -8,7 +8,7 @@ scatter of many repeats by jitter and history,
 .. math:: \Sigma = \Sigma_\mathrm{noise} + \frac{1}{R} \bigl(S + a\, \mathrm{diag}\, S\bigr)
 
 with the sample covariance S, which is of low rank, and a share a of its diagonal for what the samples have not seen.
-With features y(effect, p) of the accepted parameters p (kt, kn, mu, zeta, E), what refitting them leaves is
+With features y(effect, p) of the accepted parameters p (kt, kn, mu, zeta, E, bearing), what refitting them leaves is
 
 .. math:: \rho = \min_p \bigl|\Sigma^{-1/2} \bigl(y(\mathrm{effect}, p) - y(\mathrm{nothing}, 0)\bigr)\bigr|
 
@@ -17,7 +17,7 @@ slopes by differences would not do: the shift of the resonance that p takes up i
 Features with and without the effect have the same histories and no jitter.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -26,7 +26,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from transient.bench_beam import BeamParameters, reduced_beam
+from transient.bench_beam import BeamParameters, reduced_beam, stations_at
 from transient.bench_campaign import (
     FORCE_FLOOR,
     HELD_OUT_LEVELS,
@@ -44,6 +44,9 @@ from transient.bench_effect import KINDS, NOTHING, Effect
 Vector = Float[NDArray[np.float64], " n"]
 Matrix = Float[NDArray[np.float64], "n m"]
 
+#: Where the stations bear, which a refit may change as well.
+BEARING = "bearing"
+REFITTED = {**PARAMETER_DEVIATION, BEARING: 0.02}
 #: Standard deviations by which an effect of unit strength moves the features.
 UNIT = 5.0
 #: What to aim at while searching, from which the unit strength follows in proportion: sweeps of two specimens, however
@@ -135,31 +138,34 @@ def find_unit_strengths(report: Callable[[str], None] = lambda _: None) -> dict[
     """Unit strength [SI] of all kinds and places."""
     from scipy.linalg import solve_triangular
 
-    beam, nominal, points = reduced_beam(), BeamParameters(), training(CampaignPoints())
+    nominal, points = BeamParameters(), training(CampaignPoints())
     once, nothing = len(points.levels), Effect(kind=NOTHING)
 
-    def of_repeats(parameters: BeamParameters, effect: Effect, n_repeat: int, jitter: float, seed: int) -> list[Vector]:
-        taken = replace(points, n_repeat=n_repeat)
+    def of_repeats(off: Mapping[str, float], effect: Effect, n_repeat: int, jitter: float, seed: int) -> list[Vector]:
+        taken, beam = replace(points, n_repeat=n_repeat), reduced_beam(stations=stations_at(off.get(BEARING, 1.0)))
+        parameters = scaled(nominal, **{name: factor for name, factor in off.items() if name != BEARING})
         measured = list(sweeps(beam, parameters, effect, taken, np.random.default_rng(seed), jitter=jitter))
         return [features(measured[at : at + 2 * once]) for at in range(0, len(measured), 2 * once)]
 
-    def mean(parameters: BeamParameters, effect: Effect) -> Vector:
-        return np.asarray(np.mean(of_repeats(parameters, effect, N_HISTORY, 0.0, 1), axis=0))
+    def mean(off: Mapping[str, float], effect: Effect) -> Vector:
+        return np.asarray(np.mean(of_repeats(off, effect, N_HISTORY, 0.0, 1), axis=0))
 
-    first = list(sweeps(beam, nominal, nothing, replace(points, n_repeat=1), np.random.default_rng(1), jitter=0.0))
-    scatter = np.cov(np.array(of_repeats(nominal, nothing, N_SAMPLE, 1.0, 2)), rowvar=False)
+    first = list(
+        sweeps(reduced_beam(), nominal, nothing, replace(points, n_repeat=1), np.random.default_rng(1), jitter=0.0)
+    )
+    scatter = np.cov(np.array(of_repeats({}, nothing, N_SAMPLE, 1.0, 2)), rowvar=False)
     scatter += UNSEEN * np.diag(np.diag(scatter))
     covariance = np.diag(noise_variance(first, points.n_repeat)) + scatter / points.n_repeat
     root = np.asarray(np.linalg.cholesky(covariance), dtype=np.float64)
     report(f"{len(root)} features")
-    base = mean(nominal, nothing)
+    base = mean({}, nothing)
 
-    def whitened(parameters: BeamParameters, effect: Effect) -> Vector:
-        return np.asarray(solve_triangular(root, mean(parameters, effect) - base, lower=True), dtype=np.float64)
+    def whitened(off: Mapping[str, float], effect: Effect) -> Vector:
+        return np.asarray(solve_triangular(root, mean(off, effect) - base, lower=True), dtype=np.float64)
 
     slopes = []
-    for name, deviation in PARAMETER_DEVIATION.items():
-        ends = [whitened(scaled(nominal, **{name: 1 + sign * deviation / 4}), nothing) for sign in (1, -1)]
+    for name, deviation in REFITTED.items():
+        ends = [whitened({name: 1 + sign * deviation / 4}, nothing) for sign in (1, -1)]
         # Columns a standard deviation long, so that Broyden's steps are alike in all parameters.
         slopes.append((ends[0] - ends[1]) * 2)
         report(f"{name}: {np.linalg.norm(slopes[-1]):.1f} standard deviations")
@@ -169,8 +175,8 @@ def find_unit_strengths(report: Callable[[str], None] = lambda _: None) -> dict[
         effect = Effect(kind=kind, place=place, strength=strength)
 
         def change(p: Vector) -> Vector:
-            pairs = zip(PARAMETER_DEVIATION.items(), p, strict=True)
-            return whitened(scaled(nominal, **{name: 1 + sigma * float(each) for (name, sigma), each in pairs}), effect)
+            pairs = zip(REFITTED.items(), p, strict=True)
+            return whitened({name: 1 + sigma * float(each) for (name, sigma), each in pairs}, effect)
 
         size = refitted(change, matrix)
         report(f"{kind} {place} {strength:.4g}: {size:.2f}")
