@@ -1,0 +1,146 @@
+"""After the right effect little is left to explain; after a wrong one the right one, or a force where it acts, is."""
+
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from correlation.nuisance import Budget
+from correlation.test_model import TestModel
+from diagnosis.accepted import accepted
+from diagnosis.arrangement import Arrangement, arrange
+from diagnosis.catalogue import Catalogue, catalogue
+from diagnosis.decision import gain, misfit
+from diagnosis.leftover import Leftover, leftover, with_effect
+from diagnosis.limits import Limits, linear_limits
+from diagnosis.refit import Refit, refit
+from diagnosis.screening import Score, screen, slope_gains
+
+MASS, RIGHT, WRONG = 5e-3, "mass at tip z", "mass at root z"
+
+
+@pytest.fixture(scope="module")
+def listed(small: TestModel, paper: ModuleType) -> Catalogue:
+    return catalogue(small, level=paper.LEVELS[1])
+
+
+@pytest.fixture(scope="module")
+def heavy(small: TestModel, paper: ModuleType, listed: Catalogue) -> Arrangement:
+    campaign = paper.make_campaign(listed.effect(RIGHT).apply(small, [MASS]), jitter=3e-5, seed=5)
+    return arrange(
+        campaign, small, accepted(small, deviation={"kn": 0.0, "E": 0.0}), Budget(frequency=0.0, compliance=0.0)
+    )
+
+
+@pytest.fixture(scope="module")
+def scores(heavy: Arrangement, listed: Catalogue) -> dict[str, Score]:
+    return {score.effect.name: score for score in screen(heavy, listed.candidates)}
+
+
+@pytest.fixture(scope="module")
+def refits(heavy: Arrangement, scores: dict[str, Score]) -> dict[str, Refit]:
+    return {name: refit(heavy, scores[name]) for name in (RIGHT, WRONG)}
+
+
+@pytest.fixture(scope="module")
+def left(heavy: Arrangement, listed: Catalogue, refits: dict[str, Refit]) -> dict[str, Leftover]:
+    return {name: leftover(with_effect(heavy, each), listed.candidates) for name, each in refits.items()}
+
+
+@pytest.fixture(scope="module")
+def limits(scores: dict[str, Score]) -> Limits:
+    return linear_limits(list(scores.values()))
+
+
+def test_after_the_right_effect_chance_alone_is_left(left: dict[str, Leftover], limits: Limits) -> None:
+    assert left[RIGHT].gain < limits.gain
+    assert misfit(left[RIGHT].places[0]) < limits.misfit
+
+
+def test_after_a_wrong_effect_a_good_part_is_left(
+    left: dict[str, Leftover], limits: Limits, heavy: Arrangement, refits: dict[str, Refit]
+) -> None:
+    rest = left[WRONG]
+    # A mass elsewhere shifts the resonance as well, and cannot have the shape right.
+    assert rest.gain > 10 * limits.gain
+    assert misfit(rest.places[0]) > 10 * limits.misfit
+    assert rest.places[0].name == "tip z"
+    # What is left, put on top, is about what the right one explains in all; its share is linear and the rest is not.
+    whole = gain(heavy, refits[RIGHT])
+    assert gain(heavy, refits[WRONG]) + rest.gain == pytest.approx(whole, rel=0.15)
+
+
+def test_the_accepted_effect_counts_as_added(heavy: Arrangement, refits: dict[str, Refit]) -> None:
+    accepting = with_effect(heavy, refits[RIGHT])
+    assert [each.name for each in accepting.added] == [RIGHT]
+    assert accepting.fit.chi2 == refits[RIGHT].fit.chi2
+    # Its Jacobian is that of the end, whatever updates the fit went by.
+    fit, step = accepting.fit, 1e-5
+    for number, size in enumerate(fit.unknowns.size):
+        ends = []
+        for side in (-1, 1):
+            values = np.array(fit.values)
+            values[number] += side * step * size
+            ends.append(heavy.train.residual(heavy.train.predict(fit.unknowns.compose(values), fit.prediction)))
+        exact = -(ends[1] - ends[0]) / (2 * step * size)
+        # Newton's 1e-9 over the step, and curvature.
+        np.testing.assert_allclose(fit.jacobian[: len(exact), number], exact, rtol=0, atol=3e-4 * np.abs(exact).max())
+
+
+def test_the_accepted_effect_itself_has_nothing_more_to_give(
+    heavy: Arrangement, refits: dict[str, Refit], listed: Catalogue
+) -> None:
+    (more,) = slope_gains(with_effect(heavy, refits[RIGHT]), [listed.effect(RIGHT)])
+    # It is among what is projected out.
+    assert more < 0.1
+
+
+def test_gains_by_slope_are_those_of_screening_where_effects_are_weak(
+    heavy: Arrangement, scores: dict[str, Score], listed: Catalogue
+) -> None:
+    gains = slope_gains(heavy, listed.candidates)
+    for effect, found in zip(listed.candidates, gains, strict=True):
+        assert found >= 0
+        if effect.kind in {"gain", "density"}:
+            # Linear, but for the curvature of the resonance; screening tries the strength itself.
+            assert found == pytest.approx(scores[effect.name].gain, rel=0.1, abs=1)
+
+
+def test_without_candidates_no_effect_is_left(heavy: Arrangement, refits: dict[str, Refit]) -> None:
+    rest = leftover(with_effect(heavy, refits[RIGHT]), [])
+    assert (rest.gain, rest.name) == (0.0, "")
+    assert rest.places
+
+
+def test_a_refit_begins_where_screening_ends(heavy: Arrangement, scores: dict[str, Score]) -> None:
+    """The accepted parameters make up for the effect, so that chi^2 at the start has fallen by the gain already."""
+    score, fit = scores[RIGHT], heavy.fit
+    assert score.start[-1] == score.strength
+    unknowns = heavy.unknowns([score.effect])
+    there = heavy.train.residual(heavy.train.predict(unknowns.compose(score.start), fit.prediction))
+    prior = (score.start - unknowns.vanishing) / unknowns.prior
+    chi2 = there @ there + prior @ prior
+    # The screening is linear: 2 % of curvature over 0.3 % of the frequency.
+    assert fit.chi2 - chi2 == pytest.approx(score.gain, rel=0.05)
+    # The accepted values alone, with the same strength, gain less.
+    alone = np.array([*fit.values, score.strength])
+    apart = heavy.train.residual(heavy.train.predict(unknowns.compose(alone), fit.prediction))
+    assert apart @ apart > there @ there
+
+
+@pytest.mark.parametrize("name", [RIGHT, "dashpot at tip z", "pre-load of left", "gain of root"])
+def test_the_slope_of_a_score_is_the_derivative_at_none(
+    heavy: Arrangement, scores: dict[str, Score], name: str
+) -> None:
+    score, fit = scores[name], heavy.fit
+    parameter, ends = score.effect.parameters[0], []
+    step = 3e-3 * abs(parameter.typical - parameter.vanishes)
+    sides = (0, 1) if parameter.lower == parameter.vanishes else (-1, 1)
+    for side in sides:
+        model = score.effect.apply(fit.model, [parameter.vanishes + side * step])
+        ends.append(heavy.train.residual(heavy.train.predict(model, fit.prediction)))
+    exact = -(ends[1] - ends[0]) / ((sides[1] - sides[0]) * step)
+    assert score.slope.shape == fit.residual.shape
+    assert not score.slope[len(exact) :].any()
+    # Newton's 1e-9 and the curvature of one-sided differences over the step.
+    np.testing.assert_allclose(score.slope[: len(exact)], exact, rtol=0, atol=2e-3 * np.abs(exact).max())
