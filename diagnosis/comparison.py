@@ -19,7 +19,8 @@ Vector = Float[NDArray[np.float64], " m"]
 #: What a number counts whose steady state is not found, in standard deviations: a model that has none fits badly.
 NOT_FOUND = 10.0
 
-#: Step of a difference of predictions, relative to what matters of a number: curvature and round-off below 1e-3.
+#: Step of a difference of predictions, relative to what matters of a number; what Newton's method leaves is
+#: then some 2 % of the slope, and so is the curvature of contacts that begin to slip.
 STEP = 0.01
 
 

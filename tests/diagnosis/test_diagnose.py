@@ -1,0 +1,240 @@
+"""One round on a small structure: what is hidden is named, what is not is not, and kept steps are not made again."""
+
+import pickle
+from collections.abc import Callable
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+from correlation.errors import CampaignError
+from correlation.nuisance import Budget
+from correlation.test_model import TestModel
+from diagnosis.accepted import accepted
+from diagnosis.arrangement import Added
+from diagnosis.catalogue import catalogue
+from diagnosis.decision import gain, held_gain, support
+from diagnosis.diagnose import Diagnosis, diagnose
+from diagnosis.effect.candidate import Effect
+from diagnosis.limits import Limits, linear_limits
+from diagnosis.verdict import Finding
+
+EXACT_MODEL = Budget(frequency=0.0, compliance=0.0)
+MASS, WHERE = 5e-3, "mass at tip z"  # kg, of 0.8
+RATIO, LINE = 1.02, "pre-load of left"
+CUBIC, RATE = "cubic at tip z", 1e6  # N/m^3
+#: What every round does, whatever comes out; refits are of what was shortlisted.
+STEPS = ("arrangement", "scores", "held-out error", "places")
+
+
+class Kept:
+    """Keeps what steps give, as a file would."""
+
+    def __init__(self) -> None:
+        self.results: dict[str, bytes] = {}
+        self.asked: list[str] = []
+
+    def __call__(self, name: str, make: Callable[[], Any]) -> Any:
+        self.asked.append(name)
+        if name not in self.results:
+            self.results[name] = pickle.dumps(make())
+        return pickle.loads(self.results[name])
+
+
+class Bench:
+    """Campaigns of the small structure, and their diagnoses."""
+
+    def __init__(self, small: TestModel, paper: ModuleType) -> None:
+        self.small, self.paper = small, paper
+        self.accepted = accepted(small, deviation={"kn": 0.0, "E": 0.0})
+        self.listed = catalogue(small, level=paper.LEVELS[1])
+
+    def effect(self, name: str) -> Effect:
+        return self.listed.effect(name)
+
+    def campaign(self, *hidden: tuple[str, float], seed: int = 5, **changes: Any) -> Any:
+        truth = self.small
+        for name, value in hidden:
+            truth = self.effect(name).apply(truth, [value])
+        return self.paper.make_campaign(truth, jitter=3e-5, seed=seed, **changes)
+
+    def diagnose(self, campaign: Any, **options: Any) -> Diagnosis:
+        return diagnose(campaign, self.small, self.accepted, EXACT_MODEL, **options)
+
+
+@pytest.fixture(scope="module")
+def bench(small: TestModel, paper: ModuleType) -> Bench:
+    return Bench(small, paper)
+
+
+@pytest.fixture(scope="module")
+def kept() -> Kept:
+    return Kept()
+
+
+@pytest.fixture(scope="module")
+def told() -> list[tuple[str, float]]:
+    return []
+
+
+@pytest.fixture(scope="module")
+def heavy(bench: Bench, kept: Kept, told: list[tuple[str, float]]) -> Diagnosis:
+    return bench.diagnose(
+        bench.campaign((WHERE, MASS)), keep=kept, report=lambda what, share: told.append((what, share))
+    )
+
+
+def names(of: Diagnosis) -> list[str]:
+    return [each.effect.name for each in of.verdict.effects if each.effect is not None]
+
+
+def test_a_hidden_mass_is_named_with_its_strength(heavy: Diagnosis) -> None:
+    assert heavy.verdict.finding is Finding.MISSING
+    assert names(heavy) == [WHERE]
+    (best,) = heavy.verdict.effects
+    assert best is heavy.refits[0]
+    # Normal: 4 standard deviations once in 16 000. The interval is small enough for the test to mean something.
+    assert best.strength == pytest.approx(MASS, abs=4 * best.deviation)
+    assert best.deviation < 0.02 * MASS
+    # The noise of single readings, of 1e-3 in each part.
+    assert best.held_error < 0.003 < heavy.before.held_error
+    assert heavy.verdict.sentence.startswith(f"{WHERE} (0.005")
+
+
+def test_refits_are_ranked_by_both_falls(heavy: Diagnosis) -> None:
+    found = [support(heavy.arrangement, heavy.before, each) for each in heavy.refits]
+    assert len(found) > 1
+    assert found == sorted(found, reverse=True)
+    for each in heavy.refits:
+        assert each.fit.chi2 < heavy.arrangement.fit.chi2
+        assert held_gain(heavy.arrangement, heavy.before, each) < gain(heavy.arrangement, each)
+
+
+def test_scores_are_of_all_candidates_and_limits_of_the_scores(heavy: Diagnosis) -> None:
+    assert {score.effect.name for score in heavy.scores} == {each.name for each in heavy.catalogue.candidates}
+    assert heavy.limits == linear_limits(heavy.scores)
+    assert heavy.verdict.threshold == heavy.limits.gain
+    assert {place.name for place in heavy.places} == {"root z", "tip z"}
+
+
+def test_steps_have_stable_names(heavy: Diagnosis, kept: Kept) -> None:
+    refits = {f"refit of {each.effect.name}" for each in heavy.refits if each.effect is not None}
+    assert set(kept.asked) == {*STEPS, *refits, "what is left"}
+    assert len(kept.asked) == len(set(kept.asked))
+
+
+def test_a_second_run_computes_nothing(heavy: Diagnosis, kept: Kept, bench: Bench) -> None:
+    def stored(name: str, make: Callable[[], Any]) -> Any:
+        del make
+        return pickle.loads(kept.results[name])
+
+    again = bench.diagnose(bench.campaign((WHERE, MASS)), keep=stored)
+    assert again.verdict.sentence == heavy.verdict.sentence
+    for one, other in zip(heavy.refits, again.refits, strict=True):
+        np.testing.assert_array_equal(one.fit.values, other.fit.values)
+
+
+def test_an_interrupted_run_goes_on_where_it_was(heavy: Diagnosis, kept: Kept, bench: Bench) -> None:
+    made: list[str] = []
+
+    def after(name: str, make: Callable[[], Any]) -> Any:
+        if name in ("places", "what is left"):
+            made.append(name)
+            return make()
+        return pickle.loads(kept.results[name])
+
+    again = bench.diagnose(bench.campaign((WHERE, MASS)), keep=after)
+    assert made == ["places", "what is left"]
+    assert again.verdict.sentence == heavy.verdict.sentence
+
+
+def test_progress_rises_from_nothing_to_all(heavy: Diagnosis, told: list[tuple[str, float]]) -> None:
+    assert heavy is not None
+    what, share = zip(*told, strict=True)
+    assert share[0] == 0.0
+    assert share[-1] == 1.0
+    assert (np.diff(share) >= 0).all()
+    assert what[0] == "calibration"
+    assert f"fit of {WHERE}" in what
+
+
+def test_without_its_kind_it_is_not_that_kind(bench: Bench) -> None:
+    found = bench.diagnose(bench.campaign((WHERE, MASS)), without=["mass", "density"])
+    kinds = {each.kind for each in found.catalogue.candidates}
+    assert "mass" not in kinds
+    assert "density" not in kinds
+    assert all(name.split(" ")[0] not in ("mass", "density") for name in names(found))
+    assert found.verdict.finding is not Finding.NOTHING
+    # Near which place is told without any catalogue.
+    assert found.places[0].name == "tip z"
+
+
+def test_without_all_that_looks_like_it_something_unknown_is_missing(bench: Bench) -> None:
+    found = bench.diagnose(bench.campaign((CUBIC, RATE)), without=["cubic", "air damping"])
+    assert found.verdict.finding is Finding.UNKNOWN
+    assert names(found) == []
+    place = found.verdict.place
+    assert place is not None
+    # Straight on the linear side: a force against the displacement.
+    assert abs(place.phase) == pytest.approx(180, abs=15)
+
+
+def test_where_nothing_is_hidden_nothing_is_claimed(bench: Bench) -> None:
+    found = bench.diagnose(bench.campaign(seed=6))
+    assert found.verdict.finding is Finding.NOTHING
+    assert names(found) == []
+    smallest = found.verdict.detectable[WHERE]
+    # What it would have taken is far below what the other tests hide, and is told.
+    assert 0 < smallest < 0.1 * MASS
+    assert f"{WHERE} {smallest:.2g} kg" in found.verdict.sentence
+
+
+def test_what_was_added_is_fitted_again_with_what_comes_next(bench: Bench) -> None:
+    start = 4.2e-3
+    found = bench.diagnose(
+        bench.campaign((WHERE, MASS), (LINE, RATIO)),
+        added=[Added(effect=bench.effect(WHERE), values=np.array([start]))],
+    )
+    assert found.verdict.finding is Finding.MISSING
+    assert names(found) == [LINE]
+    (best,) = found.verdict.effects
+    fit = best.fit
+    assert fit.unknowns.names == ("kt", "mu", "zeta", WHERE, LINE)
+    # It has no prior, and comes to its true value with the accepted parameters and the new effect.
+    assert np.isinf(fit.unknowns.prior[3])
+    assert found.arrangement.fit.values[3] != start
+    for number, true in ((3, MASS), (4, RATIO)):
+        assert fit.values[number] == pytest.approx(true, abs=4 * fit.deviation[number])
+    assert (best.strength, best.deviation) == (fit.values[4], fit.deviation[4])
+    # The base stays the engineer's own model.
+    assert found.arrangement.base is bench.small
+    assert [each.name for each in found.arrangement.added] == [WHERE]
+
+
+def test_a_round_after_all_was_added_finds_nothing(bench: Bench) -> None:
+    added = [Added(effect=bench.effect(WHERE), values=np.array([0.9 * MASS]))]
+    found = bench.diagnose(bench.campaign((WHERE, MASS)), added=added)
+    assert found.verdict.finding is Finding.NOTHING
+    assert found.before.fit.values[3] == pytest.approx(MASS, abs=4 * found.before.fit.deviation[3])
+
+
+def test_limits_that_are_given_judge(bench: Bench, kept: Kept, heavy: Diagnosis) -> None:
+    assert heavy is not None
+
+    def stored(name: str, make: Callable[[], Any]) -> Any:
+        return pickle.loads(kept.results[name]) if name in kept.results else make()
+
+    enormous = Limits(gain=1e9, misfit=1e9)
+    found = bench.diagnose(bench.campaign((WHERE, MASS)), limits=enormous, keep=stored)
+    assert found.limits is enormous
+    assert found.verdict.finding is Finding.NOTHING
+    unknown = bench.diagnose(bench.campaign((WHERE, MASS)), limits=Limits(gain=1e9, misfit=100.0), keep=stored)
+    assert unknown.verdict.finding is Finding.UNKNOWN
+    assert unknown.verdict.place is not None
+    assert unknown.verdict.place.name == "tip z"
+
+
+def test_nothing_held_out_is_refused(bench: Bench) -> None:
+    with pytest.raises(CampaignError, match="nothing is held out"):
+        bench.diagnose(bench.campaign(held=()))
