@@ -1,16 +1,18 @@
 """States at which a response jumps: repeats and sweeps disagree there by far more than beside it.
 
-Near a fold the structure has two steady states; repeats take one or the other, and their mean is none. The dynamic
-stiffness F / X scatters almost alike at neighbouring frequencies, whatever the noise and the jitter, unless there is a
-jump.
+Near a fold the structure has two steady states; repeats take one or the other, and their mean is none. Jitter makes the
+dynamic stiffness F / X scatter almost alike at neighbouring frequencies, and noise X itself; where both stand out there
+is a jump. (Away from a resonance F / X alone scatters more, and at a resonance X alone.)
 """
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.measurement import Campaign
 from correlation.prediction import Points
+
+Scatter = Float[NDArray[np.float64], " n"]
 
 #: Scatter, as a multiple of the median of so many neighbours, that is a jump.
 JUMP, NEIGHBOURS = 3.0, 6
@@ -31,36 +33,39 @@ def jumping(campaign: Campaign, points: Points) -> Bool[NDArray[np.bool_], " k"]
     found = np.zeros(len(points), dtype=bool)
     for free in np.unique(points.free):
         for level in np.unique(points.level[points.free == free]):
-            frequency, scatter = _scatter(campaign, bool(free), float(level))
-            for each in frequency[_outlying(scatter)]:
+            frequency, stiffness, motion = _scatter(campaign, bool(free), float(level))
+            for each in frequency[_outlying(stiffness) & _outlying(motion)]:
                 here = (points.free == free) & (points.level == level)
                 found |= here & (np.abs(points.frequency / each - 1) < 1e-5)
     return found
 
 
-def _scatter(
-    campaign: Campaign, free: bool, level: float
-) -> tuple[Float[NDArray[np.float64], " n"], Float[NDArray[np.float64], " n"]]:
-    """Standard deviation of F / X of the sensor that moves most, at each frequency."""
+def _scatter(campaign: Campaign, free: bool, level: float) -> tuple[Scatter, Scatter, Scatter]:
+    """Frequencies, and the standard deviations of F / X and X there, of the sensor that moves most."""
     table = campaign.measurement
     tests = np.array([(test.configuration == "free") == free for test in campaign.tests])
-    motion = np.array([sensor.line is None for sensor in campaign.sensors])
-    rows = tests[table.test] & (table.level == level) & motion[table.sensor] & (table.harmonic == 1)
+    follows = np.array([sensor.line is None for sensor in campaign.sensors])
+    rows = tests[table.test] & (table.level == level) & follows[table.sensor] & (table.harmonic == 1)
     rows &= np.abs(table.value) > 0
     if not rows.any():
-        return np.zeros(0), np.zeros(0)
+        return np.zeros(0), np.zeros(0), np.zeros(0)
     sensors = np.unique(table.sensor[rows])
     largest = sensors[np.argmax([np.abs(table.value[rows & (table.sensor == each)]).mean() for each in sensors])]
     rows &= table.sensor == largest
-    stiffness = table.level[rows] / table.value[rows]
     frequency, state = np.unique(table.frequency[rows], return_inverse=True)
+    motion = table.value[rows]
+    return frequency, _deviation(table.level[rows] / motion, state), _deviation(motion, state)
+
+
+def _deviation(values: Complex[NDArray[np.complex128], " r"], state: Int[NDArray[np.int64], " r"]) -> Scatter:
+    """Of the readings of each state; NaN where they are few."""
     n = np.bincount(state)
-    mean = (np.bincount(state, stiffness.real) + 1j * np.bincount(state, stiffness.imag)) / n
-    variance = np.bincount(state, np.abs(stiffness - mean[state]) ** 2) / np.maximum(n - 1, 1)
-    return frequency, np.where(n >= FEWEST, np.sqrt(variance), np.nan)
+    mean = (np.bincount(state, values.real) + 1j * np.bincount(state, values.imag)) / n
+    variance = np.bincount(state, np.abs(values - mean[state]) ** 2) / np.maximum(n - 1, 1)
+    return np.where(n >= FEWEST, np.sqrt(variance), np.nan)
 
 
-def _outlying(scatter: Float[NDArray[np.float64], " n"]) -> Bool[NDArray[np.bool_], " n"]:
+def _outlying(scatter: Scatter) -> Bool[NDArray[np.bool_], " n"]:
     found = np.zeros(len(scatter), dtype=bool)
     known = np.flatnonzero(np.isfinite(scatter))
     if len(known) <= FEWEST:
