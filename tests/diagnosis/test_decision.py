@@ -14,6 +14,7 @@ from diagnosis.decision import (
     decide,
     gain,
     held_gain,
+    held_ratio,
     misfit,
     passes,
     support,
@@ -28,7 +29,16 @@ from diagnosis.verdict import Finding, Verdict
 #: Numbers held out, chi^2 of both sets before anything is added.
 N_HELD, CHI2, HELD_CHI2 = 50, 900.0, 400.0
 LIMITS = Limits(gain=20.0, misfit=30.0)
-ARRANGEMENT: Any = SimpleNamespace(fit=SimpleNamespace(chi2=CHI2), settled=SimpleNamespace(measured=np.zeros(N_HELD)))
+
+
+def arrangement(held: int = 2, train: int = 2) -> Any:
+    """Of so many repeats."""
+    settled = SimpleNamespace(measured=np.zeros(N_HELD), observed=SimpleNamespace(count=np.full(N_HELD, held)))
+    fitted = SimpleNamespace(observed=SimpleNamespace(count=np.full(N_HELD, train)))
+    return SimpleNamespace(fit=SimpleNamespace(chi2=CHI2), settled=settled, train=fitted)
+
+
+ARRANGEMENT = arrangement()
 NO_EFFECT = Leftover(gain=0.0, name="", places=())
 
 
@@ -102,6 +112,15 @@ def test_a_claim_needs_the_limit_and_the_held_out_data(fall: float, held_fall: f
     one = refit("mass", fall, held_fall)
     assert passes(ARRANGEMENT, BEFORE, one, LIMITS) is claimed
     assert decided(one).finding is (Finding.MISSING if claimed else Finding.NOTHING)
+
+
+@pytest.mark.parametrize(("held", "train", "ratio"), [(1, 4, 0.25), (2, 3, 2 / 3), (5, 3, 1.0)])
+def test_few_held_out_readings_show_less_of_a_true_effect(held: int, train: int, ratio: float) -> None:
+    of = arrangement(held, train)
+    assert held_ratio(of) == pytest.approx(ratio)
+    least = HELD_SHARE * ratio * 100
+    assert passes(of, BEFORE, refit("mass", 100, least + 0.1), LIMITS)
+    assert not passes(of, BEFORE, refit("mass", 100, least - 0.1), LIMITS)
 
 
 def test_no_candidate_means_nothing_or_something_unknown() -> None:

@@ -102,6 +102,15 @@ def test_a_hidden_mass_is_named_with_its_strength(heavy: Diagnosis) -> None:
     assert heavy.verdict.sentence.startswith(f"{WHERE} (0.005")
 
 
+@pytest.mark.parametrize(("n_repeat", "seed"), [(5, 6), (8, 5)])
+def test_one_repeat_of_many_is_enough_to_test_a_claim(bench: Bench, n_repeat: int, seed: int) -> None:
+    """A weaker mass beside seven repeats: chi^2 of the eighth falls by a seventh of what that of the others does."""
+    campaign = bench.campaign((WHERE, 6e-4), seed=seed, n_repeat=n_repeat, held=(n_repeat,))
+    found = bench.diagnose(campaign, without=["density", "spring", "cubic", "gap", "pre-load"])
+    assert WHERE in names(found)
+    assert held_gain(found.arrangement, found.before, found.refits[0]) < 0.25 * gain(found.arrangement, found.refits[0])
+
+
 def test_refits_are_ranked_by_both_falls(heavy: Diagnosis) -> None:
     found = [support(heavy.arrangement, heavy.before, each) for each in heavy.refits]
     assert len(found) > 1
