@@ -1,0 +1,132 @@
+"""Where refits begin, when they begin once more, and which candidates are refitted at all."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from diagnosis import refit as refits
+from diagnosis.effect.candidate import EffectParameter
+from diagnosis.refit import BEST, KEPT, MOST, PARALLEL, PROMISING, WORTHLESS, fitted, shortlist
+from diagnosis.screening import Score
+
+ACCEPTED, CHI2 = np.array([1.02, 0.97]), 500.0
+#: Whitened Jacobian of the accepted parameters, with their priors' rows below.
+JACOBIAN = np.arange(10.0).reshape(5, 2)
+
+
+def score(
+    gain: float,
+    *,
+    name: str = "p",
+    strength: float = 0.3,
+    typical: float = 1.0,
+    n_parameter: int = 1,
+    lower: float = -5,
+) -> Score:
+    strengths = EffectParameter(name="p", unit="-", lower=lower, upper=5.0, typical=typical)
+    rest = tuple(
+        EffectParameter(name="q", unit="-", lower=0, upper=9, typical=3, vanishes=2) for _ in range(n_parameter - 1)
+    )
+    effect: Any = SimpleNamespace(name=name, parameters=(strengths, *rest))
+    start = np.array([1.0, 1.0, strength, *[2.0] * (n_parameter - 1)])
+    slope = np.array([7.0, 8.0, 9.0, 0.0, 0.0])
+    return Score(
+        effect=effect, strength=strength, gain=gain, size=1.0, absorbed=0.0, direction=slope, start=start, slope=slope
+    )
+
+
+class Calibrations:
+    """Stands in for the fit: chi^2 of each call is given, and what it was asked is noted."""
+
+    def __init__(self, *chi2: float) -> None:
+        self.chi2, self.starts, self.slopes = list(chi2), [], []  # type: ignore[var-annotated]
+
+    def __call__(self, train: object, unknowns: object, start: np.ndarray, *_: object, slopes: Any = None) -> Any:
+        del train, unknowns
+        self.starts.append(np.array(start))
+        self.slopes.append(slopes)
+        return SimpleNamespace(chi2=self.chi2.pop(0))
+
+
+def fit(of: Score, *chi2: float, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Calibrations]:
+    calibrations = Calibrations(*chi2)
+    monkeypatch.setattr(refits, "calibrate", calibrations)
+    accepted = SimpleNamespace(values=ACCEPTED, jacobian=JACOBIAN, chi2=CHI2, prediction=None)
+    arrangement: Any = SimpleNamespace(fit=accepted, train=None, unknowns=lambda effects: effects)
+    return fitted(arrangement, of), calibrations
+
+
+def test_a_fit_that_keeps_what_was_promised_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    promised = score(100.0)
+    found, asked = fit(promised, CHI2 - 100 * KEPT - 1, monkeypatch=monkeypatch)
+    assert found.chi2 == CHI2 - 100 * KEPT - 1
+    (start,), (slopes,) = asked.starts, asked.slopes
+    np.testing.assert_array_equal(start, promised.start)
+    # The Jacobian that the screening knows, beside that of the accepted parameters; the effect has no prior.
+    np.testing.assert_array_equal(slopes[:5, :2], JACOBIAN)
+    np.testing.assert_array_equal(slopes[:5, 2], promised.slope)
+    np.testing.assert_array_equal(slopes[5], 0.0)
+
+
+@pytest.mark.parametrize(("strength", "typical", "second"), [(0.3, 1.0, 1.0), (-0.3, 1.0, -1.0), (0.0, -1.0, 1.0)])
+def test_one_that_does_not_begins_again_from_typical_strength(
+    strength: float, typical: float, second: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On the side that the screening found."""
+    found, asked = fit(score(100.0, strength=strength, typical=typical), CHI2 - 10, CHI2 - 120, monkeypatch=monkeypatch)
+    assert found.chi2 == CHI2 - 120
+    np.testing.assert_array_equal(asked.starts[1], [*ACCEPTED, second])
+    # Far from where the slope was taken.
+    assert asked.slopes[1] is None
+
+
+def test_the_better_of_both_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    found, asked = fit(score(100.0), CHI2 - 60, CHI2 - 20, monkeypatch=monkeypatch)
+    assert len(asked.starts) == 2
+    assert found.chi2 == CHI2 - 60
+
+
+def test_a_second_start_stays_within_the_bounds(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, asked = fit(score(100.0, strength=-0.2, lower=-0.4), CHI2, CHI2, monkeypatch=monkeypatch)
+    np.testing.assert_array_equal(asked.starts[1], [*ACCEPTED, -0.4])
+
+
+def test_effects_of_several_numbers_have_a_jacobian_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The screening knows the slope by the strength alone."""
+    _, asked = fit(score(100.0, n_parameter=2), CHI2, CHI2, monkeypatch=monkeypatch)
+    assert asked.slopes == [None, None]
+    np.testing.assert_array_equal(asked.starts[1], [*ACCEPTED, 1.0, 2.0])
+
+
+def ranked(*gains: float, alike: bool = True) -> list[Score]:
+    """Best first; directions are all the same, or all across each other."""
+    found = []
+    for number, gain in enumerate(gains):
+        direction = np.eye(len(gains))[0 if alike else number]
+        plain = score(gain, name=f"p {number}")
+        found.append(
+            Score(
+                effect=plain.effect, strength=plain.strength, gain=gain, size=1.0, absorbed=0.0, direction=direction,
+                start=plain.start, slope=plain.slope,
+            )
+        )  # fmt: skip
+    return found
+
+
+def test_the_best_few_are_refitted_whatever_they_look_like() -> None:
+    assert len(shortlist(ranked(100, 90, 80, 70, 60, alike=False))) == BEST
+
+
+def test_what_looks_like_one_of_them_is_refitted_too_if_it_promises_enough() -> None:
+    assert 0 < PARALLEL < 1
+    few = ranked(100, 90, 80, 100 * PROMISING + 1, 100 * PROMISING - 1)
+    assert [each.gain for each in shortlist(few)] == [100, 90, 80, 100 * PROMISING + 1]
+    assert len(shortlist(ranked(*[100.0] * 20))) == MOST
+
+
+def test_what_chance_gains_is_not_worth_a_refit() -> None:
+    assert shortlist(ranked(WORTHLESS - 0.1, 1, 0)) == []
+    assert len(shortlist(ranked(WORTHLESS + 0.1, WORTHLESS - 0.1, 0))) == 1
+    assert shortlist([]) == []
