@@ -1,6 +1,6 @@
 """What differs between repeats, or between a model and its mesh refined, without being an effect to look for."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,6 +53,35 @@ def jitter_modes(
     return [modes[:, :1], modes[:, 1:2], *([modes[:, 2:]] if lines else [])]
 
 
+def curvature_modes(
+    predictor: Predictor,
+    features: FeatureVector,
+    model: TestModel,
+    prediction: Prediction,
+    deviation: Mapping[str, float],
+) -> Modes:
+    """What the second order of a frequency jitter does to a mean over repeats, shape (m, c); matters at antiresonances.
+
+    The mean of f(x) over x of variance v is f + f'' v / 2, and as uncertain as a variance from a few repeats.
+
+    Parameters
+    ----------
+    predictor, features, model, prediction
+        Of the points.
+    deviation
+        Standard deviation of the jitter of a single repeat, by configuration [-].
+    """
+    shifted = []
+    for sign in (1, -1):
+        moved = model
+        for configuration, size in deviation.items():
+            moved = moved.shifted(configuration, sign * size)
+        shifted.append(features.of_values(predictor.predict(moved, prediction).value))
+    bent = np.nan_to_num((shifted[0] + shifted[1]) / 2 - features.of_values(prediction.value))
+    free = features.points.free[features.row]
+    return np.array([np.where(free == (configuration == "free"), bent, 0.0) for configuration in deviation]).T
+
+
 def budget_modes(
     predictor: Predictor,
     features: FeatureVector,
@@ -81,7 +110,9 @@ def _by_level(features: FeatureVector, change: Float[NDArray[np.float64], " m"])
     return np.array([np.where(level == each, change, 0.0) for each in np.unique(level)]).T
 
 
-def history_modes(features: FeatureVector, model: TestModel, prediction: Prediction, n_draw: int, seed: int) -> Modes:
+def history_modes(
+    predictor: Predictor, features: FeatureVector, model: TestModel, prediction: Prediction, n_draw: int, seed: int
+) -> Modes:
     """What friction histories change, at one standard deviation, shape (m, h).
 
     A contact that sticks keeps any static force within Coulomb's cone. Each draw starts all sliders from a force of
@@ -98,7 +129,9 @@ def history_modes(features: FeatureVector, model: TestModel, prediction: Predict
     changes = []
     for _ in range(n_draw):
         draw = Predictor(
-            points=kept, slider=_drawn(model, generator.uniform(-HISTORY, HISTORY, len(model.system.joints)))
+            points=kept,
+            slider=_drawn(model, generator.uniform(-HISTORY, HISTORY, len(model.system.joints))),
+            sweeps=predictor.sweeps,
         )
         value = np.array(prediction.value)
         value[jointed] = draw.predict(model, prediction).value

@@ -98,6 +98,14 @@ def _same(frequency: Float[NDArray[np.float64], " k"]) -> Int[NDArray[np.int64],
     return np.asarray(np.cumsum(np.diff(np.log(rising), prepend=np.log(rising[0])) > SAME_FREQUENCY)[place])
 
 
+def followed(campaign: Campaign) -> tuple[int, ...]:
+    """Directions of the sweeps through the jointed structure, in the order of measurement; none if it was not swept."""
+    table = campaign.measurement
+    jointed = np.array([test.configuration != "free" for test in campaign.tests])[table.test]
+    found, first = np.unique(table.sweep[jointed], return_index=True)
+    return tuple(int(way) for way in found[np.argsort(table.order[jointed][first])] if way)
+
+
 def training(campaign: Campaign) -> Observation:
     """What a model may be fitted to: neither held-out levels nor held-out repeats, and no state that jumps."""
     return _selected(campaign, held=False)

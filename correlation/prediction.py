@@ -3,6 +3,9 @@
 All points of a configuration share the condensed structure of their frequency; each is solved from the state that the
 model had there before (after a small change of the model one or two Newton steps are enough), else from its neighbour
 in frequency.
+
+Friction remembers: a contact that sticks keeps the force that it was left with. Sweeps are therefore followed point by
+point, as they were measured, up and then down; each point begins with the sliders where the last one left them.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -60,6 +63,8 @@ class Points:
         )
 
 
+#: Relative difference of motions below which two sweeps count as one.
+ALIKE = 1e-3
 #: Configuration, level [N] and frequency [Hz] of one steady state.
 Key = tuple[bool, float, float]
 
@@ -75,12 +80,15 @@ class Prediction:
     value
         Coefficients of e^{i k Omega t}, shape (k,) [SI unit of the sensor]; NaN where no steady state was found.
     states
-        The steady states, to start other ones from.
+        The steady states of the first sweep, to start other ones from.
+    others
+        Those of the sweep back, where it was followed.
     """
 
     points: Points
     value: Complex[NDArray[np.complex128], " k"]
     states: Mapping[Key, SteadyState]
+    others: Mapping[Key, SteadyState] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -93,10 +101,14 @@ class Predictor:
         Where.
     slider
         Initial positions of all sliders, from the balance of the jointed structure [m]; zero by default.
+    sweeps
+        Directions in frequency that are followed one after another, +1 up, -1 down; their mean is predicted. None lets
+        every point begin with the initial sliders.
     """
 
     points: Points
     slider: Callable[[HarmonicBalance], NDArray[np.float64]] | None = None
+    sweeps: tuple[int, ...] = ()
 
     def predict(self, model: TestModel, before: Prediction | None = None) -> Prediction:
         """Solve for all points.
@@ -109,20 +121,26 @@ class Predictor:
             A prediction for a model nearby.
         """
         value = np.full(len(self.points), np.nan, dtype=np.complex128)
-        states: dict[Key, SteadyState] = {}
+        both: tuple[dict[Key, SteadyState], dict[Key, SteadyState]] = ({}, {})
+        known = ({}, {}) if before is None else (before.states, before.others)
         for free, levels in self._configurations:
             solver = _Configuration.of(model, free, self.slider)
+            ways = (1,) if free or not self.sweeps else self.sweeps
             for level, groups in levels.items():
-                neighbour: SteadyState | None = None
-                for frequency, rows in groups:
-                    key = (free, level, frequency)
-                    start = before.states.get(key) if before is not None else None
-                    state = solver.solve(level, frequency, start, neighbour)
-                    if state is None:
-                        continue
-                    neighbour = states[key] = state
-                    value[rows] = solver.read(state, self.points.sensor[rows], self.points.harmonic[rows])
-        return Prediction(points=self.points, value=value, states=states)
+                sliders = solver.slider
+                for number, way in enumerate(ways):
+                    neighbour: SteadyState | None = None
+                    for frequency, rows in groups[::way]:
+                        key = (free, level, frequency)
+                        start = known[number].get(key) or known[0].get(key)
+                        state = solver.solve(level, frequency, sliders, start, neighbour)
+                        if state is None:
+                            continue
+                        neighbour = both[number][key] = state
+                        sliders = state.slider_at_start if self.sweeps else sliders
+                        read = solver.read(state, self.points.sensor[rows], self.points.harmonic[rows])
+                        value[rows] = read if number == 0 else (value[rows] + read) / 2
+        return Prediction(points=self.points, value=value, states=both[0], others=both[1])
 
     def derivatives(
         self, model: TestModel, prediction: Prediction, tangents: Sequence["Tangent"]
@@ -148,9 +166,14 @@ class Predictor:
             for level, groups in levels.items():
                 for frequency, rows in groups:
                     state = prediction.states.get((free, level, frequency))
-                    if state is not None:
-                        names, harmonics = self.points.sensor[rows], self.points.harmonic[rows]
-                        slopes[rows] = solver.slopes(state, solver.at(frequency), names, harmonics, tangents)
+                    if state is None:
+                        continue
+                    names, harmonics = self.points.sensor[rows], self.points.harmonic[rows]
+                    slopes[rows] = solver.slopes(state, solver.at(frequency), names, harmonics, tangents)
+                    other = prediction.others.get((free, level, frequency))
+                    if other is not None and not _alike(state, other):
+                        back = solver.slopes(other, solver.at(frequency), names, harmonics, tangents)
+                        slopes[rows] = (slopes[rows] + back) / 2
         return slopes
 
     @cached_property
@@ -192,6 +215,12 @@ class Tangent:
     shift: Mapping[str, float] = field(default_factory=dict)
 
 
+def _alike(state: SteadyState, other: SteadyState) -> bool:
+    """Whether both sweeps move alike, so that their derivatives do; static forces may differ."""
+    apart = np.abs(state.displacement[1:] - other.displacement[1:]).max(initial=0.0)
+    return bool(apart < ALIKE * np.abs(state.displacement[1:]).max(initial=0.0))
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Configuration:
     """The balance of one configuration, and what its sensors read."""
@@ -227,11 +256,16 @@ class _Configuration:
         return "free" if self.free else "jointed"
 
     def solve(
-        self, level: float, frequency: float, start: SteadyState | None, neighbour: SteadyState | None
+        self,
+        level: float,
+        frequency: float,
+        slider: NDArray[np.float64],
+        start: SteadyState | None,
+        neighbour: SteadyState | None,
     ) -> SteadyState | None:
         """The steady state; none if there is none to be found."""
         balance, condensed = self.balance.at_level(level), self.at(frequency)
-        sliders = slider_start(balance, self.slider, False)
+        sliders = slider_start(balance, slider, False)
         for guess in (start, neighbour):
             if guess is None or guess.displacement.shape != (balance.n_harmonic, balance.n_direction):
                 continue
@@ -240,7 +274,7 @@ class _Configuration:
             except NoConvergence:
                 continue
         try:
-            return steady_state(balance, 2 * np.pi * self.true(frequency), slider=self.slider)
+            return steady_state(balance, 2 * np.pi * self.true(frequency), slider=slider)
         except NoConvergence:
             return None
 

@@ -27,6 +27,8 @@ Variance = Float[NDArray[np.float64], " m"]
 
 #: Degrees of freedom that the pooled variance counts for beside those of a point's own.
 POOLED = 6.0
+#: Share of what histories do that is noise of each number: a few linear modes do not span it where slip begins.
+ROUGH = 1.0
 #: Rounds of the weighted fit of a and b.
 ROUNDS = 6
 
@@ -78,11 +80,14 @@ def scatter(
     size, per_reading = np.abs(reading)[features.row], features.per_reading(reading)
     pooled = per_reading**2 * _pooled(_variance(apart, freedom) / per_reading**2, size, freedom, group)
     modes, starts = np.column_stack(jitter), np.cumsum([block.shape[1] for block in jitter])[:-1]
-    amplitude = _amplitudes(apart, modes, np.sqrt(pooled))
+    weights = Whitening(deviation=np.sqrt(pooled), modes=history)
+    amplitude = _amplitudes(apart, modes, weights)
     covariances = [_covariance(rows) for rows in np.split(amplitude, starts)]
-    own = _variance(apart - modes @ amplitude, freedom)
+    rest = apart - modes @ amplitude
+    own = _variance(rest - weights.explained(np.nan_to_num(rest)), freedom)
     pooled = per_reading**2 * _pooled(own / per_reading**2, size, freedom, group)
     variance = (POOLED * pooled + freedom * np.where(freedom > 0, own, 0.0)) / (POOLED + freedom)
+    variance += ROUGH**2 * (history**2).sum(axis=1)
     together = [block @ _root(covariance) for block, covariance in zip(jitter, covariances, strict=True)]
     shared = np.column_stack([*together, history]) / np.sqrt(observed.count[features.row])[:, None]
     deviation = np.sqrt(variance / np.maximum(observed.count[features.row], 1))
@@ -148,14 +153,12 @@ def _pooled(
 
 
 def _amplitudes(
-    apart: Float[NDArray[np.float64], "m R"],
-    modes: Float[NDArray[np.float64], "m q"],
-    deviation: Float[NDArray[np.float64], " m"],
+    apart: Float[NDArray[np.float64], "m R"], modes: Float[NDArray[np.float64], "m q"], weights: Whitening
 ) -> Float[NDArray[np.float64], "q R"]:
-    """Weighted least squares of each repeat's difference along the modes."""
+    """Generalised least squares of each repeat's difference along the modes; friction histories are no jitter."""
     amplitudes = np.zeros((modes.shape[1], apart.shape[1]))
     for number, column in enumerate(apart.T):
         there = np.isfinite(column)
-        scaled = modes[there] / deviation[there, None]
-        amplitudes[:, number] = np.linalg.lstsq(scaled, column[there] / deviation[there], rcond=1e-10)[0]
+        seen, difference = np.where(there[:, None], modes, 0.0), np.where(there, column, 0.0)
+        amplitudes[:, number] = np.linalg.lstsq(weights(seen), weights(difference), rcond=1e-10)[0]
     return amplitudes

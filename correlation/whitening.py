@@ -47,6 +47,16 @@ class Whitening:
         shrink = self._shrink if difference.ndim == 1 else self._shrink[:, None]
         return np.asarray(scaled - self._basis @ (shrink * (self._basis.T @ scaled)))
 
+    def with_modes(self, more: Float[NDArray[np.float64], "m j"]) -> "Whitening":
+        """With more modes, after those that there are."""
+        modes = more if self.modes is None else np.column_stack([self.modes, more])
+        return Whitening(deviation=self.deviation, modes=modes)
+
+    def explained(self, difference: Float[NDArray[np.float64], "m n"]) -> Float[NDArray[np.float64], "m n"]:
+        """What of some differences the modes most probably are, shape (m, n)."""
+        along = self._basis.T @ (difference / self.deviation[:, None])
+        return np.asarray(self.deviation[:, None] * (self._basis @ ((1 - (1 - self._shrink) ** 2)[:, None] * along)))
+
     def sample(self, generator: np.random.Generator) -> Float[NDArray[np.float64], " m"]:
         """A random difference with this covariance, normally distributed."""
         drawn = self.deviation * generator.standard_normal(len(self.deviation))

@@ -7,8 +7,8 @@ import numpy as np
 
 from correlation.feature_vector import FeatureVector
 from correlation.measurement import Campaign
-from correlation.nuisance import Budget, budget_modes, history_modes, jitter_modes
-from correlation.observation import Observation, held_out, training
+from correlation.nuisance import Budget, budget_modes, curvature_modes, history_modes, jitter_modes
+from correlation.observation import Observation, followed, held_out, training
 from correlation.prediction import Prediction, Predictor
 from correlation.scatter import Scatter, scatter
 from correlation.test_model import TestModel
@@ -103,7 +103,8 @@ def arrange(
     effects = tuple(each.effect for each in added)
     unknowns = _unknowns(base, accepted, effects)
     seen, unseen = training(campaign), held_out(campaign)
-    train, held = _features(seen), _features(unseen)
+    sweeps = followed(campaign)
+    train, held = _features(seen, sweeps), _features(unseen, sweeps)
     values = np.array([*unknowns.vanishing[: len(accepted)], *(value for each in added for value in each.values)])
     prediction = train.predictor.predict(unknowns.compose(values))
     model, fit = unknowns.compose(values), None
@@ -135,18 +136,21 @@ class _Features:
     predictor: Predictor
 
 
-def _features(observed: Observation) -> _Features:
+def _features(observed: Observation, sweeps: tuple[int, ...]) -> _Features:
     features = FeatureVector.of(observed.points, observed.value, observed.motion)
-    return _Features(observed=observed, features=features, predictor=Predictor(points=observed.points))
+    return _Features(observed=observed, features=features, predictor=Predictor(points=observed.points, sweeps=sweeps))
 
 
 def _compared(
     of: _Features, model: TestModel, prediction: Prediction, budget: Budget, refined: Sequence[TestModel]
 ) -> tuple[Comparison, Scatter]:
     repeats = jitter_modes(of.predictor, of.features, model, prediction)
-    history = history_modes(of.features, model, prediction, DRAWS, SEED)
+    history = history_modes(of.predictor, of.features, model, prediction, DRAWS, SEED)
     errors = budget_modes(of.predictor, of.features, model, prediction, budget, refined)
     seen = scatter(of.observed, of.features, repeats, history, errors)
+    jitter = {name: float(np.sqrt(each[0, 0])) for name, each in zip(("jointed", "free"), seen.jitter, strict=False)}
+    bent = curvature_modes(of.predictor, of.features, model, prediction, jitter)
+    seen = seen._replace(whitening=seen.whitening.with_modes(bent))
     comparison = Comparison(
         observed=of.observed,
         features=of.features,

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
 from diagnosis.arrangement import Arrangement
 from diagnosis.calibration import calibrate
@@ -87,9 +88,11 @@ def limits_of(trials: Sequence[Trial], false_alarms: float = 0.01) -> Limits:
     """
     if len(trials) < 2:
         raise ValueError(f"{len(trials)} trials tell no distribution: make at least 2")
+    # One candidate alone does as much as a chi-square of one degree of freedom.
+    least = float(chi2.isf(false_alarms, 1))
     return Limits(
-        gain=_quantile(np.array([trial.gain for trial in trials]), 1 - false_alarms),
-        misfit=_quantile(np.array([trial.misfit for trial in trials]), 1 - false_alarms),
+        gain=max(_quantile(np.array([trial.gain for trial in trials]), 1 - false_alarms), least),
+        misfit=max(_quantile(np.array([trial.misfit for trial in trials]), 1 - false_alarms), least),
         false_alarms=false_alarms,
         n_trial=len(trials),
     )

@@ -1,7 +1,7 @@
 """One round of diagnosis: what is missing from a model, nothing, one of several, or nothing that is known."""
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from correlation.measurement import Campaign
@@ -100,7 +100,9 @@ def diagnose(
         An unknown kind of effect, or one's own that is none.
     """
     told = report or (lambda _what, _share: None)
+    known = {each.effect.name for each in added}
     listed = candidates(campaign, base, without=without, extra=extra)
+    listed = replace(listed, candidates=tuple(each for each in listed.candidates if each.name not in known))
     told("calibration", 0.0)
     arrangement = keep("arrangement", lambda: arrange(campaign, base, accepted, budget, added=added))
     told("screening", 0.35)

@@ -111,7 +111,7 @@ def _text(model: TestModel) -> str:
     )
     tables.append(
         "[numerical_error] # measured with twice the elements, 5 stations and 11 harmonics\n"
-        'frequency = "0.001 %"\ncompliance = "0.01 %"\n'
+        'frequency = "0.002 %"\ncompliance = "0.1 %"\n'
         'shares = "2 %" # of what the contacts at the ends of a line have\n'
     )
     tables.append(f"[harmonics]\nhighest = {model.n_harmonic - 1}\n")

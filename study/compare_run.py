@@ -203,7 +203,7 @@ def beside(observed: Observation, model: TestModel, budget: Budget, before: Pred
             observed,
             vector,
             jitter_modes(predictor, vector, model, prediction),
-            history_modes(vector, model, prediction, DRAWS, SEED),
+            history_modes(predictor, vector, model, prediction, DRAWS, SEED),
             budget_modes(predictor, vector, model, prediction, budget, budget.refined),
         ).whitening,
         predictor=predictor,
