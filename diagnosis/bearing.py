@@ -21,8 +21,6 @@ from reduction.jointed_system import FrictionContact, Joint
 
 Vector = Float[NDArray[np.float64], " n"]
 
-#: Share of its own that a contact keeps at least.
-LEAST = 0.01
 SHARED = ("tangential_stiffness", "normal_stiffness", "preload")
 #: Least part of a share that is left to a contact: all that lies further in must come from those at the ends.
 LEFT = 0.1

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from correlation.feature_vector import FeatureVector
-from correlation.nuisance import HISTORY, Budget, budget_modes, bulge, history_modes, jitter_modes
+from correlation.nuisance import HISTORY, Budget, budget_modes, bulge, curvature_modes, history_modes, jitter_modes
 from correlation.prediction import Prediction, Predictor
 from correlation.test_model import TestModel
 from reduction.jointed_system import FrictionContact, along
@@ -77,7 +77,7 @@ def test_a_model_without_lines_has_frequencies_alone(small: TestModel, paper: Mo
     features = FeatureVector.of(kept, prediction.value, np.ones(len(kept), dtype=bool))
     blocks = jitter_modes(predictor, features, free, prediction)
     assert [block.shape[1] for block in blocks if block.size] == [1, 1]
-    assert history_modes(features, free, prediction, 2, 1).shape == (len(features.row), 0)
+    assert history_modes(predictor, features, free, prediction, 2, 1).shape == (len(features.row), 0)
 
 
 def test_the_budget_scales_with_its_numbers(bench: Bench) -> None:
@@ -198,7 +198,7 @@ def test_other_shares_of_the_lines_are_modes_of_each_level(long: Bench, paper: M
 
 def test_histories_are_drawn_for_each_level_and_leave_the_free_structure(bench: Bench, paper: ModuleType) -> None:
     n_draw = 3
-    modes = history_modes(bench.features, bench.model, bench.prediction, n_draw, 7)
+    modes = history_modes(bench.predictor, bench.features, bench.model, bench.prediction, n_draw, 7)
     points, row = bench.features.points, bench.features.row
     assert modes.shape == (len(row), len(paper.LEVELS) * (n_draw + 1))
     assert not modes[points.free[row]].any()
@@ -216,9 +216,33 @@ def test_a_history_within_the_cone_changes_no_contact_that_sticks(bench: Bench, 
     predictor = Predictor(points=points)
     prediction = predictor.predict(bench.model)
     features = FeatureVector.of(points, prediction.value, np.isin(points.sensor, ["tip", "root"]))
-    modes = history_modes(features, bench.model, prediction, 3, 7)
+    modes = history_modes(predictor, features, bench.model, prediction, 3, 7)
     fundamental = np.isin(points.sensor, ["tip", "root"])[features.row] & (points.harmonic[features.row] == 1)
     assert HISTORY < 1
     # A stuck contact is linear: round-off, relative to F / X.
     stiffness = np.abs(features.of_values(prediction.value)[fundamental]).max()
     assert np.abs(modes[fundamental]).max() < 1e-7 * stiffness
+
+
+def test_curvature_is_the_mean_that_jitter_leaves_behind(bench: Bench) -> None:
+    """Where the frequency is + or - one deviation, features are on average off by half their second derivative."""
+    deviation = {"jointed": 2e-3, "free": 1e-3}
+    modes = curvature_modes(bench.predictor, bench.features, bench.model, bench.prediction, deviation)
+    free = bench.features.points.free[bench.features.row]
+    assert modes.shape == (len(free), 2)
+    nominal = bench.features.of_values(bench.prediction.value)
+    for mode, (name, size), here in zip(modes.T, deviation.items(), (~free, free), strict=True):
+        assert not mode[~here].any()
+        ends = [
+            bench.features.of_values(
+                bench.predictor.predict(bench.model.shifted(name, side * size), bench.prediction).value
+            )
+            for side in (1, -1)
+        ]
+        expected = np.where(here, (ends[0] + ends[1]) / 2 - nominal, 0.0)
+        # Newton's 1e-9 from other starts.
+        np.testing.assert_allclose(mode, expected, rtol=0, atol=1e-5 * np.abs(nominal).max())
+        assert np.abs(mode).max() > 1e-4
+    # The second order: twice the jitter, four times the mode.
+    twice = curvature_modes(bench.predictor, bench.features, bench.model, bench.prediction, {"free": 2e-3})[:, 0]
+    np.testing.assert_allclose(twice, 4 * modes[:, 1], rtol=0, atol=0.02 * np.abs(twice).max())

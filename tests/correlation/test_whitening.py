@@ -51,3 +51,20 @@ def test_samples_have_the_covariance(modes: np.ndarray | None) -> None:
 def test_a_deviation_must_be_positive_and_finite(wrong: float) -> None:
     with pytest.raises(CampaignError, match="repeat the test"):
         Whitening(deviation=np.array([1.0, wrong]))
+
+
+def test_what_the_modes_explain_is_their_share_of_the_covariance() -> None:
+    """The mean of the modes' part, given the sum with the noise: M M^T S^-1 d."""
+    differences = np.random.default_rng(8).standard_normal((M, 3)) * DEVIATION[:, None]
+    found = Whitening(deviation=DEVIATION, modes=MODES).explained(differences)
+    exact = MODES @ MODES.T @ np.linalg.solve(S, differences)
+    # Round-off grows with the condition number of S, some 1e5.
+    np.testing.assert_allclose(found, exact, rtol=0, atol=1e-9 * np.abs(exact).max())
+    assert not Whitening(deviation=DEVIATION).explained(differences).any()
+
+
+def test_more_modes_come_after_those_that_there_are() -> None:
+    more = Whitening(deviation=DEVIATION, modes=MODES[:, :3]).with_modes(MODES[:, 3:])
+    assert more.modes is not None
+    np.testing.assert_array_equal(more.modes, MODES)
+    np.testing.assert_array_equal(Whitening(deviation=DEVIATION).with_modes(MODES).modes, MODES)
