@@ -5,12 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from correlation.feature_vector import FeatureVector
 from correlation.measurement import Campaign
-from correlation.nuisance import Budget, budget_modes, curvature_modes, history_modes, jitter_modes
-from correlation.observation import Observation, followed, held_out, training
-from correlation.prediction import Prediction, Predictor
-from correlation.scatter import Scatter, scatter
+from correlation.nuisance import Budget
+from correlation.observation import followed, held_out, training
+from correlation.scatter import Scatter
 from correlation.test_model import TestModel
 from correlation.whitening import Whitening
 from diagnosis.accepted import Accepted
@@ -19,13 +17,12 @@ from diagnosis.comparison import Comparison
 from diagnosis.effect.candidate import Effect
 from diagnosis.jitter import jitter
 from diagnosis.unknowns import Unknowns, Values
+from diagnosis.weighing import Measured, weighed
 
 Report = Callable[[str, float], None]
 
 #: Calibrations, each with the covariance of the one before.
 ROUNDS = 2
-#: Friction histories drawn for the covariance, and the seed that they are drawn with.
-DRAWS, SEED = 6, 1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -104,18 +101,18 @@ def arrange(
     unknowns = _unknowns(base, accepted, effects)
     seen, unseen = training(campaign), held_out(campaign)
     sweeps = followed(campaign)
-    train, held = _features(seen, sweeps), _features(unseen, sweeps)
+    train, held = Measured.of(seen, sweeps), Measured.of(unseen, sweeps)
     values = np.array([*unknowns.vanishing[: len(accepted)], *(value for each in added for value in each.values)])
     prediction = train.predictor.predict(unknowns.compose(values))
     model, fit = unknowns.compose(values), None
     # Jitter and numerical error depend on where the contacts slip, and so on the fit that they weigh.
     for _ in range(ROUNDS):
-        comparison, _ = _compared(train, model, prediction, budget, _refined(budget, unknowns, values))
+        comparison, _ = weighed(train, model, prediction, budget, _refined(budget, unknowns, values))
         fit = calibrate(comparison, unknowns, values, prediction, _told(report, "calibration"), exact=True)
         model, prediction, values = fit.model, fit.prediction, fit.values
     assert fit is not None
     beside = held.predictor.predict(model, prediction)
-    tested, apart = _compared(held, model, beside, budget, _refined(budget, unknowns, values))
+    tested, apart = weighed(held, model, beside, budget, _refined(budget, unknowns, values))
     settled, shifts = _settled(tested, apart, model)
     return Arrangement(
         base=base,
@@ -127,38 +124,6 @@ def arrange(
         jitter=tuple(shifts),
         fit=fit,
     )
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Features:
-    observed: Observation
-    features: FeatureVector
-    predictor: Predictor
-
-
-def _features(observed: Observation, sweeps: tuple[int, ...]) -> _Features:
-    features = FeatureVector.of(observed.points, observed.value, observed.motion)
-    return _Features(observed=observed, features=features, predictor=Predictor(points=observed.points, sweeps=sweeps))
-
-
-def _compared(
-    of: _Features, model: TestModel, prediction: Prediction, budget: Budget, refined: Sequence[TestModel]
-) -> tuple[Comparison, Scatter]:
-    repeats = jitter_modes(of.predictor, of.features, model, prediction)
-    history = history_modes(of.predictor, of.features, model, prediction, DRAWS, SEED)
-    errors = budget_modes(of.predictor, of.features, model, prediction, budget, refined)
-    seen = scatter(of.observed, of.features, repeats, history, errors)
-    jitter = {name: float(np.sqrt(each[0, 0])) for name, each in zip(("jointed", "free"), seen.jitter, strict=False)}
-    bent = curvature_modes(of.predictor, of.features, model, prediction, jitter)
-    seen = seen._replace(whitening=seen.whitening.with_modes(bent))
-    comparison = Comparison(
-        observed=of.observed,
-        features=of.features,
-        measured=of.features.of_repeats(of.observed.repeat, of.observed.taken),
-        whitening=seen.whitening,
-        predictor=of.predictor,
-    )
-    return comparison, seen
 
 
 def _settled(comparison: Comparison, seen: Scatter, model: TestModel) -> tuple[Comparison, list[tuple[Effect, float]]]:

@@ -10,20 +10,19 @@ from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
 from correlation.feature import features
-from correlation.feature_vector import FeatureVector
 from correlation.measurement import Campaign, Suspicion
 from correlation.misfit import Misfit, misfit
 from correlation.model_suspicion import suspicions_against, swapped_sensors
-from correlation.nuisance import Budget, budget_modes, history_modes, jitter_modes
-from correlation.observation import Observation, held_out, training
+from correlation.nuisance import Budget
+from correlation.observation import Observation, followed, held_out, training
 from correlation.peak_error import PeakError, peak_errors
 from correlation.prediction import Points, Prediction, Predictor
 from correlation.read_campaign import read_campaign
-from correlation.scatter import scatter
 from correlation.sensor_placement import with_sensors
 from correlation.test_model import TestModel
-from diagnosis.arrangement import DRAWS, SEED, arrange
+from diagnosis.arrangement import arrange
 from diagnosis.comparison import NOT_FOUND, Comparison
+from diagnosis.weighing import Measured, weighed
 from fe.dense_modes import dense_modes
 from study.case import load_case
 from study.compare_pictures import pictures
@@ -178,13 +177,19 @@ class Side:
         return misfit(of.observed, of.features, value, standardised, of.residual(self.prediction))
 
 
-def beside(observed: Observation, model: TestModel, budget: Budget, before: Prediction | None = None) -> Side:
+def beside(
+    observed: Observation,
+    sweeps: tuple[int, ...],
+    model: TestModel,
+    budget: Budget,
+    before: Prediction | None = None,
+) -> Side:
     """Measurements beside a model as it is, weighted by noise, friction histories and numerical error.
 
     Parameters
     ----------
-    observed
-        Measurements.
+    observed, sweeps
+        Measurements, and the directions in which they were swept.
     model
         With their sensors.
     budget
@@ -192,22 +197,9 @@ def beside(observed: Observation, model: TestModel, budget: Budget, before: Pred
     before
         A prediction of the same model at other points.
     """
-    vector = FeatureVector.of(observed.points, observed.value, observed.motion)
-    predictor = Predictor(points=observed.points)
-    prediction = predictor.predict(model, before)
-    comparison = Comparison(
-        observed=observed,
-        features=vector,
-        measured=vector.of_repeats(observed.repeat, observed.taken),
-        whitening=scatter(
-            observed,
-            vector,
-            jitter_modes(predictor, vector, model, prediction),
-            history_modes(predictor, vector, model, prediction, DRAWS, SEED),
-            budget_modes(predictor, vector, model, prediction, budget, budget.refined),
-        ).whitening,
-        predictor=predictor,
-    )
+    measured = Measured.of(observed, sweeps)
+    prediction = measured.predictor.predict(model, before)
+    comparison, _ = weighed(measured, model, prediction, budget, budget.refined)
     return Side(comparison=comparison, prediction=prediction)
 
 
@@ -241,9 +233,10 @@ def _sides(
         calibrated = tuple(Calibrated(name=each.name, factor=a, deviation=b) for each, a, b in found)
         return sides, calibrated, fit.model
     model, budget = setup.complete, setup.complete_budget
-    sides = [beside(training(campaign), model, budget)]
+    sweeps = followed(campaign)
+    sides = [beside(training(campaign), sweeps, model, budget)]
     if campaign.held_out.levels or campaign.held_out.repeats:
-        sides.append(beside(held_out(campaign), model, budget, sides[0].prediction))
+        sides.append(beside(held_out(campaign), sweeps, model, budget, sides[0].prediction))
     return sides, (), model
 
 
