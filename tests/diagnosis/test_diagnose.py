@@ -219,6 +219,8 @@ def test_what_was_added_is_fitted_again_with_what_comes_next(bench: Bench) -> No
     # The base stays the engineer's own model.
     assert found.arrangement.base is bench.small
     assert [each.name for each in found.arrangement.added] == [WHERE]
+    # What is there already is no candidate.
+    assert WHERE not in [score.effect.name for score in found.scores]
 
 
 def test_a_round_after_all_was_added_finds_nothing(bench: Bench) -> None:
