@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
-from correlation.test_model import DERIVATIVE, LineSensor, Sensor, TestModel
+from correlation.test_model import DERIVATIVE, Sensor, TestModel
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.sampling import complex_from_real
@@ -132,8 +132,12 @@ class Predictor:
                     neighbour: SteadyState | None = None
                     for frequency, rows in groups[::way]:
                         key = (free, level, frequency)
-                        start = known[number].get(key) or known[0].get(key)
-                        state = solver.solve(level, frequency, sliders, start, neighbour)
+                        first = both[0].get(key)
+                        if number and first is not None and np.array_equal(first.slider, sliders):
+                            state: SteadyState | None = first
+                        else:
+                            start = known[number].get(key) or known[0].get(key)
+                            state = solver.solve(level, frequency, sliders, start, neighbour)
                         if state is None:
                             continue
                         neighbour = both[number][key] = state
@@ -282,17 +286,8 @@ class _Configuration:
         self, state: SteadyState, names: NDArray[np.str_], harmonics: NDArray[np.int64]
     ) -> Complex[NDArray[np.complex128], " k"]:
         """What sensors read of a state, one harmonic each."""
-        forces: NDArray[np.complex128] | None = None
-        values = np.empty(len(names), dtype=np.complex128)
-        for number, (name, harmonic) in enumerate(zip(names, harmonics, strict=True)):
-            sensor = self._sensor(str(name))
-            if isinstance(sensor, Sensor):
-                motion = state.coefficients[harmonic] @ sensor.row
-                values[number] = sensor.gain * self._derived(sensor, state, harmonic) * motion
-            else:
-                forces = self._forces(state) if forces is None else forces
-                values[number] = sensor.gain * (forces[harmonic] @ self._line(sensor.line, sensor.component))
-        return values
+        table = self._readings(state.coefficients, self._forces(state), state)
+        return np.asarray(table[harmonics, self._numbers(names)])
 
     def slopes(
         self,
@@ -305,26 +300,44 @@ class _Configuration:
         """Their derivatives."""
         changes = [tangent.free if self.free else tangent.jointed for tangent in tangents]
         found = derivatives(self.balance, state, changes, condensed)
-        read = self.read(state, names, harmonics)
+        numbers, read = self._numbers(names), self.read(state, names, harmonics)
+        values = self._readings(found.coefficients, found.force, state)[:, harmonics, numbers].T
         shift = np.array([tangent.shift.get(self.configuration, 0.0) for tangent in tangents])
-        values = np.empty((len(names), len(tangents)), dtype=np.complex128)
-        for number, (name, harmonic) in enumerate(zip(names, harmonics, strict=True)):
-            sensor = self._sensor(str(name))
+        rates = np.array(
+            [[tangent.gain.get(sensor.name, 0.0) for tangent in tangents] for sensor in self.model.sensors]
+        )
+        gain = np.array([sensor.gain or 1.0 for sensor in self.model.sensors])
+        order = np.array([DERIVATIVE[each.quantity] if isinstance(each, Sensor) else 0 for each in self.model.sensors])
+        return np.asarray(values + read[:, None] * ((rates / gain[:, None])[numbers] + order[numbers, None] * shift))
+
+    def _numbers(self, names: NDArray[np.str_]) -> NDArray[np.int64]:
+        """Which sensors they are."""
+        order = {sensor.name: number for number, sensor in enumerate(self.model.sensors)}
+        return np.array([order[str(name)] for name in names], dtype=np.int64)
+
+    def _readings(
+        self,
+        coefficients: Complex[NDArray[np.complex128], "... h r"],
+        forces: Complex[NDArray[np.complex128], "... h d"],
+        state: SteadyState,
+    ) -> Complex[NDArray[np.complex128], "... h s"]:
+        """All sensors' readings of some motions and joint forces at the frequency of a state."""
+        motion, force, order = self._rows
+        times = 1j * np.arange(coefficients.shape[-2])[:, None] * state.angular_frequency
+        return np.asarray((coefficients @ motion.T) * times**order + forces @ force.T)
+
+    @cached_property
+    def _rows(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+        """Of each sensor what it follows of the motion and of the joint forces, gains included; time derivatives."""
+        motion = np.zeros((len(self.model.sensors), self.model.system.n_dof))
+        force = np.zeros((len(self.model.sensors), self.balance.n_direction))
+        order = np.zeros(len(self.model.sensors), dtype=np.int64)
+        for number, sensor in enumerate(self.model.sensors):
             if isinstance(sensor, Sensor):
-                moved = found.coefficients[:, harmonic] @ sensor.row * self._derived(sensor, state, harmonic)
+                motion[number], order[number] = sensor.gain * sensor.row, DERIVATIVE[sensor.quantity]
             else:
-                moved = found.force[:, harmonic] @ self._line(sensor.line, sensor.component)
-            rates = np.array([tangent.gain.get(sensor.name, 0.0) for tangent in tangents])
-            values[number] = sensor.gain * moved + rates * read[number] / (sensor.gain or 1.0)
-            if isinstance(sensor, Sensor):
-                values[number] += DERIVATIVE[sensor.quantity] * shift * read[number]
-        return values
-
-    def _sensor(self, name: str) -> Sensor | LineSensor:
-        return next(each for each in self.model.sensors if each.name == name)
-
-    def _derived(self, sensor: Sensor, state: SteadyState, harmonic: int) -> complex:
-        return complex((1j * harmonic * state.angular_frequency) ** DERIVATIVE[sensor.quantity])
+                force[number] = sensor.gain * self._line(sensor.line, sensor.component)
+        return motion, force, order
 
     def _forces(self, state: SteadyState) -> Complex[NDArray[np.complex128], "harmonic d"]:
         """Coefficients of all joint forces f = g + D x."""

@@ -82,6 +82,7 @@ def calibrate(
     *,
     slopes: Float[NDArray[np.float64], "m p"] | None = None,
     exact: bool = False,
+    quick: bool = False,
 ) -> Fit:
     """Minimise chi^2 from a start.
 
@@ -101,6 +102,8 @@ def calibrate(
         Jacobian near the start, shape (m + p, p); computed by default.
     exact
         Whether the Jacobian must be that of the end.
+    quick
+        Whether an updated Jacobian may say that there is nothing more to gain.
     """
     size, damping, failures = unknowns.size, FIRST_DAMPING, 0
     values = unknowns.clipped(np.array(start, dtype=np.float64))
@@ -111,7 +114,7 @@ def calibrate(
         trial, expected = _step(unknowns, here, jacobian, damping)
         there = _evaluate(comparison, unknowns, trial, here.prediction) if expected >= ENOUGH else here
         gained = here.chi2 - there.chi2
-        if gained < ENOUGH and not fresh:
+        if gained < ENOUGH and not fresh and not quick:
             # Only the Jacobian of here may say that there is nothing to gain.
             jacobian, fresh = _jacobian(comparison, unknowns, here), True
             continue

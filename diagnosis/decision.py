@@ -24,7 +24,7 @@ HELD_SHARE = 0.25
 #: An effect whose falls of chi^2 are less than this behind the best one's may be the one: odds of 20 to 1 end there.
 BEHIND = 6.0
 #: Share of what the best effect explains that may be left for others beyond chance.
-STAND_IN = 0.3
+STAND_IN = 0.15
 
 
 def gain(arrangement: Arrangement, refit: Refit) -> float:

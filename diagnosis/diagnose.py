@@ -14,7 +14,7 @@ from diagnosis.decision import decide, support
 from diagnosis.keep import Keep, computed
 from diagnosis.limits import Limits, linear_limits
 from diagnosis.localisation import Place, localise
-from diagnosis.refit import Refit, refit, shortlist, unchanged
+from diagnosis.refit import Refit, finalists, fitted, refit, shortlist, unchanged
 from diagnosis.screening import Score, screen
 from diagnosis.verdict import Verdict
 
@@ -109,11 +109,14 @@ def diagnose(
     screened = keep("scores", lambda: screen(arrangement, listed.candidates, _screened(told)))
     found = limits or linear_limits(screened)
     before = keep("held-out error", lambda: unchanged(arrangement))
-    refits = []
-    chosen = shortlist(screened)
+    fits, chosen = [], shortlist(screened)
     for number, score in enumerate(chosen):
-        told(f"fit of {score.effect.name}", 0.55 + 0.3 * number / len(chosen))
-        refits.append(keep(f"refit of {score.effect.name}", partial(refit, arrangement, score)))
+        told(f"fit of {score.effect.name}", 0.5 + 0.2 * number / len(chosen))
+        fits.append((score, keep(f"fit of {score.effect.name}", partial(fitted, arrangement, score))))
+    refits, last = [], finalists(fits)
+    for number, (score, fit) in enumerate(last):
+        told(f"test of {score.effect.name}", 0.7 + 0.15 * number / len(last))
+        refits.append(keep(f"refit of {score.effect.name}", partial(refit, arrangement, score, fit)))
     told("unknown forces", 0.85)
     places = keep("places", lambda: localise(arrangement))
     ranked = sorted(refits, key=lambda each: -support(arrangement, before, each))
@@ -136,4 +139,4 @@ def candidates(
 
 
 def _screened(told: Report) -> Callable[[int, int], None]:
-    return lambda done, of: told("screening", 0.35 + 0.2 * done / of)
+    return lambda done, of: told("screening", 0.35 + 0.15 * done / of)

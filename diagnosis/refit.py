@@ -3,7 +3,7 @@
 The screening is linear; a refit has turned its order round more than once. What ranks is the held-out error.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +20,10 @@ from diagnosis.unknowns import Unknowns
 
 #: The best few are refitted, and all others this parallel to one of them that promise this share of the best gain.
 BEST, PARALLEL, PROMISING, MOST = 3, 0.6, 0.5, 6
+#: Of the shortlist, so many are fitted thoroughly and tested.
+FINALISTS = 3
+#: What acts through stick and slip alone is refitted in any case: its derivative may point the wrong way.
+RUGGED, MOST_RUGGED = ("pre-load", "friction coefficient"), 3
 #: Gains below this are not worth a refit: the best of some dozens of candidates has more by chance.
 WORTHLESS = 3.0
 #: A fit that gains less than this share of what the screening promised is begun once more, from typical strength.
@@ -71,7 +75,8 @@ def shortlist(scores: Sequence[Score]) -> list[Score]:
         parallel = max((abs(float(score.direction @ other.direction)) for other in best), default=0.0)
         if len(chosen) < MOST and score.gain > max(PROMISING * best[0].gain, WORTHLESS) and parallel > PARALLEL:
             chosen.append(score)
-    return chosen
+    rugged = [score for score in scores if score.effect.kind in RUGGED and score not in chosen and score.size > 0]
+    return chosen + rugged[:MOST_RUGGED]
 
 
 def unchanged(arrangement: Arrangement) -> Refit:
@@ -79,13 +84,8 @@ def unchanged(arrangement: Arrangement) -> Refit:
     return _tested(arrangement, None, arrangement.fit)
 
 
-def refit(arrangement: Arrangement, score: Score, report: Callable[[float], None] | None = None) -> Refit:
-    """Fit one effect beside the accepted parameters, and test it on the held-out data."""
-    return _tested(arrangement, score.effect, fitted(arrangement, score, report))
-
-
-def fitted(arrangement: Arrangement, score: Score, report: Callable[[float], None] | None = None) -> Fit:
-    """Fit one effect beside the accepted parameters, without a test.
+def fitted(arrangement: Arrangement, score: Score) -> Fit:
+    """Fit one effect beside the accepted parameters, quickly: good enough to tell who comes into question.
 
     Parameters
     ----------
@@ -93,24 +93,40 @@ def fitted(arrangement: Arrangement, score: Score, report: Callable[[float], Non
         Measurements and model.
     score
         The effect, and where to start.
-    report
-        Called with chi^2 after each step.
     """
     effect, accepted = score.effect, arrangement.fit
-    unknowns = arrangement.unknowns([effect])
-    found = [
-        calibrate(
-            arrangement.train, unknowns, score.start, accepted.prediction, report, slopes=_slopes(score, accepted)
-        )
-    ]
+    unknowns, slopes = arrangement.unknowns([effect]), _slopes(score, accepted)
+    found = [calibrate(arrangement.train, unknowns, score.start, accepted.prediction, slopes=slopes, quick=True)]
     if accepted.chi2 - found[0].chi2 < KEPT * score.gain:
         parameter = effect.parameters[0]
         size = abs(parameter.typical - parameter.vanishes)
         other = parameter.vanishes + np.sign(score.strength - parameter.vanishes or 1.0) * size
         rest = [each.vanishes for each in effect.parameters[1:]]
         start = np.array([*accepted.values, np.clip(other, parameter.lower, parameter.upper), *rest])
-        found.append(calibrate(arrangement.train, unknowns, start, accepted.prediction, report))
+        found.append(calibrate(arrangement.train, unknowns, start, accepted.prediction, quick=True))
     return min(found, key=lambda fit: fit.chi2)
+
+
+def finalists(fits: Sequence[tuple[Score, Fit]]) -> list[tuple[Score, Fit]]:
+    """Those of quick fits that are worth a thorough one and a test, best first."""
+    return sorted(fits, key=lambda pair: pair[1].chi2)[:FINALISTS]
+
+
+def refit(arrangement: Arrangement, score: Score, begun: Fit | None = None) -> Refit:
+    """Fit one effect thoroughly, and test it on the held-out data.
+
+    Parameters
+    ----------
+    arrangement
+        Measurements and model.
+    score
+        The effect.
+    begun
+        Its quick fit; made by default.
+    """
+    begun = fitted(arrangement, score) if begun is None else begun
+    fit = calibrate(arrangement.train, begun.unknowns, begun.values, begun.prediction, slopes=begun.jacobian)
+    return _tested(arrangement, score.effect, fit)
 
 
 def _slopes(score: Score, accepted: Fit) -> Float[NDArray[np.float64], "m p"] | None:
