@@ -8,7 +8,20 @@ import pytest
 
 from diagnosis import refit as refits
 from diagnosis.effect.candidate import EffectParameter
-from diagnosis.refit import BEST, KEPT, MOST, PARALLEL, PROMISING, WORTHLESS, fitted, shortlist
+from diagnosis.refit import (
+    BEST,
+    FINALISTS,
+    KEPT,
+    MOST,
+    MOST_RUGGED,
+    PARALLEL,
+    PROMISING,
+    RUGGED,
+    WORTHLESS,
+    finalists,
+    fitted,
+    shortlist,
+)
 from diagnosis.screening import Score
 
 ACCEPTED, CHI2 = np.array([1.02, 0.97]), 500.0
@@ -24,12 +37,13 @@ def score(
     typical: float = 1.0,
     n_parameter: int = 1,
     lower: float = -5,
+    kind: str = "mass",
 ) -> Score:
     strengths = EffectParameter(name="p", unit="-", lower=lower, upper=5.0, typical=typical)
     rest = tuple(
         EffectParameter(name="q", unit="-", lower=0, upper=9, typical=3, vanishes=2) for _ in range(n_parameter - 1)
     )
-    effect: Any = SimpleNamespace(name=name, parameters=(strengths, *rest))
+    effect: Any = SimpleNamespace(name=name, kind=kind, parameters=(strengths, *rest))
     start = np.array([1.0, 1.0, strength, *[2.0] * (n_parameter - 1)])
     slope = np.array([7.0, 8.0, 9.0, 0.0, 0.0])
     return Score(
@@ -43,8 +57,11 @@ class Calibrations:
     def __init__(self, *chi2: float) -> None:
         self.chi2, self.starts, self.slopes = list(chi2), [], []  # type: ignore[var-annotated]
 
-    def __call__(self, train: object, unknowns: object, start: np.ndarray, *_: object, slopes: Any = None) -> Any:
+    def __call__(
+        self, train: object, unknowns: object, start: np.ndarray, *_: object, slopes: Any = None, quick: bool = False
+    ) -> Any:
         del train, unknowns
+        assert quick
         self.starts.append(np.array(start))
         self.slopes.append(slopes)
         return SimpleNamespace(chi2=self.chi2.pop(0))
@@ -130,3 +147,17 @@ def test_what_chance_gains_is_not_worth_a_refit() -> None:
     assert shortlist(ranked(WORTHLESS - 0.1, 1, 0)) == []
     assert len(shortlist(ranked(WORTHLESS + 0.1, WORTHLESS - 0.1, 0))) == 1
     assert shortlist([]) == []
+
+
+def test_what_acts_through_slip_alone_is_refitted_in_any_case() -> None:
+    """Its derivative may point the wrong way where a contact begins to slip."""
+    plain = [score(gain, name=f"p {gain:g}") for gain in (100.0, 90.0, 80.0)]
+    slipping = [score(0.1, name=f"line {number}", kind=RUGGED[0]) for number in range(MOST_RUGGED + 2)]
+    unseen = Score(**{**vars(slipping[0]), "size": 0.0})
+    assert shortlist([*plain, unseen, *slipping]) == [*plain, *slipping[:MOST_RUGGED]]
+    assert shortlist([*plain[:2], slipping[0]]) == plain[:2] + slipping[:1]
+
+
+def test_those_that_fit_best_are_fitted_thoroughly() -> None:
+    fits: list[Any] = [(number, SimpleNamespace(chi2=chi2)) for number, chi2 in enumerate([9.0, 3.0, 7.0, 5.0, 8.0])]
+    assert [number for number, _ in finalists(fits)] == [1, 3, 2][:FINALISTS]
