@@ -1,0 +1,59 @@
+"""From misfit to named cause to falling error: a beam on the virtual bench hides an effect that its model lacks.
+
+python examples/find_the_missing_effect.py [FOLDER]     # three minutes or so; figures and pages go to FOLDER
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from correlation.read_campaign import read_campaign
+from study import compare_words, diagnose_words
+from study.beam_case import write_beam_case
+from study.compare_pictures import pictures
+from study.compare_run import Compared, compare
+from study.diagnose_add import add, record
+from study.diagnose_files import contents
+from study.diagnose_history import history_of
+from study.diagnose_round import Round, diagnose_case
+from study.diagnose_stages import waterfall
+from study.progress import LineProgress
+from study.test_case_model import read_test_case
+from transient.bench import make_campaign, random_effect
+
+folder, progress, seed = Path(sys.argv[1] if len(sys.argv) > 1 else "found"), LineProgress(sys.stdout), 3
+measured = folder / "campaign"
+hidden = random_effect(np.random.default_rng(seed))  # what and where is drawn; tenfold, so that it is no riddle
+with progress.step("measuring on the bench, which has a model of its own", expected=10):
+    make_campaign(measured, seed=seed, kind=hidden.kind, place=hidden.place, strength=10 * hidden.strength)
+campaign, case = read_campaign(measured), write_beam_case(folder)  # the case: the beam as its drawing says
+
+
+def show(compared: Compared, name: str) -> None:
+    """Where the model fails, in words and as responses."""
+    print(f"\n=== {name}\n{compare_words.in_words(compared)}")
+    drawn = pictures(compared.model, compared.train, compared.held, compared.prediction, f"Beam, {name}")
+    (folder / f"{name.replace(' ', '_')}_frf.png").write_bytes(drawn["frf_jointed"])
+
+
+def diagnose(name: str) -> Round:
+    """What the case lacks, in words, as a page and as figures; noted in the history of the case."""
+    found = diagnose_case(read_test_case(case, campaign), campaign, progress=progress)
+    record(found, case, measured)
+    for file, content in contents(found, history_of(case), case).items():
+        (folder / f"{name}_{file}").write_bytes(content)
+    print(f"\n=== {name}\n{diagnose_words.in_words(found)}\n")
+    return found
+
+
+show(compare(read_test_case(case), campaign, calibrate=True), "calibrated")  # no stiffness or friction explains it
+best = diagnose("first").diagnosis.verdict.effects[0]
+assert best.effect is not None  # a refit without any effect is none of these
+print(diagnose_words.step_in_words(add(case, best.effect.name), case))
+show(compare(read_test_case(case), campaign), f"with {best.effect.name}")
+last = diagnose("second")
+for step in waterfall(last, history_of(case)):
+    print(f"{step.name:16} held-out error {100 * step.held_out:6.2f} %, chi^2 a number {step.held_out_chi2:6.2f}")
+print(f"The bench had hidden: {hidden.kind} at {hidden.place}, {10 * hidden.strength:.4g} (found: {best.strength:.4g})")
+assert (best.effect.name, last.best) == (f"{hidden.kind} at {hidden.place}", None)
