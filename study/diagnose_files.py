@@ -27,7 +27,7 @@ def contents(of: Round, history: History, case: Path) -> dict[str, bytes]:
         Its file.
     """
     steps, found = waterfall(of, history), rows(of)[:MOST]
-    title = f"{of.setup.title} beside {of.campaign.title}"
+    title = " beside ".join(dict.fromkeys([of.setup.title, of.campaign.title]))  # once, if they are called the same
     stem = f"{case.stem}_diagnosis"
     files = {f"{stem}.html": page(of, history).encode()}
     files[f"{stem}_waterfall.png"] = waterfall_figure(steps, title=title, subtitle=falls(steps))

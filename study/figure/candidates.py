@@ -70,7 +70,8 @@ def candidates_figure(
         colour = NAMED if each.is_named else FITTED if each.is_fitted else EXPECTED
         left.barh(at, max(each.gain, least), 0.7, color=colour, zorder=2)
         left.text(
-            max(each.gain, least) * 1.15, at, each.strength, va="center", fontsize=8, color=INK, clip_on=False
+            max(each.gain, least) * 1.15, at, each.strength, va="center", fontsize=8, color=INK, zorder=3,
+            clip_on=False, bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none"},
         )  # fmt: skip
         if each.held_out is not None:
             right.plot(100 * each.held_out, at, "o", color=colour, markersize=6, zorder=3)

@@ -94,7 +94,11 @@ def _bars(axes: "Axes", pairs: Sequence[tuple[float, float]], steps: Sequence[Wa
         for bar, step in zip(bars, steps, strict=True):
             if step.proposed:
                 bar.set(hatch="////", facecolor="white", edgecolor=colour, linewidth=1.2)
-        axes.bar_label(bars, labels=[_shown(height) for height in heights], fontsize=8, padding=2, color=INK)
+        # On white, so that the line of the noise does not strike a number through.
+        axes.bar_label(
+            bars, labels=[_shown(height) for height in heights], fontsize=8, padding=3, color=INK, zorder=3,
+            bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none"},
+        )  # fmt: skip
     axes.set_xticks(place, [fill(step.name, FOLD) for step in steps], fontsize=9)
     axes.grid(axis="y", color=GRID, linewidth=0.8)
     axes.spines[["top", "right"]].set_visible(False)
