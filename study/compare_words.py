@@ -13,6 +13,8 @@ from study.compare_run import Compared
 NOISE = 1.5
 #: A resonance fails beyond this: a few repeats tell their own scatter badly [standard deviations].
 CLEAR_PEAK = 4.0
+#: Below, an error of the phase is not worth a word; static parts, and what the model lacks altogether, have none [deg].
+NO_PHASE = 0.05
 #: What is worst along each axis.
 WORDS = {axis: f"worst {axis}" for axis in AXES}
 
@@ -135,10 +137,10 @@ def _signed(cell: Share) -> str:
     if not np.isfinite(cell.signed_amplitude_error):
         return ""
     amplitude, phase = cell.signed_amplitude_error, np.degrees(cell.signed_phase_error)
-    return (
-        f"; there the model's amplitude is {100 * abs(amplitude):.3g} % too {'large' if amplitude > 0 else 'small'} "
-        f"and its phase {abs(phase):.3g} deg too {'early' if phase > 0 else 'late'}"
-    )
+    told = f"; there the model's amplitude is {100 * abs(amplitude):.3g} % too {'large' if amplitude > 0 else 'small'}"
+    if not abs(phase) > NO_PHASE:
+        return told
+    return f"{told} and its phase {abs(phase):.3g} deg too {'early' if phase > 0 else 'late'}"
 
 
 def _peaks(compared: Compared) -> Iterator[str]:
