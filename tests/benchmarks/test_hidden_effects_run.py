@@ -171,13 +171,15 @@ POINTS = Points(
 
 
 def comparison() -> SimpleNamespace:
-    features = FeatureVector.of(POINTS, VALUE, np.array([True, True, True, False, False, True]))
+    motion = np.array([True, True, True, False, False, True])
+    features = FeatureVector.of(POINTS, VALUE, motion)
     measured = features.of_values(VALUE)
     draw = np.random.default_rng(5)
     # The first mode moves a ratio and its reference together.
     modes = np.column_stack([3e-4 * measured, 2e-4 * draw.standard_normal((len(measured), 2))])
     whitening = Whitening(deviation=1e-4 * draw.uniform(0.5, 2.0, len(measured)), modes=modes)
-    return SimpleNamespace(features=features, measured=measured, whitening=whitening)
+    observed = SimpleNamespace(motion=motion)
+    return SimpleNamespace(features=features, measured=measured, whitening=whitening, observed=observed)
 
 
 def test_the_floor_is_the_error_of_the_true_model() -> None:
@@ -196,7 +198,7 @@ def test_the_floor_is_the_error_of_the_true_model() -> None:
             reading = feature.copy()
             reading[[0, 1, 5]] = 5.0 / feature[[0, 1, 5]]
             reading[3] = feature[3] * reading[0]  # the largest motion of the state is its reference
-            chosen = POINTS.harmonic == 1
+            chosen = (POINTS.harmonic == 1) & held.observed.motion
             squares[name] += float(np.mean(np.abs(reading / VALUE - 1)[chosen] ** 2)) / n
     expected = (math.sqrt(squares["all"]), math.sqrt(squares["noise"]))
     # 4000 draws of some ten numbers: 1 % is three standard deviations of the mean.
