@@ -143,7 +143,8 @@ def _amplitude(axes: "Axes", panel: OverlayPanel, colours: Sequence[str]) -> Non
         axes.plot(curve.line_frequency, shown(curve.line), color=colour, linewidth=1.3, zorder=2)
         _points(axes, curve.frequency, shown(curve.measured), curve.deviation, colour)
     axes.set_title(panel.label, fontsize=10, loc="left", color=INK)
-    axes.set_ylabel(f"[{panel.unit}]" if panel.is_static else f"amplitude [{panel.unit}]")
+    unit = panel.unit.replace("um", "µm")
+    axes.set_ylabel(f"[{unit}]" if panel.is_static else f"amplitude [{unit}]")
     if not panel.is_static:
         axes.set_ylim(bottom=0)
 
