@@ -49,11 +49,11 @@ def diagnose(name: str) -> Round:
 
 show(compare(read_test_case(case), campaign, calibrate=True), "calibrated")  # no stiffness or friction explains it
 best = diagnose("first").diagnosis.verdict.effects[0]
-assert best.effect is not None  # a refit without any effect is none of these
+assert best.effect is not None
 print(diagnose_words.step_in_words(add(case, best.effect.name), case))
 show(compare(read_test_case(case), campaign), f"with {best.effect.name}")
 last = diagnose("second")
 for step in waterfall(last, history_of(case)):
-    print(f"{step.name:16} held-out error {100 * step.held_out:6.2f} %, chi^2 a number {step.held_out_chi2:6.2f}")
+    print(f"{step.name:14} error {100 * step.training:6.2f} %; held-out chi^2 a number {step.held_out_chi2:6.2f}")
 print(f"The bench had hidden: {hidden.kind} at {hidden.place}, {10 * hidden.strength:.4g} (found: {best.strength:.4g})")
 assert (best.effect.name, last.best) == (f"{hidden.kind} at {hidden.place}", None)

@@ -67,7 +67,7 @@ def candidates_figure(
     # A gain of nothing has no logarithm.
     least = min(1.0, threshold / 10)
     for at, each in zip(place, candidates, strict=True):
-        colour = NAMED if each.is_named else FITTED if each.is_fitted else EXPECTED
+        colour = _colour(each)
         left.barh(at, max(each.gain, least), 0.7, color=colour, zorder=2)
         left.text(
             max(each.gain, least) * 1.15, at, each.strength, va="center", fontsize=8, color=INK, zorder=3,
@@ -88,13 +88,15 @@ def candidates_figure(
         axes.grid(axis="x", color=GRID, linewidth=0.8)
         axes.spines[["top", "right"]].set_visible(False)
         axes.set_axisbelow(True)
-    handles = [
-        Patch(color=NAMED, label="named by the verdict"),
-        Patch(color=FITTED, label="fitted"),
-        Patch(color=EXPECTED, label="to first order"),
-    ]
-    figure.legend(handles=handles, frameon=False, loc="outside lower left", ncols=3)
+    shown = {_colour(each) for each in candidates}
+    words = {NAMED: "named by the verdict", FITTED: "fitted", EXPECTED: "to first order"}
+    handles = [Patch(color=colour, label=label) for colour, label in words.items() if colour in shown]
+    figure.legend(handles=handles, frameon=False, loc="outside lower left", ncols=len(handles))
     add_heading(figure, title, subtitle)
     stream = BytesIO()
     figure.savefig(stream, format="png")
     return stream.getvalue()
+
+
+def _colour(of: CandidateBar) -> str:
+    return NAMED if of.is_named else FITTED if of.is_fitted else EXPECTED
