@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
-from correlation.measurement import Campaign
+from correlation.measurement import Campaign, Suspicion
 from correlation.prediction import Points
 
 Scatter = Float[NDArray[np.float64], " n"]
@@ -31,12 +31,35 @@ def jumping(campaign: Campaign, points: Points) -> Bool[NDArray[np.bool_], " k"]
         Rows of the same campaign.
     """
     found = np.zeros(len(points), dtype=bool)
-    for free in np.unique(points.free):
-        for level in np.unique(points.level[points.free == free]):
+    for free, level, frequency in _jumps(campaign):
+        near = np.abs(points.frequency / frequency - 1) < 1e-5
+        found |= (points.free == free) & (points.level == level) & near
+    return found
+
+
+def jump_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
+    """One for each state at which the response jumps."""
+    return tuple(
+        Suspicion(
+            where=f"{'free' if free else 'jointed'} test, {level:g} N, {frequency:g} Hz",
+            sentence=(
+                f"repeats and sweeps scatter more than {JUMP:g} times as much as at the frequencies beside it: the "
+                "response jumps between two steady states; the point is left out of every fit"
+            ),
+        )
+        for free, level, frequency in _jumps(campaign)
+    )
+
+
+def _jumps(campaign: Campaign) -> list[tuple[bool, float, float]]:
+    """Configuration, level [N] and frequency [Hz] of each."""
+    table, found = campaign.measurement, []
+    is_free = np.array([test.configuration == "free" for test in campaign.tests])[table.test]
+    for free in np.unique(is_free):
+        for level in np.unique(table.level[is_free == free]):
             frequency, stiffness, motion = _scatter(campaign, bool(free), float(level))
-            for each in frequency[_outlying(stiffness) & _outlying(motion)]:
-                here = (points.free == free) & (points.level == level)
-                found |= here & (np.abs(points.frequency / each - 1) < 1e-5)
+            there = frequency[_outlying(stiffness) & _outlying(motion)]
+            found += [(bool(free), float(level), float(each)) for each in there]
     return found
 
 

@@ -13,6 +13,7 @@ from correlation.test_model import TestModel
 from correlation.whitening import Whitening
 from diagnosis.accepted import Accepted
 from diagnosis.calibration import Fit, calibrate
+from diagnosis.catalogue import Catalogue, catalogue
 from diagnosis.comparison import Comparison
 from diagnosis.effect.candidate import Effect
 from diagnosis.jitter import jitter
@@ -76,6 +77,7 @@ def arrange(
     report: Report | None = None,
     *,
     added: Sequence[Added] = (),
+    listed: Callable[[TestModel], Catalogue] = catalogue,
 ) -> Arrangement:
     """Prepare features, covariance and the first fit.
 
@@ -91,6 +93,8 @@ def arrange(
         Called with what is done, and chi^2 a number.
     added
         Effects that were found before, and where to start them.
+    listed
+        Effects of a finer model, where those that were added are found by their names.
 
     Raises
     ------
@@ -101,18 +105,22 @@ def arrange(
     unknowns = _unknowns(base, accepted, effects)
     seen, unseen = training(campaign), held_out(campaign)
     sweeps = followed(campaign)
+    finer = [
+        replace(unknowns, base=each, effects=(*accepted, *(listed(each).effect(effect.name) for effect in effects)))
+        for each in budget.refined
+    ]
     train, held = Measured.of(seen, sweeps), Measured.of(unseen, sweeps)
     values = np.array([*unknowns.vanishing[: len(accepted)], *(value for each in added for value in each.values)])
     prediction = train.predictor.predict(unknowns.compose(values))
     model, fit = unknowns.compose(values), None
     # Jitter and numerical error depend on where the contacts slip, and so on the fit that they weigh.
     for _ in range(ROUNDS):
-        comparison, _ = weighed(train, model, prediction, budget, _refined(budget, unknowns, values))
+        comparison, _ = weighed(train, model, prediction, budget, [each.compose(values) for each in finer])
         fit = calibrate(comparison, unknowns, values, prediction, _told(report, "calibration"), exact=True)
         model, prediction, values = fit.model, fit.prediction, fit.values
     assert fit is not None
     beside = held.predictor.predict(model, prediction)
-    tested, apart = weighed(held, model, beside, budget, _refined(budget, unknowns, values))
+    tested, apart = weighed(held, model, beside, budget, [each.compose(values) for each in finer])
     settled, shifts = _settled(tested, apart, model)
     return Arrangement(
         base=base,
@@ -135,11 +143,6 @@ def _settled(comparison: Comparison, seen: Scatter, model: TestModel) -> tuple[C
     # Of a mean of as many repeats as most points have.
     repeats = float(np.median(comparison.observed.count))
     return replace(comparison, whitening=without), jitter(model, [each / repeats for each in seen.jitter])
-
-
-def _refined(budget: Budget, unknowns: Unknowns, values: Values) -> list[TestModel]:
-    """The finer models with the same values."""
-    return [replace(unknowns, base=finer).compose(values) for finer in budget.refined]
 
 
 def _unknowns(base: TestModel, accepted: Sequence[Accepted], effects: Sequence[Effect]) -> Unknowns:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
 from correlation.feature import features
+from correlation.jump import jump_suspicions
 from correlation.measurement import Campaign, Suspicion
 from correlation.misfit import Misfit, misfit
 from correlation.model_suspicion import suspicions_against, swapped_sensors
@@ -141,7 +142,8 @@ def compare(setup: TestSetup, campaign: Campaign, *, calibrate: bool = False) ->
     model = with_sensors(setup.model, campaign)
     refined = [with_sensors(finer, campaign) for finer in setup.budget.refined]
     setup = replace(setup, model=model, budget=replace(setup.budget, refined=refined))
-    suspected = (*campaign.suspicions, *suspicions_against(campaign, model_frequencies(setup.complete)))
+    against = suspicions_against(campaign, model_frequencies(setup.complete))
+    suspected = (*campaign.suspicions, *against, *jump_suspicions(campaign))
     sides, calibrated, model = _sides(setup, campaign, calibrate)
     train, *rest = (side.misfit for side in sides)
     return Compared(

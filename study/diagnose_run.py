@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from correlation.errors import CampaignError
+from correlation.jump import jump_suspicions
 from correlation.measurement import Campaign
 from correlation.model_suspicion import suspicions_against
 from correlation.read_campaign import read_campaign
@@ -169,4 +170,4 @@ def step_document(step: Step) -> dict[str, Any]:
 
 def _suspicions(found: Round, campaign: Campaign) -> list[str]:
     against = suspicions_against(campaign, model_frequencies(found.setup.model))
-    return [str(each) for each in (*campaign.suspicions, *against)]
+    return [str(each) for each in (*campaign.suspicions, *against, *jump_suspicions(campaign))]

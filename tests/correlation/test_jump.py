@@ -6,7 +6,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from correlation.jump import FEWEST, jumping
+from correlation.jump import FEWEST, jump_suspicions, jumping
 from correlation.measurement import Campaign
 from correlation.observation import held_out, observation, training
 from correlation.test_model import TestModel
@@ -62,3 +62,11 @@ def test_a_zero_reading_is_no_jump(small: TestModel, paper: ModuleType) -> None:
     table = campaign.measurement
     silent = replace(campaign, measurement=replace(table, value=np.zeros_like(table.value)))
     assert not jumping(silent, observation(campaign).points).any()
+
+
+def test_a_jump_is_told_with_its_place(small: TestModel, paper: ModuleType) -> None:
+    campaign = paper.make_campaign(small, seed=3)
+    assert jump_suspicions(campaign) == ()
+    (told,) = jump_suspicions(jumped(campaign))
+    assert told.where == "jointed test, 3 N, 26.5 Hz"
+    assert "left out" in told.sentence
