@@ -1,6 +1,6 @@
 """From misfit to named cause to falling error: a beam on the virtual bench hides an effect that its model lacks.
 
-python examples/find_the_missing_effect.py [FOLDER]     # three minutes or so; figures and pages go to FOLDER
+python examples/find_the_missing_effect.py [FOLDER]     # some minutes; figures and pages go to FOLDER
 """
 
 import sys
