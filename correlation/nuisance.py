@@ -7,8 +7,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from correlation.configuration import Tangent
 from correlation.feature_vector import FeatureVector
-from correlation.prediction import Prediction, Predictor, Tangent
+from correlation.prediction import Prediction, Predictor
 from correlation.test_model import TestModel
 from hbsolve.balance import HarmonicBalance
 from hbsolve.sensitivity import MatrixParameter, ModelParameter

@@ -19,7 +19,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from correlation.prediction import Tangent
+from correlation.configuration import Tangent
 from diagnosis.arrangement import Arrangement
 from diagnosis.screening import accepted_basis
 from hbsolve.sensitivity import MatrixParameter, ModelParameter

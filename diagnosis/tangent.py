@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.prediction import Tangent
+from correlation.configuration import Tangent
 from correlation.test_model import TestModel
 from diagnosis.effect.candidate import EffectError
 from hbsolve.contact.catalogue import parameter_names

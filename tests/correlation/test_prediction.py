@@ -6,7 +6,8 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from correlation.prediction import Prediction, Predictor, Tangent
+from correlation.configuration import Tangent
+from correlation.prediction import Prediction, Predictor
 from correlation.test_model import TestModel
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion

@@ -1,0 +1,184 @@
+"""One configuration of a tested structure, with or without its contacts: its steady states and what sensors read."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from correlation.test_model import DERIVATIVE, Sensor, TestModel
+from hbsolve.balance import HarmonicBalance
+from hbsolve.condensed import Condensed
+from hbsolve.sampling import complex_from_real
+from hbsolve.sensitivity import ModelParameter, derivatives
+from hbsolve.state import slider_start
+from hbsolve.steady_state import NoConvergence, SteadyState, forces_at, solve_at, steady_state
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Tangent:
+    """How a model's data change with one parameter.
+
+    Parameters
+    ----------
+    jointed, free
+        Rates of the structure's data in either configuration.
+    gain
+        Rate of each sensor's gain, by its name.
+    shift
+        Relative rate of the true frequency, by configuration, as far as velocities and accelerations are read with it;
+        what it does to the structure is among the rates of the data.
+    """
+
+    jointed: ModelParameter
+    free: ModelParameter
+    gain: Mapping[str, float]
+    shift: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Configuration:
+    """The balance of one configuration, and what its sensors read.
+
+    Parameters
+    ----------
+    free
+        Whether the contacts of all lines are left out.
+    model
+        As it is in this configuration.
+    balance
+        Of its system.
+    condensed
+        The linear structure at the frequencies seen so far, by frequency [Hz].
+    slider
+        Initial positions of the sliders, shape (s,) [m].
+    """
+
+    free: bool
+    model: TestModel
+    balance: HarmonicBalance
+    condensed: dict[float, Condensed]
+    slider: NDArray[np.float64]
+
+    @classmethod
+    def of(
+        cls, model: TestModel, free: bool, slider: Callable[[HarmonicBalance], NDArray[np.float64]] | None
+    ) -> "Configuration":
+        """That of a model, its contacts left out if it is `free`; `slider` says where its sliders begin [m]."""
+        seen = model.free() if free else model
+        balance = HarmonicBalance(system=seen.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
+        start = np.zeros(balance.n_slider) if slider is None or free else slider(balance)
+        return cls(free=free, model=seen, balance=balance, condensed={}, slider=start)
+
+    def at(self, frequency: float) -> Condensed:
+        """The linear structure at a frequency, kept for the other levels."""
+        if frequency not in self.condensed:
+            self.condensed[frequency] = self.balance.at(2 * np.pi * self.true(frequency))
+        return self.condensed[frequency]
+
+    def true(self, frequency: float) -> float:
+        """What the exciter does where its label says `frequency` [Hz]."""
+        return frequency * (1 + self.model.shift.get(self.configuration, 0.0))
+
+    @property
+    def configuration(self) -> str:
+        """Its name."""
+        return "free" if self.free else "jointed"
+
+    def solve(
+        self,
+        level: float,
+        frequency: float,
+        slider: NDArray[np.float64],
+        start: SteadyState | None,
+        neighbour: SteadyState | None,
+    ) -> SteadyState | None:
+        """The steady state; none if there is none to be found."""
+        balance, condensed = self.balance.at_level(level), self.at(frequency)
+        sliders = slider_start(balance, slider, False)
+        for guess in (start, neighbour):
+            if guess is None or guess.displacement.shape != (balance.n_harmonic, balance.n_direction):
+                continue
+            try:
+                return solve_at(balance, condensed, guess.motion, sliders)
+            except NoConvergence:
+                continue
+        try:
+            return steady_state(balance, 2 * np.pi * self.true(frequency), slider=slider)
+        except NoConvergence:
+            return None
+
+    def read(
+        self, state: SteadyState, names: NDArray[np.str_], harmonics: NDArray[np.int64]
+    ) -> Complex[NDArray[np.complex128], " k"]:
+        """What sensors read of a state, one harmonic each."""
+        table = self._readings(state.coefficients, self._forces(state), state)
+        return np.asarray(table[harmonics, self._numbers(names)])
+
+    def slopes(
+        self,
+        state: SteadyState,
+        condensed: Condensed,
+        names: NDArray[np.str_],
+        harmonics: NDArray[np.int64],
+        tangents: Sequence[Tangent],
+    ) -> Complex[NDArray[np.complex128], "k p"]:
+        """Their derivatives."""
+        changes = [tangent.free if self.free else tangent.jointed for tangent in tangents]
+        found = derivatives(self.balance, state, changes, condensed)
+        numbers, read = self._numbers(names), self.read(state, names, harmonics)
+        values = self._readings(found.coefficients, found.force, state)[:, harmonics, numbers].T
+        shift = np.array([tangent.shift.get(self.configuration, 0.0) for tangent in tangents])
+        rates = np.array(
+            [[tangent.gain.get(sensor.name, 0.0) for tangent in tangents] for sensor in self.model.sensors]
+        )
+        gain = np.array([sensor.gain or 1.0 for sensor in self.model.sensors])
+        order = np.array([DERIVATIVE[each.quantity] if isinstance(each, Sensor) else 0 for each in self.model.sensors])
+        return np.asarray(values + read[:, None] * ((rates / gain[:, None])[numbers] + order[numbers, None] * shift))
+
+    def _numbers(self, names: NDArray[np.str_]) -> NDArray[np.int64]:
+        """Which sensors they are."""
+        order = {sensor.name: number for number, sensor in enumerate(self.model.sensors)}
+        return np.array([order[str(name)] for name in names], dtype=np.int64)
+
+    def _readings(
+        self,
+        coefficients: Complex[NDArray[np.complex128], "... h r"],
+        forces: Complex[NDArray[np.complex128], "... h d"],
+        state: SteadyState,
+    ) -> Complex[NDArray[np.complex128], "... h s"]:
+        """All sensors' readings of some motions and joint forces at the frequency of a state."""
+        motion, force, order = self._rows
+        times = 1j * np.arange(coefficients.shape[-2])[:, None] * state.angular_frequency
+        return np.asarray((coefficients @ motion.T) * times**order + forces @ force.T)
+
+    @cached_property
+    def _rows(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+        """Of each sensor what it follows of the motion and of the joint forces, gains included; time derivatives."""
+        motion = np.zeros((len(self.model.sensors), self.model.system.n_dof))
+        force = np.zeros((len(self.model.sensors), self.balance.n_direction))
+        order = np.zeros(len(self.model.sensors), dtype=np.int64)
+        for number, sensor in enumerate(self.model.sensors):
+            if isinstance(sensor, Sensor):
+                motion[number], order[number] = sensor.gain * sensor.row, DERIVATIVE[sensor.quantity]
+            else:
+                force[number] = sensor.gain * self._line(sensor.line, sensor.component)
+        return motion, force, order
+
+    def _forces(self, state: SteadyState) -> Complex[NDArray[np.complex128], "harmonic d"]:
+        """Coefficients of all joint forces f = g + D x."""
+        balance = self.balance.at_level(state.level)
+        g = forces_at(balance, state.angular_frequency, state.motion, state.start, want=0).coefficients
+        return complex_from_real(g) + balance.table.reference * state.displacement
+
+    def _line(self, line: str, component: str) -> Float[NDArray[np.float64], " d"]:
+        """Which joint directions a line sensor sums."""
+        members = self.model.lines[line]
+        seen = np.zeros(self.balance.n_direction)
+        for number, joint in enumerate(self.model.system.joints):
+            if joint.name in members:
+                first, last = self.balance.table.direction[number : number + 2]
+                seen[last - 1 if component == "normal" else first] = 1.0
+        return seen
