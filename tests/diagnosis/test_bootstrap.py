@@ -1,0 +1,76 @@
+"""What chance does in a layout: draws without any effect, and the tail that some dozens of them tell."""
+
+from types import ModuleType
+
+import numpy as np
+import pytest
+from scipy.stats import chi2, gumbel_r
+
+from correlation.nuisance import Budget
+from correlation.test_model import TestModel
+from diagnosis.accepted import accepted
+from diagnosis.arrangement import Arrangement, arrange
+from diagnosis.bootstrap import Trial, limits_of, null_trial
+from diagnosis.catalogue import Catalogue, catalogue
+
+WHERE, MASS = "mass at tip z", 0.01
+SEEDS = range(6)
+
+
+def trials(gains: np.ndarray, misfits: np.ndarray) -> list[Trial]:
+    pairs = zip(gains.tolist(), misfits.tolist(), strict=True)
+    return [Trial(seed=seed, gain=gain, misfit=misfit) for seed, (gain, misfit) in enumerate(pairs)]
+
+
+def test_the_tail_of_gumbels_law_is_told() -> None:
+    draw = np.random.default_rng(1)
+    gains, misfits = (gumbel_r.rvs(loc=m, scale=s, size=20_000, random_state=draw) for m, s in ((6, 2), (9, 3)))
+    limits = limits_of(trials(gains, misfits), false_alarms=0.01)
+    # The standard deviation of 20,000 draws is known to 1 %; the quantile is 4.6 scales away.
+    assert limits.gain == pytest.approx(gumbel_r.isf(0.01, loc=6, scale=2), rel=0.03)
+    assert limits.misfit == pytest.approx(gumbel_r.isf(0.01, loc=9, scale=3), rel=0.03)
+    assert (limits.false_alarms, limits.n_trial) == (0.01, 20_000)
+
+
+def test_chance_does_as_much_as_one_candidate_alone() -> None:
+    limits = limits_of(trials(np.zeros(4), np.zeros(4)), false_alarms=0.01)
+    assert limits.gain == limits.misfit == pytest.approx(chi2.isf(0.01, 1))
+
+
+@pytest.mark.parametrize("n", [0, 1])
+def test_a_trial_is_no_distribution(n: int) -> None:
+    with pytest.raises(ValueError, match=f"{n} trials tell no distribution"):
+        limits_of(trials(np.zeros(n), np.zeros(n)))
+
+
+@pytest.fixture(scope="module")
+def listed(small: TestModel, paper: ModuleType) -> Catalogue:
+    return catalogue(small, level=paper.LEVELS[1])
+
+
+@pytest.fixture(scope="module")
+def heavy(small: TestModel, paper: ModuleType, listed: Catalogue) -> Arrangement:
+    """Of a campaign that does hide something: the draws do not."""
+    campaign = paper.make_campaign(listed.effect(WHERE).apply(small, [MASS]), jitter=3e-5, seed=5)
+    return arrange(
+        campaign, small, accepted(small, deviation={"kn": 0.0, "E": 0.0}), Budget(frequency=0.0, compliance=0.0)
+    )
+
+
+@pytest.fixture(scope="module")
+def drawn(heavy: Arrangement, listed: Catalogue) -> list[Trial]:
+    return [null_trial(heavy, listed.candidates, seed) for seed in SEEDS]
+
+
+def test_draws_without_an_effect_gain_what_chance_does(drawn: list[Trial], listed: Catalogue) -> None:
+    gains = np.array([trial.gain for trial in drawn])
+    # The largest of so many independent chi-squares of one degree of freedom would be larger in one run of 1000.
+    n = len(listed.candidates) * len(SEEDS)
+    assert (gains >= 0).all()
+    assert gains.max() < chi2.isf(1e-3 / n, 1)
+    assert gains.max() > chi2.isf(0.5, 1)
+    assert len(set(gains.tolist())) == len(SEEDS)
+
+
+def test_a_seed_is_a_draw(heavy: Arrangement, listed: Catalogue, drawn: list[Trial]) -> None:
+    assert null_trial(heavy, listed.candidates, SEEDS[1]) == drawn[1]
