@@ -108,5 +108,5 @@ def misfit(place: Place) -> float:
 def _stand_in(explained: float, rest: Leftover, limits: Limits) -> bool:
     """Whether something else explains a good part of what an effect does, beyond chance."""
     unknown = misfit(rest.places[0]) if rest.places else 0.0
-    left = max(rest.gain if rest.gain > limits.gain else 0.0, unknown if unknown > limits.misfit else 0.0)
-    return left > STAND_IN * explained
+    beyond = max(rest.gain - limits.gain, unknown - limits.misfit)
+    return beyond > STAND_IN * explained

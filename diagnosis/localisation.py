@@ -5,28 +5,36 @@ A missing force f at a place with row p of the calibrated model changes the resp
 .. math:: f = -\kappa(a)\, u, \qquad u = p \cdot q
 
 with a complex kappa of its own for each level: positive real for a spring, negative real for a mass, imaginary for
-damping. Within a level it follows the amplitude by the exponent. For each place the whitened residual is fitted with
-kappa at all levels, the accepted parameters projected out; the place that explains most is where the force is, kappa
-over the amplitude there says the exponent, its phase the kind.
+damping. Within a level it follows the amplitude by the exponent p. Where third harmonics were measured there may be a
+force of three times the frequency as well,
+
+.. math:: f_3 = \lambda\, (|u| / \max |u|)^p\, (u / |u|)^3 ,
+
+as any force that follows the displacement has. For each place the whitened residual is fitted with kappa and lambda at
+all levels, the accepted parameters projected out; the place that explains most is where the force is, their growth with
+the amplitude says the exponent, their phase the kind.
 
 Phases of the missing force relative to the displacement: 180 deg spring, 0 deg inertia, -90 deg damping.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.configuration import Tangent
+from correlation.test_model import TestModel
 from diagnosis.arrangement import Arrangement
 from diagnosis.screening import accepted_basis
 from hbsolve.sensitivity import MatrixParameter, ModelParameter
 
 NOTHING = ModelParameter()
-#: Fits of each place, and exponents of the amplitude that they may suppose.
-ROUNDS, EXPONENTS = 3, (0.0, 4.0)
+#: Exponents of the amplitude that each place is fitted with.
+EXPONENTS = (0.0, 1.0, 2.0, 3.0, 4.0)
+#: Standard deviation of an exponent that they tell at best, so far apart.
+COARSE = 0.3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -40,13 +48,15 @@ class Place:
     gain
         Fall of chi^2.
     n_number
-        Numbers fitted: real and imaginary part of kappa a level and configuration.
+        Numbers fitted: real and imaginary parts of kappa, and of lambda, a level.
     level, amplitude
         Levels, and the amplitude of the place at its largest response there, shape (l,) [N, m].
     stiffness
         kappa, shape (l,) [N/m].
     deviation
         Standard deviation of kappa's parts, shape (l,) [N/m].
+    third
+        lambda, shape (l,) [N]; zero where no third harmonics were measured.
     exponent
         p of f ~ a^p: 1 for what is linear, 2 for air, 3 for a cubic spring.
     exponent_deviation
@@ -64,6 +74,7 @@ class Place:
     amplitude: Float[NDArray[np.float64], " l"]
     stiffness: Complex[NDArray[np.complex128], " l"]
     deviation: Float[NDArray[np.float64], " l"]
+    third: Complex[NDArray[np.complex128], " l"]
     exponent: float
     exponent_deviation: float
     phase: float
@@ -87,22 +98,23 @@ def localise(arrangement: Arrangement) -> list[Place]:
     points = arrangement.train.features.points
     places = []
     for name, row in fit.model.places.items():
-        tangents = [*_tangents(row, False), *_tangents(row, True)]
+        tangents = [*_tangents(fit.model, row, False), *_tangents(fit.model, row, True)]
         both = arrangement.train.predictor.derivatives(fit.model, fit.prediction, tangents)
-        for free, slopes in ((False, both[:, :2]), (True, both[:, 2:])):
+        for free, slopes in ((False, both[:, :4]), (True, both[:, 4:])):
             levels = np.unique(points.level[points.free == free])
             if not len(levels):
                 continue
+            motion = _motion(arrangement, row, free)
             largest = [_largest(arrangement, row, free, float(level)) for level in levels]
-            amplitude = _amplitudes(arrangement, row, free)
-            exponent, found = 1.0, []
-            # kappa is as large as the amplitude makes it at each frequency: first alike, then by the exponent found.
-            for _ in range(ROUNDS):
-                changes = _changes(arrangement, free, levels, largest, slopes, amplitude, exponent)
-                across = changes - basis @ (basis.T @ changes)
+            with_third = bool((points.harmonic[points.free == free] == 3).any())
+            found = []
+            # The force is as large as the amplitude makes it at each frequency, which says more than the levels do.
+            for exponent in EXPONENTS:
+                changes = _changes(arrangement, free, levels, largest, slopes, motion, exponent)
+                chosen = changes if with_third else changes[:, : 2 * len(levels)]
+                across = chosen - basis @ (basis.T @ chosen)
                 found.append(_place(name, free, levels, np.array([each for each, _ in largest]), across, residual))
-                exponent = float(np.clip(found[-1].exponent, *EXPONENTS))
-            places.append(max(found, key=lambda place: place.gain))
+            places.append(_best(found))
     return sorted(places, key=lambda place: -(place.gain - place.n_number))
 
 
@@ -112,44 +124,60 @@ def _changes(
     levels: NDArray[np.float64],
     largest: Sequence[tuple[float, float]],
     slopes: NDArray[np.complex128],
-    amplitude: NDArray[np.float64],
+    motion: NDArray[np.complex128],
     exponent: float,
 ) -> NDArray[np.float64]:
-    """Whitened change with the parts of kappa at the largest amplitude of each level, shape (m + p, 2 l)."""
+    """Whitened change with the parts of kappa and of lambda at each level's largest amplitude, shape (m + p, 4 l)."""
     fit, train = arrangement.fit, arrangement.train
-    points, columns = train.features.points, []
+    points, kappa, third = train.features.points, [], []
     for level, (most, omega) in zip(levels, largest, strict=True):
         at = (points.level == level) & (points.free == free)
         share = np.zeros(len(points))
         if most > 0:
-            share[at] = (amplitude[at] / most) ** (exponent - 1)
+            share[at] = (np.abs(motion[at]) / most) ** (exponent - 1)
         # A dashpot c is an imaginary stiffness Omega c.
-        parts = share[:, None] * np.where(at[:, None], slopes, 0.0) / np.array([1.0, omega])
-        features = train.features.slopes(fit.prediction.value, parts)
+        kappa.append(share[:, None] * slopes[:, :2] / np.array([1.0, omega]))
+        size = np.where(motion == 0, 1.0, np.abs(motion))
+        turned = np.where(at, share * size / (most or 1.0) * (motion / size) ** 3, 0.0)
+        # A complex force changes the response of a nonlinear structure by its parts, each in its own way; loads are
+        # those of a level of 1 N.
+        real, imaginary = slopes[:, 2] / level, slopes[:, 3] / level
+        third.append(
+            np.column_stack(
+                [turned.real * real + turned.imag * imaginary, turned.real * imaginary - turned.imag * real]
+            )
+        )
+    columns = []
+    for parts in (*kappa, *third):
+        features = train.features.slopes(fit.prediction.value, np.where(np.isfinite(parts), parts, 0.0))
         columns.append(train.whitening(np.where(np.isfinite(features), features, 0.0)))
-    return np.concatenate([np.concatenate(columns, axis=1), np.zeros((len(fit.values), 2 * len(levels)))])
+    return np.concatenate([np.concatenate(columns, axis=1), np.zeros((len(fit.values), 4 * len(levels)))])
 
 
-def _tangents(row: NDArray[np.float64], free: bool) -> list[Tangent]:
-    """Of the real part of kappa, and of a dashpot for its imaginary part."""
-    outer = np.outer(row, row)
+def _tangents(model: TestModel, row: NDArray[np.float64], free: bool) -> list[Tangent]:
+    """Of the real part of kappa, of a dashpot for its imaginary part, and of the parts of a third harmonic's force."""
+    outer, third = np.outer(row, row), np.zeros((2, model.n_harmonic, len(row)), dtype=np.complex128)
+    if model.n_harmonic > 3:
+        third[:, 3] = row, 1j * row
     rates = [
         ModelParameter(matrices=MatrixParameter(stiffness=outer)),
         ModelParameter(matrices=MatrixParameter(damping=outer)),
+        *(ModelParameter(harmonic_force=force) for force in third),
     ]
     return [Tangent(jointed=NOTHING if free else rate, free=rate if free else NOTHING, gain={}) for rate in rates]
 
 
-def _amplitudes(arrangement: Arrangement, row: NDArray[np.float64], free: bool) -> NDArray[np.float64]:
-    """Amplitude of a row at each point of a configuration; 1 where there is no state, shape (k,) [m]."""
+def _motion(arrangement: Arrangement, row: NDArray[np.float64], free: bool) -> NDArray[np.complex128]:
+    """Fundamental of a row at each point of a configuration; 1 where there is no state, shape (k,) [m]."""
     prediction, points = arrangement.fit.prediction, arrangement.train.features.points
     keys = zip(points.free, points.level, points.frequency, strict=True)
     states = [prediction.states.get((bool(is_free), float(at), float(f))) for is_free, at, f in keys]
     return np.array(
         [
-            state.amplitude(row) if state is not None and state_free == free else 1.0
+            state.coefficients[1] @ row if state is not None and state_free == free else 1.0
             for state, state_free in zip(states, points.free, strict=True)
-        ]
+        ],
+        dtype=np.complex128,
     )
 
 
@@ -170,10 +198,17 @@ def _place(
 ) -> Place:
     solution, *_ = np.linalg.lstsq(across, residual, rcond=1e-10)
     covariance = np.linalg.pinv(across.T @ across, hermitian=True)
-    kappa = solution[0::2] + 1j * solution[1::2]
-    deviation = np.sqrt(np.diag(covariance)[0::2])
-    exponent, spread = _exponent(amplitude, np.abs(kappa), deviation)
-    largest = int(np.argmax(np.abs(kappa) / np.where(deviation > 0, deviation, np.inf)))
+    parts, spread = solution[0::2] + 1j * solution[1::2], np.sqrt(np.diag(covariance)[0::2])
+    n = len(levels)
+    kappa, third = parts[:n], np.zeros(n, dtype=np.complex128)
+    third[: len(parts) - n] = parts[n:]
+    # kappa a and lambda are forces: both say how a force grows with the amplitude, and what phase it has.
+    sizes = [(np.abs(kappa) * amplitude, spread[:n] * amplitude), (np.abs(third), spread[n:])]
+    slopes = [_exponent(amplitude, size, deviation) for size, deviation in sizes if len(deviation)]
+    exponent, exponent_deviation = min(slopes, key=lambda pair: pair[1])
+    sure = np.abs(parts) / np.where(spread > 0, spread, np.inf)
+    largest = int(np.argmax(sure))
+    force = -parts[largest] if largest < n else parts[largest]
     return Place(
         name=name,
         gain=float(residual @ across @ solution),
@@ -181,22 +216,43 @@ def _place(
         level=levels,
         amplitude=amplitude,
         stiffness=kappa,
-        deviation=deviation,
+        deviation=spread[:n],
+        third=third,
         exponent=exponent,
-        exponent_deviation=spread,
-        phase=float(np.degrees(np.angle(-kappa[largest]))),
+        exponent_deviation=exponent_deviation,
+        phase=float(np.degrees(np.angle(force))),
         configuration="free" if free else "jointed",
+    )
+
+
+def _best(found: Sequence[Place]) -> Place:
+    """The exponent that explains most within the levels, and what the growth from level to level says of it."""
+    gains = np.array([place.gain for place in found])
+    number = int(np.argmax(gains))
+    best = found[number]
+    if not 0 < number < len(found) - 1:
+        return best
+    # chi^2 rises by 1 at one standard deviation: a parabola through the best and its neighbours.
+    bend = 2 * gains[number] - gains[number - 1] - gains[number + 1]
+    if bend <= 0:
+        return best
+    within = EXPONENTS[number] + (gains[number + 1] - gains[number - 1]) / (2 * bend)
+    sure, other = min(bend / 2, 1 / COARSE**2), 1 / best.exponent_deviation**2
+    return replace(
+        best,
+        exponent=float((sure * within + other * best.exponent) / (sure + other)),
+        exponent_deviation=float(1 / np.sqrt(sure + other)),
     )
 
 
 def _exponent(
     amplitude: NDArray[np.float64], size: NDArray[np.float64], deviation: NDArray[np.float64]
 ) -> tuple[float, float]:
-    """Slope of log |kappa a| over log a, weighted by how well each kappa is known."""
+    """Slope of the logarithm of a force over that of the amplitude, weighted by how well each force is known."""
     seen = (amplitude > 0) & (deviation > 0) & (size > 0)
     if seen.sum() < 2:
         return 1.0, float("inf")
-    x, y = np.log(amplitude[seen]), np.log(size[seen] * amplitude[seen])
+    x, y = np.log(amplitude[seen]), np.log(size[seen])
     weight = size[seen] / deviation[seen]
     table = np.column_stack([np.ones_like(x), x]) * weight[:, None]
     solution, *_ = np.linalg.lstsq(table, y * weight, rcond=None)

@@ -223,7 +223,8 @@ def judge(campaign: Any, base: Any, *_: object, without: tuple[str, ...], **__: 
     )  # fmt: skip
     place = Place(
         name="tip", gain=9.0, n_number=4, level=np.ones(2), amplitude=np.ones(2), stiffness=np.ones(2, complex),
-        deviation=np.ones(2), exponent=1.0, exponent_deviation=0.1, phase=0.0, configuration="free",
+        deviation=np.ones(2),
+        third=np.zeros(2, complex), exponent=1.0, exponent_deviation=0.1, phase=0.0, configuration="free",
     )  # fmt: skip
     scores = (SimpleNamespace(effect=effect, gain=99.0),)
     return Diagnosis(

@@ -54,7 +54,8 @@ BEFORE = refit("", 0.0, 0.0)
 def place(fall: float, n_number: int = 6) -> Place:
     return Place(
         name="tip", gain=fall, n_number=n_number, level=np.ones(1), amplitude=np.ones(1), stiffness=np.ones(1, complex),
-        deviation=np.ones(1), exponent=1.0, exponent_deviation=0.1, phase=0.0, configuration="free",
+        deviation=np.ones(1),
+        third=np.zeros(2, complex), exponent=1.0, exponent_deviation=0.1, phase=0.0, configuration="free",
     )  # fmt: skip
 
 
@@ -150,9 +151,9 @@ def test_what_may_not_be_claimed_is_not_named_however_close() -> None:
 @pytest.mark.parametrize(
     ("left", "n_number", "unknown"),
     [
-        (STAND_IN * 200 + 7, 6, True),
-        (STAND_IN * 200 + 5, 6, False),  # beyond its six numbers it is less than the share
-        (STAND_IN * 200 + 7, 8, False),
+        (STAND_IN * 200 + LIMITS.misfit + 7, 6, True),
+        (STAND_IN * 200 + LIMITS.misfit + 5, 6, False),  # beyond its six numbers it is less than the share
+        (STAND_IN * 200 + LIMITS.misfit + 7, 8, False),
     ],
 )
 def test_an_unknown_force_that_is_left_makes_the_best_effect_a_stand_in(
@@ -168,7 +169,9 @@ def test_an_unknown_force_that_is_left_makes_the_best_effect_a_stand_in(
         assert named(verdict) == []
 
 
-@pytest.mark.parametrize(("left", "unknown"), [(STAND_IN * 200 + 1, True), (STAND_IN * 200 - 1, False)])
+@pytest.mark.parametrize(
+    ("left", "unknown"), [(STAND_IN * 200 + LIMITS.gain + 1, True), (STAND_IN * 200 + LIMITS.gain - 1, False)]
+)
 def test_a_further_effect_that_is_left_makes_it_a_stand_in_too(left: float, unknown: bool) -> None:
     verdict = decided(refit("mass", 200, 150), rest=Leftover(gain=left, name="gap", places=()))
     assert verdict.finding is (Finding.UNKNOWN if unknown else Finding.MISSING)
@@ -180,7 +183,7 @@ def test_what_chance_leaves_makes_no_stand_in() -> None:
     chance = Leftover(gain=LIMITS.gain - 1, name="gap", places=(place(LIMITS.misfit + 5),))
     assert chance.gain > STAND_IN * 25
     assert decided(weak, rest=chance).finding is Finding.MISSING
-    beyond = Leftover(gain=LIMITS.gain + 1, name="gap", places=())
+    beyond = Leftover(gain=STAND_IN * 25 + LIMITS.gain + 1, name="gap", places=())
     assert decided(weak, rest=beyond).finding is Finding.UNKNOWN
 
 

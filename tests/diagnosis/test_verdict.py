@@ -62,7 +62,8 @@ def test_nothing_is_missing() -> None:
 def test_something_unknown_is_missing() -> None:
     place = Place(
         name="tip z", gain=100.0, n_number=4, level=np.ones(2), amplitude=np.ones(2), stiffness=np.ones(2, complex),
-        deviation=np.ones(2), exponent=2.96, exponent_deviation=0.06, phase=179.6, configuration="free",
+        deviation=np.ones(2),
+        third=np.zeros(2, complex), exponent=2.96, exponent_deviation=0.06, phase=179.6, configuration="free",
     )  # fmt: skip
     said = verdict(Finding.UNKNOWN, place=place)
     assert said == (
