@@ -10,18 +10,16 @@ import numpy as np
 
 from correlation.measurement import Campaign
 from diagnosis.arrangement import Arrangement
-from diagnosis.bootstrap import Trial, limits_of, null_trial
+from diagnosis.bootstrap import Trial, limits_of
 from diagnosis.catalogue import Catalogue
 from diagnosis.effect.candidate import Effect
 from diagnosis.limits import Limits
-from study.codec import JSON
+from study.diagnose_steps import chance
 from study.parallel import Task, run_parallel
 from study.progress import Progress
-from study.store import Store, stage
+from study.store import Store
 from study.test_case_model import TestSetup
 
-#: Code that a trial depends on.
-ROOMS = ("correlation", "diagnosis", "hbsolve", "reduction")
 #: Limits of shipped layouts: a JSON object, key of the layout to the fields of `Limits`.
 SHIPPED = Path(__file__).with_name("cases") / "limits.json"
 
@@ -76,13 +74,6 @@ def shipped_limits(key: str) -> Limits | None:
     except FileNotFoundError:
         return None
     return Limits(**known[key]["limits"]) if key in known else None
-
-
-@stage("what chance does", rooms=ROOMS, codec=JSON, ignore=("arrangement", "effects"))
-def chance(layout: str, seed: int, arrangement: Arrangement, effects: Sequence[Effect]) -> dict[str, float]:
-    """One campaign of a layout without any effect, diagnosed."""
-    del layout
-    return vars(null_trial(arrangement, effects, seed))
 
 
 def measured_limits(

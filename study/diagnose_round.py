@@ -21,11 +21,11 @@ from diagnosis.own_effect import installed_effects
 from diagnosis.refit import Refit, unchanged
 from study import fingerprint
 from study.compare_run import Side
-from study.diagnose_codec import STEP
 from study.diagnose_history import Errors
 from study.diagnose_limits import is_measured, layout, layout_key, limits_for, measured_limits
+from study.diagnose_steps import step
 from study.progress import Progress, SilentProgress
-from study.store import Store, stage
+from study.store import Store
 from study.test_case_added import case_catalogue
 from study.test_case_model import TestSetup
 
@@ -231,13 +231,6 @@ def kept(store: Store, setup: TestSetup, campaign: Campaign, without: Sequence[s
         return found
 
     return keep
-
-
-@stage("step of a diagnosis", rooms=(), codec=STEP, ignore=("make",))
-def step(key: str, name: str, make: Callable[[], Any]) -> Any:
-    """One step of a round."""
-    del key, name
-    return make()
 
 
 def _content(inputs: dict[str, Any]) -> dict[str, Any]:

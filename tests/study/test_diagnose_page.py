@@ -2,9 +2,11 @@
 
 import html
 import json
+import os
 import re
 import shutil
 import subprocess
+import tempfile
 from collections.abc import Callable
 from html.parser import HTMLParser
 from pathlib import Path
@@ -133,14 +135,16 @@ def test_a_browser_draws_all_figures_and_reports_no_error(two_masses: TwoMasses,
     # Whatever goes wrong in the page is shown in it.
     catch = "<script>addEventListener('error', (e) => document.body.append('FAILED ' + e.message));</script>"
     page.write_text(text.replace("<main>", f"{catch}<main>"), encoding="utf-8")
-    done = subprocess.run(
-        [
-            str(CHROMIUM), "--headless=new", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=8000",
-            f"--user-data-dir={tmp_path / 'profile'}", "--host-resolver-rules=MAP * ~NOTFOUND",
-            "--dump-dom", page.as_uri(),
-        ],
-        capture_output=True, text=True, timeout=120, check=True,
-    )  # fmt: skip
+    # The browser's sockets stand in its folder of temporary files, and the path of a socket must be short.
+    with tempfile.TemporaryDirectory(dir="/tmp") as profile:
+        done = subprocess.run(
+            [
+                str(CHROMIUM), "--headless=new", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=8000",
+                f"--user-data-dir={profile}", "--host-resolver-rules=MAP * ~NOTFOUND", "--dump-dom", page.as_uri(),
+            ],
+            capture_output=True, text=True, timeout=120, check=False, env={**os.environ, "TMPDIR": profile},
+        )  # fmt: skip
+    assert done.returncode == 0, done.stderr[-1000:]
     drawn = re.sub(r"<script.*?</script>", "", done.stdout, flags=re.DOTALL)
     assert "FAILED" not in drawn
     # Plotly offers a button that uploads the data; this page does not.

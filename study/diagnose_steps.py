@@ -1,0 +1,33 @@
+"""What a diagnosis keeps in the store: its steps, and the campaigns that tell what chance does."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from diagnosis.arrangement import Arrangement
+from diagnosis.bootstrap import null_trial
+from diagnosis.effect.candidate import Effect
+from study.codec import JSON
+from study.diagnose_codec import STEP
+from study.store import stage
+
+#: Code that a trial depends on.
+ROOMS = ("correlation", "diagnosis", "hbsolve", "reduction", "study.codec", "study.diagnose_codec")
+
+
+@stage("step of a diagnosis", rooms=("study.codec", "study.diagnose_codec"), codec=STEP, ignore=("make",))
+def step(key: str, name: str, make: Callable[[], Any]) -> Any:
+    """One step of a round; the key holds all that it depends on, code included."""
+    del key, name
+    return make()
+
+
+@stage(
+    "what chance does",
+    rooms=(*ROOMS, "study.codec", "study.diagnose_codec"),
+    codec=JSON,
+    ignore=("arrangement", "effects"),
+)
+def chance(layout: str, seed: int, arrangement: Arrangement, effects: Sequence[Effect]) -> dict[str, float]:
+    """One campaign of a layout without any effect, diagnosed."""
+    del layout
+    return vars(null_trial(arrangement, effects, seed))
