@@ -5,10 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from correlation.errors import CampaignError
-from correlation.measurement import ComplexColumn, FloatColumn, IntColumn, Mask, Measurement
+from correlation.measurement import SAME_FREQUENCY, ComplexColumn, FloatColumn, IntColumn, Mask, Measurement
 
-#: Frequencies that differ by less than this share are one: counters and files round.
-SAME_FREQUENCY = 1e-5
 POINT = ("test", "sensor", "harmonic", "level", "frequency")
 
 

@@ -134,8 +134,7 @@ class Configuration:
         rates = np.array(
             [[tangent.gain.get(sensor.name, 0.0) for tangent in tangents] for sensor in self.model.sensors]
         )
-        gain = np.array([sensor.gain or 1.0 for sensor in self.model.sensors])
-        order = np.array([DERIVATIVE[each.quantity] if isinstance(each, Sensor) else 0 for each in self.model.sensors])
+        gain, order = np.array([sensor.gain or 1.0 for sensor in self.model.sensors]), self._rows[2]
         return np.asarray(values + read[:, None] * ((rates / gain[:, None])[numbers] + order[numbers, None] * shift))
 
     def _numbers(self, names: NDArray[np.str_]) -> NDArray[np.int64]:

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
-from correlation.measurement import Campaign, Suspicion
+from correlation.measurement import SAME_FREQUENCY, Campaign, Suspicion
 from correlation.prediction import Points
 
 Scatter = Float[NDArray[np.float64], " n"]
@@ -32,7 +32,7 @@ def jumping(campaign: Campaign, points: Points) -> Bool[NDArray[np.bool_], " k"]
     """
     found = np.zeros(len(points), dtype=bool)
     for free, level, frequency in _jumps(campaign):
-        near = np.abs(points.frequency / frequency - 1) < 1e-5
+        near = np.abs(points.frequency / frequency - 1) < SAME_FREQUENCY
         found |= (points.free == free) & (points.level == level) & near
     return found
 

@@ -21,6 +21,8 @@ ComplexColumn = Complex[NDArray[np.complex128], " k"]
 Mask = Bool[NDArray[np.bool_], " k"]
 
 CONTACT_FORCE = "contact force"
+#: Frequencies that differ by less than this share are one: counters and files round.
+SAME_FREQUENCY = 1e-5
 #: What a sensor can measure, with its SI unit.
 SI_UNIT = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", CONTACT_FORCE: "N"}
 #: The same for rotations.

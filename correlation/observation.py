@@ -8,11 +8,8 @@ from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
 from correlation.jump import jumping
-from correlation.measurement import Campaign
+from correlation.measurement import SAME_FREQUENCY, Campaign
 from correlation.prediction import Points
-
-#: Frequencies of repeats that differ by less than this share are one frequency.
-SAME_FREQUENCY = 1e-5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

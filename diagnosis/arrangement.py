@@ -111,8 +111,8 @@ def arrange(
     ]
     train, held = Measured.of(seen, sweeps), Measured.of(unseen, sweeps)
     values = np.array([*unknowns.vanishing[: len(accepted)], *(value for each in added for value in each.values)])
-    prediction = train.predictor.predict(unknowns.compose(values))
     model, fit = unknowns.compose(values), None
+    prediction = train.predictor.predict(model)
     # Jitter and numerical error depend on where the contacts slip, and so on the fit that they weigh.
     for _ in range(ROUNDS):
         comparison, _ = weighed(train, model, prediction, budget, [each.compose(values) for each in finer])

@@ -15,6 +15,7 @@ from correlation.prediction import Prediction
 from diagnosis.arrangement import Arrangement
 from diagnosis.calibration import Fit, calibrate
 from diagnosis.effect.candidate import Effect
+from diagnosis.one_effect import OneEffect
 from diagnosis.screening import Score
 from diagnosis.unknowns import Unknowns
 
@@ -31,7 +32,7 @@ KEPT = 0.7
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Refit:
+class Refit(OneEffect):
     """One effect, or none, fitted with the accepted parameters.
 
     Parameters
@@ -46,25 +47,10 @@ class Refit:
         |measured - predicted| / |measured| of the fundamentals of motion, training and held-out [-].
     """
 
-    effect: Effect | None
     fit: Fit
     held_chi2: float
     error: float
     held_error: float
-
-    @property
-    def strength(self) -> float:
-        """Of the effect [its unit]."""
-        return float(self.fit.values[self._first]) if self.effect is not None else 0.0
-
-    @property
-    def deviation(self) -> float:
-        """Standard deviation of the strength [its unit]."""
-        return float(self.fit.deviation[self._first]) if self.effect is not None else 0.0
-
-    @property
-    def _first(self) -> int:
-        return len(self.fit.values) - len(self.effect.parameters if self.effect is not None else ())
 
 
 def shortlist(scores: Sequence[Score]) -> list[Score]:

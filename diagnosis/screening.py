@@ -183,7 +183,7 @@ def _change(arrangement: Arrangement, effect: Effect, step: float, slope: Vector
     fit, train = arrangement.fit, arrangement.train
     values = _made_up(arrangement, effect, step, slope)
     prediction = train.predict(arrangement.unknowns([effect]).compose(values), fit.prediction)
-    moved = train.residual(fit.prediction) - train.residual(prediction)
+    moved = fit.residual[: fit.n_number] - train.residual(prediction)
     there = train.found(prediction) & train.found(fit.prediction)
     prior = (values[: len(fit.values)] - fit.values) / fit.unknowns.prior
     return np.concatenate([np.where(there, moved, 0.0), prior])

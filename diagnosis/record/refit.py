@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
 from diagnosis.effect.candidate import Effect
+from diagnosis.one_effect import OneEffect
 from diagnosis.record.arrangement import RecordArrangement
 from diagnosis.record.fit import RecordFit, fit_records
 from diagnosis.record.screening import RecordScore
@@ -23,7 +24,7 @@ PerRecord = Float[NDArray[np.float64], " records"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class RecordRefit:
+class RecordRefit(OneEffect):
     """One effect, or none, fitted with the accepted parameters.
 
     Parameters
@@ -38,7 +39,6 @@ class RecordRefit:
         Mean squared error of each block of the held-out records, shape (b,).
     """
 
-    effect: Effect | None
     fit: RecordFit
     errors: PerRecord
     held_errors: PerRecord
@@ -53,20 +53,6 @@ class RecordRefit:
     def held_error(self) -> float:
         """Root mean square over the held-out records [-]."""
         return float(np.sqrt(np.mean(self.held_errors**2)))
-
-    @property
-    def strength(self) -> float:
-        """Of the effect [its unit]."""
-        return float(self.fit.values[self._first]) if self.effect is not None else 0.0
-
-    @property
-    def deviation(self) -> float:
-        """Standard deviation of the strength, from blocks [its unit]."""
-        return float(self.fit.deviation[self._first]) if self.effect is not None else 0.0
-
-    @property
-    def _first(self) -> int:
-        return len(self.fit.values) - len(self.effect.parameters if self.effect is not None else ())
 
 
 def unchanged_records(arrangement: RecordArrangement) -> RecordRefit:
