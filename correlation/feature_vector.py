@@ -75,6 +75,13 @@ class FeatureVector:
         """Row of the points that each number comes from: real parts first, then imaginary ones."""
         return np.concatenate([np.arange(len(self.points)), np.flatnonzero(~self.real_only)])
 
+    @property
+    def state(self) -> Int[NDArray[np.int64], " m"]:
+        """Number of the steady state that each number is of: a configuration, a level and a frequency."""
+        points = self.points
+        key = np.column_stack([points.free, points.level, points.frequency])
+        return np.asarray(np.unique(key, axis=0, return_inverse=True)[1]).ravel()[self.row]
+
     def of_values(self, value: Complex[NDArray[np.complex128], "k ..."]) -> Float[NDArray[np.float64], "m ..."]:
         """Features of coefficients, shape (k,) or (k, n) for n sets of them."""
         level = self.points.level.reshape(-1, *[1] * (value.ndim - 1))

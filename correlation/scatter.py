@@ -28,7 +28,9 @@ Variance = Float[NDArray[np.float64], " m"]
 #: Degrees of freedom that the pooled variance counts for beside those of a point's own.
 POOLED = 6.0
 #: Share of what histories do that is noise of each number: a few linear modes do not span it where slip begins.
-ROUGH = 1.0
+ROUGH = 0.7
+#: What a state's own scatter must outweigh, in degrees of freedom of `POOLED` numbers.
+STATE = 4.0
 #: Rounds of the weighted fit of a and b.
 ROUNDS = 6
 
@@ -86,6 +88,7 @@ def scatter(
     rest = apart - modes @ amplitude
     own = _variance(rest - weights.explained(np.nan_to_num(rest)), freedom)
     pooled = per_reading**2 * _pooled(own / per_reading**2, size, freedom, group)
+    pooled = pooled * _unrest(own / pooled, freedom, features.state)
     variance = (POOLED * pooled + freedom * np.where(freedom > 0, own, 0.0)) / (POOLED + freedom)
     variance += ROUGH**2 * (history**2).sum(axis=1)
     together = [block @ _root(covariance) for block, covariance in zip(jitter, covariances, strict=True)]
@@ -129,6 +132,17 @@ def _groups(features: FeatureVector) -> NDArray[np.int64]:
     _, sensor = np.unique(points.sensor, return_inverse=True)
     key = np.column_stack([sensor[row], points.harmonic[row], points.free[row]])
     return np.asarray(np.unique(key, axis=0, return_inverse=True)[1]).ravel()
+
+
+def _unrest(
+    ratio: Float[NDArray[np.float64], " m"], freedom: Float[NDArray[np.float64], " m"], state: NDArray[np.int64]
+) -> Float[NDArray[np.float64], " m"]:
+    """How much more than others the numbers of a state scatter: where slip sets in, all of them do."""
+    seen = freedom > 0
+    total = np.bincount(state[seen], (freedom * ratio)[seen], minlength=state.max() + 1)
+    count = np.bincount(state[seen], freedom[seen], minlength=state.max() + 1)
+    alike = STATE * POOLED
+    return np.asarray(((alike + total) / (alike + count))[state])
 
 
 def _pooled(

@@ -18,12 +18,12 @@ from diagnosis.comparison import Comparison
 from diagnosis.effect.candidate import Effect
 from diagnosis.jitter import jitter
 from diagnosis.unknowns import Unknowns, Values
-from diagnosis.weighing import Measured, weighed
+from diagnosis.weighing import DRAWS, Measured, weighed
 
 Report = Callable[[str, float], None]
 
-#: Calibrations, each with the covariance of the one before.
-ROUNDS = 2
+#: Friction histories in the covariance of each calibration; each is weighed where the one before it came to.
+HISTORIES = (4, DRAWS)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -114,8 +114,9 @@ def arrange(
     model, fit = unknowns.compose(values), None
     prediction = train.predictor.predict(model)
     # Jitter and numerical error depend on where the contacts slip, and so on the fit that they weigh.
-    for _ in range(ROUNDS):
-        comparison, _ = weighed(train, model, prediction, budget, [each.compose(values) for each in finer])
+    for n_draw in HISTORIES:
+        refined = [each.compose(values) for each in finer]
+        comparison, _ = weighed(train, model, prediction, budget, refined, n_draw, fitted=fit is not None)
         fit = calibrate(comparison, unknowns, values, prediction, _told(report, "calibration"), exact=True)
         model, prediction, values = fit.model, fit.prediction, fit.values
     assert fit is not None

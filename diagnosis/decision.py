@@ -19,8 +19,6 @@ from diagnosis.refit import Refit
 from diagnosis.screening import Score
 from diagnosis.verdict import Finding, Verdict, smallest_detectable
 
-#: Share that the held-out data must show of what they would if they were as many as the training data.
-HELD_SHARE = 0.25
 #: An effect whose falls of chi^2 are less than this behind the best one's may be the one: odds of 20 to 1 end there.
 BEHIND = 6.0
 #: Share of what the best effect explains that may be left for others beyond chance.
@@ -37,12 +35,6 @@ def held_gain(arrangement: Arrangement, before: Refit, refit: Refit) -> float:
     return (before.held_chi2 - refit.held_chi2) * len(arrangement.settled.measured)
 
 
-def held_ratio(arrangement: Arrangement) -> float:
-    """Readings held out for each that is fitted to, 1 at most: chi^2 of a true effect falls as they do."""
-    held, train = (each.observed.count.sum() for each in (arrangement.settled, arrangement.train))
-    return min(1.0, float(held / train))
-
-
 def support(arrangement: Arrangement, before: Refit, refit: Refit) -> float:
     """Fall of chi^2 of both."""
     return gain(arrangement, refit) + held_gain(arrangement, before, refit)
@@ -50,9 +42,7 @@ def support(arrangement: Arrangement, before: Refit, refit: Refit) -> float:
 
 def passes(arrangement: Arrangement, before: Refit, refit: Refit, limits: Limits) -> bool:
     """Whether an effect may be claimed."""
-    found = gain(arrangement, refit)
-    share = HELD_SHARE * held_ratio(arrangement)
-    return found > limits.gain and held_gain(arrangement, before, refit) > share * found
+    return gain(arrangement, refit) > limits.gain and held_gain(arrangement, before, refit) > 0
 
 
 def decide(
@@ -92,7 +82,7 @@ def decide(
             return verdict(Finding.UNKNOWN, place=there)
         return verdict(Finding.NOTHING)
     best = passed[0]
-    rest = keep("what is left", lambda: leftover(with_effect(arrangement, best), catalogue.candidates))
+    rest = keep("what is left", lambda: leftover(with_effect(arrangement, best), catalogue.candidates, limits.gain))
     if _stand_in(gain(arrangement, best), rest, limits):
         return verdict(Finding.UNKNOWN, place=there)
     least = support(arrangement, before, best) - BEHIND

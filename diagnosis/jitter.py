@@ -70,11 +70,23 @@ def jitter(model: TestModel, covariances: Sequence[Float[NDArray[np.float64], "q
         if covariance[0, 0] > 0:
             found.append((FrequencyShift(configuration=configuration), float(np.sqrt(covariance[0, 0]))))
     if model.lines and len(covariances) > 2:
-        sizes, vectors = np.linalg.eigh(covariances[2])
-        for number, (size, vector) in enumerate(zip(sizes, vectors.T, strict=True)):
-            if size > 0:
-                shares = tuple(zip(model.lines, (float(share) for share in vector), strict=True))
-                found.append(
-                    (PreloadJitter(shares=shares, name=f"pre-loads, pattern {number + 1}"), float(np.sqrt(size)))
-                )
+        found += preload_jitter(model, covariances[2])
     return found
+
+
+def preload_jitter(
+    model: TestModel, covariance: Float[NDArray[np.float64], "q q"]
+) -> list[tuple[PreloadJitter, float]]:
+    """Patterns in which pre-loads differ, independent of each other, with their standard deviations."""
+    sizes, vectors = np.linalg.eigh(covariance)
+    return [
+        (
+            PreloadJitter(
+                shares=tuple(zip(model.lines, (float(share) for share in vector), strict=True)),
+                name=f"pre-loads, pattern {number + 1}",
+            ),
+            float(np.sqrt(size)),
+        )
+        for number, (size, vector) in enumerate(zip(sizes, vectors.T, strict=True))
+        if size > 0
+    ]

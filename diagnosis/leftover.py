@@ -8,8 +8,11 @@ import numpy as np
 from diagnosis.arrangement import Arrangement
 from diagnosis.effect.candidate import Effect
 from diagnosis.localisation import Place, localise
-from diagnosis.refit import Refit
-from diagnosis.screening import slope_gains
+from diagnosis.refit import Refit, fitted
+from diagnosis.screening import screen, slope_gains
+
+#: Effects at most whose promise is checked by a fit.
+CHECKED = 2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -19,7 +22,7 @@ class Leftover:
     Parameters
     ----------
     gain
-        Fall of chi^2 by the best further effect, to first order.
+        Fall of chi^2 by the best further effect: to first order, and by a fit where that would matter.
     name
         Of this effect.
     places
@@ -40,9 +43,24 @@ def with_effect(arrangement: Arrangement, refit: Refit) -> Arrangement:
     return replace(arrangement, added=(*arrangement.added, refit.effect), fit=replace(fit, jacobian=jacobian))
 
 
-def leftover(arrangement: Arrangement, effects: Sequence[Effect]) -> Leftover:
-    """What is left once an effect was accepted, see `with_effect`."""
+def leftover(arrangement: Arrangement, effects: Sequence[Effect], worth: float = np.inf) -> Leftover:
+    """What is left once an effect was accepted, see `with_effect`.
+
+    Parameters
+    ----------
+    arrangement
+        With the effect.
+    effects
+        Candidates; the best few that promise more than `worth` are fitted, since the derivative of what acts through
+        contacts that begin to slip promises what no fit keeps.
+    worth
+        Gain that matters.
+    """
     gains = slope_gains(arrangement, effects)
+    for number in np.argsort(-gains)[:CHECKED]:
+        if gains[number] > worth:
+            (score,) = screen(arrangement, [effects[number]])
+            gains[number] = arrangement.fit.chi2 - fitted(arrangement, score).chi2
     best = int(np.argmax(gains)) if len(gains) else -1
     return Leftover(
         gain=float(gains[best]) if best >= 0 else 0.0,

@@ -21,8 +21,8 @@ from diagnosis.unknowns import Unknowns
 
 #: The best few are refitted, and all others this parallel to one of them that promise this share of the best gain.
 BEST, PARALLEL, PROMISING, MOST = 3, 0.6, 0.5, 6
-#: Of the shortlist, so many are fitted thoroughly and tested.
-FINALISTS = 3
+#: Of the shortlist, two are fitted thoroughly and tested, and up to so many whose chi^2 is not so far behind.
+FINALISTS, FAR_BEHIND = 3, 40.0
 #: What acts through stick and slip alone is refitted in any case: its derivative may point the wrong way.
 RUGGED, MOST_RUGGED = ("pre-load", "friction coefficient"), 3
 #: Gains below this are not worth a refit: the best of some dozens of candidates has more by chance.
@@ -95,7 +95,8 @@ def fitted(arrangement: Arrangement, score: Score) -> Fit:
 
 def finalists(fits: Sequence[tuple[Score, Fit]]) -> list[tuple[Score, Fit]]:
     """Those of quick fits that are worth a thorough one and a test, best first."""
-    return sorted(fits, key=lambda pair: pair[1].chi2)[:FINALISTS]
+    best = sorted(fits, key=lambda pair: pair[1].chi2)[:FINALISTS]
+    return [pair for place, pair in enumerate(best) if place < 2 or pair[1].chi2 < best[0][1].chi2 + FAR_BEHIND]
 
 
 def refit(arrangement: Arrangement, score: Score, begun: Fit | None = None) -> Refit:

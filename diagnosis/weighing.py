@@ -1,20 +1,24 @@
 """Measurements and the covariance that they are compared with a model by."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from correlation.feature_vector import FeatureVector
-from correlation.nuisance import Budget, budget_modes, curvature_modes, history_modes, jitter_modes
+from correlation.kinks import REACH, Shift, kink_modes
+from correlation.nuisance import Budget, Modes, budget_modes, curvature_modes, history_modes, jitter_modes
 from correlation.observation import Observation
 from correlation.prediction import Prediction, Predictor
 from correlation.scatter import Scatter, scatter
+from correlation.standing_out import standing_out
 from correlation.test_model import TestModel
+from correlation.whitening import Whitening
 from diagnosis.comparison import Comparison
+from diagnosis.jitter import preload_jitter
 
-#: Friction histories drawn for the covariance, and the seed that they are drawn with.
-DRAWS, SEED = 6, 1
+#: Friction histories drawn for the covariance (a power of two), and the seed that they are drawn with.
+DRAWS, SEED = 16, 1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -33,7 +37,14 @@ class Measured:
 
 
 def weighed(
-    of: Measured, model: TestModel, prediction: Prediction, budget: Budget, refined: Sequence[TestModel]
+    of: Measured,
+    model: TestModel,
+    prediction: Prediction,
+    budget: Budget,
+    refined: Sequence[TestModel],
+    n_draw: int = DRAWS,
+    *,
+    fitted: bool = True,
 ) -> tuple[Comparison, Scatter]:
     """The comparison with noise, jitter, friction histories and numerical error in its covariance, and the jitter.
 
@@ -47,14 +58,21 @@ def weighed(
         Numerical error.
     refined
         Finer models with the parameters of `model`.
+    n_draw
+        Friction histories, a power of two.
+    fitted
+        Whether the model was calibrated before, so that states that it misses stand out.
     """
     repeats = jitter_modes(of.predictor, of.features, model, prediction)
-    history = history_modes(of.predictor, of.features, model, prediction, DRAWS, SEED)
+    history = history_modes(of.predictor, of.features, model, prediction, n_draw, SEED)
     errors = budget_modes(of.predictor, of.features, model, prediction, budget, refined)
     seen = scatter(of.observed, of.features, repeats, history, errors)
     jitter = {name: float(np.sqrt(each[0, 0])) for name, each in zip(("jointed", "free"), seen.jitter, strict=False)}
     bent = curvature_modes(of.predictor, of.features, model, prediction, jitter)
-    seen = seen._replace(whitening=seen.whitening.with_modes(bent))
+    shifts = _shifts(model, repeats, seen)
+    n_repeat = float(np.median(of.observed.count))
+    kinks = kink_modes(of.predictor, of.features, prediction, shifts, seen.whitening.deviation, n_repeat)
+    seen = seen._replace(whitening=seen.whitening.with_modes(np.column_stack([bent, kinks])))
     comparison = Comparison(
         observed=of.observed,
         features=of.features,
@@ -62,4 +80,29 @@ def weighed(
         whitening=seen.whitening,
         predictor=of.predictor,
     )
-    return comparison, seen
+    if fitted:
+        comparison = _steadied(comparison, prediction)
+    return comparison, seen._replace(whitening=comparison.whitening)
+
+
+def _steadied(comparison: Comparison, prediction: Prediction) -> Comparison:
+    """With less weight for states that stand out."""
+    factor = standing_out(comparison.features, comparison.residual(prediction))
+    whitening = Whitening(deviation=comparison.whitening.deviation * factor, modes=comparison.whitening.modes)
+    return replace(comparison, whitening=whitening)
+
+
+def _shifts(model: TestModel, repeats: Sequence[Modes], seen: Scatter) -> list[Shift]:
+    """The frequency of the jointed test, and what the pre-loads do most, by `REACH` standard deviations."""
+    found, size = [], REACH * float(np.sqrt(seen.jitter[0][0, 0]))
+    if size:
+        ends = (model.shifted("jointed", size), model.shifted("jointed", -size))
+        found.append(Shift(models=ends, change=repeats[0][:, 0] * size))
+    if len(seen.jitter) > 2 and (patterns := preload_jitter(model, seen.jitter[2])):
+        effect, deviation = max(patterns, key=lambda each: each[1])
+        size = REACH * deviation
+        along = np.array([share for _, share in effect.shares])
+        found.append(
+            Shift(models=(effect.apply(model, [size]), effect.apply(model, [-size])), change=repeats[2] @ along * size)
+        )
+    return found
