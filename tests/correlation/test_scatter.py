@@ -10,7 +10,7 @@ from correlation.feature_vector import FeatureVector
 from correlation.nuisance import jitter_modes
 from correlation.observation import Observation
 from correlation.prediction import Prediction, Predictor
-from correlation.scatter import Scatter, scatter
+from correlation.scatter import POOLED, STATE, Scatter, _unrest, scatter
 from correlation.test_model import TestModel
 
 #: Relative, of the frequency of either test: it moves readings by 1 %, ten times the noise, straight on to 1e-4.
@@ -133,3 +133,45 @@ def test_the_whitened_mean_is_standard_normal(bench: Bench) -> None:
 def test_one_repeat_is_refused(bench: Bench) -> None:
     with pytest.raises(CampaignError, match="repeat the test"):
         bench.scatter(bench.observed(1, 6))
+
+
+def test_numbers_of_a_state_that_scatters_more_are_all_less_certain(bench: Bench) -> None:
+    """Where slip sets in, one number may agree between a few repeats by chance; it counts no more than the others."""
+    n, times = 8, 5.0
+    calm, points = bench.observed(n, 31), bench.points
+    rows = ~points.free & (points.level == 3.0) & (points.frequency == 25.0)
+    mean = calm.repeat.mean(axis=1)[:, None]
+    repeat = np.where(rows[:, None], mean + times * (calm.repeat - mean), calm.repeat)
+    restless = Observation(points=points, repeat=repeat, motion=calm.motion, taken=calm.taken)
+    before, after = (bench.scatter(each).whitening.deviation for each in (calm, restless))
+    ratio, here = after / before, rows[bench.features.row]
+    # 11 numbers of 7 degrees of freedom say that the variance is 25 times as large, against STATE * POOLED = 24 that
+    # it is not: (24 + 77 * 25) / (24 + 77) = 19, of which 77 degrees leave half at three standard deviations of 16 %.
+    assert ratio[here].min() > np.sqrt(19 / 2)
+    # At most all of it, and the chances of either factor: two standard deviations of 16 % of both variances.
+    assert ratio[here].max() < 1.32 * times
+    # The pooled variance of a group of 12 or 24 readings rises with one of them, and by chance.
+    assert np.median(ratio[~here]) == pytest.approx(1, abs=0.1)
+    assert ratio[~here].max() < ratio[here].min()
+
+
+def test_numbers_of_one_law_are_as_certain_as_each_other() -> None:
+    n_state, n_number, freedom = 200, 11, 3.0
+    state = np.tile(np.arange(n_state), n_number)
+    ratio = np.random.default_rng(8).chisquare(freedom, len(state)) / freedom
+    factor = _unrest(ratio, np.full(len(state), freedom), state)
+    # Chi-square of 33 degrees of freedom beside 24 that are 1: a standard deviation of sqrt(66) / 57 = 0.14. None of
+    # 200 strays beyond four of them; alone it would be 0.25.
+    assert np.abs(factor - 1).max() < 4 * 0.14
+    assert np.std(factor[:n_state]) == pytest.approx(0.14, rel=4 / np.sqrt(2 * n_state))
+    assert factor.mean() == pytest.approx(1, abs=4 * 0.14 / np.sqrt(n_state))
+
+
+def test_numbers_without_repeats_say_nothing_of_their_state() -> None:
+    state = np.array([0, 0, 1, 1, 2])
+    freedom = np.array([3.0, 0.0, 3.0, 3.0, 0.0])
+    factor = _unrest(np.array([9.0, np.nan, 1.0, 1.0, np.nan]), freedom, state)
+    alike = STATE * POOLED
+    # They are as uncertain as the rest of it all the same; round-off.
+    np.testing.assert_allclose(factor[:2], (alike + 27) / (alike + 3), rtol=1e-14)
+    np.testing.assert_array_equal(factor[2:], 1.0)
