@@ -1,10 +1,12 @@
 """Jitter as numbers that a fit may set: what they apply, and that their priors are the covariance."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from correlation.test_model import TestModel
-from diagnosis.jitter import FrequencyShift, PreloadJitter, jitter
+from diagnosis.jitter import FrequencyShift, PreloadJitter, jitter, preload_jitter
 
 
 def test_a_frequency_shift_shifts_its_test_alone(small: TestModel) -> None:
@@ -49,3 +51,27 @@ def test_what_does_not_jitter_is_no_number_to_set(small: TestModel) -> None:
     (only,) = jitter(small, [none, np.array([[1e-8]]), np.zeros((2, 2))])
     assert only[0].name == "frequency of the free test"
     assert jitter(small.free(), [none, none]) == []
+
+
+def test_preload_patterns_are_independent(small: TestModel) -> None:
+    """Three lines that differ by 3 % alike, by 2 % against each other and by 1 % in the middle."""
+    model = replace(small, lines={**small.lines, "middle": ("left 1",)})
+    patterns = np.array([[1, 1, 1], [1, -1, 0], [1, 1, -2]]) / np.sqrt([[3], [2], [6]])
+    sizes = np.array([0.03, 0.02, 0.01])
+    found = preload_jitter(model, patterns.T * sizes**2 @ patterns)
+    assert len({effect.name for effect, _ in found}) == 3
+    best_first = sorted(found, key=lambda each: -each[1])
+    for (effect, deviation), size, pattern in zip(best_first, sizes, patterns, strict=True):
+        # An eigenvalue decomposition: round-off, over the ratio of the eigenvalues and their differences.
+        assert deviation == pytest.approx(size, rel=1e-12)
+        assert [line for line, _ in effect.shares] == ["left", "right", "middle"]
+        share = np.array([share for _, share in effect.shares])
+        np.testing.assert_allclose(share * np.sign(share @ pattern), pattern, rtol=0, atol=1e-12)
+
+
+def test_a_line_whose_preload_is_always_the_same_has_no_pattern(small: TestModel) -> None:
+    ((effect, deviation),) = preload_jitter(small, np.diag([0.0, 9e-4]))
+    # Round-off of a root.
+    assert deviation == pytest.approx(0.03, rel=1e-14)
+    assert [abs(share) for _, share in effect.shares] == [0.0, 1.0]
+    assert preload_jitter(small, np.zeros((2, 2))) == []

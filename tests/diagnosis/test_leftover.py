@@ -1,19 +1,21 @@
 """After the right effect little is left to explain; after a wrong one the right one, or a force where it acts, is."""
 
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from correlation.nuisance import Budget
 from correlation.test_model import TestModel
+from diagnosis import leftover as leftovers
 from diagnosis.accepted import accepted
 from diagnosis.arrangement import Arrangement, arrange
 from diagnosis.catalogue import Catalogue, catalogue
 from diagnosis.decision import gain, misfit
-from diagnosis.leftover import Leftover, leftover, with_effect
+from diagnosis.leftover import CHECKED, Leftover, leftover, with_effect
 from diagnosis.limits import Limits, linear_limits
-from diagnosis.refit import Refit, refit
+from diagnosis.refit import Refit, fitted, refit
 from diagnosis.screening import Score, screen, slope_gains
 
 MASS, RIGHT, WRONG = 5e-3, "mass at tip z", "mass at root z"
@@ -144,3 +146,58 @@ def test_the_slope_of_a_score_is_the_derivative_at_none(
     assert not score.slope[len(exact) :].any()
     # Newton's 1e-9 and the curvature of one-sided differences over the step.
     np.testing.assert_allclose(score.slope[: len(exact)], exact, rtol=0, atol=2e-3 * np.abs(exact).max())
+
+
+def test_what_is_left_is_confirmed_by_a_fit(
+    heavy: Arrangement, refits: dict[str, Refit], left: dict[str, Leftover], listed: Catalogue
+) -> None:
+    accepting, right = with_effect(heavy, refits[WRONG]), listed.effect(RIGHT)
+    found = leftover(accepting, [right], worth=1.0)
+    (score,) = screen(accepting, [right])
+    # The same fit again.
+    assert found.gain == pytest.approx(accepting.fit.chi2 - fitted(accepting, score).chi2, rel=1e-9)
+    # By a mass as weak as this one the derivative promises what the fit keeps, but for the curvature of the resonance.
+    assert found.gain == pytest.approx(leftover(accepting, [right]).gain, rel=0.1)
+    assert found.gain != leftover(accepting, [right]).gain
+
+
+def checked(monkeypatch: pytest.MonkeyPatch, promised: list[float], kept: list[float], worth: float) -> Any:
+    """What is found where effects gain by a fit what is given, and which were fitted."""
+    chi2, asked = 500.0, []
+
+    def fit(arrangement: object, score: int) -> Any:
+        asked.append(score)
+        return SimpleNamespace(chi2=chi2 - kept[score])
+
+    monkeypatch.setattr(leftovers, "slope_gains", lambda *_: np.array(promised))
+    monkeypatch.setattr(leftovers, "screen", lambda _, effects: [each.number for each in effects])
+    monkeypatch.setattr(leftovers, "fitted", fit)
+    monkeypatch.setattr(leftovers, "localise", lambda _: [])
+    effects: list[Any] = [SimpleNamespace(name=f"p {number}", number=number) for number in range(len(promised))]
+    arrangement: Any = SimpleNamespace(fit=SimpleNamespace(chi2=chi2))
+    return leftover(arrangement, effects, worth), asked
+
+
+@pytest.mark.parametrize(
+    ("promised", "kept", "worth", "asked", "name", "gain"),
+    [
+        # The best promises what no fit keeps; the next one keeps more than it promised.
+        ([40, 5, 70], [45, 0, 3], 20, [2, 0], "p 0", 45),
+        # What would not matter is believed.
+        ([40, 5, 70], [45, 0, 3], 50, [2], "p 0", 40),
+        ([40, 5, 70], [45, 0, 3], 100, [], "p 2", 70),
+        ([40, 5, 70], [45, 0, 3], np.inf, [], "p 2", 70),
+        # Neither of both keeps anything, even if a fit ends above.
+        ([40, 5, 70], [-1, 0, 3], 20, [2, 0], "p 1", 5),
+        # Two are checked at most.
+        ([40, 60, 70], [41, 61, 71], 20, [2, 1], "p 2", 71),
+    ],
+)
+def test_promises_that_matter_are_checked(
+    monkeypatch: pytest.MonkeyPatch,
+    promised: list[float], kept: list[float], worth: float, asked: list[int], name: str, gain: float,
+) -> None:  # fmt: skip
+    found, fits = checked(monkeypatch, promised, kept, worth)
+    assert CHECKED == 2
+    assert fits == asked
+    assert (found.name, found.gain) == (name, gain)
