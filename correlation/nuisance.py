@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from scipy.stats.qmc import Sobol
+from scipy.stats.qmc import LatinHypercube
 
 from correlation.configuration import Tangent
 from correlation.feature_vector import FeatureVector
@@ -120,7 +120,7 @@ def history_modes(
     A contact that sticks keeps any static force within Coulomb's cone. Each draw starts all sliders from a force of
     -90 to 90 % of the limit at rest; a level has a history of its own in each repeat, so that the draws count for each
     level by itself. The mean of the draws, beside the prediction that starts from none, is one more mode. The draws
-    fill the space evenly (Sobol): a few random ones leave directions in which histories seem to change nothing.
+    fill the space evenly: a few random ones leave directions in which histories seem to change nothing.
     """
     points = features.points
     contacts = [joint for joint in model.system.joints if isinstance(joint, FrictionContact)]
@@ -130,7 +130,7 @@ def history_modes(
     kept = points.where(~points.free)
     nominal = features.of_values(prediction.value)
     changes = []
-    for share in Sobol(len(model.system.joints), rng=seed).random(n_draw):
+    for share in LatinHypercube(len(model.system.joints), optimization="random-cd", rng=seed).random(n_draw):
         draw = Predictor(
             points=kept,
             slider=_drawn(model, HISTORY * (2 * share - 1)),

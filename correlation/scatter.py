@@ -31,6 +31,8 @@ POOLED = 6.0
 ROUGH = 0.7
 #: What a state's own scatter must outweigh, in degrees of freedom of `POOLED` numbers.
 STATE = 4.0
+#: Variance of a number, beside what is pooled, that says no more of its state: its own noise was pooled badly.
+WILD = 10.0
 #: Rounds of the weighted fit of a and b.
 ROUNDS = 6
 
@@ -139,7 +141,7 @@ def _unrest(
 ) -> Float[NDArray[np.float64], " m"]:
     """How much more than others the numbers of a state scatter: where slip sets in, all of them do."""
     seen = freedom > 0
-    total = np.bincount(state[seen], (freedom * ratio)[seen], minlength=state.max() + 1)
+    total = np.bincount(state[seen], (freedom * np.minimum(ratio, WILD))[seen], minlength=state.max() + 1)
     count = np.bincount(state[seen], freedom[seen], minlength=state.max() + 1)
     alike = STATE * POOLED
     return np.asarray(((alike + total) / (alike + count))[state])

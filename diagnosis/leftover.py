@@ -57,10 +57,13 @@ def leftover(arrangement: Arrangement, effects: Sequence[Effect], worth: float =
         Gain that matters.
     """
     gains = slope_gains(arrangement, effects)
-    for number in np.argsort(-gains)[:CHECKED]:
-        if gains[number] > worth:
+    promising = [number for number in np.argsort(-gains) if gains[number] > worth]
+    for place, number in enumerate(promising):
+        if place < CHECKED:
             (score,) = screen(arrangement, [effects[number]])
             gains[number] = arrangement.fit.chi2 - fitted(arrangement, score).chi2
+        else:
+            gains[number] = worth
     best = int(np.argmax(gains)) if len(gains) else -1
     return Leftover(
         gain=float(gains[best]) if best >= 0 else 0.0,

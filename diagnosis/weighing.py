@@ -17,7 +17,7 @@ from correlation.whitening import Whitening
 from diagnosis.comparison import Comparison
 from diagnosis.jitter import preload_jitter
 
-#: Friction histories drawn for the covariance (a power of two), and the seed that they are drawn with.
+#: Friction histories drawn for the covariance, and the seed that they are drawn with.
 DRAWS, SEED = 16, 1
 
 
@@ -59,7 +59,7 @@ def weighed(
     refined
         Finer models with the parameters of `model`.
     n_draw
-        Friction histories, a power of two.
+        Friction histories.
     fitted
         Whether the model was calibrated before, so that states that it misses stand out.
     """

@@ -87,7 +87,7 @@ class HarmonicBalance:
         warn_of_negative_damping(self.system.damping, stacklevel=4)  # the line that makes the balance
 
     def _check(self) -> None:
-        highest = max((int(k) for k in np.flatnonzero(self.system.dynamic.any(axis=1))), default=0)
+        highest, largest = self._loads
         if self.n_harmonic < 1 or self.n_harmonic <= highest:
             raise BalanceError(
                 f"n_harmonic = {self.n_harmonic} (H = {self.n_harmonic - 1}) cannot hold a force in harmonic "
@@ -100,12 +100,18 @@ class HarmonicBalance:
             )
         if not np.isfinite(self.level):
             raise BalanceError(f"level = {self.level} must be a finite number")
-        loads = float(np.abs(self.system.static).max()), float(np.abs(self.system.dynamic).max())
-        if loads[0] > MOST_FORCE or abs(self.level) > MOST_FORCE / max(loads[1], 1.0):
+        if largest[0] > MOST_FORCE or abs(self.level) > MOST_FORCE / max(largest[1], 1.0):
             raise BalanceError(
-                f"level = {self.level:g} of a harmonic force of {loads[1]:g} N, and a static load of {loads[0]:g} N: "
-                f"no load may exceed {MOST_FORCE:g} N, where squares of motions overflow, so give smaller loads"
+                f"level = {self.level:g} of a harmonic force of {largest[1]:g} N, and a static load of "
+                f"{largest[0]:g} N: no load may exceed {MOST_FORCE:g} N, where squares of motions overflow, so give "
+                "smaller loads"
             )
+
+    @cached_property
+    def _loads(self) -> tuple[int, tuple[float, float]]:
+        """Highest harmonic of the force, and the largest static and harmonic loads [N]."""
+        highest = max((int(k) for k in np.flatnonzero(self.system.dynamic.any(axis=1))), default=0)
+        return highest, (float(np.abs(self.system.static).max()), float(np.abs(self.system.dynamic).max()))
 
     def _structure(self, table: JointTable) -> CondensedStructure:
         system = self.system
@@ -199,19 +205,19 @@ class HarmonicBalance:
         scale = self.level if level is None else level
         return real_from_complex(condensed.static + scale * condensed.dynamic)
 
-    def response(self, angular_frequency: float, g: Real) -> Coefficients:
+    def response(self, condensed: Condensed, g: Real) -> Coefficients:
         """Full response to the loads and the joint forces, shape (H + 1, r) [m].
 
         Parameters
         ----------
-        angular_frequency
-            Omega [rad/s].
+        condensed
+            The linear structure at Omega.
         g
             Joint force beyond D x, shape (d, nh) [N].
         """
         structure = self.structure
         force = structure.static + self.level * structure.dynamic - complex_from_real(g) @ structure.directions
-        q = structure.displacement(angular_frequency, force)
+        q = structure.displacement(condensed, force)
         q[0] = q[0].real
         return q
 

@@ -118,26 +118,31 @@ class CondensedStructure:
         static[0] = x_static[0]
         return Condensed(angular_frequency, receptance, slope, static, dynamic, dynamic_slope)
 
-    def displacement(self, angular_frequency: float, force: Coefficients) -> Coefficients:
+    def displacement(self, condensed: Condensed, force: Coefficients) -> Coefficients:
         """Full response of the stuck structure to the coefficients of a force, shape (H + 1, r) [m]."""
-        return np.asarray(self.displacements(angular_frequency, force[None])[0])
+        return np.asarray(self.displacements(condensed, force[None])[0])
 
     def displacements(
-        self, angular_frequency: float, forces: Complex[NDArray[np.complex128], "p harmonic r"]
+        self, condensed: Condensed, forces: Complex[NDArray[np.complex128], "p harmonic r"]
     ) -> Complex[NDArray[np.complex128], "p harmonic r"]:
-        """Full responses of the stuck structure to several forces, shape (p, H + 1, r) both [N, m]."""
+        """Full responses of the stuck structure to several forces, shape (p, H + 1, r) both [N, m].
+
+        Where the damping couples the modes of the stuck structure and not those without its joints, these carry the
+        response: with A the condensed receptance, B alpha_stuck f = (I - A D) B alpha_free f.
+        """
         count, n_harmonic, r = forces.shape
-        omega = harmonics(angular_frequency, n_harmonic)
+        omega = harmonics(condensed.angular_frequency, n_harmonic)
         free = self._free
         if free is None:
             return np.asarray(self.stuck.response(np.tile(omega, count), forces.reshape(-1, r)).reshape(forces.shape))
         B, D = self.directions, self.reference
-        dynamic = np.ascontiguousarray(forces[:, 1:]).reshape(-1, r)
-        q = free.response(np.tile(omega[1:], count), dynamic).reshape(count, n_harmonic - 1, r)
-        receptance, _, _, _ = free.condensed(omega[1:], B, forces[0, 1:])
-        held = np.linalg.solve(np.eye(len(B)) + receptance * D, (q @ B.T)[..., None])[..., 0]
-        load = -(held * D) @ B
-        q = q + free.response(np.tile(omega[1:], count), load.reshape(-1, r)).reshape(q.shape)
+
+        def held(moved: Complex[NDArray[np.complex128], "... harmonic d"]) -> Coefficients:
+            """What the stuck contacts push back with where the free structure would move so."""
+            stuck = moved - (condensed.receptance[1:] @ (D * moved)[..., None])[..., 0]
+            return np.asarray(D * stuck)
+
+        q = np.array([free.restrained(omega[1:], force[1:], B, held) for force in forces]).reshape(count, -1, r)
         mean = self.stuck.response(np.zeros(count), forces[:, 0])
         return np.asarray(np.concatenate([mean[:, None], q], axis=1))
 

@@ -1,6 +1,8 @@
 """Receptance at any frequency from one modal decomposition."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -117,7 +119,7 @@ class DynamicStiffness:
         """Number of degrees of freedom r [-]."""
         return len(self.mass)
 
-    @property
+    @cached_property
     def n_rigid(self) -> int:
         """Number of rigid-body motions: directions in which the stiffness resists nothing [-]."""
         return int(np.count_nonzero(1 - self._modes.shift * self._modes.mu < RIGID))
@@ -183,6 +185,38 @@ class DynamicStiffness:
             V = self._modes.shapes
             displacement[loaded] = (force @ V / self._diagonal(omega)) @ V.T
         return displacement
+
+    def restrained(
+        self,
+        angular_frequency: Frequencies,
+        force: Amplitudes,
+        directions: Float[NDArray[np.float64], "d r"],
+        held: Callable[[Amplitudes], Amplitudes],
+    ) -> Amplitudes:
+        """Response to a force and to what answers the motion that it would make, of modes that damping leaves alone.
+
+        Parameters
+        ----------
+        angular_frequency, force
+            As for `response`.
+        directions
+            B, shape (d, r) [-].
+        held
+            Forces against the directions, shape (p, d) [N], from what they would move by [m].
+
+        Returns
+        -------
+        Shape (p, r) [m].
+
+        Raises
+        ------
+        ForceError
+            As `response`.
+        """
+        V, diagonal = self._modes.shapes, self._diagonal(np.asarray(angular_frequency, dtype=np.float64))
+        seen = directions @ V
+        alone = force @ V / diagonal
+        return np.asarray((alone - held(alone @ seen.T) @ seen / diagonal) @ V.T)
 
     def force(self, angular_frequency: Frequencies, displacement: Amplitudes) -> Amplitudes:
         """The force (K - omega^2 M + i omega C) q that holds a motion; the inverse of `response`, shape (p, r) [N]."""

@@ -200,13 +200,13 @@ def derivatives(
     at_level = balance.at_level(state.level)
     condensed = at_level.at(state.angular_frequency) if condensed is None else condensed
     forces = forces_at(at_level, state.angular_frequency, state.motion, state.start, want=PARAMETERS)
-    structure, omega, p = at_level.structure, state.angular_frequency, len(parameters)
+    structure, p = at_level.structure, len(parameters)
     loads = np.zeros((p, *state.coefficients.shape), dtype=np.complex128)
     g = np.zeros((p, *forces.coefficients.shape))
     for number, parameter in enumerate(parameters):
         loads[number], g[number] = _change(at_level, state, forces, parameter)
     right = np.array(
-        [real_from_complex(each) for each in structure.displacements(omega, loads) @ structure.directions.T]
+        [real_from_complex(each) for each in structure.displacements(condensed, loads) @ structure.directions.T]
     )
     right = right.reshape(g.shape)
     for number in range(p):
@@ -214,7 +214,7 @@ def derivatives(
     dx, answer = _answers(at_level, forces, condensed, right)
     force = np.array([complex_from_real(each) for each in answer + g], dtype=np.complex128)
     force = force.reshape(p, balance.n_harmonic, -1)
-    moved = structure.displacements(omega, loads - force @ structure.directions)
+    moved = structure.displacements(condensed, loads - force @ structure.directions)
     elastic = np.array([complex_from_real(each) for each in at_level.table.reference[:, None] * dx])
     return Derivatives(moved, force + elastic.reshape(force.shape))
 

@@ -194,7 +194,7 @@ def finished(
         angular_frequency=condensed.angular_frequency,
         level=balance.level,
         displacement=complex_from_real(x),
-        coefficients=balance.response(condensed.angular_frequency, forces.coefficients),
+        coefficients=balance.response(condensed, forces.coefficients),
         slider=sliders.value.copy(),
         multiplier=bool(sliders.by_multiplier.any()),
         # The last instant of one period precedes the first of the next.

@@ -201,7 +201,7 @@ def beside(
     """
     measured = Measured.of(observed, sweeps)
     prediction = measured.predictor.predict(model, before)
-    comparison, _ = weighed(measured, model, prediction, budget, budget.refined)
+    comparison, _ = weighed(measured, model, prediction, budget, budget.refined, fitted=False)
     return Side(comparison=comparison, prediction=prediction)
 
 
