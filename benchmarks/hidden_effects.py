@@ -3,9 +3,9 @@
     python -m benchmarks.hidden_effects --workers 2
 
 makes and diagnoses 20 campaigns for each kind of effect, 100 without any, and 20 for each of three that the catalogue
-lacks; seeds from 50000 on. Every campaign is a line of `records.jsonl` in the folder; interrupted and run again, it goes
-on where it was. Then, and by `--score` alone, it writes the score: `score.md` (tables with Wilson's intervals of 95 %)
-and `confusion.png`.
+lacks; seeds from 50000 on. Every campaign is a line of `records.jsonl` in the folder; interrupted and run again, it
+goes on where it was. Then, and by `--score` alone, it writes the score: `score.md` (tables with Wilson's intervals of
+95 %) and `confusion.png`.
 
     python -m benchmarks.hidden_effects --groups
 
