@@ -2,20 +2,24 @@
 
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from math import degrees, isfinite, radians, sqrt, tan
+from math import radians, sqrt, tan
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
 from geometry.blade_points import named_points as named_points
-from geometry.dimension import SMALLEST, in_millimetres, order_problems, raise_geometry_error, range_problems
+from geometry.dimension import (
+    SMALLEST,
+    cone_angle_problems,
+    in_millimetres,
+    order_problems,
+    raise_geometry_error,
+    range_problems,
+)
 from geometry.interface import N_STATION, ContactLine, straight_contact_line
 from geometry.part import Part
 
-# A flatter cone is replaced by a cylinder in the CAD kernel (seen below 0.01 deg), which moves the contact line.
-FLATTEST_CONE = radians(0.05)
-STEEPEST_CONE = radians(45.0)
 # Of each pair the first must not exceed the second: bevels thin the edges, pads stand on the flat, the blade stands
 # inside its root block.
 AT_MOST = (
@@ -111,9 +115,7 @@ class Blade:
         dimensions = asdict(self)
         del dimensions["cone_half_angle"]
         unsound = range_problems(dimensions)
-        if not (isfinite(self.cone_half_angle) and FLATTEST_CONE <= self.cone_half_angle < STEEPEST_CONE):
-            angle = f"cone_half_angle = {degrees(self.cone_half_angle):.6g} deg"
-            unsound["cone_half_angle"] = f"{angle} is not between 0.05 and 45 deg (give radians)"
+        unsound |= cone_angle_problems({"cone_half_angle": self.cone_half_angle})
         clauses = [*unsound.values(), *order_problems(dimensions, AT_MOST, unsound=unsound)]
         if not unsound:
             clauses += _pad_problems(self)

@@ -1,7 +1,7 @@
 """The range in which a dimension can be built, and the one sentence that says what is wrong with a set of them."""
 
 from collections.abc import Container, Iterable, Mapping
-from math import isfinite
+from math import degrees, isfinite, radians
 from typing import NoReturn
 
 from geometry.errors import GeometryError
@@ -10,6 +10,9 @@ from geometry.errors import GeometryError
 # coarser than the CAD kernel's own (1e-7 mm): what is thinner than this is a slip of the unit, as is ten metres.
 SMALLEST = 1e-5
 LARGEST = 10.0
+# A flatter cone is replaced by a cylinder in the CAD kernel (seen below 0.01 deg), which moves the contact line.
+FLATTEST_CONE = radians(0.05)
+STEEPEST_CONE = radians(45.0)
 
 
 def in_millimetres(length: float) -> str:
@@ -42,6 +45,15 @@ def range_problems(dimensions: Mapping[str, float]) -> dict[str, str]:
         elif value > LARGEST:
             problems[name] = f"{said} is longer than any rig ({remedy})"
     return problems
+
+
+def cone_angle_problems(angles: Mapping[str, float]) -> dict[str, str]:
+    """What is wrong with half-angles of cones [rad], by name; sound ones are left out."""
+    return {
+        name: f"{name} = {degrees(angle):.6g} deg is not between 0.05 and 45 deg (give radians)"
+        for name, angle in angles.items()
+        if not (isfinite(angle) and FLATTEST_CONE <= angle < STEEPEST_CONE)
+    }
 
 
 def order_problems(

@@ -43,14 +43,19 @@ def prism(section: Section, height: float) -> Shape:
 
 
 def cone_along_y(*, start: float, end: float, start_radius: float, end_radius: float, axis_height: float) -> Shape:
-    """Truncated cone about the line x = 0, z = axis_height, from y = start to y = end [m].
+    """Truncated cone about the line x = 0, z = axis_height, from y = start to y = end [m]; see `turned_about_y`."""
+    return turned_about_y([(start, start_radius), (end, end_radius)], axis_height=axis_height)
 
-    Its seam is the generator on top (+z): a groove cut with it has an edge of the CAD model as its crest, and that
+
+def turned_about_y(outline: Section, axis_height: float = 0.0) -> Shape:
+    """Body of revolution about the line x = 0, z = axis_height, with an outline of points (y, radius) [m].
+
+    Its seams are the generators on top (+z): a groove cut with it has an edge of the CAD model as its crest, and that
     edge carries the contact line.
     """
     import cadquery as cq
 
-    profile = [(start, 0.0), (end, 0.0), (end, end_radius), (start, start_radius)]
+    profile = [(outline[0][0], 0.0), (outline[-1][0], 0.0), *reversed(outline)]
     corners = [
         cq.Vector(0.0, MILLIMETRES_PER_METRE * y, MILLIMETRES_PER_METRE * (axis_height + radius))
         for y, radius in profile

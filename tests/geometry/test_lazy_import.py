@@ -8,7 +8,9 @@ import pytest
 HEAVY = {"cadquery", "OCP", "vtkmodules", "pyvista", "matplotlib", "meshio", "pint", "numba", "scipy"}
 
 
-@pytest.mark.parametrize("module", ["blade", "plain_blade", "part", "interface", "step_io", "solid", "blade_solid"])
+@pytest.mark.parametrize(
+    "module", ["blade", "plain_blade", "part", "interface", "step_io", "solid", "blade_solid", "damper"]
+)
 def test_importing_a_module_imports_nothing_heavy(module: str) -> None:
     script = f"import sys, geometry.{module}; print(*sorted({{name.split('.')[0] for name in sys.modules}}))"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)

@@ -1,0 +1,184 @@
+"""The rig's bi-conical damper: a cylinder between two cones, which rest in the grooves of blade and de-coupler."""
+
+from dataclasses import asdict, dataclass
+from functools import partial
+from math import pi, radians, sqrt, tan
+
+import numpy as np
+
+from geometry.dimension import (
+    SMALLEST,
+    cone_angle_problems,
+    in_millimetres,
+    order_problems,
+    raise_geometry_error,
+    range_problems,
+)
+from geometry.interface import N_STATION, ContactLine, straight_contact_line
+from geometry.part import Part, Point
+
+#: Sides of a damper by the direction of y in which they lie, and the body that each rests on.
+SIDES = (("blade", -1.0), ("decoupler", 1.0))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Damper:
+    """Dimensions of a damper [m; rad where said].
+
+    Axes of its own: y along its axis, from the blade to the de-coupler; z up, to the crests that it touches; the origin
+    in its middle. It is a body of revolution, symmetric about y = 0.
+
+    The paper publishes the half-angle of the cones alone; the others are ours, so that a damper weighs about 27 g and
+    fits the blade's groove with seven stations 2 mm apart.
+
+    Parameters
+    ----------
+    radius
+        Of the cylinder in the middle, where the dead weight's wire pulls.
+    cylinder_length
+        Between the cones: twice the radius, room for the wire.
+    contact_length
+        Of a contact line, measured along the axis from the end of a cone.
+    shoulder
+        Of a cone between its contact line and the cylinder: pads shall not touch the edge of the cylinder.
+    cone_half_angle
+        The published 8.53 degrees, a taper of 15 % [rad].
+
+    Raises
+    ------
+    GeometryError
+        One sentence with every dimension that is out of range or at odds with another, with its value and the remedy.
+
+    References
+    ----------
+    Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), sections 2.1 and 2.2.
+    """
+
+    radius: float = 0.006
+    cylinder_length: float = 0.012
+    contact_length: float = 0.012
+    shoulder: float = 0.001
+    cone_half_angle: float = radians(8.53)
+
+    def __post_init__(self) -> None:
+        dimensions = asdict(self)
+        del dimensions["cone_half_angle"]
+        unsound = range_problems(dimensions) | cone_angle_problems({"cone_half_angle": self.cone_half_angle})
+        clauses = [*unsound.values(), *order_problems(dimensions, [("shoulder", "contact_length")], unsound=unsound)]
+        if not unsound and self.end_radius < SMALLEST:
+            clauses.append(
+                f"contact_length = {in_millimetres(self.contact_length)} lets the cones end in a point before they are "
+                f"as long, from radius = {in_millimetres(self.radius)} (shorten it or raise the radius)"
+            )
+        if clauses:
+            raise_geometry_error("damper", clauses)
+
+    @property
+    def cone_length(self) -> float:
+        """Of each cone along the axis: shoulder and contact [m]."""
+        return self.shoulder + self.contact_length
+
+    @property
+    def half_length(self) -> float:
+        """|y| of the ends [m]."""
+        return self.cylinder_length / 2 + self.cone_length
+
+    @property
+    def end_radius(self) -> float:
+        """Radius of the ends, where contact starts [m]."""
+        return self.radius - self.cone_length * tan(self.cone_half_angle)
+
+    @property
+    def wide_radius(self) -> float:
+        """Radius of the cones where contact ends, at the shoulder [m]."""
+        return self.radius - self.shoulder * tan(self.cone_half_angle)
+
+    @property
+    def volume(self) -> float:
+        """Of cylinder and cones, in closed form [m^3]."""
+        r, e = self.radius, self.end_radius
+        return pi * (r**2 * self.cylinder_length + 2 * self.cone_length * (r**2 + r * e + e**2) / 3)
+
+
+def contact_lines(damper: Damper, n_station: int = N_STATION) -> dict[str, ContactLine]:
+    """The crests of the two cones, from the ends of the damper to the shoulders.
+
+    The normal points out of the damper, into the crest of the groove. The first tangent points along the line, to the
+    middle of the damper; the second along x.
+
+    Parameters
+    ----------
+    damper
+        Its dimensions.
+    n_station
+        Stations on each line, evenly spaced, ends included [-].
+
+    Returns
+    -------
+    The lines "contact_blade" (at -y) and "contact_decoupler" (at +y).
+
+    Raises
+    ------
+    GeometryError
+        Fewer than two stations.
+    """
+    slope, shoulder = tan(damper.cone_half_angle), damper.cylinder_length / 2 + damper.shoulder
+    return {
+        f"contact_{body}": straight_contact_line(
+            name=f"contact_{body}",
+            start=np.array([0.0, side * damper.half_length, damper.end_radius]),
+            end=np.array([0.0, side * shoulder, damper.wide_radius]),
+            normal=np.array([0.0, side * slope, 1.0]) / sqrt(1 + slope**2),
+            across=np.array([1.0, 0.0, 0.0]),
+            n_station=n_station,
+        )
+        for body, side in SIDES
+    }
+
+
+def named_points(damper: Damper) -> dict[str, Point]:
+    """Points of a damper.
+
+    Returns
+    -------
+    "dead_weight", where the wire lies under the middle of the cylinder and pulls it up into the grooves; "laser_blade"
+    and "laser_decoupler", where the differential laser sees the damper beside the pads, on the side of +x [m].
+    """
+    found = {"dead_weight": np.array([0.0, 0.0, -damper.radius])}
+    for body, side in SIDES:
+        found[f"laser_{body}"] = np.array([damper.radius, side * damper.cylinder_length / 2, 0.0])
+    return found
+
+
+def damper_part(damper: Damper) -> Part:
+    """The damper as one solid with named faces, points and contact lines.
+
+    Its seams are the generators on top (+z): the edges of the CAD model that carry the contact lines.
+
+    Returns
+    -------
+    A part with the faces "cone_blade", "cone_decoupler", "cylinder", "end_blade" and "end_decoupler".
+
+    Raises
+    ------
+    GeometryError
+        The dimensions give no single valid solid.
+    """
+    from geometry.solid import curved_faces, face_region, plane_faces, single_solid, turned_about_y
+
+    middle, end = damper.cylinder_length / 2, damper.half_length
+    outline = [(-end, damper.end_radius), (-middle, damper.radius), (middle, damper.radius), (end, damper.end_radius)]
+    solid = single_solid("damper", turned_about_y(outline))
+    found = {"cylinder": curved_faces(solid, where=lambda centre: abs(centre[1]) < middle)}
+    for body, side in SIDES:
+        found[f"cone_{body}"] = curved_faces(solid, where=partial(_beyond, side, middle))
+        found[f"end_{body}"] = plane_faces(solid, normal=(0, int(side), 0), offset=end)
+    faces = {name: face_region(name, region) for name, region in found.items()}
+    return Part(
+        name="damper", solid=solid, faces=faces, points=named_points(damper), contact_lines=contact_lines(damper)
+    )
+
+
+def _beyond(side: float, middle: float, centre: Point) -> bool:
+    """Whether a face lies outside the cylinder, on one side."""
+    return bool(side * centre[1] > middle)
