@@ -5,7 +5,7 @@ Responses are complex amplitudes :math:`X` of :math:`e^{i \Omega t}` under a for
 
 import numpy as np
 from jaxtyping import Complex, Float
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
 
@@ -23,46 +23,6 @@ def amplitude_error(measured: Response, predicted: Response) -> Metric:
 def phase_error(measured: Response, predicted: Response) -> Metric:
     r"""By how much a prediction leads: :math:`\arg (X_p \bar{X}_m)` [rad], in (-pi, pi]; 0 is perfect."""
     return np.angle(np.asarray(predicted) * np.conj(np.asarray(measured)))
-
-
-def inverse_frf(value: Response, level: ArrayLike) -> Response:
-    r"""Dynamic stiffness seen at a sensor, :math:`D = F / X` [N per unit of X].
-
-    Where the frequency response has a sharp peak that a small change of the model moves, D is a smooth line that it
-    shifts: for one degree of freedom :math:`D = k - \omega^2 m + i \omega c`, linear in all three.
-    """
-    return np.asarray(np.asarray(level) / np.asarray(value), dtype=np.complex128)
-
-
-def inverse_frf_error(measured: Response, predicted: Response, level: ArrayLike) -> Response:
-    r"""Missing dynamic stiffness :math:`F / X_m - F / X_p` [N per unit of X].
-
-    Its real part is positive where the structure is stiffer or lighter than its model, its imaginary part where it is
-    more damped.
-    """
-    return inverse_frf(measured, level) - inverse_frf(predicted, level)
-
-
-def inverse_frf_deviation(value: Response, deviation: Metric, level: ArrayLike) -> Metric:
-    r"""Standard deviation of real and imaginary part of :math:`F / X`, :math:`F \sigma / |X|^2`, for small noise."""
-    deviations: Metric = np.asarray(level) * np.asarray(deviation) / np.abs(np.asarray(value)) ** 2
-    return deviations
-
-
-def harmonic_ratio(harmonic: Response, fundamental: Response, number: int) -> Response:
-    r"""Distortion :math:`X_h / |X_1| \, e^{-i h \varphi_1}` [-]: independent of where the period is counted from.
-
-    Parameters
-    ----------
-    harmonic, fundamental
-        X_h and X_1, of one shape.
-    number
-        h.
-    """
-    fundamental = np.asarray(fundamental)
-    turn = np.exp(-1j * number * np.angle(fundamental))
-    ratio: Response = np.asarray(harmonic) / np.abs(fundamental) * turn
-    return ratio
 
 
 def resonance(
@@ -113,21 +73,3 @@ def resonance(
     # |1/X|^2 ~ (x0 - x)^2 + 4 zeta^2 x0 x = (x - centre)^2 + floor: at x = 0 it is x0^2.
     x0 = np.sqrt(centre**2 + floor / a)
     return float(frequency[peak] * np.sqrt(x0)), float(np.sqrt(floor / a / (2 * x0 * (x0 + centre))))
-
-
-def frequency_error(
-    frequency: Float[NDArray[np.float64], " f"],
-    measured: Complex[NDArray[np.complex128], " f"],
-    predicted: Complex[NDArray[np.complex128], " f"],
-) -> float:
-    r"""How much too high a prediction's resonance is, :math:`f_p / f_m - 1` [-]; as in `resonance`."""
-    return resonance(frequency, predicted)[0] / resonance(frequency, measured)[0] - 1
-
-
-def damping_error(
-    frequency: Float[NDArray[np.float64], " f"],
-    measured: Complex[NDArray[np.complex128], " f"],
-    predicted: Complex[NDArray[np.complex128], " f"],
-) -> float:
-    r"""How much too damped a prediction is, :math:`\zeta_p / \zeta_m - 1` [-]; as in `resonance`."""
-    return resonance(frequency, predicted)[1] / resonance(frequency, measured)[1] - 1
