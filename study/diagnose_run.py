@@ -20,9 +20,10 @@ from study.diagnose_history import ADD, UNDO, History, Step, history_of
 from study.diagnose_round import Round, diagnose_case
 from study.diagnose_words import document, headline, in_words
 from study.output import replace_file
+from study.repeats import require_held_out, require_repeats
 from study.run_context import RunContext
 from study.test_case import TestCase
-from study.test_case_model import read_test_case
+from study.test_case_model import TestSetup, read_test_case
 
 #: Effects that ``--auto`` adds at most.
 MOST_ADDED = 5
@@ -82,8 +83,6 @@ def run_diagnose(
     with run.progress.step("campaign", expected=1):
         campaign = read_campaign(folder)
     diagnosed = diagnose_file(case, campaign, folder, run, without=without, auto=auto, trials=trials)
-    for suspicion in _suspicions(diagnosed.last, campaign):
-        run.warn(suspicion)
     from study.diagnose_files import contents
 
     with run.progress.step("page and figures", expected=10):
@@ -113,10 +112,16 @@ def diagnose_file(
             f"{folder} holds time records alone, which this command does not read: diagnose them in Python, as "
             "docs/time_records.md shows"
         )
+    require_held_out(campaign, folder)
+    require_repeats(campaign, folder)
+    setup = read_test_case(case, campaign)
+    if run is not None:  # before what takes minutes: it may be in vain
+        for suspicion in _suspicions(setup, campaign):
+            run.warn(suspicion)
     rounds: list[Round] = []
     while True:
         found = diagnose_case(
-            read_test_case(case, campaign),
+            setup,
             campaign,
             without=without,
             trials=trials,
@@ -131,6 +136,7 @@ def diagnose_file(
         if not auto or stop or best is None or best.effect is None:
             return Diagnosed(rounds=tuple(rounds), history=history_of(case))
         add(case, best.effect.name)
+        setup = read_test_case(case, campaign)
 
 
 def full_text(diagnosed: Diagnosed) -> str:
@@ -168,6 +174,6 @@ def step_document(step: Step) -> dict[str, Any]:
     }
 
 
-def _suspicions(found: Round, campaign: Campaign) -> list[str]:
-    against = suspicions_against(campaign, model_frequencies(found.setup.model))
+def _suspicions(setup: TestSetup, campaign: Campaign) -> list[str]:
+    against = suspicions_against(campaign, model_frequencies(setup.model))
     return [str(each) for each in (*campaign.suspicions, *against, *jump_suspicions(campaign))]

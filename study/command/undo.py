@@ -17,12 +17,14 @@ app = command_app(
 @app.default
 def undo(*, case: Case = None, options: Options = DEFAULTS) -> Answer:
     """Take a step back."""
-    from study.diagnose_add import find_case
+    from study.diagnose_add import LoopError, find_case
     from study.diagnose_add import undo as take_back
     from study.diagnose_run import step_document
     from study.diagnose_words import step_in_words
 
     del options
     file = case if case is not None else find_case(Path())
+    if not file.is_file():
+        raise LoopError(f"{file}: there is no such case file: check its name and folder")
     step = take_back(file)
     return Answer(document={"case": str(file), **step_document(step)}, text=step_in_words(step, file))

@@ -1,0 +1,71 @@
+"""What can be seen in a campaign at once is said at once, before minutes of computing."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from study import cli
+
+TwoMasses = Callable[..., Path]
+STEPPED = Path("campaign/test_01_stepped.csv")
+MANIFEST = Path("campaign/campaign.toml")
+HELD = "repeats = [4, 5]"
+
+
+@pytest.fixture
+def nothing_computed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("study.diagnose_run.diagnose_case", lambda *_, **__: pytest.fail("a diagnosis was started"))
+
+
+@pytest.mark.usefixtures("nothing_computed")
+def test_a_single_repeat_is_refused_at_once(two_masses: TwoMasses, capsys: pytest.CaptureFixture[str]) -> None:
+    two_masses({})
+    head, *rows = STEPPED.read_text().splitlines()
+    at = head.split(",").index("repeat")
+    STEPPED.write_text("\n".join([head, *(row for row in rows if row.split(",")[at] == "1"), ""]))
+    text = MANIFEST.read_text()
+    assert HELD in text
+    MANIFEST.write_text(text.replace(HELD, ""))
+    assert cli.main(["diagnose", "chain.toml", "campaign", "--quiet"]) == 2
+    said = capsys.readouterr().err
+    assert (
+        "campaign: repeat = 1 in every row of test_01_stepped.csv: noise cannot be told from effects; measure" in said
+    )
+    assert said.count("\n") == 1
+
+
+@pytest.mark.usefixtures("nothing_computed")
+def test_nothing_held_out_is_refused_at_once(two_masses: TwoMasses, capsys: pytest.CaptureFixture[str]) -> None:
+    two_masses({}, held_out=False)
+    assert cli.main(["diagnose", "chain.toml", "campaign"]) == 2
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("stickslip: ")]
+    assert "campaign.toml: nothing is held out, so that no effect can be tested: name a level" in line
+    assert "e.g. repeats = [5]" in line
+
+
+def test_a_suspicion_is_told_before_the_diagnosis(
+    two_masses: TwoMasses, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    two_masses({})
+    head, *rows = STEPPED.read_text().splitlines()
+    at = head.split(",").index("frequency")
+    turned = []
+    for row in rows:
+        fields = row.split(",")
+        fields[at] = repr(6.283185307179586 * float(fields[at]))
+        turned.append(",".join(fields))
+    STEPPED.write_text("\n".join([head, *turned, ""]))
+
+    def stop(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("study.diagnose_run.diagnose_case", stop)
+    cli.main(["diagnose", "chain.toml", "campaign", "--quiet"])
+    assert 'write units.frequency = "rad/s" instead of "Hz"' in capsys.readouterr().err
+
+
+def test_a_step_back_in_a_case_that_is_not_there_says_so(at_home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    del at_home
+    assert cli.main(["undo", "--case", "other.toml"]) == 2
+    assert "other.toml: there is no such case file: check its name and folder" in capsys.readouterr().err
