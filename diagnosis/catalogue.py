@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol, TypeAlias
 
+from correlation.measurement import Campaign
 from correlation.test_model import TestModel
 from diagnosis.effect import (
     air_damping,
@@ -149,6 +150,27 @@ def catalogue(
     return Catalogue(
         candidates=tuple(each for each in listed if not isinstance(each, Untestable)),
         untestable=tuple(each for each in listed if isinstance(each, Untestable)),
+    )
+
+
+def campaign_catalogue(
+    campaign: Campaign, test_model: TestModel, *, without: Collection[str] = (), extra: Sequence[Extra] = ()
+) -> Catalogue:
+    """All candidates for a model, as strong as the tests of a campaign make them.
+
+    Parameters
+    ----------
+    campaign
+        Whose highest level and configurations count; of time records alone, 1 N on the jointed structure.
+    test_model, without, extra
+        As for `catalogue`.
+    """
+    return catalogue(
+        test_model,
+        without=without,
+        extra=extra,
+        level=float(max(campaign.levels, default=1.0)),
+        configurations={test.configuration for test in campaign.tests} or {"jointed"},
     )
 
 

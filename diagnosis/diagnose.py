@@ -9,7 +9,7 @@ from correlation.nuisance import Budget
 from correlation.test_model import TestModel
 from diagnosis.accepted import Accepted
 from diagnosis.arrangement import Added, Arrangement, arrange
-from diagnosis.catalogue import Catalogue, Extra, catalogue
+from diagnosis.catalogue import Catalogue, Extra, campaign_catalogue
 from diagnosis.decision import decide, support
 from diagnosis.keep import Keep, computed
 from diagnosis.limits import Limits, linear_limits
@@ -101,10 +101,10 @@ def diagnose(
     """
     told = report or (lambda _what, _share: None)
     known = {each.effect.name for each in added}
-    listed = candidates(campaign, base, without=without, extra=extra)
+    listed = campaign_catalogue(campaign, base, without=without, extra=extra)
     listed = replace(listed, candidates=tuple(each for each in listed.candidates if each.name not in known))
     told("calibration", 0.0)
-    every = partial(candidates, campaign, extra=extra)
+    every = partial(campaign_catalogue, campaign, extra=extra)
     arrangement = keep("arrangement", lambda: arrange(campaign, base, accepted, budget, added=added, listed=every))
     told("screening", 0.35)
     screened = keep("scores", lambda: screen(arrangement, listed.candidates, _screened(told)))
@@ -128,15 +128,6 @@ def diagnose(
         arrangement=arrangement, catalogue=listed, scores=tuple(screened), before=before, refits=tuple(ranked),
         places=tuple(places), limits=found, verdict=verdict,
     )  # fmt: skip
-
-
-def candidates(
-    campaign: Campaign, base: TestModel, *, without: Collection[str] = (), extra: Sequence[Extra] = ()
-) -> Catalogue:
-    """Effects that these tests may show in this model."""
-    tested = {test.configuration for test in campaign.tests}
-    level = float(campaign.measurement.level.max())
-    return catalogue(base, without=without, extra=extra, level=level, configurations=tested)
 
 
 def _screened(told: Report) -> Callable[[int, int], None]:

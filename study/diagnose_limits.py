@@ -126,10 +126,9 @@ def limits_for(setup: TestSetup, campaign: Campaign, without: Sequence[str]) -> 
     without
         Kinds that are left out.
     """
-    from study.diagnose_round import campaign_catalogue
 
     def known(left_out: Sequence[str]) -> Limits | None:
-        return shipped_limits(layout_key(layout(setup, campaign, campaign_catalogue(setup, campaign, left_out))))
+        return shipped_limits(layout_key(layout(setup, campaign, setup.candidates(campaign, left_out))))
 
     # With fewer candidates chance does less: the limits of the whole catalogue are on the safe side.
     return known(without) or known(())

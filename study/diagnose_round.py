@@ -17,7 +17,6 @@ from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.effect.candidate import EffectError
 from diagnosis.keep import Keep, computed
 from diagnosis.limits import Limits
-from diagnosis.own_effect import installed_effects
 from diagnosis.refit import Refit, unchanged
 from study import fingerprint
 from study.compare_run import Side
@@ -26,7 +25,7 @@ from study.diagnose_limits import is_measured, layout, layout_key, limits_for, m
 from study.diagnose_steps import step
 from study.progress import Progress, SilentProgress
 from study.store import Store
-from study.test_case_added import case_catalogue
+from study.test_case_added import own_effects
 from study.test_case_model import TestSetup
 
 T = TypeVar("T")
@@ -123,7 +122,7 @@ def diagnose_case(
             setup.budget,
             added=setup.added,
             without=without,
-            extra=[*setup.effects, *installed_effects()],
+            extra=own_effects(setup.effects),
             limits=limits,
             keep=keep,
             report=report,
@@ -143,7 +142,7 @@ def bootstrap(
     announce: Callable[[str], None] | None,
 ) -> Limits:
     """Limits of this layout, measured once."""
-    known = campaign_catalogue(setup, campaign, without)
+    known = setup.candidates(campaign, without)
     key = layout_key(layout(setup, campaign, known))
     if announce is not None and not is_measured(key, trials, store):
         announce(
@@ -180,19 +179,8 @@ def beside(setup: TestSetup, campaign: Campaign) -> TestSetup:
     setup = replace(setup, model=model, budget=replace(setup.budget, refined=refined))
     if not setup.added:
         return setup
-    known = campaign_catalogue(setup, campaign, ())
+    known = setup.candidates(campaign)
     return replace(setup, added=tuple(_at_levels(each, known) for each in setup.added))
-
-
-def campaign_catalogue(setup: TestSetup, campaign: Campaign, without: Sequence[str]) -> Catalogue:
-    """Effects of a case, as strong as the campaign's levels make them."""
-    return case_catalogue(
-        setup.model,
-        setup.effects,
-        level=max(campaign.levels, default=1.0),
-        configurations=sorted({test.configuration for test in campaign.tests}) or ["jointed"],
-        without=without,
-    )
 
 
 def errors(of: Refit) -> Errors:

@@ -7,7 +7,7 @@ from pathlib import Path
 from correlation.read_campaign import read_campaign
 from diagnosis.limits import Limits
 from study.diagnose_limits import SHIPPED, layout, layout_key
-from study.diagnose_round import beside, bootstrap, campaign_catalogue, kept
+from study.diagnose_round import beside, bootstrap, kept
 from study.output import replace_file
 from study.progress import LineProgress, Progress
 from study.store import Store, default_folder
@@ -35,7 +35,7 @@ def ship(case: Path, folder: Path, trials: int, store: Store, progress: Progress
     setup = beside(read_test_case(case, campaign), campaign)
     without = tuple(sorted(setup.without))
     limits = bootstrap(setup, campaign, without, trials, kept(store, setup, campaign, without), store, progress, None)
-    of = layout(setup, campaign, campaign_catalogue(setup, campaign, without))
+    of = layout(setup, campaign, setup.candidates(campaign, without))
     known = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
     known[layout_key(of)] = {"limits": vars(limits), "layout": of}
     replace_file(file, f"{json.dumps(known, indent=1, ensure_ascii=False)}\n")

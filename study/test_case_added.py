@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from correlation.test_model import TestModel
 from diagnosis.accepted import Accepted
 from diagnosis.arrangement import Added
-from diagnosis.catalogue import Catalogue, catalogue
+from diagnosis.catalogue import Catalogue, Extra, catalogue
 from diagnosis.effect.candidate import Effect, EffectError, EffectParameter
 from diagnosis.own_effect import installed_effects
 from study.case_problem import did_you_mean
@@ -33,6 +33,11 @@ LINEAR = ("kg", "kg m^2", "N/m", "N m", "m", "-")
 DIGITS = 6
 
 
+def own_effects(files: Sequence[Path]) -> list[Extra]:
+    """What a case has beside the effects that come with stickslip: its files, and installed packages."""
+    return [*files, *installed_effects()]
+
+
 def case_catalogue(model: TestModel, files: Sequence[Path], **options: Any) -> Catalogue:
     """All effects of a model, its case's own and those of installed packages among them.
 
@@ -45,7 +50,7 @@ def case_catalogue(model: TestModel, files: Sequence[Path], **options: Any) -> C
     options
         As for `diagnosis.catalogue.catalogue`.
     """
-    return catalogue(model, extra=[*files, *installed_effects()], **options)
+    return catalogue(model, extra=own_effects(files), **options)
 
 
 def find_effect(found: Catalogue, name: str) -> Effect:

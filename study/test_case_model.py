@@ -1,6 +1,6 @@
 """From a test case to a test model, its accepted parameters and its numerical error; all mistakes are said at once."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from correlation.sensor_placement import with_sensors
 from correlation.test_model import LineSensor, Sensor, TestModel
 from diagnosis.accepted import Accepted, accepted
 from diagnosis.arrangement import Added
+from diagnosis.catalogue import Catalogue, campaign_catalogue
 from reduction.errors import JointError
 from reduction.jointed_system import Friction, FrictionContact, Joint, JointedSystem
 from study.case import load_case, located
@@ -21,7 +22,7 @@ from study.errors import CaseError
 from study.mistakes import Mistakes
 from study.solve_model import contact_joints, stuck_damping
 from study.test_case import LineTable, TestCase
-from study.test_case_added import added_effects, apply_all, apply_by_name
+from study.test_case_added import added_effects, apply_all, apply_by_name, own_effects
 from study.test_place import Whereabouts
 from study.test_structure import TestStructure, load_test_structure
 
@@ -76,6 +77,10 @@ class TestSetup:
             for each in self.budget.refined
         ]
         return replace(self.budget, refined=finer)
+
+    def candidates(self, campaign: Campaign, without: Collection[str] = ()) -> Catalogue:
+        """Effects of the case, all but some kinds, as strong as the tests of a campaign make them."""
+        return campaign_catalogue(campaign, self.model, without=without, extra=own_effects(self.effects))
 
 
 def read_test_case(path: Path | str, campaign: Campaign | None = None) -> TestSetup:

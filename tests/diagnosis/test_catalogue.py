@@ -2,11 +2,12 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 from correlation.test_model import TestModel
-from diagnosis.catalogue import KINDS, catalogue
+from diagnosis.catalogue import KINDS, Catalogue, campaign_catalogue, catalogue
 from diagnosis.effect.candidate import EffectError, Untestable
 from diagnosis.effect.density import Density
 
@@ -66,3 +67,24 @@ def test_an_effect_is_found_by_its_name(bench: TestModel) -> None:
         found.effect("mass at the moon")
     with pytest.raises(EffectError, match='"mass at tip x" cannot be tested: it is the mass at "tip z"'):
         found.effect("mass at tip x")
+
+
+def test_a_campaign_says_how_strong_effects_are(small: TestModel, paper: ModuleType) -> None:
+    campaign = paper.make_campaign(small)
+    found = campaign_catalogue(campaign, small, without=["gain"])
+    # Both configurations are tested.
+    assert typical(found) == typical(catalogue(small, without=["gain"], level=max(paper.LEVELS)))
+    jointed = replace(campaign, tests=tuple(replace(test, configuration="jointed") for test in campaign.tests))
+    expected = catalogue(small, level=max(paper.LEVELS), configurations=["jointed"])
+    assert typical(campaign_catalogue(jointed, small)) == typical(expected)
+
+
+def test_time_records_alone_say_nothing_of_levels(small: TestModel, paper: ModuleType) -> None:
+    campaign = paper.make_campaign(small)
+    table = campaign.measurement
+    silent = replace(campaign, tests=(), measurement=table.where(table.level < 0))
+    assert typical(campaign_catalogue(silent, small)) == typical(catalogue(small, configurations=["jointed"]))
+
+
+def typical(found: Catalogue) -> dict[str, list[float]]:
+    return {each.name: [parameter.typical for parameter in each.parameters] for each in found.candidates}

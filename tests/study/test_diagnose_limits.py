@@ -12,7 +12,7 @@ from correlation.read_campaign import read_campaign
 from diagnosis.limits import Limits
 from study import diagnose_limits
 from study.diagnose_limits import layout, layout_key, limits_for
-from study.diagnose_round import campaign_catalogue, diagnose_case
+from study.diagnose_round import diagnose_case
 from study.diagnose_ship import ship
 from study.progress import SilentProgress
 from study.store import Store
@@ -54,7 +54,7 @@ def test_a_layout_is_known_by_its_design_and_not_by_its_values(
     two_masses: TwoMasses, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     setup, campaign = read_test_case(two_masses({})), read_campaign(Path("campaign"))
-    known = campaign_catalogue(setup, campaign, ())
+    known = setup.candidates(campaign)
     key = layout_key(layout(setup, campaign, known))
     louder = replace(campaign, measurement=replace(campaign.measurement, value=1.1 * campaign.measurement.value))
     assert layout_key(layout(setup, louder, known)) == key
@@ -62,7 +62,7 @@ def test_a_layout_is_known_by_its_design_and_not_by_its_values(
         layout(setup, replace(campaign, held_out=HeldOut(repeats=(5,))), known),
         layout(setup, replace(campaign, measurement=campaign.measurement.where(campaign.measurement.level < 5)), known),
         layout(replace(setup, accepted=setup.accepted[:1]), campaign, known),
-        layout(setup, campaign, campaign_catalogue(setup, campaign, ("cubic",))),
+        layout(setup, campaign, setup.candidates(campaign, ["cubic"])),
     ]
     assert len({key, *map(layout_key, others)}) == 5
 
