@@ -105,34 +105,39 @@ def followed(campaign: Campaign) -> tuple[int, ...]:
 
 def training(campaign: Campaign) -> Observation:
     """What a model may be fitted to: neither held-out levels nor held-out repeats, and no state that jumps."""
-    return _selected(campaign, held=False)
+    return _parts(campaign)[0]
 
 
-def held_out(campaign: Campaign) -> Observation:
-    """What tests a fit: the held-out repeats at all levels, held out or not; without any, the held-out levels.
+def parted(campaign: Campaign) -> tuple[Observation, Observation]:
+    """What a model may be fitted to, see `training`, and what tests the fit.
 
-    A test on one set of repeats has one jitter of their mean, which can settle before it judges.
+    The test is on the held-out repeats at all levels, held out or not; without any, on the held-out levels. One set of
+    repeats has one jitter of their mean, which can settle before it judges.
 
     Raises
     ------
     CampaignError
         Nothing is held out.
     """
-    seen = _selected(campaign, held=True)
-    if not len(seen.points):
+    fitted, tested = _parts(campaign)
+    if not len(tested.points):
         raise CampaignError(
             f"{campaign.folder}: nothing is held out, so that no effect can be tested: name a level or a repeat under "
             "[held_out]"
         )
-    return seen
+    return fitted, tested
 
 
-def _selected(campaign: Campaign, *, held: bool) -> Observation:
+def _parts(campaign: Campaign) -> tuple[Observation, Observation]:
     everything = observation(campaign)
+    steady = everything.where(~jumping(campaign, everything.points))
     kept = np.isin(np.unique(campaign.measurement.repeat), campaign.held_out.repeats)
-    at_level = np.isin(everything.points.level, campaign.held_out.levels)
+    at_level = np.isin(steady.points.level, campaign.held_out.levels)
     tests = kept[None, :] if kept.any() else at_level[:, None]
-    chosen = tests if held else ~(at_level[:, None] | kept[None, :])
-    taken = np.isfinite(everything.repeat) & chosen
-    seen = replace(everything, taken=taken)
-    return seen.where(np.asarray(taken.any(axis=1)) & ~jumping(campaign, seen.points))
+    return _taken(steady, ~(at_level[:, None] | kept[None, :])), _taken(steady, tests)
+
+
+def _taken(seen: Observation, chosen: Bool[NDArray[np.bool_], "#k #R"]) -> Observation:
+    """Some repeats of some rows; rows that none is left of are dropped."""
+    taken = np.isfinite(seen.repeat) & chosen
+    return replace(seen, taken=taken).where(np.asarray(taken.any(axis=1)))

@@ -7,7 +7,7 @@ import numpy as np
 
 from correlation.measurement import Campaign
 from correlation.nuisance import Budget
-from correlation.observation import followed, held_out, training
+from correlation.observation import followed, parted
 from correlation.scatter import Scatter
 from correlation.test_model import TestModel
 from correlation.whitening import Whitening
@@ -103,7 +103,7 @@ def arrange(
     """
     effects = tuple(each.effect for each in added)
     unknowns = _unknowns(base, accepted, effects)
-    seen, unseen = training(campaign), held_out(campaign)
+    seen, unseen = parted(campaign)
     sweeps = followed(campaign)
     finer = [
         replace(unknowns, base=each, effects=(*accepted, *(listed(each).effect(effect.name) for effect in effects)))

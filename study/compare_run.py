@@ -15,7 +15,7 @@ from correlation.measurement import Campaign, Suspicion
 from correlation.misfit import Misfit, misfit
 from correlation.model_suspicion import suspicions_against, swapped_sensors
 from correlation.nuisance import Budget
-from correlation.observation import Observation, followed, held_out, training
+from correlation.observation import Observation, followed, parted, training
 from correlation.peak_error import PeakError, peak_errors
 from correlation.prediction import Points, Prediction, Predictor
 from correlation.read_campaign import read_campaign
@@ -236,10 +236,11 @@ def _sides(
         return sides, calibrated, fit.model
     model, budget = setup.complete, setup.complete_budget
     sweeps = followed(campaign)
-    sides = [beside(training(campaign), sweeps, model, budget)]
-    if campaign.held_out.levels or campaign.held_out.repeats:
-        sides.append(beside(held_out(campaign), sweeps, model, budget, sides[0].prediction))
-    return sides, (), model
+    if not (campaign.held_out.levels or campaign.held_out.repeats):
+        return [beside(training(campaign), sweeps, model, budget)], (), model
+    seen, unseen = parted(campaign)
+    side = beside(seen, sweeps, model, budget)
+    return [side, beside(unseen, sweeps, model, budget, side.prediction)], (), model
 
 
 def _swapped(campaign: Campaign, model: TestModel, before: Prediction) -> tuple[Suspicion, ...]:

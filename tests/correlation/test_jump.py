@@ -8,7 +8,7 @@ import pytest
 
 from correlation.jump import FEWEST, jump_suspicions, jumping
 from correlation.measurement import Campaign
-from correlation.observation import held_out, observation, training
+from correlation.observation import observation, parted
 from correlation.test_model import TestModel
 
 #: The state that jumps: between its two responses the larger is 1.3 times the other.
@@ -42,7 +42,7 @@ def test_a_jump_is_found_at_its_state_alone(small: TestModel, paper: ModuleType,
 
 def test_neither_fits_nor_tests_see_a_state_that_jumps(small: TestModel, paper: ModuleType) -> None:
     campaign = jumped(paper.make_campaign(small, seed=3))
-    for seen in (training(campaign), held_out(campaign)):
+    for seen in parted(campaign):
         points = seen.points
         there = (points.free == FREE) & (points.level == LEVEL)
         assert there.any()

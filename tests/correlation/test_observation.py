@@ -8,7 +8,7 @@ import pytest
 
 from correlation.errors import CampaignError
 from correlation.measurement import Campaign, HeldOut
-from correlation.observation import held_out, observation, training
+from correlation.observation import observation, parted, training
 from correlation.test_model import TestModel
 
 
@@ -66,7 +66,9 @@ def test_the_mean_is_over_the_repeats_taken(campaign: Campaign) -> None:
     np.testing.assert_array_equal(seen.count, 3)
     # Sums in another order.
     np.testing.assert_allclose(seen.value, seen.repeat[:, :3].mean(axis=1), rtol=1e-14)
-    np.testing.assert_array_equal(held_out(campaign).value, seen.repeat[:, 3])
+    fitted, tested = parted(campaign)
+    np.testing.assert_array_equal(fitted.value, seen.value)
+    np.testing.assert_array_equal(tested.value, seen.repeat[:, 3])
 
 
 def test_a_missing_reading_is_no_number_and_is_not_counted(campaign: Campaign) -> None:
@@ -83,7 +85,7 @@ def test_a_missing_reading_is_no_number_and_is_not_counted(campaign: Campaign) -
 
 def test_held_out_repeats_test_at_all_levels_what_was_fitted_to_the_rest(campaign: Campaign, paper: ModuleType) -> None:
     both = replace(campaign, held_out=HeldOut(levels=(paper.LEVELS[1],), repeats=(2,)))
-    fitted, tested = training(both), held_out(both)
+    fitted, tested = parted(both)
     assert set(fitted.points.level) == {paper.LEVELS[0]}
     np.testing.assert_array_equal(fitted.taken, np.tile([True, False, True, True], (len(fitted.points), 1)))
     # One set of repeats, at the held-out level as well: other repeats there test nothing.
@@ -94,14 +96,14 @@ def test_held_out_repeats_test_at_all_levels_what_was_fitted_to_the_rest(campaig
 
 
 def test_held_out_repeats_alone_leave_all_levels_to_the_fit(campaign: Campaign, paper: ModuleType) -> None:
-    fitted, tested = training(campaign), held_out(campaign)
+    fitted, tested = parted(campaign)
     assert set(fitted.points.level) == set(tested.points.level) == set(paper.LEVELS)
     assert fitted.count.sum() + tested.count.sum() == len(campaign.measurement)
 
 
 def test_held_out_levels_alone_test_with_all_their_repeats(campaign: Campaign, paper: ModuleType) -> None:
     levels = replace(campaign, held_out=HeldOut(levels=(paper.LEVELS[1],)))
-    fitted, tested = training(levels), held_out(levels)
+    fitted, tested = parted(levels)
     assert set(fitted.points.level) == {paper.LEVELS[0]}
     assert set(tested.points.level) == {paper.LEVELS[1]}
     assert fitted.taken.all()
@@ -111,4 +113,4 @@ def test_held_out_levels_alone_test_with_all_their_repeats(campaign: Campaign, p
 
 def test_nothing_held_out_is_refused(campaign: Campaign) -> None:
     with pytest.raises(CampaignError, match=r"nothing is held out.*\[held_out\]"):
-        held_out(replace(campaign, held_out=HeldOut()))
+        parted(replace(campaign, held_out=HeldOut()))
