@@ -137,15 +137,16 @@ def _score(
     if whole * abs(typical) < UNSEEN:
         slope, across = 0 * slope, 0 * across
     tried = _least(effect, across, residual)
+    relief = _relief(arrangement, slope)
     step = float(np.clip(tried.step if across.any() else typical, -abs(typical), abs(typical)))
     step = float(np.clip(step, parameter.lower - parameter.vanishes, parameter.upper - parameter.vanishes))
     if abs(step) > LEAST * abs(typical):
-        change = _change(arrangement, effect, step, slope)
+        change = _change(arrangement, effect, step, relief)
         finite = _least(effect, _across(basis, change) / step, residual)
         if finite.gain >= tried.gain or not across.any():
             tried = finite
     size = float(np.linalg.norm(tried.across))
-    start = _made_up(arrangement, effect, tried.step, slope)
+    start = _made_up(arrangement, effect, tried.step, relief)
     if size * abs(typical) < UNSEEN:
         return Score(
             effect=effect, strength=parameter.vanishes, gain=0.0, size=size * abs(typical), absorbed=1.0,
@@ -174,14 +175,14 @@ def _least(effect: Effect, across: Vector, residual: Vector) -> _Least:
     return _Least(across, step, max(2 * step * float(across @ residual) - step**2 * steepness, 0.0))
 
 
-def _change(arrangement: Arrangement, effect: Effect, step: float, slope: Vector) -> Vector:
+def _change(arrangement: Arrangement, effect: Effect, step: float, relief: Vector) -> Vector:
     """Whitened change that an effect makes while the accepted parameters make up for what they can, shape (m + p,).
 
     Without that, a resonance that merely shifts would move the measurements so far that all else is lost in the
     curvature of this shift.
     """
     fit, train = arrangement.fit, arrangement.train
-    values = _made_up(arrangement, effect, step, slope)
+    values = _made_up(arrangement, effect, step, relief)
     prediction = train.predict(arrangement.unknowns([effect]).compose(values), fit.prediction)
     moved = fit.residual[: fit.n_number] - train.residual(prediction)
     there = train.found(prediction) & train.found(fit.prediction)
@@ -189,10 +190,14 @@ def _change(arrangement: Arrangement, effect: Effect, step: float, slope: Vector
     return np.concatenate([np.where(there, moved, 0.0), prior])
 
 
-def _made_up(arrangement: Arrangement, effect: Effect, step: float, slope: Vector) -> Vector:
+def _relief(arrangement: Arrangement, slope: Vector) -> Vector:
+    """Change of the fitted values that makes up for as much as it can of an effect of unit strength, shape (p,)."""
+    return np.asarray(-np.linalg.lstsq(arrangement.fit.jacobian, slope, rcond=1e-12)[0])
+
+
+def _made_up(arrangement: Arrangement, effect: Effect, step: float, relief: Vector) -> Vector:
     """Fitted values that make up for as much of an effect as they can, and its own, shape (p + e,)."""
-    fit = arrangement.fit
-    made_up = -np.linalg.lstsq(fit.jacobian, slope, rcond=1e-12)[0] * step
     strength = effect.parameters[0].vanishes + step
     rest = [each.vanishes for each in effect.parameters[1:]]
-    return arrangement.unknowns([effect]).clipped(np.array([*(fit.values + made_up), strength, *rest]))
+    fitted = arrangement.fit.values + relief * step
+    return arrangement.unknowns([effect]).clipped(np.array([*fitted, strength, *rest]))
