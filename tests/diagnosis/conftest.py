@@ -9,7 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from correlation.nuisance import Budget
 from correlation.test_model import Dof, LineSensor, Part, Sensor, TestModel
+from diagnosis.accepted import accepted
+from diagnosis.arrangement import Arrangement, arrange
+from diagnosis.catalogue import Catalogue, catalogue
 from reduction.jointed_system import FrictionContact, JointedSystem, along
 
 #: Nodes 0 to 2 of the beam move in z and x, degrees of freedom 2 n and 2 n + 1; then the stand in z.
@@ -113,3 +117,17 @@ def paper() -> ModuleType:
 @pytest.fixture(scope="session")
 def small(paper: ModuleType) -> TestModel:
     return paper.make_small()
+
+
+@pytest.fixture(scope="session")
+def listed(small: TestModel, paper: ModuleType) -> Catalogue:
+    return catalogue(small, level=paper.LEVELS[1])
+
+
+@pytest.fixture(scope="session")
+def heavy(small: TestModel, paper: ModuleType, listed: Catalogue) -> Arrangement:
+    """Of a campaign that hides 5 g at "mass at tip z"."""
+    campaign = paper.make_campaign(listed.effect("mass at tip z").apply(small, [5e-3]), jitter=3e-5, seed=5)
+    return arrange(
+        campaign, small, accepted(small, deviation={"kn": 0.0, "E": 0.0}), Budget(frequency=0.0, compliance=0.0)
+    )

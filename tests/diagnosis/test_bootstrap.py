@@ -1,19 +1,13 @@
 """What chance does in a layout: draws without any effect, and the tail that some dozens of them tell."""
 
-from types import ModuleType
-
 import numpy as np
 import pytest
 from scipy.stats import chi2, gumbel_r
 
-from correlation.nuisance import Budget
-from correlation.test_model import TestModel
-from diagnosis.accepted import accepted
-from diagnosis.arrangement import Arrangement, arrange
+from diagnosis.arrangement import Arrangement
 from diagnosis.bootstrap import Trial, limits_of, null_trial
-from diagnosis.catalogue import Catalogue, catalogue
+from diagnosis.catalogue import Catalogue
 
-WHERE, MASS = "mass at tip z", 0.01
 SEEDS = range(6)
 
 
@@ -44,21 +38,8 @@ def test_a_trial_is_no_distribution(n: int) -> None:
 
 
 @pytest.fixture(scope="module")
-def listed(small: TestModel, paper: ModuleType) -> Catalogue:
-    return catalogue(small, level=paper.LEVELS[1])
-
-
-@pytest.fixture(scope="module")
-def heavy(small: TestModel, paper: ModuleType, listed: Catalogue) -> Arrangement:
-    """Of a campaign that does hide something: the draws do not."""
-    campaign = paper.make_campaign(listed.effect(WHERE).apply(small, [MASS]), jitter=3e-5, seed=5)
-    return arrange(
-        campaign, small, accepted(small, deviation={"kn": 0.0, "E": 0.0}), Budget(frequency=0.0, compliance=0.0)
-    )
-
-
-@pytest.fixture(scope="module")
 def drawn(heavy: Arrangement, listed: Catalogue) -> list[Trial]:
+    """The campaign hides something; the draws do not."""
     return [null_trial(heavy, listed.candidates, seed) for seed in SEEDS]
 
 

@@ -1,37 +1,22 @@
 """After the right effect little is left to explain; after a wrong one the right one, or a force where it acts, is."""
 
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from correlation.nuisance import Budget
-from correlation.test_model import TestModel
 from diagnosis import leftover as leftovers
-from diagnosis.accepted import accepted
-from diagnosis.arrangement import Arrangement, arrange
-from diagnosis.catalogue import Catalogue, catalogue
+from diagnosis.arrangement import Arrangement
+from diagnosis.catalogue import Catalogue
 from diagnosis.decision import gain, misfit
 from diagnosis.leftover import CHECKED, Leftover, leftover, with_effect
 from diagnosis.limits import Limits, linear_limits
 from diagnosis.refit import Refit, fitted, refit
 from diagnosis.screening import Score, screen, slope_gains
 
-MASS, RIGHT, WRONG = 5e-3, "mass at tip z", "mass at root z"
-
-
-@pytest.fixture(scope="module")
-def listed(small: TestModel, paper: ModuleType) -> Catalogue:
-    return catalogue(small, level=paper.LEVELS[1])
-
-
-@pytest.fixture(scope="module")
-def heavy(small: TestModel, paper: ModuleType, listed: Catalogue) -> Arrangement:
-    campaign = paper.make_campaign(listed.effect(RIGHT).apply(small, [MASS]), jitter=3e-5, seed=5)
-    return arrange(
-        campaign, small, accepted(small, deviation={"kn": 0.0, "E": 0.0}), Budget(frequency=0.0, compliance=0.0)
-    )
+#: What `heavy` hides, and what it does not.
+RIGHT, WRONG = "mass at tip z", "mass at root z"
 
 
 @pytest.fixture(scope="module")

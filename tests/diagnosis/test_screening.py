@@ -9,35 +9,26 @@ from correlation.nuisance import Budget
 from correlation.test_model import TestModel
 from diagnosis.accepted import accepted
 from diagnosis.arrangement import Arrangement, arrange
-from diagnosis.catalogue import catalogue
+from diagnosis.catalogue import Catalogue
 from diagnosis.null import null_gains, threshold
 from diagnosis.refit import MOST, MOST_RUGGED, refit, shortlist, unchanged
 from diagnosis.screening import Score, accepted_basis, screen
 
-MASS, WHERE = 5e-3, "mass at tip z"  # kg, of 0.8
-
-
-def arranged(model: TestModel, paper: ModuleType, truth: TestModel, seed: int) -> Arrangement:
-    campaign = paper.make_campaign(truth, jitter=3e-5, seed=seed)
-    return arrange(
-        campaign, model, accepted(model, deviation={"kn": 0.0, "E": 0.0}), Budget(frequency=0.0, compliance=0.0)
-    )
+#: What `heavy` hides [kg], of 0.8.
+MASS, WHERE = 5e-3, "mass at tip z"
 
 
 @pytest.fixture(scope="module")
-def heavy(small: TestModel, paper: ModuleType) -> Arrangement:
-    effect = catalogue(small, level=paper.LEVELS[1]).effect(WHERE)
-    return arranged(small, paper, effect.apply(small, [MASS]), 5)
-
-
-@pytest.fixture(scope="module")
-def scores(heavy: Arrangement, small: TestModel, paper: ModuleType) -> list[Score]:
-    return screen(heavy, catalogue(small, level=paper.LEVELS[1]).candidates)
+def scores(heavy: Arrangement, listed: Catalogue) -> list[Score]:
+    return screen(heavy, listed.candidates)
 
 
 @pytest.fixture(scope="module")
 def complete(small: TestModel, paper: ModuleType) -> Arrangement:
-    return arranged(small, paper, small, 6)
+    campaign = paper.make_campaign(small, jitter=3e-5, seed=6)
+    return arrange(
+        campaign, small, accepted(small, deviation={"kn": 0.0, "E": 0.0}), Budget(frequency=0.0, compliance=0.0)
+    )
 
 
 def test_a_planted_mass_comes_first_with_its_strength(scores: list[Score]) -> None:
@@ -88,7 +79,7 @@ def test_the_refit_finds_the_mass_and_explains_the_held_out_repeat(scores: list[
     assert after.held_error < 0.01
 
 
-def test_when_nothing_is_missing_nothing_stands_out(complete: Arrangement, small: TestModel, paper: ModuleType) -> None:
-    found = screen(complete, catalogue(small, level=paper.LEVELS[1]).candidates)
+def test_when_nothing_is_missing_nothing_stands_out(complete: Arrangement, listed: Catalogue) -> None:
+    found = screen(complete, listed.candidates)
     # Chance exceeds it once in a thousand campaigns; twice that for covariances known from four repeats alone.
     assert found[0].gain < 2 * threshold(null_gains(found), 1e-3)
