@@ -30,7 +30,7 @@ from study.compare_pictures import pictures
 from study.compare_table import misfit_csv
 from study.output import replace_file
 from study.run_context import RunContext
-from study.solve_model import stuck_stiffness
+from study.stuck_contacts import stuck_stiffness
 from study.test_case import TestCase
 from study.test_case_model import TestSetup, read_test_case
 

@@ -23,6 +23,8 @@ CODE = (
     "hbsolve",
     "study.checkpoint",
     "study.solve_model",
+    "study.solve_contact",
+    "study.stuck_contacts",
     "study.solve_case",
     "study.solve_place",
     "study.mistakes",

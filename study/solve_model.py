@@ -1,51 +1,23 @@
 """From a case of ``stickslip solve`` to a jointed system; what is wrong with it is said at once, with file and line."""
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import pi
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import NDArray
 
-from fe.damping import rayleigh_damping
-from fe.dense_modes import dense_modes
 from geometry.errors import InputError
 from reduction.errors import JointError, MatrixError
-from reduction.jointed_system import (
-    CubicSpring,
-    ElasticStop,
-    Friction,
-    FrictionContact,
-    JenkinsElement,
-    Joint,
-    JointedSystem,
-    QuadraticDamper,
-)
+from reduction.jointed_system import Joint, JointedSystem
 from reduction.matrix_io import StructureMatrices, load_matrices
-from study.case import CaseModel, located
 from study.errors import CaseError
 from study.mistakes import Mistakes
-from study.solve_case import (
-    ContactTable,
-    CubicTable,
-    DampingTable,
-    FrequencySweepTable,
-    FrictionTable,
-    JenkinsTable,
-    QuadraticDamperTable,
-    SolveCase,
-    StopTable,
-)
-from study.solve_place import Row, mean_row, rows
+from study.solve_case import FrequencySweepTable, SolveCase
+from study.solve_contact import contact_joints
+from study.solve_place import Row, mean_row
+from study.stuck_contacts import stuck_damping
 
-Matrix = Float[NDArray[np.float64], "r r"]
-
-#: lambda / (lambda + sigma) of a rigid-body motion; that of the lowest elastic mode is 1/2.
-RIGID = 1e-6
-#: Share of omega^2 below which the structure's own stiffness counts for nothing in a mode.
-FREE = 1e-9
 #: Derivatives in time of each quantity that an output may show.
 DERIVATIVE = {"displacement": 0, "velocity": 1, "acceleration": 2}
 
@@ -207,89 +179,6 @@ def _check_names(case: SolveCase, mistakes: Mistakes) -> None:
                     raise JointError(f'name = "{name}" is taken by {kind}[{names.index(name)}]: give each its own')
 
 
-def contact_joints(
-    case: CaseModel, tables: Sequence[ContactTable], number: int, structure: StructureMatrices
-) -> list[Joint]:
-    """Joints of one table of a case, one for each station of its places.
-
-    Parameters
-    ----------
-    case
-        Names file and line of a mistake.
-    tables
-        What the case lists under "contact".
-    number
-        Of the table.
-    structure
-        What they act on.
-    """
-    table = tables[number]
-    if isinstance(table, FrictionTable):
-        return _friction_contacts(case, number, table, structure)
-    directions = rows(table, structure)
-    make: Callable[[str, Row], Joint]
-    if isinstance(table, JenkinsTable):
-        stiffness, limit = table.tangential_stiffness, table.limit_force
-
-        def make(name: str, row: Row) -> Joint:
-            return JenkinsElement(name=name, direction=row, tangential_stiffness=stiffness, limit_force=limit)
-
-    elif isinstance(table, CubicTable):
-        cubic = table.stiffness
-
-        def make(name: str, row: Row) -> Joint:
-            return CubicSpring(name=name, direction=row, stiffness=cubic)
-
-    elif isinstance(table, StopTable):
-        stop, gap = table.stiffness, table.gap
-
-        def make(name: str, row: Row) -> Joint:
-            return ElasticStop(name=name, direction=row, stiffness=stop, gap=gap)
-
-    else:
-        assert isinstance(table, QuadraticDamperTable)
-        drag = table.damping
-
-        def make(name: str, row: Row) -> Joint:
-            return QuadraticDamper(name=name, direction=row, damping=drag)
-
-    names = _station_names(table.name, len(directions))
-    return [make(name, row) for name, row in zip(names, directions, strict=True)]
-
-
-def _friction_contacts(case: CaseModel, number: int, table: FrictionTable, structure: StructureMatrices) -> list[Joint]:
-    places = {"tangent": table.tangent, "second_tangent": table.second_tangent, "normal": table.normal}
-    labels, found = [], []
-    for label, place in places.items():
-        if place is not None:
-            with located(case, "contact", number, label):
-                labels.append(label)
-                found.append(rows(place, structure))
-    counts = {len(each) for each in found}
-    if len(counts) > 1:
-        listed = ", ".join(f"{label} {len(each)}" for label, each in zip(labels, found, strict=True))
-        raise JointError(f"its places have different numbers of stations ({listed}): a contact needs one of each")
-    names = _station_names(table.name, counts.pop())
-    return [
-        FrictionContact(
-            name=name,
-            normal=station[-1],
-            tangents=np.array(station[:-1]),
-            normal_stiffness=table.normal_stiffness,
-            tangential_stiffness=table.tangential_stiffness,
-            friction_coefficient=table.friction_coefficient,
-            preload=table.preload,
-            gap=table.gap,
-            friction=Friction(table.friction),
-        )
-        for name, station in zip(names, zip(*found, strict=True), strict=True)
-    ]
-
-
-def _station_names(name: str, count: int) -> list[str]:
-    return [name] if count == 1 else [f"{name} {station}" for station in range(count)]
-
-
 def _loads(case: SolveCase, structure: StructureMatrices, mistakes: Mistakes) -> tuple[Row, NDArray[np.complex128]]:
     static = np.zeros(structure.n_dof)
     harmonic = np.zeros((max(load.harmonic for load in case.load) + 1, structure.n_dof), dtype=np.complex128)
@@ -303,41 +192,6 @@ def _loads(case: SolveCase, structure: StructureMatrices, mistakes: Mistakes) ->
         with mistakes.at("load", 0):
             raise JointError("amplitude: all harmonic loads cancel or are zero, so that nothing vibrates: give one")
     return static, harmonic
-
-
-def stuck_damping(table: DampingTable, structure: StructureMatrices, joints: Sequence[Joint]) -> Matrix:
-    """C = alpha M + beta K with the ratio on the first mode of the structure with all its contacts stuck."""
-    if structure.has_damping and not table.replace:
-        raise JointError(
-            f"ratio = {table.ratio:g} meets a file that holds damping of its own: add replace = true to put it in its "
-            "place, or remove [damping]"
-        )
-    stuck = stuck_stiffness(structure.stiffness, joints)
-    modes = dense_modes(structure.mass, stuck)
-    first = int(np.argmax(1 - modes.shift * modes.mu > RIGID))
-    omega = float(np.sqrt(modes.lambda_[first]))
-    damping = rayleigh_damping(table.ratio, omega / (2 * pi))
-    shape = modes.shapes[:, first] / np.sqrt(modes.mu[first])
-    own = float(shape @ structure.stiffness @ shape)
-    if own < FREE * omega**2:
-        # The contacts alone hold the body: all damping is from its mass.
-        return np.asarray(2 * damping.mass_factor * structure.mass)
-    # Contacts carry a part of omega^2, so the structure's own stiffness is taken more often.
-    return np.asarray(
-        damping.mass_factor * structure.mass + damping.stiffness_factor * omega**2 / own * structure.stiffness
-    )
-
-
-def stuck_stiffness(stiffness: Matrix, joints: Sequence[Joint]) -> Matrix:
-    """Stiffness of the structure with the springs of all sliders and of the contacts that are closed at rest [N/m]."""
-    stuck = np.array(stiffness)
-    for joint in joints:
-        if isinstance(joint, JenkinsElement):
-            stuck += joint.tangential_stiffness * np.outer(joint.direction, joint.direction)
-        elif isinstance(joint, FrictionContact) and joint.preload - joint.normal_stiffness * joint.gap > 0:
-            stuck += joint.normal_stiffness * np.outer(joint.normal, joint.normal)
-            stuck += joint.tangential_stiffness * joint.tangents.T @ joint.tangents
-    return stuck
 
 
 def _curves(case: SolveCase) -> tuple[Curve, ...]:

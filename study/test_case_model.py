@@ -1,32 +1,22 @@
 """From a test case to a test model, its accepted parameters and its numerical error; all mistakes are said at once."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-
-import numpy as np
-from numpy.typing import NDArray
 
 from correlation.errors import TestModelError
 from correlation.measurement import Campaign
 from correlation.nuisance import Budget
 from correlation.sensor_placement import with_sensors
-from correlation.test_model import LineSensor, Sensor, TestModel
+from correlation.test_model import TestModel
 from diagnosis.accepted import Accepted, accepted
 from diagnosis.arrangement import Added
 from diagnosis.catalogue import Catalogue, campaign_catalogue
-from reduction.errors import JointError
-from reduction.jointed_system import Friction, FrictionContact, Joint, JointedSystem
-from study.case import load_case, located
-from study.errors import CaseError
+from study.case import load_case
 from study.mistakes import Mistakes
-from study.solve_model import contact_joints, stuck_damping
-from study.test_case import LineTable, TestCase
+from study.test_case import TestCase
 from study.test_case_added import added_effects, apply_all, apply_by_name, own_effects
-from study.test_place import Whereabouts
-from study.test_structure import TestStructure, load_test_structure
-
-Row = NDArray[np.float64]
+from study.test_case_system import model_of_case
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -143,181 +133,6 @@ def read_test_case(path: Path | str, campaign: Campaign | None = None) -> TestSe
             apply_all(model, known, setup.calibrated, added[: number + 1])
     mistakes.raise_if_any()
     return setup
-
-
-def model_of_case(case: TestCase, folder: Path) -> TestModel:
-    """The model of a case.
-
-    Parameters
-    ----------
-    case
-        As `study.case.load_case` returned it.
-    folder
-        That of the case file, which the structure's file is relative to.
-
-    Raises
-    ------
-    CaseError
-        With every mistake.
-    """
-    mistakes = Mistakes(case)
-    structure: TestStructure | None = None
-    with mistakes.at("model"):
-        structure = load_test_structure(folder / case.model.file, case.dof)
-    if structure is None:
-        raise CaseError(mistakes.problems)
-    where = Whereabouts(structure=structure.matrices, dofs=structure.dofs, stored=structure.stored)
-    _check_names(case, mistakes)
-    for number, place in enumerate(case.place):
-        with mistakes.at("place", number):
-            # What stands at a place that is a mistake is no further one.
-            where.places[place.name] = np.zeros(structure.matrices.n_dof)
-            where.places[place.name] = where.row(place)
-    joints: list[Joint] = []
-    lines: dict[str, tuple[str, ...]] = {}
-    static = np.zeros(structure.matrices.n_dof)
-    for number, line in enumerate(case.line):
-        with mistakes.at("line", number):
-            contacts = _contacts(line, where)
-            joints += contacts
-            lines[line.name] = tuple(contact.name for contact in contacts)
-            if line.balanced_preload:
-                static += np.sum([contact.preload * contact.normal for contact in contacts], axis=0)
-    for number in range(len(case.contact)):
-        with mistakes.at("contact", number):
-            joints += contact_joints(case, case.contact, number, structure.matrices)
-    harmonic = _loads(case, where, static, mistakes)
-    sensors = _sensors(case, where, mistakes)
-    mistakes.raise_if_any()
-    matrices, damping = structure.matrices, structure.matrices.damping
-    with mistakes.at("damping"):
-        damping = _damping(case, structure, joints)
-    mistakes.raise_if_any()
-    with located(case):
-        system = JointedSystem(
-            mass=matrices.mass,
-            damping=damping,
-            stiffness=matrices.stiffness,
-            joints=joints,
-            static_load=static,
-            harmonic_force=harmonic,
-        )
-        return TestModel(
-            system=system,
-            sensors=tuple(sensors),
-            parts=structure.parts,
-            dofs=structure.dofs,
-            lines=lines,
-            places=where.places,
-            n_harmonic=case.harmonics.highest + 1,
-            n_sample=case.harmonics.samples or 0,
-        )
-
-
-def _check_names(case: TestCase, mistakes: Mistakes) -> None:
-    names = {
-        "place": [table.name for table in case.place],
-        "line": [table.name for table in case.line],
-        "sensor": [table.name for table in case.sensor],
-        "line_sensor": [table.name for table in case.line_sensor],
-    }
-    for kinds in (("place",), ("line",), ("sensor", "line_sensor")):
-        taken: dict[str, str] = {}
-        for kind in kinds:
-            for number, name in enumerate(names[kind]):
-                if name in taken:
-                    with mistakes.at(kind, number):
-                        raise TestModelError(f'name = "{name}" is taken by {taken[name]}: give each its own')
-                taken[name] = f"{kind}[{number}]"
-
-
-def _contacts(line: LineTable, where: Whereabouts) -> list[FrictionContact]:
-    normals = where.all_rows(line.normal)
-    tangents = [where.all_rows(line.tangent)]
-    if line.second_tangent is not None:
-        tangents.append(where.all_rows(line.second_tangent))
-    n = len(normals)
-    for name, rows in zip(("tangent", "second_tangent"), tangents, strict=False):
-        if len(rows) != n:
-            raise TestModelError(f"{name} has {len(rows)} rows, normal {n}: a contact needs one of each")
-    if line.shares is not None and len(line.shares) != n:
-        raise TestModelError(f"shares has {len(line.shares)} numbers for {n} contacts: give one for each")
-    share = np.ones(n) if line.shares is None else np.array(line.shares) / sum(line.shares)
-
-    def each(name: str) -> Row:
-        values: Sequence[float] = getattr(line, name)
-        if len(values) not in {1, n}:
-            raise TestModelError(f"{name} has {len(values)} values for {n} contacts: give one for all, or one for each")
-        return np.broadcast_to(np.array(values, dtype=np.float64), n)
-
-    numbers = zip(
-        each("normal_stiffness") * share, each("tangential_stiffness") * share, each("friction_coefficient"),
-        each("preload") * share, each("gap"), strict=True,
-    )  # fmt: skip
-    return [
-        FrictionContact(
-            name=f"{line.name}.{number + 1}",
-            normal=normals[number],
-            tangents=np.array([rows[number] for rows in tangents]),
-            normal_stiffness=float(kn),
-            tangential_stiffness=float(kt),
-            friction_coefficient=float(mu),
-            preload=float(preload),
-            gap=float(gap),
-            friction=Friction(line.friction),
-        )
-        for number, (kn, kt, mu, preload, gap) in enumerate(numbers)
-    ]
-
-
-def _loads(case: TestCase, where: Whereabouts, static: Row, mistakes: Mistakes) -> NDArray[np.complex128]:
-    """Harmonic forces at 1 N; constant ones are added to `static`."""
-    n = where.structure.n_dof
-    harmonic = np.zeros((max(load.harmonic for load in case.load) + 1, n), dtype=np.complex128)
-    for number, constant in enumerate(case.static_load):
-        with mistakes.at("static_load", number):
-            static += constant.force * where.row(constant)
-    for number, load in enumerate(case.load):
-        with mistakes.at("load", number):
-            if load.harmonic > case.harmonics.highest:
-                raise JointError(
-                    f"harmonic = {load.harmonic} is not kept: harmonics.highest is {case.harmonics.highest}; raise it"
-                )
-            harmonic[load.harmonic] += load.amplitude * np.exp(1j * load.phase) * where.row(load)
-    if not mistakes.problems and not harmonic.any():
-        with mistakes.at("load", 0):
-            raise JointError("amplitude: all harmonic loads cancel or are zero, so that nothing vibrates: give one")
-    return harmonic
-
-
-def _sensors(case: TestCase, where: Whereabouts, mistakes: Mistakes) -> list[Sensor | LineSensor]:
-    sensors: list[Sensor | LineSensor] = []
-    for number, table in enumerate(case.sensor):
-        with mistakes.at("sensor", number):
-            sensors.append(Sensor(name=table.name, row=where.row(table), quantity=table.quantity, gain=table.gain))
-    lines = [line.name for line in case.line]
-    for number, each in enumerate(case.line_sensor):
-        with mistakes.at("line_sensor", number):
-            if each.line not in lines:
-                raise TestModelError(
-                    f'line = "{each.line}" is none of the case: there are {", ".join(lines) or "none"}'
-                )
-            sensors.append(LineSensor(name=each.name, line=each.line, component=each.component, gain=each.gain))
-    return sensors
-
-
-def _damping(case: TestCase, structure: TestStructure, joints: Sequence[Joint]) -> NDArray[np.float64]:
-    table, matrices = case.damping, structure.matrices
-    if table is None:
-        return matrices.damping
-    by_ratio = table.by_ratio
-    if by_ratio is not None:
-        return stuck_damping(by_ratio, matrices, joints)
-    if matrices.has_damping and not table.replace:
-        raise JointError(
-            "a file that holds damping of its own meets [damping]: add replace = true, or remove the table"
-        )
-    return np.asarray((table.mass_factor or 0.0) * matrices.mass + (table.stiffness_factor or 0.0) * matrices.stiffness)
 
 
 def _refined(file: Path, own: Path, model: TestModel) -> TestModel:

@@ -21,7 +21,8 @@ from reduction.rom_io import save_rom
 from study.case import load_case
 from study.errors import CaseError
 from study.solve_case import SolveCase
-from study.solve_model import SolveModel, solve_model, stuck_stiffness
+from study.solve_model import SolveModel, solve_model
+from study.stuck_contacts import stuck_stiffness
 
 K = 1e6 * np.array([[2.0, -1, 0, 0], [-1, 2, -1, 0], [0, -1, 1, 0], [0, 0, 0, 5]])
 M = np.diag([1.0, 1, 1, 0.5])
