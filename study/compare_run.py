@@ -29,6 +29,7 @@ from study.case import load_case
 from study.compare_pictures import pictures
 from study.compare_table import misfit_csv
 from study.output import replace_file
+from study.repeats import require_repeats
 from study.run_context import RunContext
 from study.stuck_contacts import stuck_stiffness
 from study.test_case import TestCase
@@ -106,6 +107,7 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
     load_case(case, TestCase)  # what is wrong with the file itself is said first
     with run.progress.step("campaign", expected=1):
         campaign = read_campaign(folder)
+    require_repeats(campaign, folder)
     setup = read_test_case(case, campaign)
     with run.progress.step("comparison", expected=15):
         compared = compare(setup, campaign, calibrate=calibrate)

@@ -15,11 +15,15 @@ HELD = "repeats = [4, 5]"
 
 @pytest.fixture
 def nothing_computed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("study.diagnose_run.diagnose_case", lambda *_, **__: pytest.fail("a diagnosis was started"))
+    for room in ("study.diagnose_run.diagnose_case", "study.compare_run.compare"):
+        monkeypatch.setattr(room, lambda *_, **__: pytest.fail("a computation was started"))
 
 
 @pytest.mark.usefixtures("nothing_computed")
-def test_a_single_repeat_is_refused_at_once(two_masses: TwoMasses, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("command", ["compare", "diagnose"])
+def test_a_single_repeat_is_refused_at_once(
+    two_masses: TwoMasses, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
     two_masses({})
     head, *rows = STEPPED.read_text().splitlines()
     at = head.split(",").index("repeat")
@@ -27,7 +31,7 @@ def test_a_single_repeat_is_refused_at_once(two_masses: TwoMasses, capsys: pytes
     text = MANIFEST.read_text()
     assert HELD in text
     MANIFEST.write_text(text.replace(HELD, ""))
-    assert cli.main(["diagnose", "chain.toml", "campaign", "--quiet"]) == 2
+    assert cli.main([command, "chain.toml", "campaign", "--quiet"]) == 2
     said = capsys.readouterr().err
     assert (
         "campaign: repeat = 1 in every row of test_01_stepped.csv: noise cannot be told from effects; measure" in said
