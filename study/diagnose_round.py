@@ -144,6 +144,10 @@ def bootstrap(
     announce: Callable[[str], None] | None,
 ) -> Limits:
     """Limits of this layout, measured once."""
+
+    def finer(model: TestModel) -> Catalogue:
+        return replace(setup, model=model).candidates(campaign)
+
     known = setup.candidates(campaign, without)
     key = layout_key(layout(setup, campaign, known))
     if announce is not None and not is_measured(key, trials, store):
@@ -154,7 +158,7 @@ def bootstrap(
     with progress.step("calibration"):
         arrangement = keep(
             "arrangement",
-            lambda: arrange(campaign, setup.model, setup.accepted, setup.budget, added=setup.added),
+            lambda: arrange(campaign, setup.model, setup.accepted, setup.budget, added=setup.added, listed=finer),
         )
     added = {each.effect.name for each in setup.added}
     effects = [each for each in known.candidates if each.name not in added]

@@ -9,16 +9,18 @@ import pytest
 
 from correlation.measurement import HeldOut
 from correlation.read_campaign import read_campaign
+from diagnosis.keep import computed
 from diagnosis.limits import Limits
-from study import diagnose_limits
+from study import diagnose_limits, diagnose_round
 from study.diagnose_limits import layout, layout_key, limits_for
-from study.diagnose_round import diagnose_case
+from study.diagnose_round import bootstrap, diagnose_case
 from study.diagnose_ship import ship
 from study.progress import SilentProgress
 from study.store import Store
 from study.test_case_model import read_test_case
 
 TwoMasses = Callable[..., Path]
+OWN = Path(__file__).parents[2] / "examples" / "effects" / "exciter_third_harmonic.py"
 
 
 def test_a_new_layout_is_measured_once(two_masses: TwoMasses, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -48,6 +50,19 @@ def test_a_new_layout_is_measured_once(two_masses: TwoMasses, monkeypatch: pytes
     two_masses({"spring at tip": 500.0})
     assert diagnosed() == first
     assert len(said) == 1
+
+
+def test_effects_of_ones_own_are_found_in_finer_models(two_masses: TwoMasses, monkeypatch: pytest.MonkeyPatch) -> None:
+    setup, campaign = read_test_case(two_masses({})), read_campaign(Path("campaign"))
+    setup, asked = replace(setup, effects=(OWN,)), {}
+    monkeypatch.setattr(diagnose_round, "arrange", lambda *_, **options: asked.update(options))
+    monkeypatch.setattr(diagnose_round, "measured_limits", lambda *_: Limits(gain=1.0, misfit=1.0))
+    bootstrap(setup, campaign, (), 2, computed, Store(None), SilentProgress(), None)
+    finer = setup.model.with_system(mass=1.001 * setup.model.system.mass)
+    known, expected = asked["listed"](finer), replace(setup, model=finer).candidates(campaign)
+    assert "third harmonic of the exciter" in known.names
+    assert known.names == expected.names
+    assert known.effect("mass at tip").parameters == expected.effect("mass at tip").parameters
 
 
 def test_a_layout_is_known_by_its_design_and_not_by_its_values(
