@@ -13,9 +13,10 @@ from study import compare_words, diagnose_words
 from study.beam_case import write_beam_case
 from study.compare_pictures import pictures
 from study.compare_run import Compared, compare
-from study.diagnose_add import add, record
+from study.diagnose_add import add
 from study.diagnose_files import contents
 from study.diagnose_history import history_of
+from study.diagnose_record import record
 from study.diagnose_round import Round, diagnose_case
 from study.diagnose_stages import waterfall
 from study.progress import LineProgress

@@ -23,9 +23,7 @@ from study.diagnose_history import (
     read_text,
     write_beside,
 )
-from study.diagnose_round import Round, errors
-from study.diagnose_table import read_values, write_up
-from study.diagnose_words import headline
+from study.diagnose_table import read_values
 from study.test_case import TestCase
 from study.test_case_added import case_catalogue, find_effect, key_of, value_of
 from study.test_case_model import TestSetup, read_test_case
@@ -33,40 +31,6 @@ from study.test_case_model import TestSetup, read_test_case
 
 class LoopError(InputError):
     """A step that cannot be taken, or taken back."""
-
-
-def record(found: Round, case: Path, campaign: Path) -> Step:
-    """Note a diagnosis in the history of its case, so that `add` knows the strengths that it found.
-
-    Parameters
-    ----------
-    found
-        The round.
-    case, campaign
-        The file and the folder that it is of.
-    """
-    history, key = history_of(case), case_key(read_text(case))
-    before, drawn = errors(found.diagnosis.before), errors(found.drawn)
-    added = {each.effect.name for each in found.setup.added}
-    # What the accepted parameters alone achieve is known from a diagnosis before anything was added.
-    told = [each.accepted for each in history.steps if each.accepted is not None and each.campaign == str(campaign)]
-    earlier = told[-1] if told else None
-    step = Step(
-        what=DIAGNOSIS,
-        case_key=key,
-        campaign=str(campaign),
-        sentence=headline(found),
-        finding=found.diagnosis.verdict.finding.value,
-        drawn=drawn,
-        accepted=earlier if found.setup.added else before,
-        before=before,
-        candidates=[
-            write_up(found, each) for each in found.diagnosis.refits if each.effect and each.effect.name not in added
-        ],
-    )
-    history = history.with_step(step)
-    history.save()
-    return history.steps[-1]
 
 
 def add(case: Path, name: str, values: Sequence[str] = ()) -> Step:

@@ -15,8 +15,9 @@ from diagnosis.verdict import Finding
 from study.case import load_case
 from study.compare_run import model_frequencies
 from study.console import plain
-from study.diagnose_add import add, record
+from study.diagnose_add import add
 from study.diagnose_history import ADD, UNDO, History, Step, history_of
+from study.diagnose_record import record
 from study.diagnose_round import Round, diagnose_case
 from study.diagnose_words import document, headline, in_words
 from study.output import replace_file

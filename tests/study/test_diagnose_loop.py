@@ -12,8 +12,9 @@ from correlation.prediction import Predictor
 from correlation.read_campaign import read_campaign
 from study import cli
 from study.compare_run import compare
-from study.diagnose_add import add, find_case, record, undo
+from study.diagnose_add import add, find_case, undo
 from study.diagnose_history import case_key, history_of, read_text
+from study.diagnose_record import record
 from study.diagnose_round import diagnose_case
 from study.diagnose_run import diagnose_file
 from study.output import replace_file
