@@ -23,6 +23,8 @@ from diagnosis.verdict import Finding, Verdict, smallest_detectable
 BEHIND = 6.0
 #: Share of what the best effect explains that may be left for others beyond chance.
 STAND_IN = 0.15
+#: chi^2 a number above which a fit is bad whatever noise does, and the share of what was above it that may stay.
+BAD, LEFT = 2.0, 0.1
 
 
 def gain(arrangement: Arrangement, refit: Refit) -> float:
@@ -83,7 +85,7 @@ def decide(
         return verdict(Finding.NOTHING)
     best = passed[0]
     rest = keep("what is left", lambda: leftover(with_effect(arrangement, best), catalogue.candidates, limits.gain))
-    if _stand_in(gain(arrangement, best), rest, limits):
+    if _stand_in(gain(arrangement, best), rest, limits) or _bad(arrangement, best):
         return verdict(Finding.UNKNOWN, place=there)
     least = support(arrangement, before, best) - BEHIND
     alike = [refit for refit in passed if support(arrangement, before, refit) > least]
@@ -93,6 +95,12 @@ def decide(
 def misfit(place: Place) -> float:
     """What an unknown force gains beyond the numbers that it has."""
     return place.gain - place.n_number
+
+
+def _bad(arrangement: Arrangement, refit: Refit) -> bool:
+    """Whether a good part of the misfit stays, far beyond noise."""
+    least = BAD * refit.fit.n_number
+    return refit.fit.chi2 > least + LEFT * max(arrangement.fit.chi2 - least, 0.0)
 
 
 def _stand_in(explained: float, rest: Leftover, limits: Limits) -> bool:

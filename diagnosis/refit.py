@@ -29,6 +29,9 @@ RUGGED, MOST_RUGGED = ("pre-load", "friction coefficient"), 3
 WORTHLESS = 3.0
 #: A fit that gains less than this share of what the screening promised is begun once more, from typical strength.
 KEPT = 0.7
+#: chi^2 a number beyond which the best fit has not found the way; then starts at these multiples of typical strength,
+#: to either side, are tried as well: far from the truth chi^2 has many minima, one for each shape of the peaks.
+LOST, LADDER = 2.0, (0.03, 0.1, 0.3, 3.0, 10.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -84,13 +87,24 @@ def fitted(arrangement: Arrangement, score: Score) -> Fit:
     unknowns, slopes = arrangement.unknowns([effect]), _slopes(score, accepted)
     found = [calibrate(arrangement.train, unknowns, score.start, accepted.prediction, slopes=slopes, quick=True)]
     if accepted.chi2 - found[0].chi2 < KEPT * score.gain:
-        parameter = effect.parameters[0]
-        size = abs(parameter.typical - parameter.vanishes)
-        other = parameter.vanishes + np.sign(score.strength - parameter.vanishes or 1.0) * size
-        rest = [each.vanishes for each in effect.parameters[1:]]
-        start = np.array([*accepted.values, np.clip(other, parameter.lower, parameter.upper), *rest])
-        found.append(calibrate(arrangement.train, unknowns, start, accepted.prediction, quick=True))
+        found.append(_fitted_from(arrangement, score, 1.0))
+    if accepted.chi2 > LOST * accepted.n_number:
+        for share in (sign * step for step in LADDER for sign in (1.0, -1.0)):
+            if min(fit.chi2 for fit in found) < LOST * accepted.n_number:
+                break
+            found.append(_fitted_from(arrangement, score, share))
     return min(found, key=lambda fit: fit.chi2)
+
+
+def _fitted_from(arrangement: Arrangement, score: Score, share: float) -> Fit:
+    """From a multiple of typical strength, positive to the side where the screening saw the effect."""
+    effect, accepted = score.effect, arrangement.fit
+    parameter = effect.parameters[0]
+    size = share * abs(parameter.typical - parameter.vanishes)
+    other = parameter.vanishes + np.sign(score.strength - parameter.vanishes or 1.0) * size
+    rest = [each.vanishes for each in effect.parameters[1:]]
+    start = np.array([*accepted.values, np.clip(other, parameter.lower, parameter.upper), *rest])
+    return calibrate(arrangement.train, arrangement.unknowns([effect]), start, accepted.prediction, quick=True)
 
 
 def finalists(fits: Sequence[tuple[Score, Fit]]) -> list[tuple[Score, Fit]]:

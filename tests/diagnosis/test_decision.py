@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from diagnosis.decision import (
+    BAD,
     BEHIND,
+    LEFT,
     STAND_IN,
     decide,
     gain,
@@ -25,7 +27,7 @@ from diagnosis.screening import Score
 from diagnosis.verdict import Finding, Verdict
 
 #: Numbers held out, chi^2 of both sets before anything is added.
-N_HELD, CHI2, HELD_CHI2 = 50, 900.0, 400.0
+N_TRAIN, N_HELD, CHI2, HELD_CHI2 = 1000, 50, 900.0, 400.0
 LIMITS = Limits(gain=20.0, misfit=30.0)
 
 
@@ -33,16 +35,16 @@ def arrangement(held: int = 2, train: int = 2) -> Any:
     """Of so many repeats."""
     settled = SimpleNamespace(measured=np.zeros(N_HELD), observed=SimpleNamespace(count=np.full(N_HELD, held)))
     fitted = SimpleNamespace(observed=SimpleNamespace(count=np.full(N_HELD, train)))
-    return SimpleNamespace(fit=SimpleNamespace(chi2=CHI2), settled=settled, train=fitted)
+    return SimpleNamespace(fit=SimpleNamespace(chi2=CHI2, n_number=N_TRAIN), settled=settled, train=fitted)
 
 
 ARRANGEMENT = arrangement()
 NO_EFFECT = Leftover(gain=0.0, name="", places=())
 
 
-def refit(name: str, fall: float, held_fall: float) -> Refit:
+def refit(name: str, fall: float, held_fall: float, n_number: int = 1000) -> Refit:
     effect: Any = SimpleNamespace(name=name, parameters=(SimpleNamespace(unit="kg"),)) if name else None
-    fit: Any = SimpleNamespace(chi2=CHI2 - fall)
+    fit: Any = SimpleNamespace(chi2=CHI2 - fall, n_number=n_number)
     return Refit(effect=effect, fit=fit, held_chi2=(HELD_CHI2 - held_fall) / N_HELD, error=0.1, held_error=0.1)
 
 
@@ -111,6 +113,13 @@ def test_a_claim_needs_the_limit_and_the_held_out_data(fall: float, held_fall: f
     one = refit("mass", fall, held_fall)
     assert passes(ARRANGEMENT, BEFORE, one, LIMITS) is claimed
     assert decided(one).finding is (Finding.MISSING if claimed else Finding.NOTHING)
+
+
+@pytest.mark.parametrize(("left", "finding"), [(181.0, Finding.UNKNOWN), (179.0, Finding.MISSING)])
+def test_what_leaves_a_bad_fit_is_not_what_is_missing(left: float, finding: Finding) -> None:
+    """50 numbers may leave `BAD` = 2 each, and a tenth of the 800 that chi^2 was beyond that: 180."""
+    assert pytest.approx(180) == BAD * 50 + LEFT * (CHI2 - BAD * 50)
+    assert decided(refit("mass", CHI2 - left, 300, n_number=50), places=(place(0.0),)).finding is finding
 
 
 def test_no_candidate_means_nothing_or_something_unknown() -> None:

@@ -13,6 +13,8 @@ from diagnosis.refit import (
     FAR_BEHIND,
     FINALISTS,
     KEPT,
+    LADDER,
+    LOST,
     MOST,
     MOST_RUGGED,
     PARALLEL,
@@ -68,10 +70,10 @@ class Calibrations:
         return SimpleNamespace(chi2=self.chi2.pop(0))
 
 
-def fit(of: Score, *chi2: float, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Calibrations]:
+def fit(of: Score, *chi2: float, monkeypatch: pytest.MonkeyPatch, n_number: int = 1000) -> tuple[Any, Calibrations]:
     calibrations = Calibrations(*chi2)
     monkeypatch.setattr(refits, "calibrate", calibrations)
-    accepted = SimpleNamespace(values=ACCEPTED, jacobian=JACOBIAN, chi2=CHI2, prediction=None)
+    accepted = SimpleNamespace(values=ACCEPTED, jacobian=JACOBIAN, chi2=CHI2, prediction=None, n_number=n_number)
     arrangement: Any = SimpleNamespace(fit=accepted, train=None, unknowns=lambda effects: effects)
     return fitted(arrangement, of), calibrations
 
@@ -116,6 +118,24 @@ def test_effects_of_several_numbers_have_a_jacobian_of_their_own(monkeypatch: py
     _, asked = fit(score(100.0, n_parameter=2), CHI2, CHI2, monkeypatch=monkeypatch)
     assert asked.slopes == [None, None]
     np.testing.assert_array_equal(asked.starts[1], [*ACCEPTED, 1.0, 2.0])
+
+
+def test_who_is_lost_climbs_to_either_side_until_the_way_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    n_number = int(CHI2 / LOST / 2)
+    misses, found_at = [CHI2 - 100.0] * 4, LOST * n_number - 50.0
+    found, asked = fit(score(100.0, strength=-0.3), *misses, found_at, monkeypatch=monkeypatch, n_number=n_number)
+    assert found.chi2 == found_at
+    # The start of the screening kept its promise, so that typical strength itself was not tried.
+    strengths = [start[-1] for start in asked.starts[1:]]
+    np.testing.assert_allclose(strengths, [-LADDER[0], LADDER[0], -LADDER[1], LADDER[1]], rtol=1e-14)  # round-off
+
+
+def test_who_never_finds_the_way_keeps_the_best(monkeypatch: pytest.MonkeyPatch) -> None:
+    chi2 = [CHI2 - 100.0 - number for number in range(1 + 2 * len(LADDER))]
+    found, asked = fit(score(100.0), *chi2, monkeypatch=monkeypatch, n_number=10)
+    assert found.chi2 == min(chi2)
+    assert len(asked.starts) == len(chi2)
+    assert all(-5 <= start[-1] <= 5 for start in asked.starts)
 
 
 def ranked(*gains: float, alike: bool = True) -> list[Score]:
