@@ -92,13 +92,12 @@ class Configuration:
         level: float,
         frequency: float,
         slider: NDArray[np.float64],
-        start: SteadyState | None,
-        neighbour: SteadyState | None,
+        guesses: Sequence[SteadyState | None],
     ) -> SteadyState | None:
-        """The steady state; none if there is none to be found."""
+        """The steady state that is found from the first guess that leads to one; none if there is none to be found."""
         balance, condensed = self.balance.at_level(level), self.at(frequency)
         sliders = slider_start(balance, slider, False)
-        for guess in (start, neighbour):
+        for guess in guesses:
             if guess is None or guess.displacement.shape != (balance.n_harmonic, balance.n_direction):
                 continue
             try:

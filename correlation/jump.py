@@ -57,27 +57,55 @@ def _jumps(campaign: Campaign) -> list[tuple[bool, float, float]]:
     is_free = np.array([test.configuration == "free" for test in campaign.tests])[table.test]
     for free in np.unique(is_free):
         for level in np.unique(table.level[is_free == free]):
-            frequency, stiffness, motion = _scatter(campaign, bool(free), float(level))
-            there = frequency[_outlying(stiffness) & _outlying(motion)]
+            rows = _fundamental(campaign, bool(free), float(level))
+            frequency, stiffness, motion = _scatter(campaign, rows)
+            there = frequency[(_outlying(stiffness) & _outlying(motion)) | _outlying(_hysteresis(campaign, rows))]
             found += [(bool(free), float(level), float(each)) for each in there]
     return found
 
 
-def _scatter(campaign: Campaign, free: bool, level: float) -> tuple[Scatter, Scatter, Scatter]:
-    """Frequencies, and the standard deviations of F / X and X there, of the sensor that moves most."""
+def _fundamental(campaign: Campaign, free: bool, level: float) -> Bool[NDArray[np.bool_], " r"]:
+    """Rows of the fundamental of the sensor that moves most."""
     table = campaign.measurement
     tests = np.array([(test.configuration == "free") == free for test in campaign.tests])
     follows = np.array([sensor.line is None for sensor in campaign.sensors])
     rows = tests[table.test] & (table.level == level) & follows[table.sensor] & (table.harmonic == 1)
     rows &= np.abs(table.value) > 0
-    if not rows.any():
-        return np.zeros(0), np.zeros(0), np.zeros(0)
     sensors = np.unique(table.sensor[rows])
+    if not len(sensors):
+        return np.asarray(rows)
     largest = sensors[np.argmax([np.abs(table.value[rows & (table.sensor == each)]).mean() for each in sensors])]
-    rows &= table.sensor == largest
+    return np.asarray(rows & (table.sensor == largest))
+
+
+def _scatter(campaign: Campaign, rows: Bool[NDArray[np.bool_], " r"]) -> tuple[Scatter, Scatter, Scatter]:
+    """Frequencies, and the standard deviations of F / X and X there."""
+    table = campaign.measurement
     frequency, state = np.unique(table.frequency[rows], return_inverse=True)
     motion = table.value[rows]
+    if not len(motion):
+        return np.zeros(0), np.zeros(0), np.zeros(0)
     return frequency, _deviation(table.level[rows] / motion, state), _deviation(motion, state)
+
+
+def _hysteresis(campaign: Campaign, rows: Bool[NDArray[np.bool_], " r"]) -> Scatter:
+    """Root mean square difference of X between sweeps up and down of the same repeat, relative; NaN where not both."""
+    table = campaign.measurement
+    frequency, state = np.unique(table.frequency[rows], return_inverse=True)
+    repeats, repeat = np.unique(table.repeat[rows], return_inverse=True)
+    shape, found = (len(frequency), len(repeats)), []
+    for way in (1, -1):
+        there = table.sweep[rows] == way
+        cell = (state * len(repeats) + repeat)[there]
+        motion = table.value[rows][there]
+        count = np.bincount(cell, minlength=shape[0] * shape[1])
+        total = np.bincount(cell, motion.real, count.size) + 1j * np.bincount(cell, motion.imag, count.size)
+        found.append(np.where(count > 0, total / np.maximum(count, 1), np.nan).reshape(shape))
+    up, down = found
+    apart = np.abs(up - down) ** 2 / np.abs((up + down) / 2) ** 2
+    known = np.isfinite(apart)
+    n = known.sum(axis=1)
+    return np.where(n > 1, np.sqrt(np.where(known, apart, 0.0).sum(axis=1) / np.maximum(n, 1)), np.nan)
 
 
 def _deviation(values: Complex[NDArray[np.complex128], " r"], state: Int[NDArray[np.int64], " r"]) -> Scatter:

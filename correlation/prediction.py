@@ -134,7 +134,10 @@ class Predictor:
                             state: SteadyState | None = first
                         else:
                             start = known[number].get(key) or known[0].get(key)
-                            state = solver.solve(level, frequency, sliders, start, neighbour)
+                            # A sweep comes from the state beside it. Where there are two states, the one that another
+                            # model was in would make a fit depend on its path.
+                            guesses = (neighbour, start) if self.sweeps and not free else (start, neighbour)
+                            state = solver.solve(level, frequency, sliders, guesses)
                         if state is None:
                             continue
                         neighbour = both[number][key] = state

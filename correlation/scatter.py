@@ -33,6 +33,11 @@ ROUGH = 0.7
 STATE = 4.0
 #: Variance of a number, beside what is pooled, that says no more of its state: its own noise was pooled badly.
 WILD = 10.0
+#: Variance of a number, beside what is fitted, that counts no more in the fit of a and b: at an antiresonance, or where
+#: slip sets in, readings scatter by a hundred times as much. (In 0.3 % a chi-square of four degrees of freedom does.)
+TAIL = 4.0
+#: Median of such a chi-square a degree of freedom.
+MEDIAN = 0.84
 #: Rounds of the weighted fit of a and b.
 ROUNDS = 6
 
@@ -159,10 +164,13 @@ def _pooled(
         seen = rows[freedom[rows] > 0]
         mean = float(np.mean(size[rows] ** 2)) or 1.0
         v, table = variance[seen], np.column_stack([size[seen] ** 2, np.full(len(seen), mean)])
-        fitted = np.full(len(seen), float(np.median(v)) or 1e-12 * mean)
+        fitted = np.maximum(
+            size[seen] ** 2 * float(np.median(v / np.maximum(size[seen] ** 2, 1e-12 * mean))), 1e-12 * mean
+        )
         share = np.zeros(2)
         for _ in range(ROUNDS):
-            share, _ = nnls(table / fitted[:, None], v / fitted)
+            share, _ = nnls(table / fitted[:, None], np.minimum(v / fitted, TAIL))
+            share *= np.median(v / np.maximum(table @ share, 1e-12 * mean)) / MEDIAN
             fitted = np.maximum(table @ share, 1e-12 * mean)
         pooled[rows] = np.maximum(share[0] * size[rows] ** 2 + share[1] * mean, 1e-12 * mean)
     return pooled

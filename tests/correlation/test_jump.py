@@ -70,3 +70,25 @@ def test_a_jump_is_told_with_its_place(small: TestModel, paper: ModuleType) -> N
     (told,) = jump_suspicions(jumped(campaign))
     assert told.where == "jointed test, 3 N, 26.5 Hz"
     assert "left out" in told.sentence
+
+
+@pytest.mark.parametrize(("apart", "found"), [(1.03, True), (1.0, False)])
+def test_sweeps_that_disagree_in_every_repeat_tell_of_two_states(
+    small: TestModel, paper: ModuleType, apart: float, found: bool
+) -> None:
+    """Be the scatter of the repeats ten times as large."""
+    campaign = paper.make_campaign(small, seed=3)
+    table = campaign.measurement
+    there = (table.frequency == FREQUENCY) & (table.level == LEVEL)
+    random = np.random.default_rng(4)
+    off = (1 + 0.1 * random.standard_normal(int(table.repeat.max()) + 1))[table.repeat]
+    ways = [
+        replace(table, sweep=np.full_like(table.sweep, way), value=table.value * off * noise * np.where(there, by, 1.0))
+        for way, by in ((1, apart), (-1, 1.0))
+        for noise in [1 + 1e-3 * random.standard_normal(len(table.value))]
+    ]
+    both = replace(ways[0], **{name: np.concatenate([getattr(each, name) for each in ways]) for name in vars(table)})
+    swept = replace(campaign, measurement=both)
+    points = observation(campaign).points
+    expected = found & (points.free == FREE) & (points.frequency == FREQUENCY) & (points.level == LEVEL)
+    np.testing.assert_array_equal(jumping(swept, points), expected)

@@ -148,8 +148,9 @@ def test_numbers_of_a_state_that_scatters_more_are_all_less_certain(bench: Bench
     # 11 numbers of 7 degrees of freedom say that the variance is 9 times as large (which is below `WILD`), against
     # STATE * POOLED = 24 that it is not: (24 + 77 * 9) / (24 + 77) = 7, of which half are three standard deviations.
     assert ratio[here].min() > np.sqrt(7 / 2)
-    # At most all of it, and the chances of either factor: two standard deviations of 16 % of both variances.
-    assert ratio[here].max() < 1.32 * times
+    # At most all of it, and the chances of either factor: two standard deviations of 16 % of both variances; and the
+    # median of a dozen numbers, by which a group is scaled, moves by a quarter when one of them does.
+    assert ratio[here].max() < 1.32 * 1.25 * times
     # The pooled variance of a group of 12 or 24 readings rises with one of them, and by chance.
     assert np.median(ratio[~here]) == pytest.approx(1, abs=0.1)
     assert ratio[~here].max() < ratio[here].min()
