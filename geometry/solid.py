@@ -42,6 +42,15 @@ def prism(section: Section, height: float) -> Shape:
     return cq.Solid.extrudeLinear(outline, [], cq.Vector(0.0, 0.0, MILLIMETRES_PER_METRE * height))
 
 
+def plate(section: Section, low: float, high: float) -> Shape:
+    """Prism over a polygon of points (y, z) [m], from x = low to x = high [m]."""
+    import cadquery as cq
+
+    corners = [cq.Vector(low, y, z) * MILLIMETRES_PER_METRE for y, z in section]
+    outline = cq.Wire.makePolygon(corners, close=True)
+    return cq.Solid.extrudeLinear(outline, [], cq.Vector(MILLIMETRES_PER_METRE * (high - low), 0.0, 0.0))
+
+
 def cone_along_y(*, start: float, end: float, start_radius: float, end_radius: float, axis_height: float) -> Shape:
     """Truncated cone about the line x = 0, z = axis_height, from y = start to y = end [m]; see `turned_about_y`."""
     return turned_about_y([(start, start_radius), (end, end_radius)], axis_height=axis_height)
@@ -118,6 +127,15 @@ def curved_faces(solid: Shape, *, where: Chooser) -> tuple[Shape, ...]:
         face
         for face in solid.Faces()
         if face.geomType() != "PLANE" and where(np.array(face.Center().toTuple()) / MILLIMETRES_PER_METRE)
+    )
+
+
+def faces_at(solid: Shape, centre: Point) -> tuple[Shape, ...]:
+    """Faces of a solid whose centroid is a point [m]."""
+    return tuple(
+        face
+        for face in solid.Faces()
+        if np.abs(np.array(face.Center().toTuple()) - MILLIMETRES_PER_METRE * centre).max() < SAME_PLACE
     )
 
 

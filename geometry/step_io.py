@@ -1,10 +1,15 @@
 """Parts to and from STEP files: millimetres, with the named faces as names of the file's faces."""
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any, TypeAlias
 
 from geometry.errors import InputError
 from geometry.part import Part, Shape
+
+# A CadQuery assembly; its true type would import CadQuery with this module.
+Assembly: TypeAlias = Any
 
 FIRST_WORD, LAST_WORD = b"ISO-10303-21;", b"END-ISO-10303-21;"
 
@@ -27,15 +32,49 @@ def write_step(part: Part, path: Path) -> None:
     InputError
         The folder or the file cannot be written.
     """
-    import cadquery as cq
-    from cadquery.occ_impl.exporters.assembly import exportAssembly
+    _write(_with_face_names(part), path)
 
-    path = Path(path)
-    partial = path.with_name(f"{path.name}.{os.getpid()}.partial")
+
+def write_assembly_step(name: str, parts: Mapping[str, Part], path: Path) -> None:
+    """Write several parts to one STEP file, as `write_step` does: an assembly whose components carry their names.
+
+    Parameters
+    ----------
+    name
+        Of the assembly.
+    parts
+        In their places, by the names of the components.
+    path
+        The file.
+
+    Raises
+    ------
+    InputError
+        The folder or the file cannot be written.
+    """
+    import cadquery as cq
+
+    assembly = cq.Assembly(name=name)
+    for component, part in parts.items():
+        assembly.add(_with_face_names(part), name=component)
+    _write(assembly, path)
+
+
+def _with_face_names(part: Part) -> Assembly:
+    import cadquery as cq
+
     assembly = cq.Assembly(part.solid, name=part.name)
     for name, region in part.faces.items():
         for face in region.faces:
             assembly.addSubshape(face, name=name)
+    return assembly
+
+
+def _write(assembly: Assembly, path: Path) -> None:
+    from cadquery.occ_impl.exporters.assembly import exportAssembly
+
+    path = Path(path)
+    partial = path.with_name(f"{path.name}.{os.getpid()}.partial")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         # The kernel only says whether it could write; opening the file first says why not.

@@ -1,0 +1,342 @@
+"""The rig's L-shaped de-coupler: a grooved pad on a plate, and two arms that end in load cells, at right angles."""
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from math import cos, degrees, isfinite, radians, sin, sqrt, tan
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from geometry.dimension import (
+    SMALLEST,
+    cone_angle_problems,
+    in_millimetres,
+    order_problems,
+    raise_geometry_error,
+    range_problems,
+)
+from geometry.interface import N_STATION, ContactLine, straight_contact_line
+from geometry.part import Part, Point
+
+Lengths = Float[NDArray[np.float64], "*k"]
+
+# Of each pair the first must not exceed the second: a neck is thinner than its arm, a load cell is not.
+AT_MOST = (("neck_thickness", "arm_thickness"), ("arm_thickness", "cell_thickness"))
+# Outside these, arms lie along the damper or across it, and two load cells no longer tell its two forces apart.
+FLATTEST_ARM, STEEPEST_ARM = radians(20.0), radians(70.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Decoupler:
+    """Dimensions of a de-coupler [m; rad where said].
+
+    Axes of its own: x as the blade's; y along the groove, away from the damper; z up, from the groove's axis; y = 0 at
+    the face of the pad that looks towards the blade. It is symmetric about x = 0.
+
+    The pad mirrors the blade's. It stands on a plate, from whose back two arms rise and fall at the same angle; a neck
+    near the root of each lets it bend easily, so that it passes the force along itself alone. The load cells belong to
+    the body; their far ends are fixed.
+
+    The paper publishes the angle of the arms alone; the others are ours.
+
+    Parameters
+    ----------
+    width
+        Along x, of all its parts: that of the blade's pads.
+    contact_length
+        Of the contact line, measured along the axis from the face of the pad.
+    end_clearance
+        Between the damper's end and the plate.
+    groove_radius
+        Of the groove where contact starts, at the damper's end.
+    lip_above_axis
+        Height of the pad's lower face above the groove's axis; positive, so that the groove has no undercut.
+    pad_height_above_groove
+        Metal over the widest crest of the groove.
+    plate_thickness, plate_below_lip
+        Of the plate along y, and how far it reaches below the pad.
+    arm_angle
+        Of each arm to the plane of the damper's axis: the published 45 degrees [rad].
+    arm_thickness, stub_length, arm_length
+        Of the arms in the plane of symmetry; of the stub between the plate and the neck, and of the arm beyond it.
+    neck_thickness, neck_length
+        Of the flexible necks.
+    cell_thickness, cell_length
+        Of the load cells.
+    cone_half_angle
+        Of the groove [rad]: the damper's 8.53 degrees.
+
+    Raises
+    ------
+    GeometryError
+        One sentence with every dimension that is out of range or at odds with another, with its value and the remedy.
+
+    References
+    ----------
+    Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), sections 2.1 and 2.2.
+    """
+
+    width: float = 0.022
+    contact_length: float = 0.012
+    end_clearance: float = 0.002
+    groove_radius: float = 0.00605
+    lip_above_axis: float = 0.003
+    pad_height_above_groove: float = 0.007
+    plate_thickness: float = 0.006
+    plate_below_lip: float = 0.006
+    arm_angle: float = radians(45.0)
+    arm_thickness: float = 0.014
+    stub_length: float = 0.004
+    arm_length: float = 0.030
+    neck_thickness: float = 0.006
+    neck_length: float = 0.008
+    cell_thickness: float = 0.018
+    cell_length: float = 0.020
+    cone_half_angle: float = radians(8.53)
+
+    def __post_init__(self) -> None:
+        dimensions = asdict(self)
+        del dimensions["cone_half_angle"], dimensions["arm_angle"]
+        unsound = range_problems(dimensions)
+        unsound |= cone_angle_problems({"cone_half_angle": self.cone_half_angle})
+        if not (isfinite(self.arm_angle) and FLATTEST_ARM <= self.arm_angle <= STEEPEST_ARM):
+            unsound["arm_angle"] = (
+                f"arm_angle = {degrees(self.arm_angle):.6g} deg is not between {degrees(FLATTEST_ARM):.0f} and "
+                f"{degrees(STEEPEST_ARM):.0f} deg (give radians)"
+            )
+        clauses = [*unsound.values(), *order_problems(dimensions, AT_MOST, unsound=unsound)]
+        if not clauses:
+            clauses += _shape_problems(self)
+        if clauses:
+            raise_geometry_error("de-coupler", clauses)
+
+    def groove_radius_at(self, y: Lengths) -> Lengths:
+        """Radius of the conical groove, which narrows towards the plate [m]."""
+        return self.groove_radius + (self.contact_length - y) * tan(self.cone_half_angle)
+
+    @property
+    def wide_groove_radius(self) -> float:
+        """Radius of the groove at the face of the pad [m]."""
+        return self.groove_radius + self.contact_length * tan(self.cone_half_angle)
+
+    @property
+    def narrow_groove_radius(self) -> float:
+        """Radius of the groove at the plate [m]."""
+        return self.groove_radius - self.end_clearance * tan(self.cone_half_angle)
+
+    @property
+    def plate_front(self) -> float:
+        """Of the plate, on which the pad stands: its y [m]."""
+        return self.contact_length + self.end_clearance
+
+    @property
+    def plate_back(self) -> float:
+        """Of the plate, from which the arms start: its y [m]."""
+        return self.plate_front + self.plate_thickness
+
+    @property
+    def top(self) -> float:
+        """Height z of pad and plate [m]."""
+        return self.wide_groove_radius + self.pad_height_above_groove
+
+    @property
+    def plate_bottom(self) -> float:
+        """Height z of the plate's lower face [m]."""
+        return self.lip_above_axis - self.plate_below_lip
+
+    @property
+    def half_height(self) -> float:
+        """Half the height of the plate [m]."""
+        return (self.top - self.plate_bottom) / 2
+
+    @property
+    def middle(self) -> float:
+        """Height z about which plate and arms are symmetric [m]."""
+        return (self.top + self.plate_bottom) / 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arm:
+    """Where the upper arm lies in the plane of symmetry, from the middle of the plate's back; see `arm`.
+
+    Parameters
+    ----------
+    along, across
+        Unit vectors (y, z) along the arm, to the load cell, and square to it, outwards [-].
+    centre
+        Offset of the arm's centre line along `across` [m].
+    stations
+        Distances along the arm of the start of stub, neck, arm and load cell, and of the load cell's end [m].
+    crotch
+        Where the inner faces of both arms meet, on the plane between them: its y from the plate's back [m].
+    """
+
+    along: tuple[float, float]
+    across: tuple[float, float]
+    centre: float
+    stations: tuple[float, ...]
+    crotch: float
+
+    def point(self, along: Lengths, offset: Lengths) -> tuple[Lengths, Lengths]:
+        """Places (y, z) from the middle of the plate's back, at distances along the arm and off its centre line [m]."""
+        off = self.centre + offset
+        return along * self.along[0] + off * self.across[0], along * self.along[1] + off * self.across[1]
+
+
+def arm(decoupler: Decoupler) -> Arm:
+    """The upper arm: its outer face starts at the plate's upper back edge; the lower arm mirrors it."""
+    angle = decoupler.arm_angle
+    along, across = (cos(angle), sin(angle)), (-sin(angle), cos(angle))
+    outer = decoupler.half_height * across[1]
+    inner = outer - decoupler.arm_thickness
+    crotch = inner / across[0]
+    lengths = (decoupler.stub_length, decoupler.neck_length, decoupler.arm_length, decoupler.cell_length)
+    stations = np.cumsum([crotch * along[0], *lengths])
+    return Arm(
+        along=along,
+        across=across,
+        centre=(outer + inner) / 2,
+        stations=tuple(float(each) for each in stations),
+        crotch=crotch,
+    )
+
+
+def outline(decoupler: Decoupler) -> list[tuple[float, float]]:
+    """Corners (y, z) of plate, arms and load cells in the plane of symmetry, all round [m]."""
+    one = arm(decoupler)
+    _, neck, beam, cell, end = one.stations
+    thick, thin, wide = decoupler.arm_thickness, decoupler.neck_thickness, decoupler.cell_thickness
+    along = np.array([neck, neck, beam, beam, cell, cell, end])
+    half_width = np.array([thick, thin, thin, thick, thick, wide, wide]) / 2
+    outer, inner = np.stack(one.point(along, half_width), axis=1), np.stack(one.point(along, -half_width), axis=1)
+    front = [[-decoupler.plate_thickness, decoupler.half_height], [0.0, decoupler.half_height]]
+    upper = np.concatenate([front, outer, inner[::-1]])
+    lower = upper[::-1] * [1.0, -1.0]
+    corners = np.concatenate([upper, [[one.crotch, 0.0]], lower])
+    corners += np.array([decoupler.plate_back, decoupler.middle])
+    return [(float(y), float(z)) for y, z in corners]
+
+
+def contact_lines(decoupler: Decoupler, n_station: int = N_STATION) -> dict[str, ContactLine]:
+    """The crest of the groove, from the damper's end to the face of the pad.
+
+    The normal points out of the de-coupler, into the groove. The first tangent points along the line, towards the
+    blade; the second along x.
+
+    Parameters
+    ----------
+    decoupler
+        Its dimensions.
+    n_station
+        Stations on the line, evenly spaced, ends included [-].
+
+    Returns
+    -------
+    The line "contact".
+
+    Raises
+    ------
+    GeometryError
+        Fewer than two stations.
+    """
+    slope = tan(decoupler.cone_half_angle)
+    line = straight_contact_line(
+        name="contact",
+        start=np.array([0.0, decoupler.contact_length, decoupler.groove_radius]),
+        end=np.array([0.0, 0.0, decoupler.wide_groove_radius]),
+        normal=np.array([0.0, -slope, -1.0]) / sqrt(1 + slope**2),
+        across=np.array([1.0, 0.0, 0.0]),
+        n_station=n_station,
+    )
+    return {line.name: line}
+
+
+def named_points(decoupler: Decoupler) -> dict[str, Point]:
+    """Points of a de-coupler.
+
+    Returns
+    -------
+    "cell_upper" and "cell_lower", the middles of the load cells' fixed ends; "laser", the lower edge of the pad beside
+    the damper, on the side of +x [m].
+    """
+    one = arm(decoupler)
+    y, z = (float(each) for each in one.point(np.array(one.stations[-1]), np.array(0.0)))
+    found = {
+        f"cell_{name}": np.array([0.0, decoupler.plate_back + y, decoupler.middle + side * z])
+        for name, side in (("upper", 1.0), ("lower", -1.0))
+    }
+    return {**found, "laser": np.array([decoupler.width / 2, 0.0, decoupler.lip_above_axis])}
+
+
+def decoupler_part(decoupler: Decoupler) -> Part:
+    """The de-coupler as one solid with named faces, points and its contact line.
+
+    Returns
+    -------
+    A part with the faces "groove" (the cone alone), "pad" (the face towards the blade), "cell_upper" and "cell_lower"
+    (the fixed ends of the load cells).
+
+    Raises
+    ------
+    GeometryError
+        The dimensions give no single valid solid.
+    """
+    from geometry import solid as cad
+
+    half = decoupler.width / 2
+    pad = cad.block((-half, 0.0, decoupler.lip_above_axis), (half, decoupler.plate_front, decoupler.top))
+    # The cutter reaches past the pad, so that no face of the two coincides where the groove is open.
+    before = -decoupler.contact_length / 10
+    cutter = cad.cone_along_y(
+        start=before,
+        end=decoupler.plate_front,
+        start_radius=float(decoupler.groove_radius_at(np.array(before))),
+        end_radius=decoupler.narrow_groove_radius,
+        axis_height=0.0,
+    )
+    # Not simplified after the union: merging faces would wipe out the groove's crest, which is an edge.
+    solid = cad.single_solid("de-coupler", cad.plate(outline(decoupler), -half, half).fuse(pad.cut(cutter)))
+    points = named_points(decoupler)
+    found = {
+        "groove": cad.curved_faces(solid, where=lambda _: True),
+        "pad": cad.plane_faces(solid, normal=(0, -1, 0), offset=0.0),
+        "cell_upper": cad.faces_at(solid, points["cell_upper"]),
+        "cell_lower": cad.faces_at(solid, points["cell_lower"]),
+    }
+    return Part(
+        name="decoupler",
+        solid=solid,
+        faces={name: cad.face_region(name, faces) for name, faces in found.items()},
+        points=points,
+        contact_lines=contact_lines(decoupler),
+    )
+
+
+def _shape_problems(decoupler: Decoupler) -> Iterator[str]:
+    """What keeps groove, plate and arms from being one body, when each dimension is sound by itself."""
+    lip, wide = decoupler.lip_above_axis, decoupler.wide_groove_radius
+    if lip > decoupler.narrow_groove_radius - SMALLEST:
+        yield (
+            f"lip_above_axis = {in_millimetres(lip)} closes the groove, whose radius is "
+            f"{in_millimetres(decoupler.narrow_groove_radius)} at the plate (lower it or raise groove_radius)"
+        )
+    elif (mouth := sqrt(wide**2 - lip**2)) > decoupler.width / 2 - SMALLEST:
+        yield (
+            f"width = {in_millimetres(decoupler.width)} lets the groove, {in_millimetres(2 * mouth)} wide at its "
+            "mouth, break through the sides of the pad (widen it or lower groove_radius)"
+        )
+    if decoupler.arm_thickness * cos(decoupler.arm_angle) < decoupler.half_height + SMALLEST:
+        yield (
+            f"arm_thickness = {in_millimetres(decoupler.arm_thickness)} leaves a gap between the arms at the plate, "
+            f"which is {in_millimetres(2 * decoupler.half_height)} high (give more than "
+            f"{in_millimetres(decoupler.half_height / cos(decoupler.arm_angle))} or lower plate_below_lip)"
+        )
+        return
+    one = arm(decoupler)
+    _, height = one.point(np.array(one.stations[3]), np.array(-decoupler.cell_thickness / 2))
+    if height < SMALLEST:
+        yield (
+            f"cell_thickness = {in_millimetres(decoupler.cell_thickness)} lets the two load cells meet (lower it or "
+            "lengthen the arms)"
+        )

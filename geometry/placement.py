@@ -1,0 +1,77 @@
+"""Where a body of the rig stands: mirrored or not at y = 0 of its own axes, and moved."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from geometry.interface import ContactLine
+from geometry.part import MILLIMETRES_PER_METRE, FaceRegion, Part, Point, Shape
+
+Points = Float[NDArray[np.float64], "*k 3"]
+
+
+def _origin() -> Point:
+    return np.zeros(3)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Placement:
+    """From a body's own axes to the rig's.
+
+    Parameters
+    ----------
+    mirrored
+        Whether the body is mirrored at its plane y = 0, before it is moved.
+    shift
+        Where its origin lies, shape (3,) [m].
+    """
+
+    mirrored: bool = False
+    shift: Point = field(default_factory=_origin)
+
+    def directions(self, of: Points) -> Points:
+        """Vectors in the rig's axes, shape (..., 3)."""
+        return of * np.array([1.0, -1.0, 1.0]) if self.mirrored else of
+
+    def points(self, of: Points) -> Points:
+        """Places in the rig's axes, shape (..., 3) [m]."""
+        return self.directions(of) + self.shift
+
+    def line(self, of: ContactLine) -> ContactLine:
+        """A contact line in the rig's axes."""
+        return ContactLine(
+            name=of.name,
+            stations=self.points(of.stations),
+            normal=self.directions(of.normal),
+            tangents=self.directions(of.tangents),
+            tributary_length=of.tributary_length,
+        )
+
+    def part(self, of: Part, name: str) -> Part:
+        """A part in the rig's axes, under a name of its own."""
+        solid = self._moved(of.solid)
+        # Moved with the solid and found again by their number: faces moved by themselves would not belong to it.
+        number = {face: i for i, face in enumerate(of.solid.Faces())}
+        moved = solid.Faces()
+        return Part(
+            name=name,
+            solid=solid,
+            faces={
+                name: FaceRegion(
+                    faces=tuple(moved[number[face]] for face in region.faces),
+                    area=region.area,
+                    centre=self.points(region.centre),
+                )
+                for name, region in of.faces.items()
+            },
+            points={name: self.points(point) for name, point in of.points.items()},
+            contact_lines={name: self.line(line) for name, line in of.contact_lines.items()},
+        )
+
+    def _moved(self, shape: Shape) -> Shape:
+        import cadquery as cq
+
+        turned = shape.mirror("XZ") if self.mirrored else shape
+        return turned.translate(cq.Vector(*self.shift) * MILLIMETRES_PER_METRE)

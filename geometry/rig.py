@@ -1,0 +1,194 @@
+"""The rig: a blade between two dampers, each of which lies in a groove of the blade and in one of a de-coupler."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from math import degrees, tan
+
+import numpy as np
+
+from geometry import blade as blade_geometry
+from geometry import damper as damper_geometry
+from geometry import decoupler as decoupler_geometry
+from geometry.blade import Blade
+from geometry.damper import Damper
+from geometry.decoupler import Decoupler
+from geometry.dimension import in_millimetres, raise_geometry_error
+from geometry.interface import N_STATION, ContactLine
+from geometry.part import Part, Point
+from geometry.placement import Placement
+
+# Two lines mate when they are nowhere further apart [m]: what rigs of this kind are ground to.
+MATING = 1e-6
+#: Sides of the rig by the direction of y in which they lie, and what the blade calls its contact line there.
+SIDES = {"left": (-1.0, "contact_negative"), "right": (1.0, "contact_positive")}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rig:
+    """Five bodies, symmetric about y = 0; axes are those of the blade.
+
+    Parameters
+    ----------
+    blade, damper, decoupler
+        Their dimensions; both sides have the same.
+
+    Raises
+    ------
+    GeometryError
+        One sentence with all that keeps the bodies from touching along their lines alone, with values and remedy.
+
+    References
+    ----------
+    Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), section 2.1.
+    """
+
+    blade: Blade = field(default_factory=Blade)
+    damper: Damper = field(default_factory=Damper)
+    decoupler: Decoupler = field(default_factory=Decoupler)
+
+    def __post_init__(self) -> None:
+        clauses = [*_mating_problems(self, "blade", self.blade), *_mating_problems(self, "decoupler", self.decoupler)]
+        if clauses:
+            raise_geometry_error("rig", clauses)
+
+    @property
+    def damper_axis(self) -> float:
+        """Height z of the dampers' axes: the crests of cone and groove are one line [m]."""
+        return self.blade.groove_axis + self.blade.groove_radius - self.damper.end_radius
+
+    @property
+    def decoupler_axis(self) -> float:
+        """Height z of the axes of the de-couplers' grooves [m]."""
+        return self.damper_axis + self.damper.end_radius - self.decoupler.groove_radius
+
+    @property
+    def damper_middle(self) -> float:
+        """|y| of the middles of the dampers [m]."""
+        return self.blade.contact_start + self.damper.half_length
+
+    @property
+    def decoupler_face(self) -> float:
+        """|y| of the pads' faces that look towards the blade [m]."""
+        return self.damper_middle + self.damper.half_length - self.decoupler.contact_length
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MatingPair:
+    """Two contact lines that lie on each other, station by station.
+
+    Parameters
+    ----------
+    name
+        Side and body that the damper touches, such as "left_blade".
+    damper, other
+        Names of the two bodies.
+    damper_line, other_line
+        Their lines, in the rig's axes, with the same stations in the same order.
+    """
+
+    name: str
+    damper: str
+    other: str
+    damper_line: ContactLine
+    other_line: ContactLine
+
+
+def placements(rig: Rig) -> dict[str, Placement]:
+    """Where the five bodies stand, by name: "blade", and for each side a "damper_..." and a "decoupler_..."."""
+    found = {"blade": Placement()}
+    for side, (sign, _) in SIDES.items():
+        middle = np.array([0.0, sign * rig.damper_middle, rig.damper_axis])
+        face = np.array([0.0, sign * rig.decoupler_face, rig.decoupler_axis])
+        found[f"damper_{side}"] = Placement(mirrored=sign < 0, shift=middle)
+        found[f"decoupler_{side}"] = Placement(mirrored=sign < 0, shift=face)
+    return found
+
+
+def mating_pairs(rig: Rig, n_station: int = N_STATION) -> dict[str, MatingPair]:
+    """The four pairs by name: "left_blade", "left_decoupler", "right_blade" and "right_decoupler".
+
+    Parameters
+    ----------
+    rig
+        The rig.
+    n_station
+        Stations on each line, evenly spaced, ends included [-].
+
+    Raises
+    ------
+    GeometryError
+        Fewer than two stations.
+    """
+    blade = blade_geometry.contact_lines(rig.blade, n_station)
+    damper = damper_geometry.contact_lines(rig.damper, n_station)
+    (groove,) = decoupler_geometry.contact_lines(rig.decoupler, n_station).values()
+    place = placements(rig)
+    found = {}
+    for side, (_, blade_line) in SIDES.items():
+        lies = place[f"damper_{side}"]
+        for other, line in (("blade", blade[blade_line]), ("decoupler", place[f"decoupler_{side}"].line(groove))):
+            found[f"{side}_{other}"] = MatingPair(
+                name=f"{side}_{other}",
+                damper=f"damper_{side}",
+                other="blade" if other == "blade" else f"decoupler_{side}",
+                damper_line=lies.line(damper[f"contact_{other}"]),
+                other_line=line,
+            )
+    return found
+
+
+def named_points(rig: Rig) -> dict[str, dict[str, Point]]:
+    """Points by body and name, in the rig's axes [m].
+
+    Besides those of the bodies the blade has "laser_left" and "laser_right": the lower edges of its pads beside the
+    dampers, on the side of +x, which the differential laser compares with the dampers' "laser_blade".
+    """
+    blade, place = rig.blade, placements(rig)
+    found = {"blade": dict(blade_geometry.named_points(blade))}
+    for side, (sign, _) in SIDES.items():
+        found["blade"][f"laser_{side}"] = np.array([blade.flat_width / 2, sign * blade.pad_face, blade.pad_bottom])
+        own = {
+            f"damper_{side}": damper_geometry.named_points(rig.damper),
+            f"decoupler_{side}": decoupler_geometry.named_points(rig.decoupler),
+        }
+        found |= {body: {name: place[body].points(point) for name, point in one.items()} for body, one in own.items()}
+    return found
+
+
+def rig_parts(rig: Rig) -> dict[str, Part]:
+    """The five bodies in CAD, in their places, by name.
+
+    Raises
+    ------
+    GeometryError
+        The dimensions of a body give no single valid solid.
+    """
+    own = {
+        "blade": blade_geometry.blade_part(rig.blade),
+        "damper": damper_geometry.damper_part(rig.damper),
+        "decoupler": decoupler_geometry.decoupler_part(rig.decoupler),
+    }
+    return {name: place.part(own[name.partition("_")[0]], name) for name, place in placements(rig).items()}
+
+
+def _mating_problems(rig: Rig, name: str, body: Blade | Decoupler) -> Iterator[str]:
+    """What keeps a groove and the damper's cone from touching along one line, all along it and nowhere else."""
+    damper = rig.damper
+    apart = abs(body.contact_length - damper.contact_length)
+    if apart > MATING:
+        yield (
+            f"contact_length = {in_millimetres(damper.contact_length)} of the damper is not that of the {name}, "
+            f"{in_millimetres(body.contact_length)} (give all bodies the same)"
+        )
+    parting = abs(tan(damper.cone_half_angle) - tan(body.cone_half_angle)) * damper.contact_length
+    if parting > MATING:
+        yield (
+            f"cone_half_angle = {degrees(damper.cone_half_angle):.6g} deg of the damper is not that of the {name}, "
+            f"{degrees(body.cone_half_angle):.6g} deg, so that they part by {1e6 * parting:.3g} um along the line "
+            "(give all bodies the same)"
+        )
+    if body.groove_radius <= damper.end_radius + MATING:
+        yield (
+            f"groove_radius = {in_millimetres(body.groove_radius)} of the {name} does not take the damper's end, whose "
+            f"radius is {in_millimetres(damper.end_radius)}: they would touch all round or overlap (widen the groove)"
+        )
