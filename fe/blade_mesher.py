@@ -7,6 +7,7 @@ from itertools import product
 import numpy as np
 
 from fe.errors import MeshError
+from fe.groove_plan import PAD_COLUMNS, GroovePlan
 from fe.hex_blocks import Block, Lattice, mesh_blocks, subdivide
 from fe.mesh import Mesh
 from fe.mesh_rule import SMALLEST_STEP, MeshRule, count
@@ -15,7 +16,6 @@ from geometry.blade import Blade, contact_lines, named_points
 
 #: Columns of blocks across the chord, from leading to trailing edge; the inner three carry the pads.
 COLUMNS = ("root_left", "bevel_left", "lip_left", "groove", "lip_right", "bevel_right", "root_right")
-PAD_COLUMNS = ("lip_left", "groove", "lip_right")
 #: How much of the pad's width its three columns keep at the top of the pad and at the foot of the band below it.
 TOP_WIDTH, FOOT_WIDTH = 0.8, 0.36
 
@@ -108,6 +108,13 @@ class _Layout:
                 f"{blade.pad_bottom * 1e3:g} mm above the root: give a height between, such as 8 mm"
             )
         half_flat, half_chord, half_root = blade.flat_width / 2, blade.chord / 2, blade.root_chord / 2
+        self.groove = GroovePlan(
+            half_width=half_flat,
+            axis=blade.groove_axis,
+            lip_above_axis=blade.lip_above_axis,
+            top=blade.pad_top,
+            top_width=TOP_WIDTH,
+        )
         self.edges = {
             "root_left": (-half_root, -half_chord),
             "bevel_left": (-half_chord, -half_flat),
@@ -185,7 +192,7 @@ class _Layout:
                 far: float = far,
             ) -> tuple[Lattice, Lattice, Lattice]:
                 y = near + (far - near) * w
-                x, z = self.pad_plan(column, u, v, self.blade.groove_radius_at(y))
+                x, z = self.groove.pad(column, u, v, self.blade.groove_radius_at(y))
                 return x, side * y, z
 
             faces = {"w1": f"pad_{name}"} if far == blade.pad_face else {}
@@ -212,40 +219,9 @@ class _Layout:
             return lambda u, v: (left + (right - left) * u, bottom + (top - bottom) * v)
         if row == "pad":
             radius = self.blade.groove_radius_at(np.asarray(y))
-            return lambda u, v: self.pad_plan(column, u, v, radius)
+            return lambda u, v: self.groove.pad(column, u, v, radius)
         if row == "band":
-            return lambda u, v: self.band_plan(column, u, v)
+            radius = self.blade.groove_radius_at(np.asarray(self.blade.thickness / 2))
+            return lambda u, v: self.groove.below(column, u, v, radius, foot=self.band_foot, foot_width=FOOT_WIDTH)
         width = TOP_WIDTH if row == "upper" else FOOT_WIDTH
-        return lambda u, v: (self.straight(column, u, width), bottom + (top - bottom) * v)
-
-    def straight(self, column: str, u: Lattice, width: float) -> Lattice:
-        """Chordwise position in a column whose groove part takes `width` of the pad."""
-        half = self.blade.flat_width / 2
-        left, right = {
-            "lip_left": (-half, -width * half),
-            "groove": (-width * half, width * half),
-            "lip_right": (width * half, half),
-        }[column]
-        return left + (right - left) * u
-
-    def groove_line(self, column: str, u: Lattice, radius: Lattice) -> tuple[Lattice, Lattice]:
-        """The lower edge of the pad: lip, arc of the groove, lip."""
-        blade = self.blade
-        half = blade.flat_width / 2
-        lip = np.sqrt(radius**2 - blade.lip_above_axis**2)
-        if column == "groove":
-            angle = (2 * u - 1) * np.arcsin(lip / radius)
-            return radius * np.sin(angle), blade.groove_axis + radius * np.cos(angle)
-        x = -half + (half - lip) * u if column == "lip_left" else lip + (half - lip) * u
-        return x, np.full_like(u, blade.pad_bottom)
-
-    def pad_plan(self, column: str, u: Lattice, v: Lattice, radius: Lattice) -> tuple[Lattice, Lattice]:
-        """x, z between the groove line and the top of the pad."""
-        x, z = self.groove_line(column, u, radius)
-        return x + (self.straight(column, u, TOP_WIDTH) - x) * v, z + (self.blade.pad_top - z) * v
-
-    def band_plan(self, column: str, u: Lattice, v: Lattice) -> tuple[Lattice, Lattice]:
-        """x, z between the foot of the band and the groove line on the blade's face."""
-        x, z = self.groove_line(column, u, self.blade.groove_radius_at(np.asarray(self.blade.thickness / 2)))
-        foot = self.straight(column, u, FOOT_WIDTH)
-        return foot + (x - foot) * v, self.band_foot + (z - self.band_foot) * v
+        return lambda u, v: (self.groove.straight(column, u, width), bottom + (top - bottom) * v)

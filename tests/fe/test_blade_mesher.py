@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.integrate import quad
 
 from fe.blade_mesher import PadMesh, mesh_blade
@@ -18,6 +17,7 @@ from fe.mesh_quality import cell_quality
 from fe.mesh_rule import MeshRule
 from geometry.blade import Blade, contact_lines
 from geometry.errors import GeometryError
+from tests.fe.surface import area_vectors, boundary
 
 
 def rule(element: Element = HEX20, n: int = 1, ratio: float = 2.4, cap: float = 0.02) -> MeshRule:
@@ -26,37 +26,6 @@ def rule(element: Element = HEX20, n: int = 1, ratio: float = 2.4, cap: float = 
 
 def mesh(element: Element = HEX20, blade: Blade | None = None, pads: PadMesh | None = None, n: int = 1) -> Mesh:
     return mesh_blade(blade or Blade(), rule(element, n), pads)
-
-
-def boundary(of: Mesh) -> NDArray[np.int64]:
-    """Faces (cell, local face) that belong to one cell alone."""
-    ((cell_type, cells),) = of.cells.items()
-    corner_faces = np.array([face[:4] for face in ELEMENTS[cell_type].faces])
-    faces = np.sort(cells[:, corner_faces].reshape(-1, 4), axis=1)
-    _, place, times = np.unique(faces, axis=0, return_inverse=True, return_counts=True)
-    assert times.max() == 2, "more than two cells share a face"
-    return np.stack(np.divmod(np.flatnonzero(times[place.ravel()] == 1), len(corner_faces)), axis=1)
-
-
-def area_vectors(of: Mesh, faces: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Outward area vectors (k, 3) and areas (k,) by Gauss points on the faces."""
-    ((cell_type, cells),) = of.cells.items()
-    element = ELEMENTS[cell_type]
-    x, w = np.polynomial.legendre.leggauss(5)
-    s, t = (grid.ravel() for grid in np.meshgrid(x, x))
-    weights = np.outer(w, w).ravel()
-    vectors, areas = np.zeros((len(faces), 3)), np.zeros(len(faces))
-    for local, nodes in enumerate(element.faces):
-        here = faces[:, 1] == local
-        a, b, c, d = element.nodes[list(nodes[:4])]
-        at = (a + b + c + d) / 4 + np.outer(s, (b + c - a - d) / 4) + np.outer(t, (c + d - a - b) / 4)
-        tangent = np.stack([(b + c - a - d) / 4, (c + d - a - b) / 4])
-        slope = np.einsum("qaj,tj->qat", element.gradient(at), tangent)
-        along = np.einsum("eai,qat->eqti", of.points[cells[faces[here, 0]]], slope)
-        normal = np.cross(along[:, :, 0], along[:, :, 1])
-        vectors[here] = np.einsum("eqi,q->ei", normal, weights)
-        areas[here] = np.linalg.norm(normal, axis=2) @ weights
-    return vectors, areas
 
 
 class Theory:

@@ -1,0 +1,38 @@
+"""The surface of a mesh, found from its cells alone: faces that belong to one cell, and their areas."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fe.element import ELEMENTS
+from fe.mesh import Mesh
+
+
+def boundary(of: Mesh) -> NDArray[np.int64]:
+    """Faces (cell, local face) that belong to one cell alone."""
+    ((cell_type, cells),) = of.cells.items()
+    corner_faces = np.array([face[:4] for face in ELEMENTS[cell_type].faces])
+    faces = np.sort(cells[:, corner_faces].reshape(-1, 4), axis=1)
+    _, place, times = np.unique(faces, axis=0, return_inverse=True, return_counts=True)
+    assert times.max() == 2, "more than two cells share a face"
+    return np.stack(np.divmod(np.flatnonzero(times[place.ravel()] == 1), len(corner_faces)), axis=1)
+
+
+def area_vectors(of: Mesh, faces: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Outward area vectors (k, 3) and areas (k,) by Gauss points on the faces."""
+    ((cell_type, cells),) = of.cells.items()
+    element = ELEMENTS[cell_type]
+    x, w = np.polynomial.legendre.leggauss(5)
+    s, t = (grid.ravel() for grid in np.meshgrid(x, x))
+    weights = np.outer(w, w).ravel()
+    vectors, areas = np.zeros((len(faces), 3)), np.zeros(len(faces))
+    for local, nodes in enumerate(element.faces):
+        here = faces[:, 1] == local
+        a, b, c, d = element.nodes[list(nodes[:4])]
+        at = (a + b + c + d) / 4 + np.outer(s, (b + c - a - d) / 4) + np.outer(t, (c + d - a - b) / 4)
+        tangent = np.stack([(b + c - a - d) / 4, (c + d - a - b) / 4])
+        slope = np.einsum("qaj,tj->qat", element.gradient(at), tangent)
+        along = np.einsum("eai,qat->eqti", of.points[cells[faces[here, 0]]], slope)
+        normal = np.cross(along[:, :, 0], along[:, :, 1])
+        vectors[here] = np.einsum("eqi,q->ei", normal, weights)
+        areas[here] = np.linalg.norm(normal, axis=2) @ weights
+    return vectors, areas
