@@ -202,4 +202,4 @@ def _toml(folder: Path) -> dict[str, Any]:
     except OSError as error:
         raise CampaignError(f"{MANIFEST}: cannot be read ({error.strerror}); check its permissions") from None
     except tomllib.TOMLDecodeError as error:
-        raise CampaignError(f"{MANIFEST}: is no TOML: {error}") from None
+        raise CampaignError(f"{MANIFEST}: is no TOML: {error}; correct what stands there") from None

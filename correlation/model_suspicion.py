@@ -14,6 +14,9 @@ SAME_RESONANCE, SAME_AFTER_MENDING = 0.25, 0.1
 SWAPPED = 0.4
 #: and if swapping them leaves at most this share of it [-].
 AFTER_SWAPPING = 1 / 3
+#: A test is suspected of the other sign of time if conjugate values agree so well with the model, and its own so much
+#: less [-]: near a resonance, where the difference shows, right ones reach 0.9 even with a model that is off.
+CONJUGATE, OWN = 0.9, 0.6
 
 
 def suspicions_against(campaign: Campaign, model_frequencies: ArrayLike) -> tuple[Suspicion, ...]:
@@ -53,7 +56,7 @@ def suspicions_against(campaign: Campaign, model_frequencies: ArrayLike) -> tupl
 def swapped_sensors(
     campaign: Campaign, table: FeatureTable, predicted: Complex[NDArray[np.complex128], " k"]
 ) -> tuple[Suspicion, ...]:
-    r"""Pairs of sensors of one quantity that agree with the model only if they are swapped.
+    r"""Pairs of sensors of one quantity, of forces along and across a line too, that agree only if they are swapped.
 
     The ratio of two channels, :math:`z = \sum \bar{x}_j x_i / \sum |x_j|^2`, is that of their mode shape and does not
     move with the resonance; swapped sensors have :math:`1/z`.
@@ -67,15 +70,15 @@ def swapped_sensors(
     predicted
         The model's, row by row, shape (k,).
     """
-    found = []
+    found: list[tuple[float, int, int, str]] = []
     for i, first in enumerate(campaign.sensors):
         for j in range(i):
             second = campaign.sensors[j]
-            if first.quantity != second.quantity or first.component != second.component:
-                continue
             rows_i, rows_j = _common_rows(table, i, j)
-            if len(rows_i) < 3:
+            if first.quantity != second.quantity or len(rows_i) < 3:
                 continue
+            seen = np.isfinite(predicted[rows_i]) & np.isfinite(predicted[rows_j])
+            rows_i, rows_j = rows_i[seen], rows_j[seen]
             scale = 1 / table.level[rows_i]
             measured = _ratio(table.value[rows_i] * scale, table.value[rows_j] * scale)
             model = _ratio(predicted[rows_i] * scale, predicted[rows_j] * scale)
@@ -87,9 +90,58 @@ def swapped_sensors(
                     f'"{first.name}" reads {_polar(measured)} of "{second.name}", the model says {_polar(model)}; '
                     f"swapped, they agree within {np.expm1(swapped):.0%}: check the cables"
                 )
-                found.append(
-                    Suspicion(where=f'sensors "{second.name}" and "{first.name}" look swapped', sentence=sentence)
-                )
+                found.append((swapped / own, i, j, sentence))
+    # Two that are swapped make each of them look wrong beside a third: the pair that explains best stands for all.
+    told: set[int] = set()
+    suspicions = []
+    for _, i, j, sentence in sorted(found):
+        if told.isdisjoint({i, j}):
+            told |= {i, j}
+            names = f'"{campaign.sensors[j].name}" and "{campaign.sensors[i].name}"'
+            suspicions.append(Suspicion(where=f"sensors {names} look swapped", sentence=sentence))
+    return tuple(suspicions)
+
+
+def conjugate_tests(
+    campaign: Campaign, table: FeatureTable, predicted: Complex[NDArray[np.complex128], " k"]
+) -> tuple[Suspicion, ...]:
+    r"""Tests that agree with the model only if their complex numbers are conjugated: the other sign of time.
+
+    With :math:`e^{+i \Omega t}` a passive structure's displacement lags its load, with :math:`e^{-i \Omega t}` it
+    leads. The agreement of measured :math:`x` and predicted :math:`y` is :math:`\Re \sum \bar{y} x / \sum |y| |x|`,
+    over the harmonic 1 of all sensors, each scaled to its own size.
+
+    Parameters
+    ----------
+    campaign
+        Whose tests these are.
+    table
+        Features as measured.
+    predicted
+        The model's, row by row, shape (k,).
+    """
+    found = []
+    for number, test in enumerate(campaign.tests):
+        rows = np.flatnonzero((table.test == number) & (table.harmonic == 1) & np.isfinite(predicted))
+        if len(rows) < 3:
+            continue
+        size = np.zeros(len(campaign.sensors))
+        np.maximum.at(size, table.sensor[rows], np.abs(table.value[rows]))
+        weighted = table.value[rows] / np.where(size > 0, size, 1.0)[table.sensor[rows]]
+        # Only the phase of the prediction counts: its peak may lie elsewhere.
+        phase = predicted[rows] / np.maximum(np.abs(predicted[rows]), np.finfo(float).tiny)
+        total = np.abs(weighted).sum()
+        if not total:
+            continue
+        own = float((weighted * phase.conj()).real.sum() / total)
+        conjugate = float((weighted * phase).real.sum() / total)
+        if conjugate > CONJUGATE and own < OWN:
+            sentence = (
+                f"the phases agree with the model to {own:.2f}, and to {conjugate:.2f} with the other sign of the "
+                "imaginary parts (1 is perfect): do the numbers belong to the other time factor? "
+                "If so, change the sign in convention.time of the manifest"
+            )
+            found.append(Suspicion(where=f'test "{test.name}"', sentence=sentence))
     return tuple(found)
 
 

@@ -102,12 +102,14 @@ def _check_held_out(manifest: Manifest, measurement: Measurement) -> None:
             measured = ", ".join(f"{each / manifest.level_factor:g}" for each in np.unique(measurement.level))
             raise CampaignError(
                 f"{MANIFEST}: held_out.levels = {level / manifest.level_factor:g} was not measured; "
-                f"measured: {measured}"
+                f"hold out some of {measured}"
             )
     for repeat in manifest.held_out.repeats:
         if not (measurement.repeat == repeat).any():
             measured = ", ".join(map(str, np.unique(measurement.repeat)))
-            raise CampaignError(f"{MANIFEST}: held_out.repeats = {repeat} was not measured; measured: {measured}")
+            raise CampaignError(
+                f"{MANIFEST}: held_out.repeats = {repeat} was not measured; hold out some of {measured}"
+            )
     if len(measurement) and manifest.held_out.rows(measurement).all():
         raise CampaignError(f"{MANIFEST}: held_out holds out everything; leave levels and repeats to train on")
 

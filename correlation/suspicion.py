@@ -19,12 +19,21 @@ IMAGINARY_RATIO = 3.0
 def suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     """What looks wrong in the data alone.
 
-    Phases in the imaginary column, channels that stay constant, repeats that are copies, levels and points that are
-    missing, sweeps that run the other way.
+    Phases in the imaginary column, channels that stay constant, repeats that are copies, levels, points, sensors and
+    repeats that are missing, sweeps that run the other way.
     """
     found = [
         each
-        for check in (_phases, _constant_harmonics, _copies, _missing_levels, _missing_points, _sweeps)
+        for check in (
+            _phases,
+            _constant_harmonics,
+            _copies,
+            _missing_levels,
+            _missing_points,
+            _missing_sensors,
+            _missing_repeats,
+            _sweeps,
+        )
         for each in check(campaign)
     ]
     return tuple(found)
@@ -117,6 +126,34 @@ def _missing_points(campaign: Campaign) -> Iterator[Suspicion]:
                     sentence=f"harmonic {harmonic} has {count} values where others have {counts.max()}: "
                     "were some left out?",
                 )
+
+
+def _missing_sensors(campaign: Campaign) -> Iterator[Suspicion]:
+    table = campaign.measurement
+    for number, sensor in enumerate(campaign.sensors):
+        there = [bool((table.sensor[table.test == test] == number).any()) for test in range(len(campaign.tests))]
+        for test, found in zip(campaign.tests, there, strict=True):
+            # Without its contacts a structure has no contact forces.
+            if not found and any(there) and not (sensor.quantity == CONTACT_FORCE and test.configuration == "free"):
+                others = ", ".join(f'"{each.name}"' for each, seen in zip(campaign.tests, there, strict=True) if seen)
+                yield Suspicion(
+                    where=f'test "{test.name}"',
+                    sentence=f'it has no rows of sensor "{sensor.name}", which {others} has: were they left out?',
+                )
+
+
+def _missing_repeats(campaign: Campaign) -> Iterator[Suspicion]:
+    """Repeats that a test lacks altogether, though the numbers of its others go on past them."""
+    table = campaign.measurement
+    for number, test in enumerate(campaign.tests):
+        there = np.unique(table.repeat[table.test == number])
+        missing = np.setdiff1d(np.arange(there.min(), there.max() + 1), there) if len(there) else there
+        if len(missing):
+            listed = ", ".join(str(repeat) for repeat in missing)
+            yield Suspicion(
+                where=f'test "{test.name}"',
+                sentence=f"it has the repeats {there.min()} to {there.max()} but not {listed}: was a file left out?",
+            )
 
 
 def _sweeps(campaign: Campaign) -> Iterator[Suspicion]:

@@ -5,38 +5,29 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
-from correlation.feature import features
-from correlation.jump import jump_suspicions
 from correlation.measurement import Campaign, Suspicion
 from correlation.misfit import Misfit, misfit
-from correlation.model_suspicion import suspicions_against, swapped_sensors
 from correlation.nuisance import Budget
 from correlation.observation import Observation, followed, parted, training
 from correlation.peak_error import PeakError, peak_errors
-from correlation.prediction import Points, Prediction, Predictor
+from correlation.prediction import Prediction
 from correlation.read_campaign import read_campaign
 from correlation.sensor_placement import with_sensors
 from correlation.test_model import TestModel
 from diagnosis.arrangement import arrange
 from diagnosis.comparison import NOT_FOUND, Comparison
 from diagnosis.weighing import Measured, weighed
-from fe.dense_modes import dense_modes
 from study.case import load_case
 from study.compare_pictures import pictures
 from study.compare_table import misfit_csv
+from study.model_suspicions import all_suspicions
 from study.output import replace_file
 from study.repeats import require_repeats
 from study.run_context import RunContext
-from study.stuck_contacts import stuck_stiffness
 from study.test_case import TestCase
 from study.test_case_model import TestSetup, read_test_case
-
-#: Resonances that a test may be meant to show, of the stuck and of the free structure.
-N_MODE = 3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,8 +135,6 @@ def compare(setup: TestSetup, campaign: Campaign, *, calibrate: bool = False) ->
     model = with_sensors(setup.model, campaign)
     refined = [with_sensors(finer, campaign) for finer in setup.budget.refined]
     setup = replace(setup, model=model, budget=replace(setup.budget, refined=refined))
-    against = suspicions_against(campaign, model_frequencies(setup.complete))
-    suspected = (*campaign.suspicions, *against, *jump_suspicions(campaign))
     sides, calibrated, model = _sides(setup, campaign, calibrate)
     train, *rest = (side.misfit for side in sides)
     return Compared(
@@ -156,7 +145,7 @@ def compare(setup: TestSetup, campaign: Campaign, *, calibrate: bool = False) ->
         train=train,
         held=rest[0] if rest else None,
         peaks=_peaks(sides),
-        suspicions=(*suspected, *_swapped(campaign, model, sides[0].prediction)),
+        suspicions=all_suspicions(campaign, model, sides[0].prediction),
         calibrated=calibrated,
     )
 
@@ -207,17 +196,6 @@ def beside(
     return Side(comparison=comparison, prediction=prediction)
 
 
-def model_frequencies(model: TestModel) -> Float[NDArray[np.float64], " m"]:
-    """Lowest resonances, with the contacts stuck and without those of the lines [Hz]."""
-    found = []
-    for each in (model, model.free()):
-        system = each.system
-        modes = dense_modes(system.mass, stuck_stiffness(system.stiffness, system.joints))
-        frequency = np.sqrt(np.maximum(modes.lambda_, 0.0)) / (2 * np.pi)
-        found.append(frequency[frequency > 0][:N_MODE])
-    return np.concatenate(found)
-
-
 def _sides(
     setup: TestSetup, campaign: Campaign, calibrate: bool
 ) -> tuple[list[Side], tuple[Calibrated, ...], TestModel]:
@@ -243,21 +221,6 @@ def _sides(
     seen, unseen = parted(campaign)
     side = beside(seen, sweeps, model, budget)
     return [side, beside(unseen, sweeps, model, budget, side.prediction)], (), model
-
-
-def _swapped(campaign: Campaign, model: TestModel, before: Prediction) -> tuple[Suspicion, ...]:
-    """Sensors that agree with the model only if they are swapped."""
-    table = features(campaign)
-    names = np.array([sensor.name for sensor in campaign.sensors])
-    free = np.array([test.configuration == "free" for test in campaign.tests])
-    points = Points(
-        free=free[table.test],
-        level=table.level,
-        frequency=table.frequency,
-        sensor=names[table.sensor],
-        harmonic=table.harmonic,
-    )
-    return swapped_sensors(campaign, table, Predictor(points=points).predict(model, before).value)
 
 
 def _peaks(sides: Sequence[Side]) -> tuple[PeakError, ...]:

@@ -33,7 +33,7 @@ T = TypeVar("T")
 #: Code that a model depends on, beside what is below `study`.
 MODEL = ("study.test_case_model", "study.test_case_system", "study.solve_contact", "study.stuck_contacts")
 #: Code that a kept step depends on.
-ROOMS = ("correlation", "diagnosis", "hbsolve", "reduction", *MODEL)
+ROOMS = ("correlation", "diagnosis", "hbsolve", "reduction", "study.model_suspicions", *MODEL)
 #: About what a round takes when nothing is known of earlier ones [s].
 EXPECTED = 40.0
 

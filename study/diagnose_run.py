@@ -3,28 +3,28 @@
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from correlation.errors import CampaignError
-from correlation.jump import jump_suspicions
 from correlation.measurement import Campaign
-from correlation.model_suspicion import suspicions_against
 from correlation.read_campaign import read_campaign
+from correlation.sensor_placement import with_sensors
 from diagnosis.verdict import Finding
 from study.case import load_case
-from study.compare_run import model_frequencies
 from study.console import plain
 from study.diagnose_add import add
 from study.diagnose_history import ADD, UNDO, History, Step, history_of
 from study.diagnose_record import record
-from study.diagnose_round import Round, diagnose_case
+from study.diagnose_round import Round, diagnose_case, kept
 from study.diagnose_words import document, headline, in_words
+from study.model_suspicions import all_suspicions
 from study.output import replace_file
 from study.repeats import require_held_out, require_repeats
 from study.run_context import RunContext
 from study.test_case import TestCase
-from study.test_case_model import TestSetup, read_test_case
+from study.test_case_model import read_test_case
 
 #: Effects that ``--auto`` adds at most.
 MOST_ADDED = 5
@@ -117,8 +117,10 @@ def diagnose_file(
     require_repeats(campaign, folder)
     setup = read_test_case(case, campaign)
     if run is not None:  # before what takes minutes: it may be in vain
-        for suspicion in _suspicions(setup, campaign):
-            run.warn(suspicion)
+        keep = kept(run.store, setup, campaign, without)
+        model = with_sensors(setup.complete, campaign)
+        for suspicion in keep("suspicions", partial(all_suspicions, campaign, model)):
+            run.warn(str(suspicion))
     rounds: list[Round] = []
     while True:
         found = diagnose_case(
@@ -173,8 +175,3 @@ def step_document(step: Step) -> dict[str, Any]:
         "errors_after": None if step.after is None else step.after.document,
         "diff": list(step.diff),
     }
-
-
-def _suspicions(setup: TestSetup, campaign: Campaign) -> list[str]:
-    against = suspicions_against(campaign, model_frequencies(setup.model))
-    return [str(each) for each in (*campaign.suspicions, *against, *jump_suspicions(campaign))]

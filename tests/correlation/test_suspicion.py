@@ -8,7 +8,7 @@ import pytest
 
 from correlation.feature import features
 from correlation.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
-from correlation.model_suspicion import suspicions_against, swapped_sensors
+from correlation.model_suspicion import conjugate_tests, suspicions_against, swapped_sensors
 from correlation.suspicion import suspicions
 
 LEVELS = (1.0, 3.0, 10.0)
@@ -183,3 +183,73 @@ def test_a_wrong_gain_is_not_taken_for_a_swap() -> None:
     table = features(made)
     predicted = np.where(table.sensor == 0, 1.3, 1.0) * table.value
     assert swapped_sensors(made, table, predicted) == ()
+
+
+def predictions(made: Campaign, f0: float = 100.0) -> np.ndarray:
+    """Of the model of one mode, at the features of a campaign."""
+    table = features(made)
+    gain = np.array(list(SHAPE.values()))[table.sensor] / table.harmonic**3
+    return np.asarray(gain * [response(*point, f0) for point in zip(table.level, table.frequency, strict=True)])
+
+
+def test_forces_along_and_across_a_line_that_are_swapped_are_found() -> None:
+    made = campaign()
+    sensors = (
+        replace(made.sensors[0], quantity="contact force", line="left", component="tangential"),
+        replace(made.sensors[1], quantity="contact force", line="left", component="normal"),
+        made.sensors[2],
+    )
+    swap = np.array([1, 0, 2])
+    swapped = replace(made, measurement=replace(made.measurement, sensor=swap[made.measurement.sensor]))
+    for each, expected in ((made, 0), (swapped, 1)):
+        there = replace(each, sensors=sensors)
+        assert len(swapped_sensors(there, features(there), predictions(each))) == expected
+
+
+def test_points_without_a_prediction_are_passed_over() -> None:
+    made = campaign()
+    swap = np.array([1, 0, 2])
+    swapped = replace(made, measurement=replace(made.measurement, sensor=swap[made.measurement.sensor]))
+    predicted = predictions(swapped)
+    predicted[::7] = np.nan
+    (found,) = swapped_sensors(swapped, features(swapped), predicted)
+    assert found.where == 'sensors "tip" and "slot" look swapped'
+
+
+@pytest.mark.parametrize("f0", [100.0, 97.0, 103.0])
+def test_the_other_sign_of_time_is_found_and_a_resonance_that_is_off_is_not_taken_for_it(f0: float) -> None:
+    made = campaign()
+    assert conjugate_tests(made, features(made), predictions(made, f0)) == ()
+    other = with_values(made, made.measurement.value.conj())
+    found = conjugate_tests(other, features(other), predictions(other, f0))
+    if f0 == 100.0:
+        (one,) = found
+        assert one.where == 'test "stepped"'
+        assert "the phases agree with the model to" in one.sentence
+        assert "change the sign in convention.time of the manifest" in one.sentence
+
+
+def test_a_sensor_that_one_of_two_tests_lacks_is_suspected() -> None:
+    made = campaign()
+    table = made.measurement
+    again = replace(table, test=np.ones_like(table.test)).where(table.sensor != 1)
+    both = Measurement(
+        **{name: np.concatenate([getattr(table, name), getattr(again, name)]) for name in table.__dataclass_fields__}
+    )
+    two = replace(made, tests=(*made.tests, Test(name="again")), measurement=both)
+    assert 'test "again": it has no rows of sensor "slot", which "stepped" has: were they left out?' in sentences(two)
+    # Without its contacts a structure has no contact forces.
+    force = replace(made.sensors[1], quantity="contact force", line="left", component="normal")
+    free = replace(
+        two,
+        sensors=(made.sensors[0], force, made.sensors[2]),
+        tests=(*made.tests, Test(name="again", configuration="free")),
+    )
+    assert "no rows of sensor" not in sentences(free)
+
+
+def test_a_repeat_that_is_missing_between_others_is_suspected() -> None:
+    made = campaign()
+    left = made.measurement.where(made.measurement.repeat != 2)
+    found = sentences(replace(made, measurement=left))
+    assert 'test "stepped": it has the repeats 1 to 3 but not 2: was a file left out?' in found

@@ -1,0 +1,60 @@
+"""All that looks wrong in a campaign, by itself and beside a model: said before anything is concluded from it."""
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.feature import features
+from correlation.jump import jump_suspicions
+from correlation.measurement import Campaign, Suspicion
+from correlation.model_suspicion import conjugate_tests, suspicions_against, swapped_sensors
+from correlation.prediction import Points, Prediction, Predictor
+from correlation.test_model import TestModel
+from fe.dense_modes import dense_modes
+from study.stuck_contacts import stuck_stiffness
+
+#: Resonances that a test may be meant to show, of the stuck and of the free structure.
+N_MODE = 3
+
+
+def all_suspicions(campaign: Campaign, model: TestModel, before: Prediction | None = None) -> tuple[Suspicion, ...]:
+    """What looks wrong.
+
+    Parameters
+    ----------
+    campaign
+        What was measured.
+    model
+        With the campaign's sensors on it.
+    before
+        States to start from, if some are there.
+    """
+    table = features(campaign)
+    names = np.array([sensor.name for sensor in campaign.sensors])
+    free = np.array([test.configuration == "free" for test in campaign.tests])
+    points = Points(
+        free=free[table.test],
+        level=table.level,
+        frequency=table.frequency,
+        sensor=names[table.sensor],
+        harmonic=table.harmonic,
+    )
+    predicted = Predictor(points=points).predict(model, before).value
+    return (
+        *campaign.suspicions,
+        *suspicions_against(campaign, model_frequencies(model)),
+        *jump_suspicions(campaign),
+        *conjugate_tests(campaign, table, predicted),
+        *swapped_sensors(campaign, table, predicted),
+    )
+
+
+def model_frequencies(model: TestModel) -> Float[NDArray[np.float64], " m"]:
+    """Lowest resonances, with the contacts stuck and without those of the lines [Hz]."""
+    found = []
+    for each in (model, model.free()):
+        system = each.system
+        modes = dense_modes(system.mass, stuck_stiffness(system.stiffness, system.joints))
+        frequency = np.sqrt(np.maximum(modes.lambda_, 0.0)) / (2 * np.pi)
+        found.append(frequency[frequency > 0][:N_MODE])
+    return np.concatenate(found)
