@@ -1,0 +1,198 @@
+"""Several reduced bodies as one model: each keeps its own boundary and shapes, and contacts alone will join them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+import scipy.linalg
+from jaxtyping import Complex, Float, Int
+from numpy.typing import NDArray
+
+from fe.system import LinearSystem
+from reduction.craig_bampton import craig_bampton
+from reduction.errors import RomError
+from reduction.partition import Rows
+from reduction.rom import Field, ReducedModel
+
+Matrix = Float[NDArray[np.float64], "r r"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ReducedAssembly:
+    """Reduced bodies side by side; coordinates are those of the bodies, one after the other.
+
+    Parameters
+    ----------
+    bodies
+        Reduced models by name, in order.
+
+    Raises
+    ------
+    RomError
+        No body.
+    """
+
+    bodies: Mapping[str, ReducedModel]
+
+    def __post_init__(self) -> None:
+        if not self.bodies:
+            raise RomError("an assembly without bodies is empty: give at least one reduced model")
+        object.__setattr__(self, "bodies", MappingProxyType(dict(self.bodies)))
+
+    @cached_property
+    def mass(self) -> Matrix:
+        """Block diagonal, shape (r, r) [kg]."""
+        return self._together("mass")
+
+    @cached_property
+    def damping(self) -> Matrix:
+        """Block diagonal, shape (r, r) [N s/m]."""
+        return self._together("damping")
+
+    @cached_property
+    def stiffness(self) -> Matrix:
+        """Block diagonal, shape (r, r), singular where a body is held by contact alone [N/m]."""
+        return self._together("stiffness")
+
+    @property
+    def n_dof(self) -> int:
+        """Coordinates of all bodies r [-]."""
+        return sum(rom.n_dof for rom in self.bodies.values())
+
+    @property
+    def n_modal(self) -> int:
+        """Modal coordinates among them [-]."""
+        return sum(rom.n_dof - rom.n_boundary for rom in self.bodies.values())
+
+    def columns(self, body: str) -> slice:
+        """Where the coordinates of a body stand.
+
+        Raises
+        ------
+        RomError
+            No such body; the message lists those that exist.
+        """
+        start = 0
+        for name, rom in self.bodies.items():
+            if name == body:
+                return slice(start, start + rom.n_dof)
+            start += rom.n_dof
+        raise RomError(f'the assembly has no body "{body}": it has {", ".join(self.bodies)}')
+
+    def rows(self, body: str, name: str, direction: int | None = None) -> Int[NDArray[np.int64], " k"]:
+        """Rows of a boundary set of a body, as `ReducedModel.rows` gives them.
+
+        Raises
+        ------
+        RomError
+            No such body, set or direction.
+        """
+        start: int = self.columns(body).start
+        return np.asarray(start + self.bodies[body].rows(name, direction))
+
+    def displacement(
+        self, reduced: Float[NDArray[np.float64], "r ..."] | Complex[NDArray[np.complex128], "r ..."]
+    ) -> dict[str, Field]:
+        """Reduced coordinates as fields on the meshes of all bodies, each of shape (n_node, 3, ...) [m].
+
+        Raises
+        ------
+        RomError
+            The first axis is not the assembly's.
+        """
+        if not np.shape(reduced) or len(reduced) != self.n_dof:
+            raise RomError(
+                f"an array of shape {np.shape(reduced)} cannot be recovered: its first axis must be the {self.n_dof} "
+                "coordinates"
+            )
+        return {body: rom.displacement(reduced[self.columns(body)]) for body, rom in self.bodies.items()}
+
+    def _together(self, name: str) -> Matrix:
+        matrix = scipy.linalg.block_diag(*(getattr(rom, name) for rom in self.bodies.values()))
+        matrix.setflags(write=False)
+        return matrix
+
+
+def reduce_bodies(
+    systems: Mapping[str, LinearSystem],
+    boundary: Mapping[str, Mapping[str, Rows]],
+    n_mode: int | Mapping[str, int] = 150,
+) -> ReducedAssembly:
+    """Craig-Bampton models of all bodies, with so many modal coordinates together.
+
+    Parameters
+    ----------
+    systems
+        Full models by body; a body that contact alone holds has no supports.
+    boundary
+        Rows of each body's system that are kept, by set name, as for `craig_bampton`.
+    n_mode
+        Fixed-interface modes of all bodies together [-], chosen across the bodies by frequency, the lowest first; or
+        for each body.
+
+    Raises
+    ------
+    RomError
+        As `craig_bampton` raises it, with the name of the body; a number of modes for a body that is none, or for not
+        all of them.
+    """
+    if isinstance(n_mode, Mapping):
+        if set(n_mode) != set(systems):
+            raise RomError(
+                f"numbers of modes are given for {', '.join(n_mode) or 'no body'}, but the bodies are "
+                f"{', '.join(systems)}: give one number for each"
+            )
+        return ReducedAssembly(
+            bodies={body: _reduced(body, system, boundary[body], n_mode[body]) for body, system in systems.items()}
+        )
+    # No body can have more than all of them.
+    bodies = {body: _reduced(body, system, boundary[body], n_mode) for body, system in systems.items()}
+    return ReducedAssembly(bodies=lowest_modes(bodies, n_mode))
+
+
+def lowest_modes(bodies: Mapping[str, ReducedModel], n_mode: int) -> dict[str, ReducedModel]:
+    """The same bodies with those fixed-interface modes alone that are the lowest of all.
+
+    Parameters
+    ----------
+    bodies
+        Each with as many modes as it can be left with.
+    n_mode
+        Modes of all bodies together [-].
+    """
+    frequency = np.concatenate([rom.fixed_interface_frequency for rom in bodies.values()])
+    owner = np.repeat(np.arange(len(bodies)), [len(rom.fixed_interface_frequency) for rom in bodies.values()])
+    kept = np.bincount(owner[np.argsort(frequency, kind="stable")[:n_mode]], minlength=len(bodies))
+    return {name: truncated(rom, int(n)) for (name, rom), n in zip(bodies.items(), kept, strict=True)}
+
+
+def truncated(rom: ReducedModel, n_mode: int) -> ReducedModel:
+    """The reduced model with its lowest fixed-interface modes alone.
+
+    Raises
+    ------
+    RomError
+        It has not so many.
+    """
+    if not 0 <= n_mode <= len(rom.fixed_interface_frequency):
+        raise RomError(
+            f"{n_mode} modes were asked of a reduced model with {len(rom.fixed_interface_frequency)}: ask for fewer"
+        )
+    n = rom.n_boundary + n_mode
+    return replace(
+        rom,
+        mass=rom.mass[:n, :n],
+        damping=rom.damping[:n, :n],
+        stiffness=rom.stiffness[:n, :n],
+        fixed_interface_frequency=rom.fixed_interface_frequency[:n_mode],
+        recovery=rom.recovery[:, :n],
+    )
+
+
+def _reduced(body: str, system: LinearSystem, boundary: Mapping[str, Rows], n_mode: int) -> ReducedModel:
+    try:
+        return craig_bampton(system, boundary, n_mode, {"body": body})
+    except RomError as error:
+        raise RomError(f"{body}: {error}") from error

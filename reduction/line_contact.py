@@ -1,0 +1,165 @@
+"""The contact elements of two lines that lie on each other, station by station."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+
+from geometry.interface import ContactLine
+from reduction.errors import JointError
+from reduction.jointed_system import Friction, FrictionContact
+
+#: Rows over all coordinates: the normal (closing is positive), and the two tangents.
+Directions = Float[NDArray[np.float64], "station 3 r"]
+
+
+class Tangents(Enum):
+    """In which tangents a contact slides."""
+
+    ALONG = "along"
+    """Along the line, the plane of vibration; the second tangent is held by k_t."""
+    BOTH = "both"
+    """In both."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LineStiffness:
+    """Of one contact line, shared among its stations by the length that each stands for.
+
+    Parameters
+    ----------
+    normal, tangential
+        k_n and k_t of the whole line [N/m].
+
+    Raises
+    ------
+    JointError
+        One that is not positive.
+    """
+
+    normal: float
+    tangential: float
+
+    def __post_init__(self) -> None:
+        for name, value in (("normal", self.normal), ("tangential", self.tangential)):
+            if not (np.isfinite(value) and value > 0):
+                raise JointError(f"the {name} stiffness of a contact line is {value:g} N/m: give a positive number")
+
+
+def contact_directions(
+    n_dof: int,
+    line: ContactLine,
+    rows: Int[NDArray[np.int64], "station 3"],
+    other_rows: Int[NDArray[np.int64], "station 3"],
+) -> Directions:
+    """Relative displacements of two bodies at the stations of a line.
+
+    Parameters
+    ----------
+    n_dof
+        Coordinates of the whole model, r [-].
+    line
+        That of the first body: its normals point into the second one.
+    rows, other_rows
+        Coordinates of x, y, z at each station, of the first body and of the second [-].
+
+    Returns
+    -------
+    For each station the rows of the approach along the normal, and of the first body's motion against the second along
+    the two tangents, shape (n_station, 3, r) [-].
+    """
+    found = np.zeros((line.n_station, 3, n_dof))
+    frames = np.concatenate([line.normal[:, None, :], line.tangents], axis=1)
+    for station, frame in enumerate(frames):
+        found[station][:, rows[station]] += frame
+        found[station][:, other_rows[station]] -= frame
+    return np.asarray(found)
+
+
+def station_stiffness(line: ContactLine, stiffness: LineStiffness) -> Float[NDArray[np.float64], "station 2"]:
+    """k_n and k_t of each station: their shares of the line's by tributary length, shape (n_station, 2) [N/m]."""
+    share = line.tributary_length / line.tributary_length.sum()
+    return np.outer(share, [stiffness.normal, stiffness.tangential])
+
+
+def line_contacts(
+    name: str,
+    line: ContactLine,
+    directions: Directions,
+    stiffness: LineStiffness,
+    friction_coefficient: float,
+    *,
+    tangents: Tangents = Tangents.ALONG,
+    gaps: Sequence[float] | Float[NDArray[np.float64], " station"] | None = None,
+    friction: Friction = Friction.COULOMB,
+) -> list[FrictionContact]:
+    """Contact elements of a line, named "name.1" and so on along it.
+
+    With `Tangents.ALONG` the second tangent is no friction: `held_stiffness` adds its springs to the structure.
+
+    Parameters
+    ----------
+    name
+        Of the pair of bodies.
+    line
+        The line.
+    directions
+        From `contact_directions`.
+    stiffness
+        Of the line.
+    friction_coefficient
+        mu [-].
+    tangents
+        In which of them the stations slide.
+    gaps
+        Initial gap at each station [m]; none by default.
+    friction
+        How two tangents share the limit.
+
+    Raises
+    ------
+    JointError
+        Gaps that are not one a station.
+    """
+    opening = np.zeros(line.n_station) if gaps is None else np.asarray(gaps, dtype=np.float64)
+    if opening.shape != (line.n_station,):
+        raise JointError(
+            f'contact line "{name}" has {line.n_station} stations but gaps of shape {opening.shape}: give one a station'
+        )
+    sliding = slice(1, 2) if tangents is Tangents.ALONG else slice(1, 3)
+    return [
+        FrictionContact(
+            name=f"{name}.{station + 1}",
+            normal=rows[0],
+            tangents=rows[sliding],
+            normal_stiffness=float(k_n),
+            tangential_stiffness=float(k_t),
+            friction_coefficient=friction_coefficient,
+            gap=float(opening[station]),
+            friction=Friction.UNCOUPLED if tangents is Tangents.ALONG else friction,
+        )
+        for station, (rows, (k_n, k_t)) in enumerate(zip(directions, station_stiffness(line, stiffness), strict=True))
+    ]
+
+
+def held_stiffness(
+    line: ContactLine, directions: Directions, stiffness: LineStiffness
+) -> Float[NDArray[np.float64], "r r"]:
+    """Springs k_t of the second tangent, which `Tangents.ALONG` holds, shape (r, r) [N/m]."""
+    k_t = station_stiffness(line, stiffness)[:, 1]
+    across = directions[:, 2]
+    return np.asarray(across.T @ (k_t[:, None] * across))
+
+
+def stuck_stiffness(
+    line: ContactLine, directions: Directions, stiffness: LineStiffness
+) -> Float[NDArray[np.float64], "r r"]:
+    """All springs of a closed line that sticks: k_n, and k_t in both tangents, shape (r, r) [N/m]."""
+    k_n, k_t = station_stiffness(line, stiffness).T
+    found = directions[:, 0].T @ (k_n[:, None] * directions[:, 0])
+    for tangent in (1, 2):
+        found = found + directions[:, tangent].T @ (k_t[:, None] * directions[:, tangent])
+    return np.asarray(found)

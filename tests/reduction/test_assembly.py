@@ -1,0 +1,227 @@
+"""Bodies reduced by themselves and joined by springs, against one reduction-free model of the whole."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.linalg
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fe.assembly import assemble
+from fe.boundary import Support, supported_system
+from fe.element import HEX20
+from fe.hex_blocks import Block, Lattice, mesh_blocks
+from fe.material import Material
+from fe.mesh import Mesh
+from fe.system import LinearSystem
+from geometry.interface import ContactLine, straight_contact_line
+from reduction.assembly import ReducedAssembly, lowest_modes, reduce_bodies, truncated
+from reduction.errors import JointError, RomError
+from reduction.line_contact import (
+    LineStiffness,
+    Tangents,
+    contact_directions,
+    held_stiffness,
+    line_contacts,
+    station_stiffness,
+    stuck_stiffness,
+)
+
+STEEL = Material(young=210e9, poisson=0.3, density=7800)
+#: Beam below, block above it on its end, along which they touch: three stations at x = 60, 65, 70 mm, z = 10 mm.
+BEAM, BLOCK = ((0.0, 0.0, 0.0), (0.07, 0.01, 0.01)), ((0.06, 0.0, 0.01), (0.07, 0.01, 0.02))
+SPRINGS = LineStiffness(normal=8e6, tangential=5e6)
+
+
+def box(low: tuple[float, float, float], high: tuple[float, float, float], counts: tuple[int, int, int]) -> Mesh:
+    def shape(u: Lattice, v: Lattice, w: Lattice) -> tuple[Lattice, Lattice, Lattice]:
+        x, y, z = (a + (b - a) * s for a, b, s in zip(low, high, (u, v, w), strict=True))
+        return x, y, z
+
+    return mesh_blocks([Block(shape=shape, counts=counts, faces={"u0": "left"})], HEX20)
+
+
+def nearest(mesh: Mesh, points: NDArray[np.float64]) -> NDArray[np.int64]:
+    return np.array([int(np.argmin(np.linalg.norm(mesh.points - point, axis=1))) for point in points])
+
+
+@pytest.fixture(scope="module")
+def line() -> ContactLine:
+    """On the block: its normal points down into the beam."""
+    return straight_contact_line(
+        name="contact",
+        start=np.array([0.06, 0.005, 0.01]),
+        end=np.array([0.07, 0.005, 0.01]),
+        normal=np.array([0.0, 0.0, -1.0]),
+        across=np.array([0.0, 1.0, 0.0]),
+        n_station=3,
+    )
+
+
+class Whole:
+    """Both bodies in full, side by side."""
+
+    def __init__(self, line: ContactLine) -> None:
+        self.meshes = {"beam": box(*BEAM, (14, 2, 2)), "block": box(*BLOCK, (2, 2, 2))}
+        self.systems: dict[str, LinearSystem] = {}
+        self.boundary: dict[str, dict[str, NDArray[np.int64]]] = {}
+        for body, mesh in self.meshes.items():
+            mass, stiffness = assemble(mesh, STEEL)
+            if body == "beam":
+                system = supported_system(mesh, mass, stiffness, [Support(nodes=mesh.nodes("left"))])
+            else:
+                everything = np.arange(3 * mesh.n_node)
+                system = LinearSystem(
+                    mass=mass, damping=0 * mass, stiffness=stiffness, free=everything, n_node=mesh.n_node
+                )
+            self.systems[body] = system
+            self.boundary[body] = {"contact": system.rows(nearest(mesh, line.stations))}
+        # What lies on one straight line leaves a rotation about it: a third node holds the block while it is reduced.
+        top = nearest(self.meshes["block"], np.array([[0.06, 0.0, 0.02]]))
+        self.boundary["block"]["top"] = self.systems["block"].rows(top)
+        n = self.systems["beam"].n_dof
+        self.n_dof = n + self.systems["block"].n_dof
+        rows = self.boundary["block"]["contact"].reshape(-1, 3) + n, self.boundary["beam"]["contact"].reshape(-1, 3)
+        self.directions = contact_directions(self.n_dof, line, *rows)
+
+    def frequencies(self, springs: NDArray[np.float64], n_mode: int) -> NDArray[np.float64]:
+        """Dense eigenvalues of all [Hz]."""
+        mass = sp.block_diag([system.mass for system in self.systems.values()]).toarray()
+        stiffness = sp.block_diag([system.stiffness for system in self.systems.values()]).toarray() + springs
+        lambda_ = scipy.linalg.eigh(stiffness, mass, eigvals_only=True, subset_by_index=[0, n_mode - 1])
+        return np.asarray(np.sqrt(lambda_.clip(min=0)) / (2 * np.pi))
+
+
+@pytest.fixture(scope="module")
+def whole(line: ContactLine) -> Whole:
+    return Whole(line)
+
+
+@pytest.fixture(scope="module")
+def reduced(whole: Whole) -> ReducedAssembly:
+    return reduce_bodies(whole.systems, whole.boundary, 24)
+
+
+def directions_of(reduced: ReducedAssembly, line: ContactLine) -> NDArray[np.float64]:
+    rows = (reduced.rows(body, "contact").reshape(-1, 3) for body in ("block", "beam"))
+    return np.asarray(contact_directions(reduced.n_dof, line, *rows))
+
+
+def test_stuck_frequencies_are_those_of_the_whole(whole: Whole, reduced: ReducedAssembly, line: ContactLine) -> None:
+    # The block hangs on its springs alone: three stations in one line leave it a rotation about that line.
+    expected = whole.frequencies(stuck_stiffness(line, whole.directions, SPRINGS), 6)
+    springs = stuck_stiffness(line, directions_of(reduced, line), SPRINGS)
+    lambda_ = scipy.linalg.eigh(reduced.stiffness + springs, reduced.mass, eigvals_only=True)[:6]
+    found = np.sqrt(lambda_.clip(min=0)) / (2 * np.pi)
+    assert found[0] < 1  # round-off of a squared frequency that is zero, beside 1e10
+    # Above, and by the square of the ratio to the first mode that is left out.
+    assert (found[1:] > expected[1:] * (1 - 1e-9)).all()
+    np.testing.assert_allclose(found[1:], expected[1:], rtol=1e-4)
+
+
+def test_modes_are_the_lowest_of_all_bodies(whole: Whole, reduced: ReducedAssembly) -> None:
+    every = {body: reduce_bodies({body: system}, {body: whole.boundary[body]}, {body: 24})
+             for body, system in whole.systems.items()}  # fmt: skip
+    frequency = np.sort(np.concatenate([each.bodies[b].fixed_interface_frequency for b, each in every.items()]))
+    kept = np.concatenate([rom.fixed_interface_frequency for rom in reduced.bodies.values()])
+    np.testing.assert_allclose(np.sort(kept), frequency[:24], rtol=1e-9)
+    assert reduced.n_modal == 24
+    assert reduced.n_dof == 24 + 9 + 12
+    # The block is short and stiff: the beam has most of them, though not all.
+    n_beam = len(reduced.bodies["beam"].fixed_interface_frequency)
+    assert 12 < n_beam < 24
+
+
+def test_numbers_of_modes_may_be_given_for_each_body(whole: Whole) -> None:
+    made = reduce_bodies(whole.systems, whole.boundary, {"beam": 5, "block": 2})
+    assert {body: len(rom.fixed_interface_frequency) for body, rom in made.bodies.items()} == {"beam": 5, "block": 2}
+    with pytest.raises(RomError, match=r"numbers of modes are given for beam, but the bodies are beam, block"):
+        reduce_bodies(whole.systems, whole.boundary, {"beam": 5})
+
+
+def test_a_truncated_model_is_one_reduced_with_fewer_modes(whole: Whole) -> None:
+    few, many = (
+        reduce_bodies({"beam": whole.systems["beam"]}, {"beam": whole.boundary["beam"]}, {"beam": n}).bodies["beam"]
+        for n in (4, 9)
+    )
+    cut = truncated(many, 4)
+    np.testing.assert_allclose(cut.modes(4).frequency, few.modes(4).frequency, rtol=1e-10)
+    assert cut.recovery.shape == few.recovery.shape
+    with pytest.raises(RomError, match=r"10 modes were asked of a reduced model with 9"):
+        truncated(many, 10)
+    assert lowest_modes({"a": many, "b": many}, 3)["a"].n_dof in {many.n_boundary + 1, many.n_boundary + 2}
+
+
+def test_fields_of_all_bodies_come_back(whole: Whole, reduced: ReducedAssembly, line: ContactLine) -> None:
+    rng = np.random.default_rng(1)
+    q = rng.standard_normal(reduced.n_dof) + 1j * rng.standard_normal(reduced.n_dof)
+    fields = reduced.displacement(q)
+    for body, mesh in whole.meshes.items():
+        assert fields[body].shape == (mesh.n_node, 3)
+        nodes = nearest(mesh, line.stations)
+        np.testing.assert_allclose(fields[body][nodes].ravel(), q[reduced.rows(body, "contact")], rtol=1e-12)
+    with pytest.raises(RomError, match=r"its first axis must be the 45 coordinates"):
+        reduced.displacement(q[:-1])
+    with pytest.raises(RomError, match=r'has no body "blok": it has beam, block'):
+        reduced.rows("blok", "contact")
+
+
+def test_a_body_that_its_boundary_does_not_hold_is_named(whole: Whole) -> None:
+    boundary = {**whole.boundary, "block": {"contact": whole.boundary["block"]["contact"]}}
+    with pytest.raises(RomError, match=r"^block: the \d+ interior degrees of freedom can still move as a rigid body"):
+        reduce_bodies(whole.systems, boundary, 10)
+
+
+def test_stiffness_is_shared_by_length_and_adds_up(line: ContactLine) -> None:
+    shares = station_stiffness(line, SPRINGS)
+    np.testing.assert_allclose(shares.sum(axis=0), [8e6, 5e6], rtol=1e-14)
+    np.testing.assert_allclose(shares[:, 0], [2e6, 4e6, 2e6], rtol=1e-14)
+    with pytest.raises(JointError, match=r"the normal stiffness of a contact line is -1 N/m: give a positive number"):
+        LineStiffness(normal=-1.0, tangential=1.0)
+
+
+def test_rigid_approach_and_sliding_read_as_such(whole: Whole, line: ContactLine) -> None:
+    block = np.zeros(whole.n_dof)
+    start = whole.systems["beam"].n_dof
+    block[start + 2 :: 3] = -1e-6  # the block comes down by 1 um
+    np.testing.assert_allclose(whole.directions[:, 0] @ block, 1e-6, rtol=1e-12)
+    np.testing.assert_allclose(whole.directions[:, 1:] @ block, 0, atol=1e-20)
+    block[:] = 0
+    block[start::3] = 2e-6
+    np.testing.assert_allclose(whole.directions[:, 1] @ block, 2e-6, rtol=1e-12)
+    np.testing.assert_allclose(whole.directions[:, 2] @ block, 0, atol=1e-20)
+
+
+def test_contacts_and_held_tangents_make_up_what_sticks(whole: Whole, line: ContactLine) -> None:
+    stuck = stuck_stiffness(line, whole.directions, SPRINGS)
+    for tangents in Tangents:
+        contacts = line_contacts("pair", line, whole.directions, SPRINGS, 0.6, tangents=tangents)
+        assert [contact.name for contact in contacts] == ["pair.1", "pair.2", "pair.3"]
+        total = np.zeros_like(stuck)
+        for contact in contacts:
+            total += contact.normal_stiffness * np.outer(contact.normal, contact.normal)
+            total += contact.tangential_stiffness * contact.tangents.T @ contact.tangents
+        if tangents is Tangents.ALONG:
+            assert contacts[0].tangents.shape[0] == 1
+            total += held_stiffness(line, whole.directions, SPRINGS)
+        np.testing.assert_allclose(total, stuck, atol=1e-9 * np.abs(stuck).max())
+
+
+def test_gaps_are_one_a_station(whole: Whole, line: ContactLine) -> None:
+    contacts = line_contacts("pair", line, whole.directions, SPRINGS, 0.6, gaps=[0.0, 1e-6, 2e-6])
+    assert [contact.gap for contact in contacts] == [0.0, 1e-6, 2e-6]
+    with pytest.raises(JointError, match=r'"pair" has 3 stations but gaps of shape \(2,\): give one a station'):
+        line_contacts("pair", line, whole.directions, SPRINGS, 0.6, gaps=[0.0, 1.0])
+
+
+def test_an_assembly_needs_a_body() -> None:
+    with pytest.raises(RomError, match="an assembly without bodies is empty"):
+        ReducedAssembly(bodies={})
+
+
+def test_damping_comes_along(whole: Whole) -> None:
+    beam = whole.systems["beam"]
+    damped = replace(beam, damping=sp.csr_array(2.0 * beam.mass))
+    made = reduce_bodies({"beam": damped}, {"beam": whole.boundary["beam"]}, 3)
+    np.testing.assert_allclose(made.damping, 2.0 * made.mass, atol=1e-9 * np.abs(made.mass).max())
