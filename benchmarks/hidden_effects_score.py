@@ -54,6 +54,23 @@ def wilson(count: int, of: int) -> tuple[float, float]:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Floor:
+    """What the right model leaves on held-out data, seen where nothing is planted.
+
+    Parameters
+    ----------
+    factor
+        Median of the held-out error beside what the covariance leads to expect [-]: fits and the set-up of the held-out
+        repeats take up a part of what the covariance holds possible.
+    chi2
+        Mean of the held-out chi^2 a number [-].
+    """
+
+    factor: float
+    chi2: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class Excess:
     """Held-out error above the floor, after beside before what the verdict names was added.
 
@@ -67,6 +84,8 @@ class Excess:
         Ratio among the seen [-].
     together
         Ratio of the means over all campaigns [-].
+    weighed
+        The same of chi^2 a number, which weighs each number by what noise and friction histories do to it [-].
     """
 
     of: int
@@ -74,6 +93,7 @@ class Excess:
     halved: int
     median: float
     together: float
+    weighed: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -140,9 +160,12 @@ def score(records: Sequence[Record], groups: Groups) -> Score:
     """
     nothing = of_rows(records, [NOTHING])
     factor = _median(record.held_error / record.floor for record in nothing if record.floor > 0)
-    known = factor if math.isfinite(factor) else 1.0
-    planted = {row: row_score(of_rows(records, [row]), groups, known) for row in PLANTED}
-    planted[POOLED] = row_score(of_rows(records, PLANTED), groups, known)
+    floor = Floor(
+        factor=factor if math.isfinite(factor) else 1.0,
+        chi2=float(np.mean([record.held_chi2 for record in nothing])) if nothing else math.nan,
+    )
+    planted = {row: row_score(of_rows(records, [row]), groups, floor) for row in PLANTED}
+    planted[POOLED] = row_score(of_rows(records, PLANTED), groups, floor)
     excluded = {row: excluded_score(of_rows(records, [row])) for row in EXCLUDED}
     excluded[POOLED] = excluded_score(of_rows(records, EXCLUDED))
     cost = [record.make_seconds + record.diagnose_seconds for record in records]
@@ -159,8 +182,8 @@ def score(records: Sequence[Record], groups: Groups) -> Score:
     )
 
 
-def row_score(records: Sequence[Record], groups: Groups, floor_factor: float = 1.0) -> RowScore:
-    """Of campaigns with a planted effect that the catalogue has; the factor as for `excess`."""
+def row_score(records: Sequence[Record], groups: Groups, floor: Floor) -> RowScore:
+    """Of campaigns with a planted effect that the catalogue has."""
     alone = [record for record in records if not groups.of(record.planted.effect)]
     found = [record for record in records if _first(record) == record.planted.effect]
     sharp = [record for record in found if _spread(record.ranking[0]) <= SHARP]
@@ -171,7 +194,7 @@ def row_score(records: Sequence[Record], groups: Groups, floor_factor: float = 1
         wrong=_share(records, lambda record: bool(record.named) and not _named_right(record, groups)),
         strength=_share(sharp, lambda record: abs(_strength_error(record)) <= STRENGTH_ERROR),
         covered=_share(found, _covered),
-        excess=excess(records, floor_factor),
+        excess=excess(records, floor),
     )
 
 
@@ -185,27 +208,21 @@ def excluded_score(records: Sequence[Record]) -> ExcludedScore:
     )
 
 
-def excess(records: Iterable[Record], floor_factor: float = 1.0) -> Excess:
-    """Held-out error above the floor with the first effect that the verdict names; nothing named, nothing gained.
-
-    Parameters
-    ----------
-    records
-        Campaigns.
-    floor_factor
-        Held-out error of the right model beside the floor that its covariance leads to expect [-]: fits and the
-        set-up of the held-out repeats take up a part of what the covariance holds possible.
-    """
+def excess(records: Iterable[Record], floor: Floor) -> Excess:
+    """Held-out error above the floor with the first effect that the verdict names; nothing named, nothing gained."""
     known = [record for record in records if record.finding != FAILED and math.isfinite(record.floor)]
-    before = [record.held_error - floor_factor * record.floor for record in known]
-    after = [_held_error_after(record) - floor_factor * record.floor for record in known]
+    before = [record.held_error - floor.factor * record.floor for record in known]
+    after = [_held_after(record).held_error - floor.factor * record.floor for record in known]
     ratios = [max(late, 0.0) / early for early, late in zip(before, after, strict=True) if early > 0]
+    chi2_before = [record.held_chi2 - floor.chi2 for record in known]
+    chi2_after = [_held_after(record).held_chi2 - floor.chi2 for record in known]
     return Excess(
         of=len(known),
         seen=len(ratios),
         halved=sum(ratio <= 0.5 for ratio in ratios),
         median=_median(ratios),
-        together=sum(after) / sum(before) if before and sum(before) > 0 else math.nan,
+        together=_ratio(after, before),
+        weighed=_ratio(chi2_after, chi2_before),
     )
 
 
@@ -242,8 +259,13 @@ def _covered(record: Record) -> bool:
     return abs(found.strength - record.planted.value) <= QUANTILE * found.deviation
 
 
-def _held_error_after(record: Record) -> float:
-    return record.named[0].held_error if record.named else record.held_error
+def _held_after(record: Record) -> Fitted | Record:
+    return record.named[0] if record.named else record
+
+
+def _ratio(after: Sequence[float], before: Sequence[float]) -> float:
+    """Of the sums, where the first one is any."""
+    return sum(after) / sum(before) if sum(before) > 0 else math.nan
 
 
 def _share(records: Sequence[Record], holds: Callable[[Record], bool]) -> Share:

@@ -63,14 +63,16 @@ def _planted(score: Score) -> str:
 def _strengths(score: Score) -> str:
     lines = [
         "| planted | strength within 15 %, of those with a predicted deviation to 5 % | true strength in the interval "
-        "told | excess held-out error, after / before: median | at most half | of all together |",
-        "|---|---|---|---|---|---|",
+        "told | excess held-out error, after / before: median | at most half | of all together | excess held-out "
+        "chi^2, of all together |",
+        "|---|---|---|---|---|---|---|",
     ]
     for row in (*PLANTED, POOLED):
         of, excess = score.planted[row], score.planted[row].excess
         lines.append(
             f"| {WORDS[row]} | {told(of.strength)} | {told(of.covered)} | {_number(excess.median)} | "
-            f"{told(Share(count=excess.halved, of=excess.seen))} | {_number(excess.together)} |"
+            f"{told(Share(count=excess.halved, of=excess.seen))} | {_number(excess.together)} | "
+            f"{_number(excess.weighed)} |"
         )
     return "\n".join(lines)
 

@@ -154,6 +154,18 @@ def test_the_excess_falls_by_what_is_named_alone() -> None:
     assert excess.together == pytest.approx((0.2 + 0.2 + 1.0) / 3)
 
 
+def test_the_excess_of_chi2_stands_above_campaigns_without_any_effect() -> None:
+    mass = [record for record in RECORDS if record.row == "mass"]
+    nothing = [replace(each, held_chi2=chi2) for each, chi2 in zip(
+        [each for each in RECORDS if each.row == "nothing"][:1] * 2, (0.7, 0.9), strict=True)]  # fmt: skip
+    named = [
+        replace(each, held_chi2=1.2, named=tuple(replace(one, held_chi2=0.9) for one in each.named)) for each in mass
+    ]
+    # Above 0.8: 0.4 three times before; after, 0.1 where something is named, and 0.4 where nothing is.
+    expected = sum(0.1 if each.named else 0.4 for each in named) / 1.2
+    assert score([*named, *nothing], GROUPS).planted["mass"].excess.weighed == pytest.approx(expected)
+
+
 def test_the_floor_is_where_campaigns_without_any_effect_are() -> None:
     nothing = [replace(each, held_error=0.011) for each in RECORDS if each.row == "nothing"]
     scored = score([*RECORDS[:3], *nothing], GROUPS)

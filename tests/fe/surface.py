@@ -1,5 +1,7 @@
 """The surface of a mesh, found from its cells alone: faces that belong to one cell, and their areas."""
 
+from collections import Counter
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -36,3 +38,16 @@ def area_vectors(of: Mesh, faces: NDArray[np.int64]) -> tuple[NDArray[np.float64
         vectors[here] = np.einsum("eqi,q->ei", normal, weights)
         areas[here] = np.linalg.norm(normal, axis=2) @ weights
     return vectors, areas
+
+
+def check_closed(cells: Mesh) -> None:
+    """Every edge of the surface is run through once in each direction, and the surface looks nowhere in sum."""
+    faces = boundary(cells)
+    vectors, areas = area_vectors(cells, faces)
+    np.testing.assert_allclose(vectors.sum(axis=0), 0, atol=1e-14 * areas.sum())
+    ((cell_type, nodes),) = cells.cells.items()
+    edges: Counter[tuple[int, int]] = Counter()
+    for cell, local in faces:
+        corners = nodes[cell][list(ELEMENTS[cell_type].faces[local][:4])]
+        edges.update((int(corners[k]), int(corners[(k + 1) % 4])) for k in range(4))
+    assert all(edges[b, a] == times for (a, b), times in edges.items())

@@ -1,6 +1,5 @@
 """The rig's blade as cells: closed, conforming, of the right volume and areas, with contact where the CAD has it."""
 
-from collections import Counter
 from math import pi
 
 import numpy as np
@@ -10,14 +9,14 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from fe.blade_mesher import PadMesh, mesh_blade
-from fe.element import ELEMENTS, HEX8, HEX20, Element
+from fe.element import HEX8, HEX20, Element
 from fe.errors import MeshError
 from fe.mesh import Mesh
 from fe.mesh_quality import cell_quality
 from fe.mesh_rule import MeshRule
 from geometry.blade import Blade, contact_lines
 from geometry.errors import GeometryError
-from tests.fe.surface import area_vectors, boundary
+from tests.fe.surface import area_vectors, boundary, check_closed
 
 
 def rule(element: Element = HEX20, n: int = 1, ratio: float = 2.4, cap: float = 0.02) -> MeshRule:
@@ -110,16 +109,7 @@ def test_faces_have_their_names_and_areas(element: Element) -> None:
 
 
 def test_the_surface_is_closed_and_without_holes(element: Element) -> None:
-    cells = mesh(element)
-    faces = boundary(cells)
-    vectors, areas = area_vectors(cells, faces)
-    np.testing.assert_allclose(vectors.sum(axis=0), 0, atol=1e-14 * areas.sum())
-    ((cell_type, nodes),) = cells.cells.items()
-    edges: Counter[tuple[int, int]] = Counter()
-    for cell, local in faces:
-        corners = nodes[cell][list(ELEMENTS[cell_type].faces[local][:4])]
-        edges.update((int(corners[k]), int(corners[(k + 1) % 4])) for k in range(4))
-    assert all(edges[b, a] == times for (a, b), times in edges.items())
+    check_closed(mesh(element))
 
 
 def test_cells_keep_their_shape(element: Element) -> None:

@@ -1,6 +1,5 @@
 """Damper, de-coupler and rig as cells: closed, conforming, of the right volume, and mating at the stations."""
 
-from collections import Counter
 from dataclasses import replace
 from math import acos, radians, sqrt
 
@@ -21,7 +20,7 @@ from geometry.damper import Damper
 from geometry.decoupler import Decoupler, outline
 from geometry.errors import GeometryError
 from geometry.rig import Rig, mating_pairs, named_points, placements
-from tests.fe.surface import area_vectors, boundary
+from tests.fe.surface import area_vectors, boundary, check_closed
 
 # Of a damper's section 16 parabolas miss 5e-5 and 16 chords 2.6 %; of a de-coupler's groove 4 parabolas miss 2e-4 and
 # 4 chords 7 %, and the groove is a seventieth of its volume.
@@ -41,19 +40,6 @@ def volume(decoupler: Decoupler) -> float:
         return decoupler.width * (decoupler.top - lip) - r * r * acos(lip / r) + lip * sqrt(r * r - lip * lip)
 
     return float(area * decoupler.width + quad(section, 0.0, decoupler.plate_front)[0])
-
-
-def check_closed(cells: Mesh) -> None:
-    """Every edge of the surface is run through once in each direction, and the surface looks nowhere in sum."""
-    faces = boundary(cells)
-    vectors, areas = area_vectors(cells, faces)
-    np.testing.assert_allclose(vectors.sum(axis=0), 0, atol=1e-14 * areas.sum())
-    ((cell_type, nodes),) = cells.cells.items()
-    edges: Counter[tuple[int, int]] = Counter()
-    for cell, local in faces:
-        corners = nodes[cell][list(ELEMENTS[cell_type].faces[local][:4])]
-        edges.update((int(corners[k]), int(corners[(k + 1) % 4])) for k in range(4))
-    assert all(edges[b, a] == times for (a, b), times in edges.items())
 
 
 @pytest.fixture(scope="module")
