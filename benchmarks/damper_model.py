@@ -11,6 +11,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from reduction.jointed_system import FrictionContact, JointedSystem
+from reduction.stuck import stuck_stiffness
 
 YOUNG, DENSITY = 2.1e11, 7800.0
 BLADE_LENGTH, BLADE_SECTION, BLADE_ELEMENTS = 0.35, (0.018, 0.04), 20
@@ -117,14 +118,6 @@ def damper_system(force: float) -> JointedSystem:
 
 #: The tip's deflection, among the degrees of freedom that are not held.
 TIP = 2 * BLADE_ELEMENTS - 2
-
-
-def stuck_stiffness(stiffness: Matrix, contacts: list[FrictionContact]) -> Matrix:
-    stuck = stiffness.copy()
-    for contact in contacts:
-        stuck += contact.normal_stiffness * np.outer(contact.normal, contact.normal)
-        stuck += contact.tangential_stiffness * contact.tangents.T @ contact.tangents
-    return stuck
 
 
 def stuck_frequencies(mass: Matrix, stiffness: Matrix, contacts: list[FrictionContact]) -> Matrix:

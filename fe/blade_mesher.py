@@ -6,12 +6,13 @@ from itertools import product
 
 import numpy as np
 
+from fe.body_mesher import mesh_body
+from fe.cell_counts import check_counts
 from fe.errors import MeshError
 from fe.groove_plan import PAD_COLUMNS, GroovePlan
-from fe.hex_blocks import Block, Lattice, mesh_blocks, subdivide
+from fe.hex_blocks import Block, Lattice
 from fe.mesh import Mesh
 from fe.mesh_rule import SMALLEST_STEP, MeshRule, count
-from fe.node_sets import with_named_points, with_stations
 from geometry.blade import Blade, contact_lines, named_points
 
 #: Columns of blocks across the chord, from leading to trailing edge; the inner three carry the pads.
@@ -44,14 +45,13 @@ class PadMesh:
     band_height: float = 0.006
 
     def __post_init__(self) -> None:
-        for name in ("along_contact", "across_groove", "across_lip", "above_groove", "band"):
-            if getattr(self, name) < 1:
-                raise MeshError(f"pads: {name} = {getattr(self, name)} elements: give at least 1")
-        if self.across_groove % 2:
-            raise MeshError(
-                f"pads: across_groove = {self.across_groove} elements: give an even number, so that the contact line "
-                "on the groove's crest runs along nodes"
-            )
+        counts = {name: value for name, value in vars(self).items() if name != "band_height"}
+        check_counts(
+            "pads",
+            counts,
+            even=("across_groove",),
+            why_even="so that the contact line on the groove's crest runs along nodes",
+        )
 
 
 def mesh_blade(blade: Blade, rule: MeshRule, pads: PadMesh | None = None) -> Mesh:
@@ -85,10 +85,13 @@ def mesh_blade(blade: Blade, rule: MeshRule, pads: PadMesh | None = None) -> Mes
         )
     layout = _Layout(blade, rule, pads or PadMesh())
     blocks = [*layout.planform(), *layout.root_layers(), *layout.pads()]
-    mesh = mesh_blocks(subdivide(blocks, rule.subdivisions), rule.element)
-    mesh = with_named_points(mesh, named_points(blade))
-    lines = contact_lines(blade)
-    return with_stations(mesh, {name: line.stations for name, line in lines.items()})
+    return mesh_body(
+        blocks,
+        rule.element,
+        points=named_points(blade),
+        lines=contact_lines(blade),
+        subdivisions=rule.subdivisions,
+    )
 
 
 PlanMap = Callable[[Lattice, Lattice], tuple[Lattice, Lattice]]

@@ -6,12 +6,11 @@ from math import pi
 
 import numpy as np
 
+from fe.body_mesher import mesh_body
+from fe.cell_counts import check_counts
 from fe.element import Element
-from fe.errors import MeshError
-from fe.hex_blocks import Block, Lattice, mesh_blocks, subdivide
+from fe.hex_blocks import Block, Lattice
 from fe.mesh import Mesh
-from fe.node_sets import with_named_points, with_stations
-from fe.placed_blocks import placed
 from geometry.damper import Damper, contact_lines, named_points
 from geometry.placement import Placement
 
@@ -41,15 +40,12 @@ class DamperMesh:
     across: int = 2
 
     def __post_init__(self) -> None:
-        for name in ("along_contact", "along_cylinder", "around_quarter", "across"):
-            if getattr(self, name) < 1:
-                raise MeshError(f"dampers: {name} = {getattr(self, name)} elements: give at least 1")
-        for name in ("along_cylinder", "around_quarter"):
-            if getattr(self, name) % 2:
-                raise MeshError(
-                    f"dampers: {name} = {getattr(self, name)} elements: give an even number, so that nodes lie where "
-                    "the damper is touched and loaded"
-                )
+        check_counts(
+            "dampers",
+            vars(self),
+            even=("along_cylinder", "around_quarter"),
+            why_even="so that nodes lie where the damper is touched and loaded",
+        )
 
 
 def mesh_damper(
@@ -85,12 +81,14 @@ def mesh_damper(
     MeshError
         The contact stations are not on corner nodes.
     """
-    place, cells = placement or Placement(), cells or DamperMesh()
-    blocks = placed(subdivide([*_blocks(damper, cells)], subdivisions), place)
-    mesh = with_named_points(
-        mesh_blocks(blocks, element), {name: place.points(point) for name, point in named_points(damper).items()}
+    return mesh_body(
+        _blocks(damper, cells or DamperMesh()),
+        element,
+        points=named_points(damper),
+        lines=contact_lines(damper),
+        placement=placement,
+        subdivisions=subdivisions,
     )
-    return with_stations(mesh, {name: place.points(line.stations) for name, line in contact_lines(damper).items()})
 
 
 def _blocks(damper: Damper, cells: DamperMesh) -> list[Block]:

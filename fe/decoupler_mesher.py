@@ -6,14 +6,14 @@ from itertools import pairwise
 
 import numpy as np
 
+from fe.body_mesher import mesh_body
+from fe.cell_counts import check_counts
 from fe.element import Element
 from fe.errors import MeshError
 from fe.groove_plan import PAD_COLUMNS, GroovePlan
-from fe.hex_blocks import Block, Lattice, Map, mesh_blocks, subdivide
+from fe.hex_blocks import Block, Lattice, Map
 from fe.mesh import Mesh
 from fe.mesh_rule import SMALLEST_STEP
-from fe.node_sets import with_named_points, with_stations
-from fe.placed_blocks import placed
 from geometry.decoupler import Decoupler, arm, contact_lines, named_points
 from geometry.placement import Placement
 
@@ -54,15 +54,12 @@ class DecouplerMesh:
     along_cell: int = 6
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if value < 1:
-                raise MeshError(f"de-couplers: {name} = {value} elements: give at least 1")
-        for name in ("across_groove", "across_neck"):
-            if getattr(self, name) % 2:
-                raise MeshError(
-                    f"de-couplers: {name} = {getattr(self, name)} elements: give an even number, so that nodes lie on "
-                    "the contact line and in the middle of the load cells"
-                )
+        check_counts(
+            "de-couplers",
+            vars(self),
+            even=("across_groove", "across_neck"),
+            why_even="so that nodes lie on the contact line and in the middle of the load cells",
+        )
         if self.below_groove >= 2 * self.across_arm:
             raise MeshError(
                 f"de-couplers: below_groove = {self.below_groove} elements leave none above the groove: the plate has "
@@ -107,12 +104,15 @@ def mesh_decoupler(
     MeshError
         The contact stations are not on corner nodes.
     """
-    place = placement or Placement()
     layout = _Layout(decoupler, cells or DecouplerMesh())
-    blocks = [*layout.pad(), *layout.plate(), *layout.arms()]
-    mesh = mesh_blocks(placed(subdivide(blocks, subdivisions), place), element)
-    mesh = with_named_points(mesh, {"laser": place.points(named_points(decoupler)["laser"])})
-    return with_stations(mesh, {name: place.points(line.stations) for name, line in contact_lines(decoupler).items()})
+    return mesh_body(
+        [*layout.pad(), *layout.plate(), *layout.arms()],
+        element,
+        points={"laser": named_points(decoupler)["laser"]},
+        lines=contact_lines(decoupler),
+        placement=placement,
+        subdivisions=subdivisions,
+    )
 
 
 class _Layout:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe.hex_blocks import Lattice
+from geometry.groove import half_mouth
 
 PAD_COLUMNS = ("lip_left", "groove", "lip_right")
 
@@ -46,7 +47,7 @@ class GroovePlan:
     def line(self, column: str, u: Lattice, radius: Lattice) -> tuple[Lattice, Lattice]:
         """x, z of the pad's lower edge: lip, arc of the groove, lip."""
         half = self.half_width
-        lip = np.sqrt(radius**2 - self.lip_above_axis**2)
+        lip = half_mouth(radius, self.lip_above_axis)
         if column == "groove":
             angle = (2 * u - 1) * np.arcsin(lip / radius)
             return radius * np.sin(angle), self.axis + radius * np.cos(angle)

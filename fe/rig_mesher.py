@@ -11,6 +11,7 @@ from fe.errors import MeshError
 from fe.mesh import Mesh
 from fe.mesh_rule import MeshRule
 from fe.node_sets import with_named_points
+from geometry.groove import half_mouth
 from geometry.rig import Rig, named_points, placements
 
 #: Of the blade outside its pads, where it is slender: length of an element over its thickness, and at most so long [m].
@@ -63,9 +64,9 @@ def rig_mesh(rig: Rig, element: Element, size: float, subdivisions: int = 1) -> 
         return multiple * max(1, round(length / (multiple * size)))
 
     blade, damper, decoupler = rig.blade, rig.damper, rig.decoupler
-    half_mouth = (blade.narrow_groove_radius**2 - blade.lip_above_axis**2) ** 0.5
-    across_groove = near(2 * blade.narrow_groove_radius * asin(half_mouth / blade.narrow_groove_radius), 2)
-    across_lip = near(blade.flat_width / 2 - half_mouth)
+    mouth = float(half_mouth(blade.narrow_groove_radius, blade.lip_above_axis))
+    across_groove = near(2 * blade.narrow_groove_radius * asin(mouth / blade.narrow_groove_radius), 2)
+    across_lip = near(blade.flat_width / 2 - mouth)
     along_contact = near(damper.contact_length, INTERVALS)
     return RigMesh(
         blade=MeshRule(

@@ -17,6 +17,7 @@ from geometry.dimension import (
     raise_geometry_error,
     range_problems,
 )
+from geometry.groove import groove_problems
 from geometry.interface import N_STATION, ContactLine, straight_contact_line
 from geometry.part import Part
 
@@ -235,16 +236,15 @@ def _pad_problems(blade: Blade) -> Iterator[str]:
             f"{height} puts the upper face of the pads at {high}, not below the tip at length = "
             f"{in_millimetres(blade.length)} (lower it)"
         )
-    if blade.lip_above_axis > blade.narrow_groove_radius - SMALLEST:
-        yield (
-            f"lip_above_axis = {in_millimetres(blade.lip_above_axis)} closes the groove, whose radius is "
-            f"{in_millimetres(blade.narrow_groove_radius)} at the blade's face (lower it or raise groove_radius)"
-        )
-    elif (mouth := sqrt(blade.wide_groove_radius**2 - blade.lip_above_axis**2)) > blade.flat_width / 2 - SMALLEST:
-        yield (
-            f"flat_width = {in_millimetres(blade.flat_width)} lets the groove, {in_millimetres(2 * mouth)} wide at its "
-            "mouth, break through the sides of the pads (widen it or lower groove_radius)"
-        )
+    yield from groove_problems(
+        lip_above_axis=blade.lip_above_axis,
+        narrow_radius=blade.narrow_groove_radius,
+        wide_radius=blade.wide_groove_radius,
+        width=blade.flat_width,
+        width_name="flat_width",
+        narrow_at="the blade's face",
+        sides="the sides of the pads",
+    )
     if blade.excitation_height > blade.pad_bottom - SMALLEST:
         yield (
             f"excitation_height = {in_millimetres(blade.excitation_height)} is not below the pads, which start at "

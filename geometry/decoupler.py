@@ -16,6 +16,7 @@ from geometry.dimension import (
     raise_geometry_error,
     range_problems,
 )
+from geometry.groove import groove_problems
 from geometry.interface import N_STATION, ContactLine, straight_contact_line
 from geometry.part import Part, Point
 
@@ -315,17 +316,15 @@ def decoupler_part(decoupler: Decoupler) -> Part:
 
 def _shape_problems(decoupler: Decoupler) -> Iterator[str]:
     """What keeps groove, plate and arms from being one body, when each dimension is sound by itself."""
-    lip, wide = decoupler.lip_above_axis, decoupler.wide_groove_radius
-    if lip > decoupler.narrow_groove_radius - SMALLEST:
-        yield (
-            f"lip_above_axis = {in_millimetres(lip)} closes the groove, whose radius is "
-            f"{in_millimetres(decoupler.narrow_groove_radius)} at the plate (lower it or raise groove_radius)"
-        )
-    elif (mouth := sqrt(wide**2 - lip**2)) > decoupler.width / 2 - SMALLEST:
-        yield (
-            f"width = {in_millimetres(decoupler.width)} lets the groove, {in_millimetres(2 * mouth)} wide at its "
-            "mouth, break through the sides of the pad (widen it or lower groove_radius)"
-        )
+    yield from groove_problems(
+        lip_above_axis=decoupler.lip_above_axis,
+        narrow_radius=decoupler.narrow_groove_radius,
+        wide_radius=decoupler.wide_groove_radius,
+        width=decoupler.width,
+        width_name="width",
+        narrow_at="the plate",
+        sides="the sides of the pad",
+    )
     if decoupler.arm_thickness * cos(decoupler.arm_angle) < decoupler.half_height + SMALLEST:
         yield (
             f"arm_thickness = {in_millimetres(decoupler.arm_thickness)} leaves a gap between the arms at the plate, "

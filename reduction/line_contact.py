@@ -152,14 +152,3 @@ def held_stiffness(
     k_t = station_stiffness(line, stiffness)[:, 1]
     across = directions[:, 2]
     return np.asarray(across.T @ (k_t[:, None] * across))
-
-
-def stuck_stiffness(
-    line: ContactLine, directions: Directions, stiffness: LineStiffness
-) -> Float[NDArray[np.float64], "r r"]:
-    """All springs of a closed line that sticks: k_n, and k_t in both tangents, shape (r, r) [N/m]."""
-    k_n, k_t = station_stiffness(line, stiffness).T
-    found = directions[:, 0].T @ (k_n[:, None] * directions[:, 0])
-    for tangent in (1, 2):
-        found = found + directions[:, tangent].T @ (k_t[:, None] * directions[:, tangent])
-    return np.asarray(found)

@@ -11,7 +11,7 @@ from correlation.model_suspicion import conjugate_tests, suspicions_against, swa
 from correlation.prediction import Points, Prediction, Predictor
 from correlation.test_model import TestModel
 from fe.dense_modes import dense_modes
-from study.stuck_contacts import stuck_stiffness
+from study.stuck_contacts import stuck_at_rest
 
 #: Resonances that a test may be meant to show, of the stuck and of the free structure.
 N_MODE = 3
@@ -54,7 +54,7 @@ def model_frequencies(model: TestModel) -> Float[NDArray[np.float64], " m"]:
     found = []
     for each in (model, model.free()):
         system = each.system
-        modes = dense_modes(system.mass, stuck_stiffness(system.stiffness, system.joints))
+        modes = dense_modes(system.mass, stuck_at_rest(system.stiffness, system.joints))
         frequency = np.sqrt(np.maximum(modes.lambda_, 0.0)) / (2 * np.pi)
         found.append(frequency[frequency > 0][:N_MODE])
     return np.concatenate(found)

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from fe.damping import rayleigh_damping
 from fe.dense_modes import dense_modes
 from reduction.errors import JointError
-from reduction.jointed_system import FrictionContact, JenkinsElement, Joint
+from reduction.jointed_system import FrictionContact, Joint
 from reduction.matrix_io import StructureMatrices
+from reduction.stuck import stuck_stiffness
 from study.solve_case import DampingTable
 
 Matrix = Float[NDArray[np.float64], "r r"]
@@ -29,7 +30,7 @@ def stuck_damping(table: DampingTable, structure: StructureMatrices, joints: Seq
             f"ratio = {table.ratio:g} meets a file that holds damping of its own: add replace = true to put it in its "
             "place, or remove [damping]"
         )
-    stuck = stuck_stiffness(structure.stiffness, joints)
+    stuck = stuck_at_rest(structure.stiffness, joints)
     modes = dense_modes(structure.mass, stuck)
     first = int(np.argmax(1 - modes.shift * modes.mu > RIGID))
     omega = float(np.sqrt(modes.lambda_[first]))
@@ -45,13 +46,10 @@ def stuck_damping(table: DampingTable, structure: StructureMatrices, joints: Seq
     )
 
 
-def stuck_stiffness(stiffness: Matrix, joints: Sequence[Joint]) -> Matrix:
+def stuck_at_rest(stiffness: Matrix, joints: Sequence[Joint]) -> Matrix:
     """Stiffness of the structure with the springs of all sliders and of the contacts that are closed at rest [N/m]."""
-    stuck = np.array(stiffness)
-    for joint in joints:
-        if isinstance(joint, JenkinsElement):
-            stuck += joint.tangential_stiffness * np.outer(joint.direction, joint.direction)
-        elif isinstance(joint, FrictionContact) and joint.preload - joint.normal_stiffness * joint.gap > 0:
-            stuck += joint.normal_stiffness * np.outer(joint.normal, joint.normal)
-            stuck += joint.tangential_stiffness * joint.tangents.T @ joint.tangents
-    return stuck
+    return stuck_stiffness(stiffness, [joint for joint in joints if not _is_open(joint)])
+
+
+def _is_open(joint: Joint) -> bool:
+    return isinstance(joint, FrictionContact) and joint.preload - joint.normal_stiffness * joint.gap <= 0

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, eigh
 
 from diagnosis.effect.candidate import EffectError
-from reduction.jointed_system import FrictionContact, JenkinsElement, JointedSystem
+from reduction.jointed_system import JointedSystem
+from reduction.stuck import stuck_stiffness
 
 Row = Float[NDArray[np.float64], " r"]
 Rows = Float[NDArray[np.float64], "t r"]
@@ -120,7 +121,7 @@ class Resonance:
 def resonance(system: JointedSystem, level: float) -> Resonance | None:
     """None of a structure that is not held."""
     try:
-        squared, mode_shapes = eigh(stuck_stiffness(system), system.mass)
+        squared, mode_shapes = eigh(stuck_stiffness(system.stiffness, system.joints), system.mass)
     except LinAlgError as error:
         raise EffectError("the mass matrix is not positive definite: give that of a vibrating structure") from error
     if not squared[0] > ROUNDING * squared[-1]:
@@ -133,15 +134,3 @@ def resonance(system: JointedSystem, level: float) -> Resonance | None:
         number=int(np.argmax(driven >= DRIVEN * driven.max())),
         level=level,
     )
-
-
-def stuck_stiffness(system: JointedSystem) -> Matrix:
-    """Stiffness with all contacts closed and stuck, shape (r, r) [N/m]."""
-    total = np.array(system.stiffness)
-    for joint in system.joints:
-        if isinstance(joint, FrictionContact):
-            total += joint.tangential_stiffness * joint.tangents.T @ joint.tangents
-            total += joint.normal_stiffness * np.outer(joint.normal, joint.normal)
-        elif isinstance(joint, JenkinsElement):
-            total += joint.tangential_stiffness * np.outer(joint.direction, joint.direction)
-    return total

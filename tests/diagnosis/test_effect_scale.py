@@ -9,9 +9,9 @@ from scipy.linalg import eigvalsh
 from correlation.test_model import Dof, Sensor, TestModel
 from diagnosis.catalogue import catalogue
 from diagnosis.effect.candidate import EffectError
-from diagnosis.effect.resonance import stuck_stiffness
 from diagnosis.effect.scale import scale
 from reduction.jointed_system import JenkinsElement, JointedSystem, along
+from reduction.stuck import stuck_stiffness
 
 MASS, STIFFNESS, DAMPING, LEVEL = 2.0, 8e3, 0.9, 3.0
 OMEGA = np.sqrt(STIFFNESS / MASS)
@@ -31,7 +31,7 @@ def typical(model: TestModel, name: str, level: float = LEVEL) -> float:
 
 
 def stuck(model: TestModel) -> float:
-    return float(np.sqrt(eigvalsh(stuck_stiffness(model.system), model.system.mass)[0]))
+    return float(np.sqrt(eigvalsh(stuck_stiffness(model.system.stiffness, model.system.joints), model.system.mass)[0]))
 
 
 def test_strengths_of_an_oscillator_are_those_of_its_closed_forms() -> None:

@@ -1,13 +1,12 @@
 """Damper, de-coupler and rig as cells: closed, conforming, of the right volume, and mating at the stations."""
 
 from dataclasses import replace
-from math import acos, radians, sqrt
+from math import radians
 
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from scipy.integrate import quad
 
 from fe.damper_mesher import DamperMesh, mesh_damper
 from fe.decoupler_mesher import DecouplerMesh, mesh_decoupler
@@ -17,29 +16,17 @@ from fe.mesh import Mesh
 from fe.mesh_quality import cell_quality
 from fe.rig_mesher import mesh_rig, rig_mesh
 from geometry.damper import Damper
-from geometry.decoupler import Decoupler, outline
+from geometry.decoupler import Decoupler
 from geometry.errors import GeometryError
 from geometry.rig import Rig, mating_pairs, named_points, placements
 from tests.fe.surface import area_vectors, boundary, check_closed
+from tests.geometry.decoupler_volume import volume
 
 # Of a damper's section 16 parabolas miss 5e-5 and 16 chords 2.6 %; of a de-coupler's groove 4 parabolas miss 2e-4 and
 # 4 chords 7 %, and the groove is a seventieth of its volume.
 CURVED = {"damper": {"hex8": 0.03, "hex20": 1e-4}, "decoupler": {"hex8": 1e-3, "hex20": 5e-6}}
 # A solver warns below 0.2; 0.57 was measured.
 SOUND = 0.5
-
-
-def volume(decoupler: Decoupler) -> float:
-    """Prism over the outline, and the pad less the groove's segments of circles [m^3]."""
-    y, z = np.array(outline(decoupler)).T
-    area = abs(y @ np.roll(z, 1) - z @ np.roll(y, 1)) / 2
-    lip = decoupler.lip_above_axis
-
-    def section(at: float) -> float:
-        r = float(decoupler.groove_radius_at(np.array(at)))
-        return decoupler.width * (decoupler.top - lip) - r * r * acos(lip / r) + lip * sqrt(r * r - lip * lip)
-
-    return float(area * decoupler.width + quad(section, 0.0, decoupler.plate_front)[0])
 
 
 @pytest.fixture(scope="module")

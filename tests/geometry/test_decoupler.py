@@ -9,9 +9,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from geometry.decoupler import Decoupler, arm, contact_lines, decoupler_part, named_points, outline
+from geometry.decoupler import Decoupler, arm, contact_lines, decoupler_part, named_points
 from geometry.errors import GeometryError
 from geometry.part import MILLIMETRES_PER_METRE, Part
+from tests.geometry.decoupler_volume import volume
 
 # As for the blade: the kernel's quadrature of a volume is asked for 1e-9, its areas have seven digits.
 VOLUME_TOLERANCE, AREA_TOLERANCE = 1e-9, 1e-7
@@ -28,20 +29,6 @@ def decoupler() -> Decoupler:
 @pytest.fixture(scope="module")
 def part(decoupler: Decoupler) -> Part:
     return decoupler_part(decoupler)
-
-
-def volume(decoupler: Decoupler) -> float:
-    """Prism over the outline by the shoelace formula, and the pad less the segments of circles of the groove."""
-    y, z = np.array(outline(decoupler)).T
-    area = abs(y @ np.roll(z, 1) - z @ np.roll(y, 1)) / 2
-    pad = decoupler.width * (decoupler.top - decoupler.lip_above_axis) * decoupler.plate_front
-
-    def segment(y: float) -> float:
-        radius, lip = float(decoupler.groove_radius_at(np.array(y))), decoupler.lip_above_axis
-        return radius**2 * acos(lip / radius) - lip * sqrt(radius**2 - lip**2)
-
-    groove, _ = quad(segment, 0.0, decoupler.plate_front, epsrel=1e-12)
-    return float(area * decoupler.width + pad - groove)
 
 
 def test_it_weighs_366_grams(part: Part) -> None:

@@ -25,8 +25,8 @@ from reduction.line_contact import (
     held_stiffness,
     line_contacts,
     station_stiffness,
-    stuck_stiffness,
 )
+from reduction.stuck import stuck_stiffness
 
 STEEL = Material(young=210e9, poisson=0.3, density=7800)
 #: Beam below, block above it on its end, along which they touch: three stations at x = 60, 65, 70 mm, z = 10 mm.
@@ -108,10 +108,15 @@ def directions_of(reduced: ReducedAssembly, line: ContactLine) -> NDArray[np.flo
     return np.asarray(contact_directions(reduced.n_dof, line, *rows))
 
 
+def stuck(line: ContactLine, directions: NDArray[np.float64]) -> NDArray[np.float64]:
+    contacts = line_contacts("pair", line, directions, SPRINGS, 0.6)
+    return np.asarray(stuck_stiffness(held_stiffness(line, directions, SPRINGS), contacts))
+
+
 def test_stuck_frequencies_are_those_of_the_whole(whole: Whole, reduced: ReducedAssembly, line: ContactLine) -> None:
     # The block hangs on its springs alone: three stations in one line leave it a rotation about that line.
-    expected = whole.frequencies(stuck_stiffness(line, whole.directions, SPRINGS), 6)
-    springs = stuck_stiffness(line, directions_of(reduced, line), SPRINGS)
+    expected = whole.frequencies(stuck(line, whole.directions), 6)
+    springs = stuck(line, directions_of(reduced, line))
     lambda_ = scipy.linalg.eigh(reduced.stiffness + springs, reduced.mass, eigvals_only=True)[:6]
     found = np.sqrt(lambda_.clip(min=0)) / (2 * np.pi)
     assert found[0] < 1  # round-off of a squared frequency that is zero, beside 1e10
@@ -194,18 +199,21 @@ def test_rigid_approach_and_sliding_read_as_such(whole: Whole, line: ContactLine
 
 
 def test_contacts_and_held_tangents_make_up_what_sticks(whole: Whole, line: ContactLine) -> None:
-    stuck = stuck_stiffness(line, whole.directions, SPRINGS)
+    normal, along, across = np.moveaxis(whole.directions, 1, 0)
+    k_n, k_t = station_stiffness(line, SPRINGS).T
+    expected = sum(rows.T @ (k[:, None] * rows) for rows, k in ((normal, k_n), (along, k_t), (across, k_t)))
     for tangents in Tangents:
         contacts = line_contacts("pair", line, whole.directions, SPRINGS, 0.6, tangents=tangents)
         assert [contact.name for contact in contacts] == ["pair.1", "pair.2", "pair.3"]
-        total = np.zeros_like(stuck)
+        total = np.zeros_like(expected)
         for contact in contacts:
             total += contact.normal_stiffness * np.outer(contact.normal, contact.normal)
             total += contact.tangential_stiffness * contact.tangents.T @ contact.tangents
         if tangents is Tangents.ALONG:
             assert contacts[0].tangents.shape[0] == 1
             total += held_stiffness(line, whole.directions, SPRINGS)
-        np.testing.assert_allclose(total, stuck, atol=1e-9 * np.abs(stuck).max())
+        np.testing.assert_allclose(total, expected, atol=1e-9 * np.abs(expected).max())
+    np.testing.assert_allclose(stuck(line, whole.directions), expected, atol=1e-9 * np.abs(expected).max())
 
 
 def test_gaps_are_one_a_station(whole: Whole, line: ContactLine) -> None:

@@ -22,7 +22,7 @@ from study.case import load_case
 from study.errors import CaseError
 from study.solve_case import SolveCase
 from study.solve_model import SolveModel, solve_model
-from study.stuck_contacts import stuck_stiffness
+from study.stuck_contacts import stuck_at_rest
 
 K = 1e6 * np.array([[2.0, -1, 0, 0], [-1, 2, -1, 0], [0, -1, 1, 0], [0, 0, 0, 5]])
 M = np.diag([1.0, 1, 1, 0.5])
@@ -127,7 +127,7 @@ def test_the_system_is_what_the_file_says(tmp_path: Path) -> None:
 
 def test_the_damping_ratio_is_met_on_the_first_stuck_mode(tmp_path: Path) -> None:
     system = model_of(tmp_path, CASE).system
-    stuck = stuck_stiffness(system.stiffness, system.joints)
+    stuck = stuck_at_rest(system.stiffness, system.joints)
     values, shapes = np.linalg.eigh(np.diag(np.diag(M) ** -0.5) @ stuck @ np.diag(np.diag(M) ** -0.5))
     shape = shapes[:, 0] / np.sqrt(np.diag(M))
     ratio = shape @ system.damping @ shape / (2 * np.sqrt(values[0]))

@@ -1,0 +1,21 @@
+"""The volume of a de-coupler by hand."""
+
+from math import acos, sqrt
+
+import numpy as np
+from scipy.integrate import quad
+
+from geometry.decoupler import Decoupler, outline
+
+
+def volume(decoupler: Decoupler) -> float:
+    """Prism over the outline, and the pad less the groove's segments of circles [m^3]."""
+    y, z = np.array(outline(decoupler)).T
+    area = abs(y @ np.roll(z, 1) - z @ np.roll(y, 1)) / 2
+    lip = decoupler.lip_above_axis
+
+    def section(at: float) -> float:
+        r = float(decoupler.groove_radius_at(np.array(at)))
+        return decoupler.width * (decoupler.top - lip) - r * r * acos(lip / r) + lip * sqrt(r * r - lip * lip)
+
+    return float(area * decoupler.width + quad(section, 0.0, decoupler.plate_front, epsrel=1e-12)[0])
