@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from correlation.test_model import DERIVATIVE, Sensor, TestModel
 from hbsolve.balance import HarmonicBalance
-from hbsolve.condensed import Condensed
+from hbsolve.condensed import Condensed, Recovery
 from hbsolve.sampling import complex_from_real
 from hbsolve.sensitivity import ModelParameter, derivatives
 from hbsolve.state import slider_start
@@ -52,6 +52,10 @@ class Configuration:
         Of its system.
     condensed
         The linear structure at the frequencies seen so far, by frequency [Hz].
+    recovery
+        What recovers its full response, where it was asked for.
+    levels
+        The balance at the levels seen so far, by level [N].
     slider
         Initial positions of the sliders, shape (s,) [m].
     """
@@ -60,6 +64,8 @@ class Configuration:
     model: TestModel
     balance: HarmonicBalance
     condensed: dict[float, Condensed]
+    recovery: dict[float, Recovery]
+    levels: dict[float, HarmonicBalance]
     slider: NDArray[np.float64]
 
     @classmethod
@@ -70,7 +76,7 @@ class Configuration:
         seen = model.free() if free else model
         balance = HarmonicBalance(system=seen.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
         start = np.zeros(balance.n_slider) if slider is None or free else slider(balance)
-        return cls(free=free, model=seen, balance=balance, condensed={}, slider=start)
+        return cls(free=free, model=seen, balance=balance, condensed={}, recovery={}, levels={}, slider=start)
 
     def at(self, frequency: float) -> Condensed:
         """The linear structure at a frequency, kept for the other levels."""
@@ -95,13 +101,16 @@ class Configuration:
         guesses: Sequence[SteadyState | None],
     ) -> SteadyState | None:
         """The steady state that is found from the first guess that leads to one; none if there is none to be found."""
-        balance, condensed = self.balance.at_level(level), self.at(frequency)
+        balance, condensed = self._at_level(level), self.at(frequency)
+        if frequency not in self.recovery:
+            self.recovery[frequency] = balance.structure.recovery(condensed)
+        recovery = self.recovery[frequency]
         sliders = slider_start(balance, slider, False)
         for guess in guesses:
             if guess is None or guess.displacement.shape != (balance.n_harmonic, balance.n_direction):
                 continue
             try:
-                return solve_at(balance, condensed, guess.motion, sliders)
+                return solve_at(balance, condensed, guess.motion, sliders, recovery)
             except NoConvergence:
                 continue
         try:
@@ -167,9 +176,14 @@ class Configuration:
 
     def _forces(self, state: SteadyState) -> Complex[NDArray[np.complex128], "harmonic d"]:
         """Coefficients of all joint forces f = g + D x."""
-        balance = self.balance.at_level(state.level)
+        balance = self._at_level(state.level)
         g = forces_at(balance, state.angular_frequency, state.motion, state.start, want=0).coefficients
         return complex_from_real(g) + balance.table.reference * state.displacement
+
+    def _at_level(self, level: float) -> HarmonicBalance:
+        if level not in self.levels:
+            self.levels[level] = self.balance.at_level(level)
+        return self.levels[level]
 
     def _line(self, line: str, component: str) -> Float[NDArray[np.float64], " d"]:
         """Which joint directions a line sensor sums."""

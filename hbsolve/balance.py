@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from hbsolve.condensed import Condensed, CondensedStructure
+from hbsolve.condensed import Condensed, CondensedStructure, Recovery
 from hbsolve.contact.catalogue import JointTable, joint_table
 from hbsolve.errors import BalanceError
 from hbsolve.fourier import Coefficients
@@ -205,7 +205,7 @@ class HarmonicBalance:
         scale = self.level if level is None else level
         return real_from_complex(condensed.static + scale * condensed.dynamic)
 
-    def response(self, condensed: Condensed, g: Real) -> Coefficients:
+    def response(self, condensed: Condensed, g: Real, recovery: Recovery | None = None) -> Coefficients:
         """Full response to the loads and the joint forces, shape (H + 1, r) [m].
 
         Parameters
@@ -214,10 +214,16 @@ class HarmonicBalance:
             The linear structure at Omega.
         g
             Joint force beyond D x, shape (d, nh) [N].
+        recovery
+            Of the structure at this Omega, where it serves several states.
         """
         structure = self.structure
-        force = structure.static + self.level * structure.dynamic - complex_from_real(g) @ structure.directions
-        q = structure.displacement(condensed, force)
+        if recovery is None:
+            force = structure.static + self.level * structure.dynamic - complex_from_real(g) @ structure.directions
+            q = structure.displacement(condensed, force)
+        else:
+            pushed = (recovery.contact @ complex_from_real(g)[..., None])[..., 0]
+            q = recovery.static + self.level * recovery.dynamic - pushed
         q[0] = q[0].real
         return q
 

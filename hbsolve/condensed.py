@@ -49,6 +49,17 @@ class Condensed(NamedTuple):
     """Its derivative in Omega."""
 
 
+class Recovery(NamedTuple):
+    """What gives the full response of the stuck structure at one Omega, of r degrees of freedom."""
+
+    static: Array
+    """Displacement under the static load, in harmonic 0, shape (H + 1, r) [m]."""
+    dynamic: Array
+    """... under the harmonic force at level 1, shape (H + 1, r) [m]."""
+    contact: Array
+    """... under a unit force along each joint direction, shape (H + 1, r, d) [m/N]."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CondensedStructure:
     """Condenses a structure to its joint directions.
@@ -100,23 +111,45 @@ class CondensedStructure:
         free = DynamicStiffness(mass=self.mass, damping=self.damping, stiffness=self.stiffness)
         return None if free.damping_couples_modes else free
 
+    @cached_property
+    def _rest(self) -> tuple[Array, Array]:
+        """Static displacement under a unit force along each direction, and under the load, shapes (r, d) and (r,)."""
+        moved = self.stuck.static_response(np.column_stack([self.directions.T, self.static[0]]).T).T
+        return np.asarray(moved[:, :-1]), np.asarray(moved[:, -1])
+
+    @cached_property
+    def _at_rest(self) -> tuple[Array, Array]:
+        """Both as the directions see them, shapes (d, d) and (d,)."""
+        contact, load = self._rest
+        return np.asarray(self.directions @ contact), np.asarray(self.directions @ load)
+
     def at(self, angular_frequency: float) -> Condensed:
         """Condense at one Omega [rad/s]."""
         omega = harmonics(angular_frequency, len(self.dynamic))
         k, B = np.arange(len(omega)), self.directions
-        r_mean, _, x_static, _ = self.stuck.condensed(omega[:1], B, self.static[:1])
+        r_mean, x_static = self._at_rest
         free = self._free
         source = self.stuck if free is None else free
         A, dA, x, dx = source.condensed(omega[1:], B, self.dynamic[1:])
         if free is not None:
             A, dA, x, dx = _with_stiffness(A, dA, x, dx, self.reference)
-        receptance = np.concatenate([r_mean, A])
-        slope = np.concatenate([np.zeros_like(r_mean), k[1:, None, None] * dA])
+        receptance = np.concatenate([r_mean[None], A])
+        slope = np.concatenate([np.zeros_like(r_mean)[None], k[1:, None, None] * dA])
         dynamic, dynamic_slope = np.zeros((2, len(omega), len(B)), dtype=np.complex128)
         dynamic[1:], dynamic_slope[1:] = x, k[1:, None] * dx
         static = np.zeros_like(dynamic)
-        static[0] = x_static[0]
+        static[0] = x_static
         return Condensed(angular_frequency, receptance, slope, static, dynamic, dynamic_slope)
+
+    def recovery(self, condensed: Condensed) -> Recovery:
+        """What many states at one Omega are recovered by; a single one is cheaper by `displacement`."""
+        along = np.zeros((len(self.directions), *self.static.shape), dtype=np.complex128)
+        along[:, 1:] = self.directions[:, None, :]
+        dynamic, *moved = self.displacements(condensed, np.concatenate([self.dynamic[None], along]))
+        contact = np.moveaxis(np.array(moved, dtype=np.complex128).reshape(along.shape), 0, 2).copy()
+        static = np.zeros_like(self.static)
+        contact[0], static[0] = self._rest
+        return Recovery(static, dynamic, contact)
 
     def displacement(self, condensed: Condensed, force: Coefficients) -> Coefficients:
         """Full response of the stuck structure to the coefficients of a force, shape (H + 1, r) [m]."""
@@ -137,13 +170,13 @@ class CondensedStructure:
             return np.asarray(self.stuck.response(np.tile(omega, count), forces.reshape(-1, r)).reshape(forces.shape))
         B, D = self.directions, self.reference
 
-        def held(moved: Complex[NDArray[np.complex128], "... harmonic d"]) -> Coefficients:
+        def held(moved: Array) -> Array:
             """What the stuck contacts push back with where the free structure would move so."""
             stuck = moved - (condensed.receptance[1:] @ (D * moved)[..., None])[..., 0]
             return np.asarray(D * stuck)
 
-        q = np.array([free.restrained(omega[1:], force[1:], B, held) for force in forces]).reshape(count, -1, r)
-        mean = self.stuck.response(np.zeros(count), forces[:, 0])
+        q = free.restrained(omega[1:], forces[:, 1:], B, held)
+        mean = self.stuck.static_response(forces[:, 0])
         return np.asarray(np.concatenate([mean[:, None], q], axis=1))
 
 

@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
 
 from fe.dense_modes import DenseModes, dense_modes
 from hbsolve.errors import ForceError, ModelError
@@ -186,27 +187,43 @@ class DynamicStiffness:
             displacement[loaded] = (force @ V / self._diagonal(omega)) @ V.T
         return displacement
 
+    def static_response(self, force: Complex[NDArray[np.complex128], "... r"]) -> Amplitudes:
+        """Displacement K^-1 f of a body that is held, shape (n, r) [m].
+
+        Raises
+        ------
+        ForceError
+            A body that nothing holds.
+        """
+        self._refuse_free_static(np.zeros(1))
+        return np.asarray(cho_solve(self._factor, force.T).T)
+
+    @cached_property
+    def _factor(self) -> tuple[NDArray[np.float64], bool]:
+        factor, lower = cho_factor(self.stiffness)
+        return factor, bool(lower)
+
     def restrained(
         self,
         angular_frequency: Frequencies,
-        force: Amplitudes,
+        force: Complex[NDArray[np.complex128], "... p r"],
         directions: Float[NDArray[np.float64], "d r"],
-        held: Callable[[Amplitudes], Amplitudes],
-    ) -> Amplitudes:
+        held: Callable[[NDArray[np.complex128]], NDArray[np.complex128]],
+    ) -> Complex[NDArray[np.complex128], "... p r"]:
         """Response to a force and to what answers the motion that it would make, of modes that damping leaves alone.
 
         Parameters
         ----------
         angular_frequency, force
-            As for `response`.
+            As for `response`; of several forces at once, shape (n, p, r).
         directions
             B, shape (d, r) [-].
         held
-            Forces against the directions, shape (p, d) [N], from what they would move by [m].
+            Forces against the directions, shape (..., p, d) [N], from what they would move by [m].
 
         Returns
         -------
-        Shape (p, r) [m].
+        Of the shape of the force [m].
 
         Raises
         ------
@@ -272,10 +289,11 @@ class DynamicStiffness:
         self._refuse_free_static(omega)
         damping = np.diag(self._modal_damping)
         diagonal = 1 - np.outer(self._modes.shift + omega**2, self._modes.mu) + 1j * np.outer(omega, damping)
-        resonant = np.argwhere(np.abs(diagonal) < RESONANCE)
-        if resonant.size:
+        resonant = np.abs(diagonal) < RESONANCE
+        if resonant.any():
+            frequency, mode = np.argwhere(resonant)[0]
             raise ForceError(
-                f"the force at {omega[resonant[0, 0]]:.6g} rad/s meets undamped mode {resonant[0, 1] + 1} exactly: "
+                f"the force at {omega[frequency]:.6g} rad/s meets undamped mode {mode + 1} exactly: "
                 "add damping, or shift the frequency"
             )
         return np.asarray(diagonal)

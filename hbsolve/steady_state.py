@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from hbsolve.aft import JointForces, Start, joint_forces
 from hbsolve.balance import HarmonicBalance, Real
-from hbsolve.condensed import Condensed
+from hbsolve.condensed import Condensed, Recovery
 from hbsolve.contact.law import JACOBIAN
 from hbsolve.errors import BalanceError
 from hbsolve.newton import apply_receptance, newton
@@ -89,8 +89,10 @@ def steady_state(
         return state
 
 
-def solve_at(balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: Start) -> SteadyState:
-    """`steady_state` where the linear structure at Omega is at hand."""
+def solve_at(
+    balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: Start, recovery: Recovery | None = None
+) -> SteadyState:
+    """`steady_state` where the linear structure at Omega is at hand, and maybe what recovers the full response."""
     x = start_motion(balance, x)
     linear = balance.linear(condensed)
     with np.errstate(over="ignore"):
@@ -109,12 +111,12 @@ def solve_at(balance: HarmonicBalance, condensed: Condensed, x: Real | None, sli
         found, norm, count = newton_at(balance, condensed, linear, attempt, sliders, TOLERANCE * scale, MAX_ITERATION)
         iterations += count
         if norm <= TOLERANCE * scale:
-            return finished(balance, condensed, found, sliders, norm / scale, iterations)
+            return finished(balance, condensed, found, sliders, norm / scale, iterations, recovery)
     for guess in (linear, 0 * linear):
         found, norm, count = _ramp(balance, condensed, guess, sliders, scale)
         iterations += count
         if norm <= TOLERANCE * scale:
-            return finished(balance, condensed, found, sliders, norm / scale, iterations)
+            return finished(balance, condensed, found, sliders, norm / scale, iterations, recovery)
     raise NoConvergence(
         f"no steady state was found at {condensed.angular_frequency / (2 * np.pi):.6g} Hz, level {balance.level:g}: "
         f"Newton's method from the start and from rest, and a ramp of the level, stopped at |R| = "
@@ -186,7 +188,13 @@ def residual(balance: HarmonicBalance, condensed: Condensed, x: Real, forces: Jo
 
 
 def finished(
-    balance: HarmonicBalance, condensed: Condensed, x: Real, sliders: Start, norm: float, iterations: int
+    balance: HarmonicBalance,
+    condensed: Condensed,
+    x: Real,
+    sliders: Start,
+    norm: float,
+    iterations: int,
+    recovery: Recovery | None = None,
 ) -> SteadyState:
     """A solution with the full response recovered."""
     forces = forces_at(balance, condensed.angular_frequency, x, sliders, want=0)
@@ -194,7 +202,7 @@ def finished(
         angular_frequency=condensed.angular_frequency,
         level=balance.level,
         displacement=complex_from_real(x),
-        coefficients=balance.response(condensed, forces.coefficients),
+        coefficients=balance.response(condensed, forces.coefficients, recovery),
         slider=sliders.value.copy(),
         multiplier=bool(sliders.by_multiplier.any()),
         # The last instant of one period precedes the first of the next.

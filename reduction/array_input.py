@@ -31,9 +31,9 @@ def real_array(values: object, what: str, error: type[InputError]) -> Float[NDAr
         As `error`: a ragged list, a sparse matrix, or an entry that is no real number.
     """
     given = _numbers(values, what, error)
-    lost = np.argwhere(given.imag != 0)
-    if len(lost):
-        raise error(f"{what} holds {given[tuple(lost[0])]:g}{_place(lost[0])}: give real numbers")
+    if np.iscomplexobj(given) and given.imag.any():
+        lost = np.argwhere(given.imag != 0)[0]
+        raise error(f"{what} holds {given[tuple(lost)]:g}{_place(lost)}: give real numbers")
     return _locked(given.real.astype(np.float64))
 
 
