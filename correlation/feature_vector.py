@@ -91,6 +91,17 @@ class FeatureVector:
         features[ratio] = value[ratio] / value[self.reference[ratio]]
         return self._real(features)
 
+    def values(self, number: Float[NDArray[np.float64], " m"]) -> Coefficients:
+        """Coefficients that have these features, shape (k,); the inverse of `of_values`."""
+        k = len(self.points)
+        features = number[:k].astype(np.complex128)
+        features[~self.real_only] += 1j * number[k:]
+        value = features.copy()
+        value[self.inverse] = self.points.level[self.inverse] / features[self.inverse]
+        ratio = self.reference >= 0
+        value[ratio] = features[ratio] * value[self.reference[ratio]]
+        return value
+
     def of_repeats(
         self, repeat: Complex[NDArray[np.complex128], "k R"], taken: Bool[NDArray[np.bool_], "k R"]
     ) -> Float[NDArray[np.float64], " m"]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -93,17 +94,31 @@ def budget_modes(
     refined: Sequence[TestModel],
 ) -> Modes:
     """Errors of discretisation, at one standard deviation, shape (m, b); `refined` has the parameters of `model`."""
-    shifts, patterns = _frequency_shifts(model, by_exciter=False), _share_patterns(model)
-    softer = [_stiffness(model, line, name) for line in model.lines for name in ("tangential", "normal")]
-    numbers = [len(shifts), len(softer), len(patterns)]
-    size = np.repeat([budget.frequency, budget.compliance, budget.shares], numbers)
-    changes = size * _features(predictor, features, model, prediction, [*shifts, *softer, *patterns])
-    whole = len(shifts) + len(softer)
-    modes = [changes[:, :whole], *(_by_level(features, change) for change in changes[:, whole:].T)]
+    errors = error_tangents(model, budget)
+    changes = errors.size * _features(predictor, features, model, prediction, errors.tangents)
+    modes = [changes[:, : errors.whole], *(_by_level(features, change) for change in changes[:, errors.whole :].T)]
     for finer in refined:
         change = features.of_values(predictor.predict(finer, prediction).value) - features.of_values(prediction.value)
         modes.append(_by_level(features, np.where(np.isfinite(change), change, 0.0)))
     return np.column_stack(modes)
+
+
+class ErrorTangents(NamedTuple):
+    """Numerical errors to first order, and their standard deviations."""
+
+    tangents: list[Tangent]
+    size: Float[NDArray[np.float64], " n"]
+    whole: int
+    """How many of them, the first ones, are the same at all levels; the others are another matter at each."""
+
+
+def error_tangents(model: TestModel, budget: Budget) -> ErrorTangents:
+    """What discretisation may do to a model."""
+    shifts, patterns = _frequency_shifts(model, by_exciter=False), _share_patterns(model)
+    softer = [_stiffness(model, line, name) for line in model.lines for name in ("tangential", "normal")]
+    numbers = [len(shifts), len(softer), len(patterns)]
+    size = np.repeat([budget.frequency, budget.compliance, budget.shares], numbers)
+    return ErrorTangents([*shifts, *softer, *patterns], size, len(shifts) + len(softer))
 
 
 def _by_level(features: FeatureVector, change: Float[NDArray[np.float64], " m"]) -> Modes:
@@ -133,7 +148,7 @@ def history_modes(
     for share in LatinHypercube(len(model.system.joints), optimization="random-cd", rng=seed).random(n_draw):
         draw = Predictor(
             points=kept,
-            slider=_drawn(model, HISTORY * (2 * share - 1)),
+            slider=left_by(model, share),
             sweeps=predictor.sweeps,
         )
         value = np.array(prediction.value)
@@ -149,7 +164,12 @@ def history_modes(
     return np.array(modes).T
 
 
-def _drawn(model: TestModel, multiplier: NDArray[np.float64]) -> Callable[[HarmonicBalance], NDArray[np.float64]]:
+def left_by(
+    model: TestModel, share: Float[NDArray[np.float64], " joints"]
+) -> Callable[[HarmonicBalance], NDArray[np.float64]]:
+    """Where a history leaves the sliders: 0 and 1 are `HISTORY` of the limit at rest, to either side, of each joint."""
+    multiplier = HISTORY * (2 * share - 1)
+
     def slider(balance: HarmonicBalance) -> NDArray[np.float64]:
         start = np.zeros(balance.n_slider)
         for number, joint in enumerate(model.system.joints):

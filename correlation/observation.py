@@ -89,6 +89,20 @@ def observation(campaign: Campaign) -> Observation:
     return Observation(points=points, repeat=repeat, motion=motion[sensor], taken=np.isfinite(repeat))
 
 
+def point_of_row(campaign: Campaign, points: Points) -> Int[NDArray[np.int64], " rows"]:
+    """Which of some points each row of a campaign's table is a reading of, shape (rows,); -1 for none."""
+    table = campaign.measurement
+    free_test = np.array([test.configuration == "free" for test in campaign.tests])
+    names = np.array([sensor.name for sensor in campaign.sensors])
+    place = _same(np.concatenate([points.frequency, table.frequency]))
+    known = zip(points.free, points.level, place[: len(points)], points.sensor, points.harmonic, strict=True)
+    number = {key: point for point, key in reversed([*enumerate(known)])}
+    rows = zip(
+        free_test[table.test], table.level, place[len(points) :], names[table.sensor], table.harmonic, strict=True
+    )
+    return np.array([number.get(key, -1) for key in rows], dtype=np.int64)
+
+
 def _same(frequency: Float[NDArray[np.float64], " k"]) -> Int[NDArray[np.int64], " k"]:
     """Numbers of the frequencies, alike for those that are one; by gaps, since rounding would part neighbours."""
     rising, place = np.unique(frequency, return_inverse=True)

@@ -80,12 +80,15 @@ class Prediction:
         The steady states of the first sweep, to start other ones from.
     others
         Those of the sweep back, where it was followed.
+    by_sweep
+        The coefficients of each sweep that was followed, shape (S, k); `value` is their mean.
     """
 
     points: Points
     value: Complex[NDArray[np.complex128], " k"]
     states: Mapping[Key, SteadyState]
     others: Mapping[Key, SteadyState] = field(default_factory=dict)
+    by_sweep: Complex[NDArray[np.complex128], "S k"] = field(default_factory=lambda: np.zeros((0, 0), dtype=complex))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -118,6 +121,7 @@ class Predictor:
             A prediction for a model nearby.
         """
         value = np.full(len(self.points), np.nan, dtype=np.complex128)
+        by_sweep = np.full((max(len(self.sweeps), 1), len(self.points)), np.nan, dtype=np.complex128)
         both: tuple[dict[Key, SteadyState], dict[Key, SteadyState]] = ({}, {})
         known = ({}, {}) if before is None else (before.states, before.others)
         for free, levels in self._configurations:
@@ -144,7 +148,9 @@ class Predictor:
                         sliders = state.slider_at_start if self.sweeps else sliders
                         read = solver.read(state, self.points.sensor[rows], self.points.harmonic[rows])
                         value[rows] = read if number == 0 else (value[rows] + read) / 2
-        return Prediction(points=self.points, value=value, states=both[0], others=both[1])
+                        # A test that does not sweep reads the same in all of them.
+                        by_sweep[number if len(ways) > 1 else slice(None), rows] = read
+        return Prediction(points=self.points, value=value, states=both[0], others=both[1], by_sweep=by_sweep)
 
     def derivatives(
         self, model: TestModel, prediction: Prediction, tangents: Sequence["Tangent"]

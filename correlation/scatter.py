@@ -95,13 +95,14 @@ def scatter(
     rest = apart - modes @ amplitude
     own = _variance(rest - weights.explained(np.nan_to_num(rest)), freedom)
     pooled = per_reading**2 * _pooled(own / per_reading**2, size, freedom, group)
+    noise = np.sqrt(pooled)
     pooled = pooled * _unrest(own / pooled, freedom, features.state)
     variance = (POOLED * pooled + freedom * np.where(freedom > 0, own, 0.0)) / (POOLED + freedom)
     variance += ROUGH**2 * (history**2).sum(axis=1)
     together = [block @ _root(covariance) for block, covariance in zip(jitter, covariances, strict=True)]
     shared = np.column_stack([*together, history]) / np.sqrt(observed.count[features.row])[:, None]
     deviation = np.sqrt(variance / np.maximum(observed.count[features.row], 1))
-    return Scatter(Whitening(deviation=deviation, modes=np.column_stack([shared, budget])), covariances)
+    return Scatter(Whitening(deviation=deviation, modes=np.column_stack([shared, budget])), covariances, noise)
 
 
 class Scatter(NamedTuple):
@@ -111,6 +112,8 @@ class Scatter(NamedTuple):
     """Its first modes are those of the jitter, in the order of its causes."""
     jitter: list[Float[NDArray[np.float64], "q q"]]
     """Covariance of what differs in a single repeat, for each cause."""
+    noise: Variance
+    """Standard deviation of each number in a single repeat by the noise that all readings of a sensor share."""
 
 
 def _covariance(amplitude: Float[NDArray[np.float64], "q R"]) -> Float[NDArray[np.float64], "q q"]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -53,6 +54,10 @@ class Arrangement:
         other repeats may set.
     fit
         The accepted parameters and what was added, calibrated on `train`.
+    budget
+        Numerical error of the model.
+    finer
+        The finer models of the budget, with the same unknowns.
     """
 
     base: TestModel
@@ -63,6 +68,8 @@ class Arrangement:
     settled: Comparison
     jitter: tuple[tuple[Effect, float], ...]
     fit: Fit
+    budget: Budget
+    finer: tuple[Unknowns, ...]
 
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
         """Accepted parameters with their priors; what was added and more effects without."""
@@ -103,36 +110,50 @@ def arrange(
     """
     effects = tuple(each.effect for each in added)
     unknowns = _unknowns(base, accepted, effects)
-    seen, unseen = parted(campaign)
-    sweeps = followed(campaign)
-    finer = [
+    finer = tuple(
         replace(unknowns, base=each, effects=(*accepted, *(listed(each).effect(effect.name) for effect in effects)))
         for each in budget.refined
-    ]
-    train, held = Measured.of(seen, sweeps), Measured.of(unseen, sweeps)
+    )
     values = np.array([*unknowns.vanishing[: len(accepted)], *(value for each in added for value in each.values)])
+    return _arranged(campaign, _Model(base, tuple(accepted), effects, budget, finer), values, report)
+
+
+def arranged_anew(arrangement: Arrangement, campaign: Campaign) -> Arrangement:
+    """Another campaign of the same tests beside the same model; its fit begins where that of the first one ended."""
+    of = arrangement
+    model = _Model(of.base, of.accepted, of.added, of.budget, of.finer)
+    return _arranged(campaign, model, of.fit.values, None)
+
+
+class _Model(NamedTuple):
+    base: TestModel
+    accepted: tuple[Accepted, ...]
+    added: tuple[Effect, ...]
+    budget: Budget
+    finer: tuple[Unknowns, ...]
+
+
+def _arranged(campaign: Campaign, of: _Model, values: Values, report: Report | None) -> Arrangement:
+    unknowns = _unknowns(of.base, of.accepted, of.added)
+    seen, unseen = parted(campaign)
+    sweeps = followed(campaign)
+    train, held = Measured.of(seen, sweeps), Measured.of(unseen, sweeps)
     model, fit = unknowns.compose(values), None
     prediction = train.predictor.predict(model)
     # Jitter and numerical error depend on where the contacts slip, and so on the fit that they weigh.
     for n_draw in HISTORIES:
-        refined = [each.compose(values) for each in finer]
-        comparison, _ = weighed(train, model, prediction, budget, refined, n_draw, fitted=fit is not None)
+        refined = [each.compose(values) for each in of.finer]
+        comparison, _ = weighed(train, model, prediction, of.budget, refined, n_draw, fitted=fit is not None)
         fit = calibrate(comparison, unknowns, values, prediction, _told(report, "calibration"), exact=True)
         model, prediction, values = fit.model, fit.prediction, fit.values
     assert fit is not None
     beside = held.predictor.predict(model, prediction)
-    tested, apart = weighed(held, model, beside, budget, [each.compose(values) for each in finer])
+    tested, apart = weighed(held, model, beside, of.budget, [each.compose(values) for each in of.finer])
     settled, shifts = _settled(tested, apart, model)
     return Arrangement(
-        base=base,
-        accepted=tuple(accepted),
-        added=effects,
-        train=comparison,
-        held=tested,
-        settled=settled,
-        jitter=tuple(shifts),
-        fit=fit,
-    )
+        base=of.base, accepted=of.accepted, added=of.added, train=comparison, held=tested, settled=settled,
+        jitter=tuple(shifts), fit=fit, budget=of.budget, finer=of.finer,
+    )  # fmt: skip
 
 
 def _settled(comparison: Comparison, seen: Scatter, model: TestModel) -> tuple[Comparison, list[tuple[Effect, float]]]:

@@ -1,9 +1,9 @@
 r"""What chance may do in one layout of tests, sensors and model: a bootstrap of the whole procedure.
 
-Measurements are drawn anew from the calibrated model and the covariance of the campaign, without any effect; then all
-is done as with measured ones: calibration, screening, refits, unknown forces. The largest gain of each draw is the
-largest of many nearly chi-square variables, so that its distribution is Gumbel's, and some dozens of draws tell its
-tail:
+Campaigns are drawn anew from the calibrated model, without any effect (see `diagnosis.simulation`); then all is done as
+with measured ones: noise from the repeats, calibration, screening, refits, the test on held-out data, unknown forces.
+The largest gain of each draw is the largest of many variables, so that its distribution is taken as Gumbel's, and some
+dozens of draws tell its tail:
 
 .. math:: P(g < x) = \exp(-e^{-(x - m) / s}), \qquad s = \sqrt 6\, \sigma_g / \pi, \qquad m = \bar g - \gamma s .
 
@@ -14,22 +14,21 @@ Modeling of Extreme Values (2001), section 3.1.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from diagnosis.arrangement import Arrangement
-from diagnosis.calibration import calibrate
-from diagnosis.comparison import Comparison
-from diagnosis.decision import misfit
+from diagnosis.arrangement import arranged_anew
+from diagnosis.decision import gain, held_gain, misfit
 from diagnosis.effect.candidate import Effect
 from diagnosis.limits import Limits
 from diagnosis.localisation import localise
-from diagnosis.refit import fitted, shortlist
+from diagnosis.refit import finalists, fitted, refit, shortlist, unchanged
 from diagnosis.screening import screen
+from diagnosis.simulation import Simulation
 
 #: Draws that a layout deserves.
 TRIALS = 40
@@ -44,7 +43,7 @@ class Trial:
     seed
         Of the draw.
     gain
-        Largest fall of chi^2 by any effect.
+        Largest fall of chi^2 by any effect that makes that of the held-out data fall too; 0 if none does.
     misfit
         Largest gain of an unknown force, beyond its numbers.
     """
@@ -54,25 +53,23 @@ class Trial:
     misfit: float
 
 
-def null_trial(arrangement: Arrangement, effects: Sequence[Effect], seed: int) -> Trial:
-    """Draw measurements without any effect, and diagnose them.
+def null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int) -> Trial:
+    """Draw a campaign without any effect, and diagnose it.
 
     Parameters
     ----------
-    arrangement
+    simulation
         Of a campaign in this layout.
     effects
         Candidates.
     seed
         Of the draw; trials are independent.
     """
-    generator = np.random.default_rng(seed)
-    fit = arrangement.fit
-    train = _drawn(arrangement.train, arrangement.train.features.of_values(fit.prediction.value), generator)
-    found = calibrate(train, fit.unknowns, fit.values, fit.prediction, slopes=fit.jacobian, exact=True)
-    drawn = replace(arrangement, train=train, fit=found)
-    scores = screen(drawn, effects)
-    gains = [found.chi2 - fitted(drawn, score).chi2 for score in shortlist(scores)]
+    drawn = arranged_anew(simulation.arrangement, simulation.draw(np.random.default_rng(seed)))
+    before = unchanged(drawn)
+    fits = [(score, fitted(drawn, score)) for score in shortlist(screen(drawn, effects))]
+    refits = [refit(drawn, score, fit) for score, fit in finalists(fits)]
+    gains = [gain(drawn, each) for each in refits if held_gain(drawn, before, each) > 0]
     return Trial(
         seed=seed, gain=max(gains, default=0.0), misfit=max((misfit(place) for place in localise(drawn)), default=0.0)
     )
@@ -96,12 +93,6 @@ def limits_of(trials: Sequence[Trial], false_alarms: float = 0.01) -> Limits:
         false_alarms=false_alarms,
         n_trial=len(trials),
     )
-
-
-def _drawn(
-    comparison: Comparison, expected: Float[NDArray[np.float64], " m"], generator: np.random.Generator
-) -> Comparison:
-    return replace(comparison, measured=expected + comparison.whitening.sample(generator))
 
 
 def _quantile(values: Float[NDArray[np.float64], " n"], probability: float) -> float:

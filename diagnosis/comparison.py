@@ -40,6 +40,8 @@ class Comparison:
         Their covariance.
     predictor
         Of the same points.
+    noise
+        Standard deviation of each number in a single repeat by noise alone, shape (m,).
     """
 
     observed: Observation
@@ -47,6 +49,7 @@ class Comparison:
     measured: Vector
     whitening: Whitening
     predictor: Predictor
+    noise: Vector
 
     def predict(self, model: TestModel, before: Prediction | None = None) -> Prediction:
         """What the model says."""

@@ -79,6 +79,7 @@ def weighed(
         measured=of.features.of_repeats(of.observed.repeat, of.observed.taken),
         whitening=seen.whitening,
         predictor=of.predictor,
+        noise=seen.noise,
     )
     if fitted:
         comparison = _steadied(comparison, prediction)

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from correlation.measurement import Campaign
-from diagnosis.arrangement import Arrangement
 from diagnosis.bootstrap import Trial, limits_of
 from diagnosis.catalogue import Catalogue
 from diagnosis.effect.candidate import Effect
 from diagnosis.limits import Limits
+from diagnosis.simulation import Simulation
 from study.diagnose_steps import chance
 from study.parallel import Task, run_parallel
 from study.progress import Progress
@@ -77,7 +77,7 @@ def shipped_limits(key: str) -> Limits | None:
 
 
 def measured_limits(
-    key: str, arrangement: Arrangement, effects: Sequence[Effect], n_trial: int, store: Store, progress: Progress
+    key: str, simulation: Simulation, effects: Sequence[Effect], n_trial: int, store: Store, progress: Progress
 ) -> Limits:
     """Limits of a layout, from campaigns without any effect; each is kept, so that this is done once.
 
@@ -85,7 +85,7 @@ def measured_limits(
     ----------
     key
         Of the layout.
-    arrangement
+    simulation
         Of a campaign in it.
     effects
         Candidates.
@@ -99,7 +99,7 @@ def measured_limits(
     tasks = [
         Task(
             stage=chance,
-            inputs={"layout": key, "seed": seed, "arrangement": arrangement, "effects": tuple(effects)},
+            inputs={"layout": key, "seed": seed, "simulation": simulation, "effects": tuple(effects)},
             label=f"without any effect, {seed}",
         )
         for seed in range(n_trial)
@@ -112,7 +112,7 @@ def measured_limits(
 def is_measured(key: str, n_trial: int, store: Store) -> bool:
     """Whether all campaigns of a layout are kept."""
     # What is ignored in the key may be anything.
-    ignored: dict[str, Any] = {"arrangement": None, "effects": ()}
+    ignored: dict[str, Any] = {"simulation": None, "effects": ()}
     return all(store.holds(chance, key, seed, **ignored) for seed in range(n_trial))
 
 

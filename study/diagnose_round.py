@@ -18,6 +18,7 @@ from diagnosis.effect.candidate import EffectError
 from diagnosis.keep import Keep, computed
 from diagnosis.limits import Limits
 from diagnosis.refit import Refit, unchanged
+from diagnosis.simulation import Simulation
 from study import fingerprint
 from study.compare_run import Side
 from study.diagnose_history import Errors
@@ -162,7 +163,9 @@ def bootstrap(
         )
     added = {each.effect.name for each in setup.added}
     effects = [each for each in known.candidates if each.name not in added]
-    return measured_limits(key, arrangement, effects, trials, store, progress)
+    return measured_limits(
+        key, Simulation(campaign=campaign, arrangement=arrangement), effects, trials, store, progress
+    )
 
 
 def remembered(keep: Keep) -> Keep:

@@ -3,9 +3,9 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from diagnosis.arrangement import Arrangement
 from diagnosis.bootstrap import null_trial
 from diagnosis.effect.candidate import Effect
+from diagnosis.simulation import Simulation
 from study.codec import JSON
 from study.diagnose_codec import STEP
 from study.store import stage
@@ -25,9 +25,9 @@ def step(key: str, name: str, make: Callable[[], Any]) -> Any:
     "what chance does",
     rooms=(*ROOMS, "study.codec", "study.diagnose_codec"),
     codec=JSON,
-    ignore=("arrangement", "effects"),
+    ignore=("simulation", "effects"),
 )
-def chance(layout: str, seed: int, arrangement: Arrangement, effects: Sequence[Effect]) -> dict[str, float]:
+def chance(layout: str, seed: int, simulation: Simulation, effects: Sequence[Effect]) -> dict[str, float]:
     """One campaign of a layout without any effect, diagnosed."""
     del layout
-    return vars(null_trial(arrangement, effects, seed))
+    return vars(null_trial(simulation, effects, seed))

@@ -44,6 +44,11 @@ def test_features_of_several_sets_are_those_of_each(features: FeatureVector) -> 
         np.testing.assert_array_equal(found[:, number], features.of_values(sets[:, number]))
 
 
+def test_values_are_those_of_their_features(features: FeatureVector) -> None:
+    back = features.values(features.of_values(VALUE))
+    np.testing.assert_allclose(back, np.where(features.real_only, VALUE.real, VALUE), rtol=1e-14)
+
+
 def test_each_number_knows_its_row(features: FeatureVector) -> None:
     np.testing.assert_array_equal(features.row, [0, 1, 2, 3, 4, 5, 0, 1, 2, 3, 4])
 

@@ -34,6 +34,7 @@ def test_each_point_begins_where_the_last_one_left_the_sliders(small: TestModel,
         here = (points.frequency == frequency) & (points.sensor == "tip") & (points.harmonic == 1)
         # Newton's 1e-9 from other starts, in states that hand their sliders on.
         assert prediction.value[here][0] == pytest.approx((up + down) / 2, rel=1e-5)
+        assert prediction.by_sweep[:, here].ravel() == pytest.approx([up, down], rel=1e-5)
     # It matters: without, each point begins at rest.
     rest = Predictor(points=points).predict(small)
     assert np.abs(prediction.value - rest.value).max() > 1e-4 * np.abs(rest.value).max()

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from correlation.measurement import Campaign
 from correlation.nuisance import Budget
 from correlation.test_model import Dof, LineSensor, Part, Sensor, TestModel
 from diagnosis.accepted import accepted
@@ -125,9 +126,14 @@ def listed(small: TestModel, paper: ModuleType) -> Catalogue:
 
 
 @pytest.fixture(scope="session")
-def heavy(small: TestModel, paper: ModuleType, listed: Catalogue) -> Arrangement:
-    """Of a campaign that hides 5 g at "mass at tip z"."""
-    campaign = paper.make_campaign(listed.effect("mass at tip z").apply(small, [5e-3]), jitter=3e-5, seed=5)
+def heavy_campaign(small: TestModel, paper: ModuleType, listed: Catalogue) -> Campaign:
+    """It hides 5 g at "mass at tip z"."""
+    return paper.make_campaign(listed.effect("mass at tip z").apply(small, [5e-3]), jitter=3e-5, seed=5)
+
+
+@pytest.fixture(scope="session")
+def heavy(small: TestModel, heavy_campaign: Campaign) -> Arrangement:
+    """Of the campaign that hides a mass."""
     return arrange(
-        campaign, small, accepted(small, deviation={"kn": 0.0, "E": 0.0}), Budget(frequency=0.0, compliance=0.0)
+        heavy_campaign, small, accepted(small, deviation={"kn": 0.0, "E": 0.0}), Budget(frequency=0.0, compliance=0.0)
     )

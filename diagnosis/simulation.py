@@ -1,0 +1,173 @@
+"""Campaigns drawn from a fitted model: the same tests once more, with all that chance does to them.
+
+Each repeat has its own frequency shift and pre-loads, each level in it its own friction history, each reading its own
+noise; the model's numerical error is the same in all repeats. Histories are followed through stick and slip as a
+measurement would be, since what they do to a single state is far from normally distributed.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Complex, Float, Int
+from numpy.typing import NDArray
+
+from correlation.feature_vector import FeatureVector
+from correlation.measurement import Campaign
+from correlation.nuisance import error_tangents, left_by
+from correlation.observation import Observation, point_of_row
+from correlation.prediction import Points, Prediction, Predictor
+from correlation.test_model import TestModel
+from diagnosis.arrangement import Arrangement
+from diagnosis.comparison import Comparison
+
+Coefficients = Complex[NDArray[np.complex128], " k"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Simulation:
+    """Draws campaigns without anything missing.
+
+    Parameters
+    ----------
+    campaign
+        Whose tests are made again; states that jump are left out, as they are from every fit.
+    arrangement
+        Of this campaign: the fitted model, and how much repeats differ.
+    """
+
+    campaign: Campaign
+    arrangement: Arrangement
+
+    def draw(self, generator: np.random.Generator) -> Campaign:
+        """One campaign."""
+        table, used = self.campaign.measurement, self._point >= 0
+        value = np.zeros(len(table), dtype=np.complex128)
+        error = self._error(generator)
+        way = np.array([max(self._sweeps.index(sweep), 0) if sweep in self._sweeps else 0 for sweep in table.sweep])
+        for repeat in np.unique(table.repeat):
+            rows = used & (table.repeat == repeat)
+            read = np.array(
+                [self._features.values(self._features.of_values(each) + error) for each in self._repeat(generator)]
+            )
+            value[rows] = read[way[rows], self._point[rows]]
+        real, imaginary = generator.standard_normal((2, len(table)))
+        deviation = self._deviation[:, self._point] * np.sqrt(self._readings)
+        value += deviation[0] * real + 1j * deviation[1] * imaginary
+        measured = replace(table, value=value).where(used & np.isfinite(value))
+        return replace(self.campaign, measurement=measured, suspicions=())
+
+    @property
+    def _sweeps(self) -> tuple[int, ...]:
+        return self._predictor.sweeps
+
+    @cached_property
+    def _predictor(self) -> Predictor:
+        """Of all points that are compared."""
+        sides = [side.observed.points for side in self._sides]
+        return Predictor(points=_joined(sides), sweeps=self.arrangement.train.predictor.sweeps)
+
+    @property
+    def _sides(self) -> tuple[Comparison, Comparison]:
+        return self.arrangement.train, self.arrangement.held
+
+    @cached_property
+    def _prediction(self) -> Prediction:
+        """Without anything random."""
+        fit = self.arrangement.fit
+        return self._predictor.predict(fit.model, fit.prediction)
+
+    @cached_property
+    def _features(self) -> FeatureVector:
+        """What the error is linear in."""
+        motion = np.concatenate([side.observed.motion for side in self._sides])
+        return FeatureVector.of(self._predictor.points, self._prediction.value, motion)
+
+    @cached_property
+    def _point(self) -> Int[NDArray[np.int64], " rows"]:
+        """Row of the points that each row of the table is a reading of; -1 for what is not compared."""
+        return point_of_row(self.campaign, self._predictor.points)
+
+    @cached_property
+    def _readings(self) -> Float[NDArray[np.float64], " rows"]:
+        """How many readings of a point a repeat has."""
+        _, same, count = np.unique(
+            np.column_stack([self._point, self.campaign.measurement.repeat]), axis=0, return_inverse=True,
+            return_counts=True,
+        )  # fmt: skip
+        return np.asarray(count[same.ravel()], dtype=np.float64)
+
+    @cached_property
+    def _deviation(self) -> Float[NDArray[np.float64], "2 k"]:
+        """Noise of a repeat's reading of each point, real and imaginary, and none at all at place -1."""
+        parts = [_noise(side) for side in self._sides]
+        return np.column_stack([*parts, np.zeros(2)])
+
+    def _repeat(self, generator: np.random.Generator) -> Complex[NDArray[np.complex128], "S k"]:
+        """What one repeat reads in each sweep, without noise."""
+        model, points = self._jittered(generator), self._predictor.points
+        value = np.zeros((max(len(self._sweeps), 1), len(points)), dtype=np.complex128)
+        value[:, points.free] = self._followed(model, points.free, None)
+        for level in np.unique(points.level):
+            share = generator.uniform(size=len(model.system.joints))
+            there = ~points.free & (points.level == level)
+            value[:, there] = self._followed(model, there, share)
+        return value
+
+    def _followed(
+        self, model: TestModel, there: NDArray[np.bool_], share: Float[NDArray[np.float64], " joints"] | None
+    ) -> Complex[NDArray[np.complex128], "S n"]:
+        slider = None if share is None else left_by(model, share)
+        predictor = replace(self._predictor, points=self._predictor.points.where(there), slider=slider)
+        return predictor.predict(model, self._prediction).by_sweep
+
+    def _jittered(self, generator: np.random.Generator) -> TestModel:
+        """The model as it is in one repeat."""
+        model = self.arrangement.fit.model
+        # What is known is the jitter of a mean over the repeats held out.
+        single = float(np.sqrt(np.median(self.arrangement.settled.observed.count)))
+        for effect, deviation in self.arrangement.jitter:
+            model = effect.apply(model, [single * deviation * float(generator.standard_normal())])
+        return model
+
+    def _error(self, generator: np.random.Generator) -> Float[NDArray[np.float64], " m"]:
+        """Numerical error of each feature."""
+        arrangement, points = self.arrangement, self._predictor.points
+        fit, before = arrangement.fit, self._prediction
+        errors = error_tangents(fit.model, arrangement.budget)
+        rates = self._predictor.derivatives(fit.model, before, errors.tangents)
+        slopes = self._features.slopes(before.value, rates) * errors.size
+        common, apart = slopes[:, : errors.whole], list(slopes[:, errors.whole :].T)
+        finer = [each.compose(fit.values) for each in arrangement.finer]
+        for each in finer:
+            value = self._predictor.predict(each, before).value
+            apart.append(self._features.of_values(value) - self._features.of_values(before.value))
+        error = common @ generator.standard_normal(errors.whole)
+        levels, number = np.unique(points.level, return_inverse=True)
+        for change in apart:
+            error = error + change * generator.standard_normal(len(levels))[number[self._features.row]]
+        return np.asarray(np.nan_to_num(error))
+
+
+def _joined(sides: list[Points]) -> Points:
+    return Points(
+        **{
+            name: np.concatenate([getattr(side, name) for side in sides])
+            for name in ("free", "level", "frequency", "sensor", "harmonic")
+        }
+    )
+
+
+def _noise(side: Comparison) -> Float[NDArray[np.float64], "2 k"]:
+    """Standard deviation of a repeat's reading by noise, real and imaginary part, shape (2, k)."""
+    features, observed = side.features, side.observed
+    deviation = side.noise / features.per_reading(_mean(observed))
+    k = len(observed.points)
+    imaginary = np.zeros(k)
+    imaginary[features.row[k:]] = deviation[k:]
+    return np.array([deviation[:k], imaginary])
+
+
+def _mean(observed: Observation) -> Coefficients:
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.nanmean(observed.repeat, axis=1))

@@ -1,0 +1,115 @@
+"""Campaigns drawn from a fitted model: what they scatter about, and by how much."""
+
+from dataclasses import replace
+from types import ModuleType
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from correlation.measurement import Campaign
+from correlation.nuisance import Budget
+from correlation.observation import observation, point_of_row
+from correlation.test_model import TestModel
+from diagnosis.accepted import accepted
+from diagnosis.arrangement import Arrangement, arrange
+from diagnosis.simulation import Simulation
+
+DRAWS = 40
+
+
+@pytest.fixture(scope="module")
+def quiet(small: TestModel, paper: ModuleType) -> tuple[Campaign, Arrangement]:
+    """Nothing differs between its repeats but noise."""
+    campaign = paper.make_campaign(small, seed=3)
+    return campaign, arrange(
+        campaign,
+        small,
+        accepted(small, deviation={"kn": 0.0, "E": 0.0}),
+        Budget(frequency=0.0, compliance=0.0, shares=0.0),
+    )
+
+
+def without_jitter(of: tuple[Campaign, Arrangement]) -> Simulation:
+    campaign, arrangement = of
+    return Simulation(campaign=campaign, arrangement=replace(arrangement, jitter=()))
+
+
+def draws(simulation: Simulation) -> NDArray[np.complex128]:
+    """Readings of so many draws, shape (DRAWS, rows)."""
+    return np.array([simulation.draw(np.random.default_rng(seed)).measurement.value for seed in range(DRAWS)])
+
+
+def test_rows_of_the_table_find_their_points(quiet: tuple[Campaign, Arrangement]) -> None:
+    campaign, arrangement = quiet
+    seen = observation(campaign)
+    rows = point_of_row(campaign, seen.points)
+    column = np.unique(campaign.measurement.repeat, return_inverse=True)[1]
+    np.testing.assert_array_equal(seen.repeat[rows, column], campaign.measurement.value)
+    some = point_of_row(campaign, seen.points.where(seen.points.level == seen.points.level.min()))
+    np.testing.assert_array_equal(some >= 0, campaign.measurement.level == seen.points.level.min())
+    assert arrangement.train.observed.taken.any()
+
+
+def test_a_free_structure_is_read_with_the_noise_that_was_measured(
+    quiet: tuple[Campaign, Arrangement], paper: ModuleType
+) -> None:
+    simulation = without_jitter(quiet)
+    value = draws(simulation)
+    campaign, arrangement = quiet
+    table = campaign.measurement
+    free = np.array([test.configuration == "free" for test in campaign.tests])[table.test]
+    expected = arrangement.held.predict(arrangement.fit.model)
+    rows = point_of_row(campaign, expected.points)
+    here = np.flatnonzero(free & (rows >= 0) & (table.repeat == 1))
+    predicted, deviation = expected.value[rows[here]], paper.make_deviation(expected.points, expected.value)[rows[here]]
+    apart = (value[:, here] - predicted) / deviation
+    # The fit of a and b from four repeats of some dozens of points is good to a tenth or two.
+    assert 0.75 < np.std(apart.real) < 1.3
+    assert 0.75 < np.std(apart.imag) < 1.3
+    # Means of so many draws, in units of their own standard deviation: 5 is out of reach for some hundred of them.
+    assert np.abs(apart.mean(axis=0).real).max() * np.sqrt(DRAWS) < 5 * 1.3
+
+
+def test_repeats_differ_by_a_shift_of_the_frequency_where_they_did(quiet: tuple[Campaign, Arrangement]) -> None:
+    campaign, arrangement = quiet
+    shift = [(effect, 3e-4 if effect.name.startswith("frequency") else 0.0) for effect, _ in arrangement.jitter]
+    moved = Simulation(campaign=campaign, arrangement=replace(arrangement, jitter=tuple(shift)))
+    still = without_jitter(quiet)
+    table = campaign.measurement
+    free = np.array([test.configuration == "free" for test in campaign.tests])[table.test] & (table.harmonic == 1)
+    scatter = [np.std(np.abs(draws(each)[:, free]), axis=0) for each in (moved, still)]
+    # Away from the resonance a shift does nothing; at its flank it is most of what differs.
+    assert (scatter[0] / scatter[1]).max() > 3
+    assert np.median(scatter[0] / scatter[1]) > 1
+
+
+def test_numerical_error_is_the_same_in_all_repeats(small: TestModel, quiet: tuple[Campaign, Arrangement]) -> None:
+    campaign, arrangement = quiet
+    simulation = Simulation(
+        campaign=campaign, arrangement=replace(arrangement, jitter=(), budget=Budget(frequency=2e-3, compliance=0.0))
+    )
+    drawn = observation(simulation.draw(np.random.default_rng(2)))
+    plain = observation(without_jitter(quiet).draw(np.random.default_rng(2)))
+    free = drawn.points.free & (drawn.points.harmonic == 1)
+    assert np.abs(drawn.value[free] / plain.value[free] - 1).max() > 0.02
+    spread = [np.nanstd(each.repeat[free], axis=1) / np.abs(each.value[free]) for each in (drawn, plain)]
+    np.testing.assert_allclose(np.median(spread[0]), np.median(spread[1]), rtol=0.3)
+
+
+def test_without_noise_repeats_differ_by_their_friction_histories_alone(quiet: tuple[Campaign, Arrangement]) -> None:
+    campaign, arrangement = quiet
+    sides = {
+        name: replace(side, noise=0 * side.noise)
+        for name, side in (("train", arrangement.train), ("held", arrangement.held))
+    }
+    simulation = Simulation(campaign=campaign, arrangement=replace(arrangement, jitter=(), **sides))
+    drawn = observation(simulation.draw(np.random.default_rng(4)))
+    predicted = arrangement.train.predictor
+    predicted = replace(predicted, points=drawn.points).predict(arrangement.fit.model)
+    free = drawn.points.free
+    np.testing.assert_allclose(drawn.repeat[free], np.repeat(predicted.value[free][:, None], 4, axis=1), rtol=1e-6)
+    # What sticks keeps a force, which the mean normal force answers as flanks are inclined; all slip forgets it.
+    static = ~free & (drawn.points.harmonic == 0)
+    spread = np.ptp(drawn.repeat[static].real, axis=1) / np.abs(predicted.value[static])
+    assert 1e-3 < spread.max() < 1
