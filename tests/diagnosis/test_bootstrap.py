@@ -6,7 +6,7 @@ from scipy.stats import chi2, f, gumbel_r
 
 from correlation.measurement import Campaign
 from diagnosis.arrangement import Arrangement
-from diagnosis.bootstrap import Trial, limits_of, null_trial
+from diagnosis.bootstrap import STRANGER, Trial, limits_of, null_trial
 from diagnosis.catalogue import Catalogue
 from diagnosis.refit import fitted, shortlist
 from diagnosis.screening import screen
@@ -25,7 +25,7 @@ def test_the_tail_of_gumbels_law_is_told() -> None:
     gains, misfits = (gumbel_r.rvs(loc=m, scale=s, size=20_000, random_state=draw) for m, s in ((6, 2), (9, 3)))
     limits = limits_of(trials(gains, misfits), false_alarms=0.01)
     # The standard deviation of 20,000 draws is known to 1 %; the quantile is 4.6 scales away.
-    assert limits.gain == pytest.approx(gumbel_r.isf(0.01, loc=6, scale=2), rel=0.03)
+    assert limits.gain == pytest.approx(STRANGER * gumbel_r.isf(0.01, loc=6, scale=2), rel=0.03)
     assert limits.misfit == pytest.approx(gumbel_r.isf(0.01, loc=9, scale=3), rel=0.03)
     assert (limits.false_alarms, limits.n_trial) == (0.01, 20_000)
 
