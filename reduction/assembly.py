@@ -92,6 +92,22 @@ class ReducedAssembly:
         start: int = self.columns(body).start
         return np.asarray(start + self.bodies[body].rows(name, direction))
 
+    def load(self, body: str, nodal: Float[NDArray[np.float64], "node 3"]) -> Float[NDArray[np.float64], " r"]:
+        """Forces on the nodes of a body's mesh, as the reduced coordinates take them, shape (r,).
+
+        Raises
+        ------
+        RomError
+            No such body, or forces that are not those of its mesh.
+        """
+        columns = self.columns(body)
+        rom = self.bodies[body]
+        if np.shape(nodal) != (rom.n_node, 3):
+            raise RomError(f"nodal forces of shape {np.shape(nodal)} are not those of {body}: give ({rom.n_node}, 3)")
+        found = np.zeros(self.n_dof)
+        found[columns] = rom.recovery.T @ np.asarray(nodal, dtype=np.float64).reshape(-1)[rom.free]
+        return found
+
     def displacement(
         self, reduced: Float[NDArray[np.float64], "r ..."] | Complex[NDArray[np.complex128], "r ..."]
     ) -> dict[str, Field]:

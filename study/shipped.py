@@ -5,6 +5,8 @@ from pathlib import Path
 CASES = Path(__file__).with_name("cases")
 #: One model of the rig's blade.
 BLADE = CASES / "blade.toml"
+#: The whole rig: blade, dampers and de-couplers.
+RIG = CASES / "rig.toml"
 #: The mesh studies: the rig's blade first, which is the default if its rows are near enough to the published ones.
 TABLE1 = (CASES / "table1_rig.toml", CASES / "table1_plain.toml")
 #: A chain of three masses whose end rubs on a wall; its matrices stand beside it.

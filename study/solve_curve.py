@@ -97,7 +97,7 @@ def _begun(
         points, state = saved
         return list(points), state
     try:
-        first, state = continuation.begin()
+        first, state = continuation.begin(slider=curve.slider)
     except NoConvergence as error:
         raise ComputationFailed(f"{curve.label}: {error}") from error
     return [first], state

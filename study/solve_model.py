@@ -16,7 +16,7 @@ from study.mistakes import Mistakes
 from study.solve_case import FrequencySweepTable, SolveCase
 from study.solve_contact import contact_joints
 from study.solve_place import Row, mean_row
-from study.stuck_contacts import stuck_damping
+from study.stuck_contacts import case_damping
 
 #: Derivatives in time of each quantity that an output may show.
 DERIVATIVE = {"displacement": 0, "velocity": 1, "acceleration": 2}
@@ -62,6 +62,8 @@ class Curve:
         The largest along it, in the unit of its ends; None leaves it to the solver.
     label
         For people: "level 3", "40 Hz".
+    slider
+        Where the sliders begin, shape (s,) [m]; springs without tension by default.
     """
 
     parameter: str
@@ -70,6 +72,7 @@ class Curve:
     fixed: float
     step: float | None
     label: str
+    slider: Row | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -131,7 +134,7 @@ def solve_model(case: SolveCase, folder: Path) -> SolveModel:
     damping = structure.damping
     if case.damping is not None:
         with mistakes.at("damping"):
-            damping = stuck_damping(case.damping, structure, joints)
+            damping = case_damping(case.damping, structure, joints)
     mistakes.raise_if_any()
     system = JointedSystem(
         mass=structure.mass,

@@ -75,18 +75,40 @@ def run_solve(path: Path, run: RunContext) -> Solved:
     with located(case, "model"):
         # Refuses what no case key shows, such as a body that nothing holds.
         balance = HarmonicBalance(system=model.system, n_harmonic=model.harmonics + 1, n_sample=model.n_sample)
-    curves = [_solved(model, number, path.stem, run) for number in range(len(model.curves))]
-    title = case.title or path.stem
-    files = {"nc": run.output / f"{path.stem}_response.nc", "csv": run.output / f"{path.stem}_response.csv"}
+    return solved_curves(model, balance, path.stem, case.title or path.stem, run)[0]
+
+
+def solved_curves(
+    model: SolveModel, balance: HarmonicBalance, stem: str, title: str, run: RunContext
+) -> tuple[Solved, list[SolvedCurve]]:
+    """Compute the curves of a model and write tables and figures.
+
+    Parameters
+    ----------
+    model, balance
+        What is solved.
+    stem, title
+        What files and figures are called.
+    run
+        Where to.
+
+    Raises
+    ------
+    ComputationFailed
+        No steady state was found to start a curve from.
+    """
+    assert run.output is not None
+    curves = [_solved(model, number, stem, run) for number in range(len(model.curves))]
+    files = {"nc": run.output / f"{stem}_response.nc", "csv": run.output / f"{stem}_response.csv"}
     replace_file(files["nc"], bytes(response_dataset(model, curves, title).to_netcdf(engine="h5netcdf")))
     replace_file(files["csv"], response_csv(model, curves))
     for name, picture in _figures(model, balance, curves, title).items():
-        files[name] = run.output / f"{path.stem}_{name}.png"
+        files[name] = run.output / f"{stem}_{name}.png"
         replace_file(files[name], picture)
     peaks = tuple(peak_of(each, model.outputs[0], main_harmonic(model.system)) for each in curves)
     if warning := truncation_warning(peaks, model.harmonics):
         run.warn(warning)
-    return Solved(
+    solved = Solved(
         n_dof=model.system.n_dof,
         n_joint=len(model.system.joints),
         harmonics=model.harmonics,
@@ -94,6 +116,7 @@ def run_solve(path: Path, run: RunContext) -> Solved:
         peaks=peaks,
         files=tuple(files.values()),
     )
+    return solved, curves
 
 
 def _solved(model: SolveModel, number: int, stem: str, run: RunContext) -> SolvedCurve:

@@ -14,7 +14,7 @@ from study.case import located
 from study.errors import CaseError
 from study.mistakes import Mistakes
 from study.solve_contact import contact_joints
-from study.stuck_contacts import stuck_damping
+from study.stuck_contacts import case_damping
 from study.test_case import LineTable, TestCase
 from study.test_place import Whereabouts
 from study.test_structure import TestStructure, load_test_structure
@@ -189,7 +189,7 @@ def _damping(case: TestCase, structure: TestStructure, joints: Sequence[Joint]) 
         return matrices.damping
     by_ratio = table.by_ratio
     if by_ratio is not None:
-        return stuck_damping(by_ratio, matrices, joints)
+        return case_damping(by_ratio, matrices, joints)
     if matrices.has_damping and not table.replace:
         raise JointError(
             "a file that holds damping of its own meets [damping]: add replace = true, or remove the table"

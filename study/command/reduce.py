@@ -9,13 +9,17 @@ from study.run_context import DEFAULTS, Answer, Options, Out, command_app
 
 app = command_app(
     "reduce",
-    """Reduce a blade by Craig-Bampton.
+    """Reduce a blade, or the whole rig, by Craig-Bampton.
 
-    Builds the CAD solid, meshes and clamps it, keeps excitation, response and contact nodes and the lowest
+    A blade: builds the CAD solid, meshes and clamps it, keeps excitation, response and contact nodes and the lowest
     fixed-interface modes. Writes the STEP file, the mesh (VTU), the reduced model (HDF5, docs/rom_file.md) and the
     frequency response of the tip, and compares reduced frequencies with full ones. Without a case file: the rig's
-    blade.""",
-    examples=["stickslip reduce --out reduced", "stickslip reduce my_blade.toml --out mine --json"],
+    blade.
+
+    A rig (a case file with kind = "rig", docs/rig.md): the same for each of its five bodies. Writes the STEP assembly,
+    the meshes with the first modes (VTU), the reduced assembly (HDF5) and pictures, and prints the frequencies of the
+    rig with all contacts stuck.""",
+    examples=["stickslip reduce --out reduced", "stickslip reduce my_rig.toml --out mine --json"],
 )
 
 
@@ -27,11 +31,26 @@ def reduce(
     out: Out = Path("reduced"),
     options: Options = DEFAULTS,
 ) -> Answer:
-    """Reduce a blade."""
-    from study.reduce_run import run_reduce
+    """Reduce a blade or a rig."""
+    from study.rig_case import is_rig_case
     from study.shipped import BLADE
 
-    reduced = run_reduce(case or BLADE, options.open(out))
+    path = case or BLADE
+    return _rig(path, out, options) if is_rig_case(path) else _blade(path, out, options)
+
+
+def _rig(path: Path, out: Path, options: Options) -> Answer:
+    from study.rig_reduce_run import run_reduce_rig
+    from study.rig_table import rig_document, rig_text
+
+    reduced = run_reduce_rig(path, options.open(out))
+    return Answer(document=rig_document(reduced), text=rig_text(reduced))
+
+
+def _blade(path: Path, out: Path, options: Options) -> Answer:
+    from study.reduce_run import run_reduce
+
+    reduced = run_reduce(path, options.open(out))
     found = reduced.reduction
     lines = [
         f"{found.n_dof} degrees of freedom reduced to {found.rom.n_dof}",

@@ -53,9 +53,9 @@ class View:
     depth: float
 
 
-def view_of(points: Vectors) -> View:
-    """Look at points from the direction `TOWARDS_EYE`, with z upwards."""
-    eye = TOWARDS_EYE / np.linalg.norm(TOWARDS_EYE)
+def view_of(points: Vectors, towards_eye: Float[NDArray[np.float64], "3"] = TOWARDS_EYE) -> View:
+    """Look at points from a direction, with z upwards."""
+    eye = towards_eye / np.linalg.norm(towards_eye)
     right = np.cross([0.0, 0.0, 1.0], eye)
     right /= np.linalg.norm(right)
     up = np.cross(eye, right)
@@ -116,7 +116,7 @@ def scene(
     mesh: Mesh,
     values: Float[NDArray[np.float64], " node"],
     limits: tuple[float, float],
-    colour_map: str,
+    colour_map: str | list[str],
     view: View,
     size: tuple[int, int],
 ) -> Iterator[Scene]:
@@ -131,7 +131,7 @@ def scene(
     limits
         Values at the two ends of the colour map.
     colour_map
-        Its name in matplotlib.
+        Its name in matplotlib, or its colours.
     view
         From where.
     size

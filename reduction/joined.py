@@ -1,0 +1,176 @@
+"""Reduced bodies joined along contact lines: from an assembly to the system that the solver takes.
+
+Three steps: `joined` puts contact elements between the bodies, `Joined.rest` finds how the dead weights press them, and
+`vibrating` gives the system about that rest, with its damping and a harmonic force.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from geometry.interface import ContactLine
+from reduction.assembly import ReducedAssembly
+from reduction.jointed_system import Friction, FrictionContact, JointedSystem
+from reduction.line_contact import LineStiffness, Tangents, contact_directions, held_stiffness, line_contacts
+from reduction.static_contact import StaticState, static_state
+from reduction.stuck import stuck_damping, stuck_stiffness
+
+Row = Float[NDArray[np.float64], " r"]
+Matrix = Float[NDArray[np.float64], "r r"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LinePair:
+    """Two lines that lie on each other, and what happens between them.
+
+    Parameters
+    ----------
+    name
+        Of the pair.
+    body, other
+        The two bodies.
+    line
+        That of the first body: its normals point into the second one.
+    line_set, other_set
+        Boundary sets of the stations' nodes, in the same order.
+    stiffness
+        Of the line.
+    friction_coefficient
+        mu [-].
+    gaps
+        Initial gap at each station [m]; none by default.
+    """
+
+    name: str
+    body: str
+    other: str
+    line: ContactLine
+    line_set: str
+    other_set: str
+    stiffness: LineStiffness
+    friction_coefficient: float
+    gaps: Sequence[float] | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Joined:
+    """Bodies with contact elements between them, unloaded.
+
+    Parameters
+    ----------
+    mass, bodies
+        Of the bodies alone, shape (r, r) [kg, N/m].
+    stiffness
+        Of the bodies with the springs of tangents that do not slide, shape (r, r) [N/m].
+    contacts
+        Elements of all lines.
+    lines
+        Names of the elements by line.
+    springs
+        Stiffness of all contacts closed and stuck, shape (r, r) [N/m].
+    """
+
+    mass: Matrix
+    bodies: Matrix
+    stiffness: Matrix
+    contacts: tuple[FrictionContact, ...]
+    lines: dict[str, tuple[str, ...]]
+    springs: Matrix
+
+    @property
+    def stuck(self) -> Matrix:
+        """Stiffness with all contacts closed and stuck, shape (r, r) [N/m]."""
+        return stuck_stiffness(self.stiffness, self.contacts)
+
+    def rest(self, load: Row) -> StaticState:
+        """How dead weights press the contacts; see `reduction.static_contact.static_state`.
+
+        Raises
+        ------
+        JointError
+            A body leaves its groove under this load, or finds no rest.
+        """
+        return static_state(self.stiffness, self.contacts, load, self.lines)
+
+
+def joined(
+    assembly: ReducedAssembly,
+    pairs: Sequence[LinePair],
+    *,
+    tangents: Tangents = Tangents.ALONG,
+    friction: Friction = Friction.COULOMB,
+) -> Joined:
+    """Put contact elements between bodies.
+
+    Parameters
+    ----------
+    assembly
+        The bodies.
+    pairs
+        Lines that touch.
+    tangents, friction
+        In which tangents all of them slide, and how two share the limit.
+
+    Raises
+    ------
+    RomError
+        A body or a boundary set that the assembly does not have.
+    JointError
+        Gaps that are not one a station.
+    """
+    n_dof = assembly.n_dof
+    contacts: list[FrictionContact] = []
+    held, lines = np.zeros((n_dof, n_dof)), {}
+    for pair in pairs:
+        rows = assembly.rows(pair.body, pair.line_set).reshape(-1, 3)
+        others = assembly.rows(pair.other, pair.other_set).reshape(-1, 3)
+        directions = contact_directions(n_dof, pair.line, rows, others)
+        found = line_contacts(
+            pair.name, pair.line, directions, pair.stiffness, pair.friction_coefficient,
+            tangents=tangents, gaps=pair.gaps, friction=friction,
+        )  # fmt: skip
+        contacts += found
+        lines[pair.name] = tuple(each.name for each in found)
+        if tangents is Tangents.ALONG:
+            held += held_stiffness(pair.line, directions, pair.stiffness)
+    return Joined(
+        mass=assembly.mass,
+        bodies=assembly.stiffness,
+        stiffness=assembly.stiffness + held,
+        contacts=tuple(contacts),
+        lines=lines,
+        springs=stuck_stiffness(held, contacts),
+    )
+
+
+def vibrating(
+    of: Joined,
+    rest: StaticState,
+    damping_ratio: float,
+    harmonic_force: Complex[NDArray[np.complex128], "harmonic r"],
+) -> JointedSystem:
+    """The system about its rest.
+
+    Parameters
+    ----------
+    of
+        Bodies and contacts.
+    rest
+        Under the dead weights; motion is reckoned from there.
+    damping_ratio
+        On the first mode with all contacts stuck that the force drives [-], see `reduction.stuck.stuck_damping`; what
+        is proportional to stiffness is so to that of the bodies, without any springs of contacts.
+    harmonic_force
+        At level 1, shape (n_harmonic, r) [N].
+    """
+    return JointedSystem(
+        mass=of.mass,
+        damping=stuck_damping(of.mass, of.bodies, of.stuck, damping_ratio, seen=np.abs(harmonic_force).sum(axis=0)),
+        stiffness=of.stiffness,
+        joints=rest.contacts,
+        static_load=rest.load,
+        harmonic_force=harmonic_force,
+    )

@@ -1,0 +1,136 @@
+"""A body that contact alone holds: how stiffly its six rigid-body motions are held, and which one is not."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from reduction.assembly import ReducedAssembly
+from reduction.errors import RomError
+
+Six = Float[NDArray[np.float64], "6"]
+Matrix = Float[NDArray[np.float64], "r r"]
+
+#: The six motions, about the centre of mass: translations [N/m], then rotations [N m/rad].
+MOTIONS = ("x", "y", "z", "rotation about x", "rotation about y", "rotation about z")
+#: Share of the stiffest motion's squared frequency below which a motion counts as free: round-off of a singular matrix.
+FREE = 1e-10
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RigidBody:
+    """A body as if it were rigid, on the springs of its contacts; the bodies beside it do not move.
+
+    Parameters
+    ----------
+    body
+        Its name.
+    mass
+        [kg].
+    centre
+        Its centre of mass, shape (3,) [m].
+    stiffness
+        Of each of `MOTIONS` while the other five are prevented, shape (6,) [N/m and N m/rad].
+    frequency
+        The six natural frequencies, rising, shape (6,) [Hz].
+    shape
+        The motions that belong to them, about the centre of mass, mass-normalised, shape (6, 6), one a column.
+    """
+
+    body: str
+    mass: float
+    centre: Float[NDArray[np.float64], "3"]
+    stiffness: Six
+    frequency: Six
+    shape: Float[NDArray[np.float64], "6 6"]
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """What nothing resists, by the motion that has most of the energy; none in a rig that holds its parts."""
+        largest = float(self.frequency[-1])
+        loose = np.flatnonzero(self.frequency**2 <= FREE * largest**2)
+        return tuple(self._name(int(number)) for number in loose)
+
+    def _name(self, number: int) -> str:
+        """The motion that has the most of a mode's kinetic energy."""
+        return MOTIONS[int(np.argmax(self._energy[:, number]))]
+
+    @property
+    def _energy(self) -> Float[NDArray[np.float64], "6 6"]:
+        inverse = np.linalg.inv(self.shape)
+        return np.asarray(np.abs(self.shape * inverse.T))
+
+
+def rigid_body(
+    assembly: ReducedAssembly, body: str, points: Float[NDArray[np.float64], "node 3"], springs: Matrix
+) -> RigidBody:
+    """How the contact springs hold a body.
+
+    Parameters
+    ----------
+    assembly, body
+        The model, and which body.
+    points
+        Of the body's mesh, shape (n_node, 3) [m].
+    springs
+        Stiffness of all contacts, with no other body's elasticity in it, shape (r, r) [N/m].
+
+    Raises
+    ------
+    RomError
+        No such body, or one that is supported: it has no rigid-body motion.
+    """
+    motion = _rigid_motion(assembly, body, points, np.zeros(3))
+    own = assembly.columns(body)
+    mass, stiffness = assembly.mass[own, own], assembly.stiffness[own, own]
+    held = float(np.abs(stiffness @ motion[own]).max(initial=0.0))
+    if held > 1e-6 * float(np.abs(stiffness).max()):
+        raise RomError(f"{body} is supported: ask for the rigid-body motions of a body that contact alone holds")
+    inertia = motion[own].T @ mass @ motion[own]
+    # m times the vector to the centre stands as a cross product in the coupling of translations and rotations.
+    centre = np.array([inertia[1, 5], inertia[2, 3], inertia[0, 4]]) / inertia[0, 0]
+    motion = _rigid_motion(assembly, body, points, centre)
+    inertia = motion[own].T @ mass @ motion[own]
+    seen = motion.T @ springs @ motion
+    lambda_, shape = scipy.linalg.eigh((seen + seen.T) / 2, (inertia + inertia.T) / 2)
+    return RigidBody(
+        body=body,
+        mass=float(inertia[0, 0]),
+        centre=centre,
+        stiffness=np.diag(seen).copy(),
+        frequency=np.sqrt(lambda_.clip(min=0)) / (2 * np.pi),
+        shape=shape,
+    )
+
+
+def check_held(bodies: Sequence[RigidBody]) -> None:
+    """Refuse bodies that something leaves free.
+
+    Raises
+    ------
+    RomError
+        Every motion that nothing resists, by body.
+    """
+    loose = [f"{each.body}: {' and '.join(each.free)}" for each in bodies if each.free]
+    if loose:
+        raise RomError(
+            f"nothing holds {'; '.join(loose)} (about the centre of mass): give that line contact of more than one "
+            "station, a stiffness in both tangents, or the spring that holds it in the rig"
+        )
+
+
+def _rigid_motion(
+    assembly: ReducedAssembly, body: str, points: Float[NDArray[np.float64], "node 3"], about: NDArray[np.float64]
+) -> Float[NDArray[np.float64], "r 6"]:
+    """Reduced coordinates of the six unit motions: those of the boundary; fixed-interface modes stay at rest."""
+    rom, own = assembly.bodies[body], assembly.columns(body)
+    motion = np.zeros((assembly.n_dof, 6))
+    place, direction = points[rom.boundary_node] - about, rom.boundary_direction
+    rows = own.start + np.arange(rom.n_boundary)
+    motion[rows, direction] = 1.0
+    for axis in range(3):
+        motion[rows, 3 + axis] = np.cross(np.eye(3)[axis], place)[np.arange(rom.n_boundary), direction]
+    return motion

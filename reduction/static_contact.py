@@ -1,0 +1,168 @@
+r"""Rest under static loads, with contacts that press and may open, and that do not slide.
+
+.. math:: K q + \sum_i N_i n_i + \sum_i k_t t_i (t_i q) = f, \qquad N_i = \max(k_n (n_i q - g_i), 0)
+
+A contact that is pressed in this state has its N_i as pre-load in what follows, one that is open the gap that is left;
+motion is then reckoned from here, under the load f - K q that the contacts balance.
+
+References
+----------
+Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), section 3.1, eq. 6.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.linalg
+from jaxtyping import Bool, Float
+from numpy.typing import NDArray
+
+from reduction.errors import JointError
+from reduction.joint import FrictionContact
+
+Row = Float[NDArray[np.float64], " r"]
+Matrix = Float[NDArray[np.float64], "r r"]
+
+#: Changes of which contacts are closed, a contact: each round opens or closes some, and few rounds do.
+ROUNDS = 4
+#: Smallest pivot of the stuck stiffness over its largest below which it counts as singular.
+SINGULAR = 1e-14
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StaticState:
+    """Rest under a load.
+
+    Parameters
+    ----------
+    contacts
+        Seen from here: with pre-loads and gaps of this state.
+    displacement
+        q, shape (r,) [m].
+    load
+        f - K q, what the contacts balance, shape (r,) [N].
+    normal
+        N of each contact, shape (c,) [N].
+    tangential
+        T of each contact along each of its tangents, one array a contact [N].
+    """
+
+    contacts: tuple[FrictionContact, ...]
+    displacement: Row
+    load: Row
+    normal: Float[NDArray[np.float64], " c"]
+    tangential: tuple[Float[NDArray[np.float64], " t"], ...]
+
+    @property
+    def ratio(self) -> Float[NDArray[np.float64], " c"]:
+        """|T| / (mu N) of each contact, zero where it is open, shape (c,) [-]; above 1 it would have slid."""
+        limit = np.array([each.friction_coefficient for each in self.contacts]) * self.normal
+        size = np.array([float(np.linalg.norm(each)) for each in self.tangential])
+        return np.asarray(np.divide(size, limit, out=np.zeros_like(limit), where=limit > 0))
+
+
+def static_state(
+    stiffness: Matrix,
+    contacts: Sequence[FrictionContact],
+    load: Row,
+    lines: Mapping[str, Sequence[str]] | None = None,
+) -> StaticState:
+    """Rest under a load.
+
+    Parameters
+    ----------
+    stiffness
+        K without contacts, shape (r, r) [N/m].
+    contacts
+        Unloaded: their pre-loads are zero, their gaps those of the bodies before the load.
+    load
+        f, shape (r,) [N].
+    lines
+        Names of the contacts of each line: one that opens all along is refused; none by default.
+
+    Raises
+    ------
+    JointError
+        A contact that has a pre-load, no rest (a body that the closed contacts do not hold), or a line that opens all
+        along.
+    """
+    pressed = [each.name for each in contacts if each.preload]
+    if pressed:
+        raise JointError(f'contact "{pressed[0]}" has a pre-load, which the static solution shall find: leave it out')
+    rows = np.array([each.normal for each in contacts]).reshape(-1, len(stiffness))
+    k_n = np.array([each.normal_stiffness for each in contacts])
+    gap = np.array([each.gap for each in contacts])
+    closed = np.ones(len(contacts), dtype=bool)
+    seen = set()
+    for _ in range(ROUNDS * max(len(contacts), 1)):
+        q = _rest(stiffness, contacts, closed, rows, k_n, gap, load)
+        approach = rows @ q - gap
+        now = approach > 0
+        if (now == closed).all():
+            break
+        seen.add(closed.tobytes())
+        # A set that comes again would come for ever: then the contact that is most wrong changes alone.
+        if now.tobytes() in seen:
+            wrong = np.flatnonzero(now != closed)
+            now, worst = closed.copy(), wrong[np.argmax(np.abs(approach[wrong]) * k_n[wrong])]
+            now[worst] = not now[worst]
+        closed = now
+    else:
+        raise JointError(f"no rest was found under the static load in {ROUNDS} rounds a contact: check loads and gaps")
+    _refuse_open(lines or {}, contacts, closed)
+    tangential = tuple(each.tangential_stiffness * (each.tangents @ q) * on
+                       for each, on in zip(contacts, closed, strict=True))  # fmt: skip
+    normal = np.where(closed, k_n * approach, 0.0)
+    return StaticState(
+        contacts=tuple(
+            replace(each, preload=float(force), gap=0.0 if on else float(-distance))
+            for each, force, distance, on in zip(contacts, normal, approach, closed, strict=True)
+        ),
+        displacement=q,
+        load=load - stiffness @ q,
+        normal=normal,
+        tangential=tangential,
+    )
+
+
+def _rest(
+    stiffness: Matrix,
+    contacts: Sequence[FrictionContact],
+    closed: Bool[NDArray[np.bool_], " c"],
+    rows: Float[NDArray[np.float64], "c r"],
+    k_n: Float[NDArray[np.float64], " c"],
+    gap: Float[NDArray[np.float64], " c"],
+    load: Row,
+) -> Row:
+    """Displacement with some contacts closed and stuck."""
+    stuck = stiffness + rows[closed].T @ (k_n[closed, None] * rows[closed])
+    for each, on in zip(contacts, closed, strict=True):
+        if on:
+            stuck += each.tangential_stiffness * each.tangents.T @ each.tangents
+    scale = np.sqrt(np.diag(stuck).clip(min=np.finfo(float).tiny))
+    try:
+        factor = scipy.linalg.cho_factor(stuck / np.outer(scale, scale), lower=True)
+    except np.linalg.LinAlgError:
+        factor = None
+    if factor is None or (np.diag(factor[0]) ** 2).min() < SINGULAR:
+        opened = [each.name for each, on in zip(contacts, closed, strict=True) if not on]
+        raise JointError(
+            "there is no rest under the static load: "
+            + (f"with {', '.join(opened)} open " if opened else "")
+            + "the contacts that stay closed leave a body free; check the direction of the load, and gaps"
+        )
+    pushed = load + rows[closed].T @ (k_n * gap)[closed]
+    return np.asarray(scipy.linalg.cho_solve(factor, pushed / scale) / scale)
+
+
+def _refuse_open(
+    lines: Mapping[str, Sequence[str]], contacts: Sequence[FrictionContact], closed: Bool[NDArray[np.bool_], " c"]
+) -> None:
+    on = {each.name for each, shut in zip(contacts, closed, strict=True) if shut}
+    for line, names in lines.items():
+        if names and not on & set(names):
+            raise JointError(
+                f'under the static load "{line}" opens all along its line, so that the body leaves its groove: check '
+                "the load's place and inclination, and gaps"
+            )

@@ -1,0 +1,155 @@
+"""Pictures of several bodies, each in a colour of its own: an assembly, and a cut through the mesh at a contact."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.mesh import Mesh
+from study.figure.caption import DPI, INK, PALE, Layout, layout_for
+from study.figure.film import Image, save_picture
+from study.figure.mode_scene import OVERSAMPLING, TOWARDS_EYE, Vectors, View, scene, view_of
+
+#: Colours of the bodies in the order in which they are given.
+COLOURS = ("#7fa6c9", "#e0903c", "#9bb48c", "#c58ba8", "#c9b458")
+#: Of the stations of a contact line.
+STATION_COLOUR, STATION_SIZE = "#b3001b", 11
+#: What is seen of a cut around a contact line, beyond its ends [m].
+AROUND = 0.012
+#: From a cut at x = 0 towards the eye: nearly square to it, so that lengths can be compared.
+TOWARDS_CUT = np.array([0.94, 0.22, 0.26])
+
+
+def bodies_picture(
+    bodies: Mapping[str, list[Mesh]], path: str | PathLike[str], *, title: str, subtitle: str = "", note: str = ""
+) -> Path:
+    """Draw bodies in their places into a PNG file.
+
+    Parameters
+    ----------
+    bodies
+        Meshes by what the legend calls them; those under one name have one colour.
+    path
+        The file.
+    title, subtitle, note
+        Words above and below.
+
+    Raises
+    ------
+    MissingSoftware
+        No picture can be drawn on this machine.
+    """
+    view = view_of(np.concatenate([mesh.points for group in bodies.values() for mesh in group]), TOWARDS_EYE)
+    return _drawn(bodies, Path(path), view, (title, subtitle, note))
+
+
+def cut_picture(
+    bodies: Mapping[str, list[Mesh]],
+    stations: Vectors,
+    path: str | PathLike[str],
+    *,
+    title: str,
+    subtitle: str = "",
+    note: str = "",
+) -> Path:
+    """Draw what lies on the side x < 0 around a contact line in the plane x = 0, into a PNG file.
+
+    Parameters
+    ----------
+    bodies, path, title, subtitle, note
+        As in `bodies_picture`.
+    stations
+        Of the contact line, shape (n_station, 3) [m].
+    """
+    halves = {name: [behind(mesh) for mesh in group] for name, group in bodies.items()}
+    low, high = stations.min(axis=0) - AROUND, stations.max(axis=0) + AROUND
+    corners = np.array([[0.0, y, z] for y in (low[1], high[1]) for z in (low[2], high[2])])
+    near = view_of(corners, TOWARDS_CUT)
+    everything = np.concatenate([mesh.points for group in halves.values() for mesh in group])
+    depth = float(np.linalg.norm(everything - near.centre, axis=1).max())
+    return _drawn(halves, Path(path), replace(near, depth=depth), (title, subtitle, note), stations)
+
+
+def behind(mesh: Mesh) -> Mesh:
+    """The cells on the side x < 0; all points stay, so that node numbers do."""
+    kept = {kind: nodes[mesh.points[nodes, 0].mean(axis=1) < 0] for kind, nodes in mesh.cells.items()}
+    return Mesh(points=mesh.points, cells=kept)
+
+
+def _drawn(
+    bodies: Mapping[str, list[Mesh]],
+    file: Path,
+    view: View,
+    words: tuple[str, str, str],
+    stations: Float[NDArray[np.float64], "station 3"] | None = None,
+) -> Path:
+    layout = layout_for(view.half_width / view.half_height)
+    left, top, width, height = layout.body
+    colours = list(COLOURS[: len(bodies)])
+    mesh, number = _together(bodies)
+    with scene(mesh, number, (-0.5, len(bodies) - 0.5), colours, view, (width, height)) as drawn:
+        if stations is not None:
+            drawn.plotter.add_points(
+                stations + 2 * drawn.lift,
+                color=STATION_COLOUR,
+                point_size=STATION_SIZE * OVERSAMPLING,
+                render_points_as_spheres=True,
+                lighting=False,
+            )
+        picture = _furniture(layout, words, dict(zip(bodies, colours, strict=True)), with_stations=stations is not None)
+        picture[top : top + height, left : left + width] = drawn.image(mesh.points)
+    save_picture(picture, file)
+    return file
+
+
+def _together(bodies: Mapping[str, list[Mesh]]) -> tuple[Mesh, Float[NDArray[np.float64], " node"]]:
+    """All bodies as one mesh, and the number of the colour of each node."""
+    points, number = [], []
+    cells: dict[str, list[NDArray[np.int64]]] = {}
+    start = 0
+    for colour, group in enumerate(bodies.values()):
+        for mesh in group:
+            points.append(mesh.points)
+            number.append(np.full(mesh.n_node, float(colour)))
+            for kind, nodes in mesh.cells.items():
+                cells.setdefault(kind, []).append(nodes + start)
+            start += mesh.n_node
+    joined = {kind: np.concatenate(blocks) for kind, blocks in cells.items()}
+    return Mesh(points=np.concatenate(points), cells=joined), np.concatenate(number)
+
+
+def _furniture(layout: Layout, words: tuple[str, str, str], legend: Mapping[str, str], *, with_stations: bool) -> Image:
+    """The picture without the bodies: words, and a legend where other pictures have a colour bar."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    width, height, scale = layout.width, layout.height, layout.scale
+    points = 72 / DPI * scale  # a font size in points that is one pixel at full size
+    figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor="white")
+    canvas = FigureCanvasAgg(figure)
+    left = 34 * scale / width
+    title, subtitle, note = words
+    figure.text(left, 1 - 34 * scale / height, title, size=36 * points, color=INK, va="top", weight="bold")
+    figure.text(left, 1 - 82 * scale / height, subtitle, size=31 * points, color=INK, va="top")
+    figure.text(left, 26 * scale / height, note, size=18 * points, color=PALE, va="bottom")
+    body_left, body_top, body_width, body_height = layout.body
+    handles: list[Patch | Line2D] = [Patch(color=colour, label=name) for name, colour in legend.items()]
+    if with_stations:
+        handles.append(Line2D([], [], ls="", marker="o", ms=9 * points, color=STATION_COLOUR, label="stations"))
+    figure.legend(
+        handles=handles,
+        loc="center left",
+        bbox_to_anchor=((body_left + body_width) / width, 1 - (body_top + body_height / 2) / height),
+        fontsize=20 * points,
+        handlelength=1.1,
+        labelcolor=INK,
+        frameon=False,
+    )
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3].copy()

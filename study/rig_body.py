@@ -1,0 +1,75 @@
+"""One body of a rig, reduced, as a stage: finished bodies survive an interruption."""
+
+import importlib.metadata
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from fe.assembly import assemble
+from fe.boundary import Support, supported_system
+from fe.mesh import Mesh
+from fe.mesh_quality import check_quality
+from fe.reaction import Reaction, reaction
+from fe.system import LinearSystem
+from reduction.craig_bampton import craig_bampton
+from reduction.errors import RomError
+from reduction.rom import ReducedModel
+from study.rig_model import RIG_CODE, RigModel
+from study.store import stage
+
+#: The code that a reduced body depends on.
+RIG_REDUCTION_CODE = (*RIG_CODE, "reduction", "study.rig_body")
+#: Sets of nodes that are held, by kind of body; contact alone holds the dampers.
+HELD = {"blade": ("clamp",), "damper": (), "decoupler": ("cell_upper", "cell_lower")}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ReducedBody:
+    """A body and its Craig-Bampton model.
+
+    Parameters
+    ----------
+    mesh, rom
+        In its place in the rig.
+    least_scaled_jacobian
+        Of its elements, 1 for a brick [-].
+    reactions
+        Of each held set of nodes, over the reduced coordinates.
+    """
+
+    mesh: Mesh
+    rom: ReducedModel
+    least_scaled_jacobian: float
+    reactions: Mapping[str, Reaction]
+
+
+@stage("reduced body of a rig", rooms=RIG_REDUCTION_CODE)
+def reduced_body(model: RigModel, body: str) -> ReducedBody:
+    """Mesh, hold and reduce one body; every named set of its mesh stays physical."""
+    mesh = model.meshes()[body]
+    quality = check_quality(mesh)
+    mass, stiffness = assemble(mesh, model.material)
+    held = HELD[body.partition("_")[0]]
+    if held:
+        system = supported_system(mesh, mass, stiffness, [Support(nodes=mesh.nodes(name)) for name in held])
+    else:
+        everything = np.arange(3 * mesh.n_node)
+        system = LinearSystem(mass=mass, damping=0 * mass, stiffness=stiffness, free=everything, n_node=mesh.n_node)
+    boundary = {name: system.rows(nodes) for name, nodes in mesh.node_sets.items()}
+    version = importlib.metadata.version("stickslip")
+    provenance = {"body": body, "stickslip": version, "model": repr(model)}
+    try:
+        rom = craig_bampton(system, boundary, model.modes_of(body), provenance)
+    except RomError as error:
+        raise RomError(f"{body}: {error}") from error
+    reactions = {name: reaction(stiffness, mass, mesh.nodes(name), system.free) for name in held}
+    return ReducedBody(
+        mesh=mesh,
+        rom=rom,
+        least_scaled_jacobian=float(quality.scaled_jacobian.min()),
+        reactions={
+            name: Reaction(stiffness=each.stiffness @ rom.recovery, mass=each.mass @ rom.recovery)
+            for name, each in reactions.items()
+        },
+    )

@@ -1,0 +1,199 @@
+"""The case file of a rig: five bodies, their contacts and dead weights. Its first keys are `schema` and `kind = "rig"`.
+
+A file with a top-level `kind`, or with a table that only a rig has, is read as that of a rig; all others as a blade's.
+"""
+
+import tomllib
+from collections.abc import Mapping
+from math import pi
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Discriminator, Field, Tag
+
+from geometry.errors import GeometryError
+from geometry.rig import Rig
+from reduction.line_contact import Tangents
+from study import case_problem
+from study.blade_case import DampingTable, ElementName, MaterialTable
+from study.case import CaseModel, located
+from study.quantity import Angle, Force, Length, Ratio, Stiffness
+from study.rig_body_case import BladeDimensions, DamperDimensions, DecouplerDimensions
+from study.rig_model import RigModel
+from study.solve_case import FrequencySweepTable
+
+#: Tables that no blade's case has.
+OWN_TABLES = ("damper", "decoupler", "contact", "dead_weight")
+#: Sizes of elements [m]: finer ones fill any memory, coarser ones are longer than a contact line.
+FINEST, COARSEST = 1e-3, 10e-3
+
+
+def _size(size: float) -> float:
+    if not FINEST <= size <= COARSEST:
+        raise ValueError(
+            f'must lie between "{1e3 * FINEST:g} mm" and "{1e3 * COARSEST:g} mm": "2.5 mm" is a usual value'
+        )
+    return size
+
+
+def _inclination(angle: float) -> float:
+    if not abs(angle) < pi / 2:
+        raise ValueError('must lie between "-90 deg" and "90 deg": at 0 the wire pulls straight up')
+    return angle
+
+
+Modes = Annotated[int, Field(ge=0, le=2000, strict=True, examples=[30])]
+Positive = Annotated[Stiffness, Field(gt=0)]
+Friction = Annotated[Ratio, Field(ge=0, examples=[0.8])]
+Gap = Annotated[Length, Field(ge=0)]
+Pull = Annotated[Force, Field(gt=0)]
+Inclination = Annotated[Angle, AfterValidator(_inclination)]
+
+
+class RigMeshTable(CaseModel):
+    """Elements of about one size in all bodies."""
+
+    element: ElementName = "hex20"
+    size: Annotated[Length, AfterValidator(_size), Field(examples=["2.5 mm"])]
+
+
+class BodyModes(CaseModel):
+    """Fixed-interface modes of each body."""
+
+    blade: Modes
+    damper_left: Modes
+    decoupler_left: Modes
+    damper_right: Modes
+    decoupler_right: Modes
+
+
+def _form(value: Any) -> str:
+    return "bodies" if isinstance(value, Mapping | BodyModes) else "together"
+
+
+class RigReductionTable(CaseModel):
+    """Craig-Bampton reduction: modes of all bodies together, the lowest first, or a table of each body's."""
+
+    modes: Annotated[Annotated[Modes, Tag("together")] | Annotated[BodyModes, Tag("bodies")], Discriminator(_form)] = (
+        150
+    )
+
+
+class PairTable(CaseModel):
+    """What one contact line has of its own; a gap grows evenly from the damper's end to its shoulder."""
+
+    kn: Positive | None = None
+    kt: Positive | None = None
+    mu: Friction | None = None
+    crowning: Gap | None = None
+    gap_start: Gap = 0.0
+    gap_end: Gap = 0.0
+
+
+class ContactTable(CaseModel):
+    """Stiffness and friction of each whole contact line; crowning leaves a gap at its ends that its middle has not."""
+
+    kn: Positive
+    kt: Positive
+    mu: Friction
+    crowning: Gap = 0.0
+    tangents: Literal["along", "both"] = "along"
+    left_blade: PairTable = PairTable()
+    left_decoupler: PairTable = PairTable()
+    right_blade: PairTable = PairTable()
+    right_decoupler: PairTable = PairTable()
+
+    @property
+    def sliding(self) -> Tangents:
+        """The tangents in which all lines slide."""
+        return Tangents(self.tangents)
+
+
+class SideWeightTable(CaseModel):
+    """What the dead weight of one side has of its own."""
+
+    force: Pull | None = None
+    shift: Length = 0.0
+    inclination: Inclination = 0.0
+
+
+class DeadWeightTable(CaseModel):
+    """What pulls the dampers up into their grooves."""
+
+    force: Pull = 55.0
+    left: SideWeightTable = SideWeightTable()
+    right: SideWeightTable = SideWeightTable()
+
+
+class RigSweepTable(FrequencySweepTable):
+    """Curves over frequency, one for each level [N] and friction history; history 1 is that of the dead weights."""
+
+    parameter: Literal["frequency"] = "frequency"
+    histories: Annotated[int, Field(ge=1, le=100, strict=True)] = 1
+    seed: Annotated[int, Field(ge=0, strict=True)] = 0
+
+
+class RigCase(CaseModel):
+    """A rig, from its dimensions to its contacts."""
+
+    kind: Annotated[Literal["rig"], Field(examples=["rig"])]
+    title: str = "Rig"
+    blade: BladeDimensions = BladeDimensions()
+    damper: DamperDimensions = DamperDimensions()
+    decoupler: DecouplerDimensions = DecouplerDimensions()
+    material: MaterialTable
+    mesh: RigMeshTable
+    reduction: RigReductionTable = RigReductionTable()
+    contact: ContactTable
+    dead_weight: DeadWeightTable = DeadWeightTable()
+    damping: DampingTable = DampingTable()
+    sweep: RigSweepTable | None = None
+
+
+def is_rig_case(path: Path) -> bool:
+    """Whether a file is meant as the case of a rig; one that cannot be read is none, and `load_case` says why."""
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8").removeprefix("\ufeff"))
+    except (OSError, ValueError, RecursionError):
+        return False
+    return "kind" in data or any(table in data for table in OWN_TABLES)
+
+
+def rig_model(case: RigCase) -> RigModel:
+    """What is reduced, checked.
+
+    Raises
+    ------
+    CaseError
+        Bodies that cannot be built or do not mate, or a material that does not exist.
+    """
+    with located(case, "blade"):
+        blade = case.blade.blade()
+    with located(case, "damper"):
+        damper = case.damper.damper()
+    with located(case, "decoupler"):
+        decoupler = case.decoupler.decoupler()
+    with located(case, "material"):
+        material = case.material.material()
+    try:
+        rig = Rig(blade=blade, damper=damper, decoupler=decoupler)
+    except GeometryError as error:
+        with located(case, *_table_at_fault(case, str(error))):
+            raise error
+    modes = case.reduction.modes
+    return RigModel(
+        rig=rig,
+        material=material,
+        element=case.mesh.element,
+        size=case.mesh.size,
+        n_mode=modes if isinstance(modes, int) else modes.model_dump(),
+    )
+
+
+def _table_at_fault(case: RigCase, message: str) -> tuple[str, ...]:
+    """The table of the file with a key that a message on bodies which do not mate speaks of."""
+    data = {} if case.source is None else case.source.data
+    for table in ("damper", "decoupler", "blade"):
+        if case_problem.key_in_message(message, data.get(table), {}):
+            return (table,)
+    return ()

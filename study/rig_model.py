@@ -1,0 +1,97 @@
+"""The finite-element model of a rig: what its reduction depends on, and nothing else."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fe.element import ELEMENTS
+from fe.material import Material
+from fe.mesh import Mesh
+from fe.rig_mesher import RigMesh, mesh_rig, rig_mesh
+from geometry.rig import Rig, placements
+
+#: The code that a model of a rig depends on, for the stages that compute with one.
+RIG_CODE = ("geometry", "fe", "study.rig_model")
+#: The bodies of a rig by name, in the order of its meshes.
+BODIES = tuple(placements(Rig()))
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigModel:
+    """All that the reduced bodies of a rig depend on; contacts, dead weights and damping are put on them later.
+
+    Parameters
+    ----------
+    rig
+        Its dimensions.
+    material
+        Of all bodies.
+    element
+        Name of the element, "hex8" or "hex20".
+    size
+        Length of the elements' edges, about [m].
+    n_mode
+        Fixed-interface modes of all bodies together, the lowest first, or of each body by name [-].
+    """
+
+    rig: Rig
+    material: Material
+    element: str
+    size: float
+    n_mode: int | Mapping[str, int]
+
+    @property
+    def cells(self) -> RigMesh:
+        """How the bodies are meshed."""
+        (element,) = (each for each in ELEMENTS.values() if each.name == self.element)
+        return rig_mesh(self.rig, element, self.size)
+
+    def meshes(self) -> dict[str, Mesh]:
+        """All bodies in their places, in the order of `BODIES`."""
+        found = mesh_rig(self.rig, self.cells)
+        return {body: found[body] for body in BODIES}
+
+    def modes_of(self, body: str) -> int:
+        """So many modes of a body are enough to choose from [-]: that of its mirror image counts too."""
+        if not isinstance(self.n_mode, Mapping):
+            return self.n_mode
+        kind = body.partition("_")[0]
+        return max(count for name, count in self.n_mode.items() if name.partition("_")[0] == kind)
+
+
+def whole_mesh(meshes: Mapping[str, Mesh]) -> Mesh:
+    """Several bodies as one mesh, its nodes and cells in their order.
+
+    Returns
+    -------
+    A mesh with one cell set a body; its other sets are called "body.set".
+    """
+    cells: dict[str, list[NDArray[np.int64]]] = {}
+    node_sets: dict[str, NDArray[np.int64]] = {}
+    face_sets: dict[str, NDArray[np.int64]] = {}
+    cell_sets: dict[str, NDArray[np.int64]] = {}
+    node = cell = 0
+    for body, mesh in meshes.items():
+        for cell_type, nodes in mesh.cells.items():
+            cells.setdefault(cell_type, []).append(nodes + node)
+        node_sets |= {f"{body}.{name}": nodes + node for name, nodes in mesh.node_sets.items()}
+        face_sets |= {f"{body}.{name}": faces + np.array([cell, 0]) for name, faces in mesh.face_sets.items()}
+        cell_sets[body] = cell + np.arange(mesh.n_cell)
+        node += mesh.n_node
+        cell += mesh.n_cell
+    return Mesh(
+        points=np.concatenate([mesh.points for mesh in meshes.values()]),
+        # One element for all bodies: blocks of several types would change the order of the cells.
+        cells={cell_type: np.concatenate(blocks) for cell_type, blocks in cells.items()},
+        node_sets=node_sets,
+        face_sets=face_sets,
+        cell_sets=cell_sets,
+    )
+
+
+def mirror_image(body: str) -> str | None:
+    """The body on the right of which a body on the left is the mirror image; None for all others."""
+    kind, _, side = body.partition("_")
+    return f"{kind}_right" if side == "left" else None

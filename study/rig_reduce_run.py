@@ -1,0 +1,162 @@
+"""``stickslip reduce`` of a rig: CAD, meshes, reduced assembly, and its first modes with all contacts stuck."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.dense_modes import dense_modes
+from fe.mesh_io import write_mesh
+from geometry.errors import GeometryError
+from reduction.assembly import ReducedAssembly
+from reduction.assembly_io import save_assembly
+from reduction.joined import LinePair, joined
+from reduction.line_contact import Tangents
+from study.case import load_case, located
+from study.errors import MissingSoftware
+from study.output import replace_file
+from study.parallel import Task, run_parallel
+from study.rig_case import RigCase, rig_model
+from study.rig_joints import dead_weights, line_pairs
+from study.rig_model import RigModel, whole_mesh
+from study.rig_pictures import rig_pictures, stuck_mode_pictures
+from study.rig_reduction import RigReduction, reduction_tasks, together
+from study.rig_solid import rig_solid
+from study.run_context import RunContext
+
+#: Modes of the free blade and of the stuck rig that are reported, and stuck ones that are drawn.
+N_BLADE, N_STUCK, N_DRAWN = 3, 6, 3
+#: The CAD solids take as long as the reduction of so many thousand nodes.
+SOLID_WORK = 3.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ReducedRig:
+    """What the command reports.
+
+    Parameters
+    ----------
+    reduction
+        Meshes and reduced bodies.
+    blade_frequency
+        Of the blade without contacts, shape (3,) [Hz].
+    stuck_frequency
+        Of the rig with all contacts stuck, shape (6,) [Hz].
+    energy_share
+        Part of each stuck mode's kinetic energy in a kind of body, "blade", "damper" or "decoupler", each of shape
+        (6,) [-].
+    files
+        Written ones.
+    """
+
+    reduction: RigReduction
+    blade_frequency: Float[NDArray[np.float64], " 3"]
+    stuck_frequency: Float[NDArray[np.float64], " 6"]
+    energy_share: Mapping[str, Float[NDArray[np.float64], " 6"]]
+    files: tuple[Path, ...]
+
+
+def run_reduce_rig(path: Path, run: RunContext) -> ReducedRig:
+    """Reduce the rig of a case file and write STEP, mesh with modes, reduced assembly and pictures.
+
+    Raises
+    ------
+    CaseError
+        With every mistake of the case: bodies that cannot be built, do not mate or overlap, and bad meshes too.
+    """
+    assert run.output is not None
+    case = load_case(path, RigCase)
+    model = rig_model(case)
+    pairs = line_pairs(case, model.rig)
+    dead_weights(case)  # sound here, so that no later command refuses what was reduced
+    with located(case, "mesh"):
+        step, found = _computed(case, model, run)
+    assembly = found.assembly
+    frequency, shapes = stuck_modes(assembly, pairs, case.contact.sliding)
+    fields = assembly.displacement(shapes[:, :N_DRAWN])
+    displacement = np.moveaxis(np.concatenate(list(fields.values())), 2, 0)
+    files = {name: run.output / f"{path.stem}{name}" for name in (".step", ".vtu", "_rom.h5")}
+    replace_file(files[".step"], step)
+    named = {
+        f"stuck mode {k + 1}: {f:.6g} Hz": u for k, (f, u) in enumerate(zip(frequency, displacement, strict=False))
+    }
+    write_mesh(whole_mesh(found.meshes), files[".vtu"], named)
+    save_assembly(_titled(assembly, case.title), files["_rom.h5"])
+    pictures = _drawn(path.stem, case.title, model, frequency[:N_DRAWN], displacement, run)
+    return ReducedRig(
+        reduction=found,
+        blade_frequency=assembly.bodies["blade"].modes(N_BLADE).frequency,
+        stuck_frequency=frequency[:N_STUCK],
+        energy_share=energy_share(assembly, shapes[:, :N_STUCK]),
+        files=(*files.values(), *pictures),
+    )
+
+
+def stuck_modes(
+    assembly: ReducedAssembly, pairs: Sequence[LinePair], tangents: Tangents
+) -> tuple[Float[NDArray[np.float64], " r"], Float[NDArray[np.float64], "r r"]]:
+    """Frequencies of the rig with all contacts closed and stuck [Hz], and mass-normalised shapes [kg^-1/2]."""
+    modes = dense_modes(assembly.mass, joined(assembly, pairs, tangents=tangents).stuck)
+    shapes = modes.shapes / np.sqrt(modes.mu)
+    largest = shapes[np.abs(shapes).argmax(axis=0), np.arange(shapes.shape[1])]
+    return np.sqrt(modes.lambda_.clip(min=0)) / (2 * np.pi), shapes * np.sign(largest)
+
+
+def energy_share(
+    assembly: ReducedAssembly, shapes: Float[NDArray[np.float64], "r m"]
+) -> dict[str, Float[NDArray[np.float64], " m"]]:
+    """Parts of the kinetic energy of mass-normalised shapes, by kind of body; they add up to 1."""
+    found: dict[str, Float[NDArray[np.float64], " m"]] = {}
+    for body, rom in assembly.bodies.items():
+        own, kind = shapes[assembly.columns(body)], body.partition("_")[0]
+        found[kind] = found.get(kind, np.zeros(shapes.shape[1])) + np.einsum("rm,rm->m", own, rom.mass @ own)
+    return found
+
+
+def _computed(case: RigCase, model: RigModel, run: RunContext) -> tuple[str, RigReduction]:
+    """Text of the STEP file, and the reduction."""
+    reductions = reduction_tasks(model)
+    solid = Task(stage=rig_solid, inputs={"rig": model.rig}, label="CAD solids", weight=SOLID_WORK)
+    try:
+        *bodies, step = run_parallel([*reductions, solid], run.store, run.progress, "meshes and reduction")
+    except GeometryError as error:
+        # The dimensions are to blame, which stand in several tables: not the mesh.
+        with located(case):
+            raise error
+    return str(step.value), together(model, reductions, bodies)
+
+
+def _titled(assembly: ReducedAssembly, title: str) -> ReducedAssembly:
+    titled = {
+        body: replace(rom, provenance={"title": title, **rom.provenance}) for body, rom in assembly.bodies.items()
+    }
+    return ReducedAssembly(bodies=titled)
+
+
+def _drawn(
+    stem: str,
+    title: str,
+    model: RigModel,
+    frequency: Float[NDArray[np.float64], " m"],
+    displacement: Float[NDArray[np.float64], "m node 3"],
+    run: RunContext,
+) -> list[Path]:
+    """Write the pictures; a machine that cannot draw has all the rest."""
+    assert run.output is not None
+    bodies: dict[str, NDArray[np.uint8]] = {}
+    modes: dict[str, NDArray[np.uint8]] = {}
+    try:
+        with run.progress.step("pictures of the rig"):
+            bodies = run.store.run(rig_pictures, model, title)
+        with run.progress.step("pictures of stuck modes") as report:
+            modes = run.store.run(stuck_mode_pictures, model, frequency, displacement, report)
+    except MissingSoftware as error:
+        run.warn(f"there are no pictures{' of modes' if bodies else ''}: {error}")
+    files = []
+    for name, content in {**bodies, **modes}.items():
+        files.append(run.output / f"{stem}_{name}")
+        replace_file(files[-1], content.tobytes())
+    return files

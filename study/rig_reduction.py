@@ -1,0 +1,135 @@
+"""From a rig's model to its reduced assembly."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fe.mesh import Mesh
+from fe.reaction import Reaction
+from reduction.assembly import ReducedAssembly, lowest_modes, truncated
+from reduction.rom import ReducedModel
+from study.parallel import Task, run_parallel
+from study.progress import Progress
+from study.rig_body import ReducedBody, reduced_body
+from study.rig_model import BODIES, RigModel, mirror_image
+from study.store import Outcome, Store
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RigReduction:
+    """All bodies of a rig, reduced.
+
+    Parameters
+    ----------
+    meshes
+        By body.
+    assembly
+        The reduced bodies.
+    least_scaled_jacobian
+        By body [-].
+    reactions
+        By body and held set of nodes, over all coordinates of the assembly.
+    """
+
+    meshes: Mapping[str, Mesh]
+    assembly: ReducedAssembly
+    least_scaled_jacobian: Mapping[str, float]
+    reactions: Mapping[str, Mapping[str, Reaction]]
+
+    @property
+    def n_dof(self) -> int:
+        """Free degrees of freedom of all bodies in full [-]."""
+        return sum(len(rom.free) for rom in self.assembly.bodies.values())
+
+
+def reduce_rig(model: RigModel, store: Store, progress: Progress, title: str = "reduction of the rig") -> RigReduction:
+    """Reduce all bodies, side by side; those on the left are mirror images of those on the right.
+
+    Parameters
+    ----------
+    model
+        What is reduced.
+    store, progress, title
+        As in `run_parallel`.
+
+    Raises
+    ------
+    InvertedCell, RomError
+        As the stages raise them.
+    """
+    tasks = reduction_tasks(model)
+    return together(model, tasks, run_parallel(tasks, store, progress, title))
+
+
+def reduction_tasks(model: RigModel) -> list[Task]:
+    """One task for each body that is no mirror image."""
+    meshes = model.meshes()
+    return [
+        Task(
+            stage=reduced_body,
+            inputs={"model": model, "body": body},
+            label=f"reduction of {body.partition('_')[0]}",
+            weight=meshes[body].n_node / 1e3,
+        )
+        for body in BODIES
+        if mirror_image(body) is None
+    ]
+
+
+def together(model: RigModel, tasks: list[Task], outcomes: list[Outcome[ReducedBody]]) -> RigReduction:
+    """What the tasks of `reduction_tasks` found, with the mirror images, and with as many modes as were asked."""
+    found = {str(task.inputs["body"]): outcome.value for task, outcome in zip(tasks, outcomes, strict=True)}
+    meshes = model.meshes()
+    bodies = {
+        body: found[body].rom if body in found else mirrored(found[mirror_image(body) or ""].rom, body)
+        for body in BODIES
+    }
+    if isinstance(model.n_mode, Mapping):
+        kept = {body: min(n, len(bodies[body].fixed_interface_frequency)) for body, n in model.n_mode.items()}
+        bodies = {body: truncated(rom, kept[body]) for body, rom in bodies.items()}
+    else:
+        bodies = lowest_modes(bodies, model.n_mode)
+    assembly = ReducedAssembly(bodies=bodies)
+    return RigReduction(
+        meshes=meshes,
+        assembly=assembly,
+        least_scaled_jacobian={body: found[mirror_image(body) or body].least_scaled_jacobian for body in BODIES},
+        reactions={body: _reactions(assembly, body, found[mirror_image(body) or body].reactions) for body in BODIES},
+    )
+
+
+def _reactions(assembly: ReducedAssembly, body: str, own: Mapping[str, Reaction]) -> dict[str, Reaction]:
+    """Reactions of a body over the assembly's coordinates; a mirror image has other signs along y."""
+    rom, columns = assembly.bodies[body], assembly.columns(body)
+    rows, across = np.ones((3, 1)), np.ones(rom.n_dof)
+    if mirror_image(body) is not None:
+        rows[1] = -1.0
+        across[: rom.n_boundary][rom.boundary_direction == 1] = -1.0
+
+    def over_all(part: NDArray[np.float64]) -> NDArray[np.float64]:
+        found = np.zeros((3, assembly.n_dof))
+        # Modes that were left out are the last ones.
+        found[:, columns] = rows * part[:, : rom.n_dof] * across
+        return found
+
+    return {name: Reaction(stiffness=over_all(each.stiffness), mass=over_all(each.mass)) for name, each in own.items()}
+
+
+def mirrored(rom: ReducedModel, body: str) -> ReducedModel:
+    """The reduced model of a body's mirror image at y = 0, whose mesh has the same node numbers.
+
+    Displacements along y change their sign, on the boundary and on the mesh; the modal coordinates stay as they are.
+    """
+    boundary, full = np.ones(rom.n_dof), np.where(rom.free % 3 == 1, -1.0, 1.0)
+    boundary[: rom.n_boundary][rom.boundary_direction == 1] = -1.0
+    signs = np.outer(boundary, boundary)
+    return replace(
+        rom,
+        mass=signs * rom.mass,
+        damping=signs * rom.damping,
+        stiffness=signs * rom.stiffness,
+        recovery=full[:, None] * rom.recovery * boundary,
+        provenance={**rom.provenance, "body": body},
+    )

@@ -1,0 +1,172 @@
+"""From a rig's case and its reduced bodies to what the solver takes: rest, loads, outputs and curves."""
+
+from dataclasses import dataclass
+from math import cos, pi, sin
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.distributed_load import distributed_load
+from geometry.rig import SIDES, Rig, named_points
+from reduction.joined import Joined, joined, vibrating
+from reduction.rigid_body import RigidBody, check_held, rigid_body
+from reduction.static_contact import StaticState
+from study.case import located
+from study.errors import CaseError, Problem
+from study.rig_case import RigCase, RigSweepTable
+from study.rig_joints import DeadWeight, dead_weights, line_pairs
+from study.rig_reduction import RigReduction
+from study.solve_model import Curve, Output, SolveModel
+
+Row = Float[NDArray[np.float64], " r"]
+
+#: The direction of vibration, through the blade's thickness.
+Y = 1
+#: Largest share of Coulomb's limit that a drawn history leaves in a contact.
+HISTORY = 0.9
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RigSystem:
+    """A rig under its dead weights.
+
+    Parameters
+    ----------
+    joined
+        Bodies and contacts, unloaded.
+    rest
+        How the dead weights press the contacts.
+    dampers
+        How the contacts hold them, as rigid bodies.
+    model
+        What is solved.
+    """
+
+    joined: Joined
+    rest: StaticState
+    dampers: tuple[RigidBody, ...]
+    model: SolveModel
+
+
+def rig_system(case: RigCase, rig: Rig, reduction: RigReduction) -> RigSystem:
+    """The rig that a case describes.
+
+    Parameters
+    ----------
+    case
+        As `load_case` returned it, with a sweep.
+    rig
+        Its dimensions.
+    reduction
+        Its bodies.
+
+    Raises
+    ------
+    CaseError
+        No sweep; a damper that nothing holds, leaves its groove or finds no rest.
+    """
+    if case.sweep is None:
+        raise CaseError([_no_sweep(case)])
+    assembly = reduction.assembly
+    with located(case, "contact"):
+        bodies = joined(assembly, line_pairs(case, rig), tangents=case.contact.sliding)
+    dampers = tuple(
+        rigid_body(assembly, f"damper_{side}", reduction.meshes[f"damper_{side}"].points, bodies.springs)
+        for side in SIDES
+    )
+    with located(case, "contact"):
+        check_held(dampers)
+    with located(case, "dead_weight"):
+        rest = bodies.rest(_pulled(case, rig, reduction))
+    force = np.zeros((2, assembly.n_dof), dtype=np.complex128)
+    force[1, assembly.rows("blade", "excitation", Y)] = 1.0
+    system = vibrating(bodies, rest, case.damping.ratio, force)
+    model = SolveModel(
+        system=system,
+        outputs=_outputs(reduction),
+        curves=_curves(case.sweep, rest, bodies),
+        harmonics=case.sweep.harmonics,
+        n_sample=case.sweep.n_sample,
+    )
+    return RigSystem(joined=bodies, rest=rest, dampers=dampers, model=model)
+
+
+def _no_sweep(case: RigCase) -> Problem:
+    text = (
+        "there is no [sweep], which says what to solve: give one, with from, to, levels and harmonics "
+        "(docs/rig.md has an example)"
+    )
+    return Problem(file="", line=0, key="sweep", text=text) if case.source is None else case.source.problem((), text)
+
+
+def _pulled(case: RigCase, rig: Rig, reduction: RigReduction) -> Row:
+    """The dead weights, spread over the lower half of the cylinders that their wires lie under [N]."""
+    load = np.zeros(reduction.assembly.n_dof)
+    points = named_points(rig)
+    for side, weight in dead_weights(case).items():
+        body, (sign, _) = f"damper_{side}", SIDES[side]
+        mesh = reduction.meshes[body]
+        cylinder = mesh.nodes("cylinder")
+        below = cylinder[mesh.points[cylinder, 2] < rig.damper_axis]
+        place = points[body]["dead_weight"] + np.array([0.0, sign * weight.shift, 0.0])
+        load += reduction.assembly.load(body, distributed_load(mesh, below, _pull(weight), place))
+    return load
+
+
+def _pull(weight: DeadWeight) -> Float[NDArray[np.float64], "3"]:
+    return weight.force * np.array([0.0, sin(weight.inclination), cos(weight.inclination)])
+
+
+def _outputs(reduction: RigReduction) -> tuple[Output, ...]:
+    """The tip, and how each damper moves against the blade where the differential laser looks."""
+    assembly = reduction.assembly
+
+    def row(body: str, name: str) -> Row:
+        found = np.zeros(assembly.n_dof)
+        found[assembly.rows(body, name, Y)] = 1.0
+        return found
+
+    found = [Output(name="tip", row=row("blade", "response"), quantity="displacement")]
+    for side in SIDES:
+        relative = row(f"damper_{side}", "laser_blade") - row("blade", f"laser_{side}")
+        found.append(Output(name=f"damper {side} against blade", row=relative, quantity="displacement"))
+    return tuple(found)
+
+
+def _curves(sweep: RigSweepTable, rest: StaticState, bodies: Joined) -> tuple[Curve, ...]:
+    """Each level with each history; the first history is that of the dead weights alone."""
+    generator = np.random.default_rng(sweep.seed)
+    histories = [_loaded(rest)]
+    for _ in range(sweep.histories - 1):
+        shares = {line: generator.uniform(-HISTORY, HISTORY) for line in bodies.lines}
+        histories.append(_pushed(rest, {name: shares[line] for line, names in bodies.lines.items() for name in names}))
+    return tuple(
+        Curve(
+            parameter="frequency",
+            first=2 * pi * sweep.first,
+            last=2 * pi * sweep.last,
+            fixed=level,
+            step=None if sweep.step is None else 2 * pi * sweep.step,
+            label=f"{level:g} N" + (f", history {number}" if sweep.histories > 1 else ""),
+            slider=slider,
+        )
+        for level in sweep.levels
+        for number, slider in enumerate(histories, start=1)
+    )
+
+
+def _loaded(rest: StaticState) -> Row:
+    """Sliders with which rest is rest: the tangential forces are those under the dead weights."""
+    return np.concatenate(
+        [-force / each.tangential_stiffness for each, force in zip(rest.contacts, rest.tangential, strict=True)]
+    )
+
+
+def _pushed(rest: StaticState, share: dict[str, float]) -> Row:
+    """Sliders after a damper was pushed along its line: each contact keeps a share of its limit at rest."""
+    found = []
+    for each, force in zip(rest.contacts, rest.normal, strict=True):
+        limit = each.friction_coefficient * force / each.tangential_stiffness
+        found.append(np.array([-share[each.name] * limit, *[0.0] * (len(each.tangents) - 1)]))
+    return np.concatenate(found)

@@ -1,0 +1,368 @@
+"""`stickslip reduce` of a rig: a case file becomes five reduced bodies, and mistakes become one sentence each."""
+
+import json
+import subprocess
+import sys
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.linalg
+from numpy.typing import NDArray
+
+from fe.mesh_io import read_mesh
+from geometry.rig import Rig, mating_pairs
+from reduction.assembly import ReducedAssembly
+from reduction.assembly_io import load_assembly
+from study import parallel
+from study.blade_case import BladeCase
+from study.case import load_case
+from study.errors import CaseError, MissingSoftware
+from study.figure import off_screen
+from study.progress import SilentProgress
+from study.rig_body import ReducedBody, reduced_body
+from study.rig_case import RigCase, is_rig_case, rig_model
+from study.rig_joints import dead_weights, line_pairs
+from study.rig_model import BODIES, RigModel, whole_mesh
+from study.rig_reduce_run import run_reduce_rig
+from study.rig_reduction import RigReduction, mirrored, reduction_tasks, together
+from study.run_context import RunContext
+from study.shipped import BLADE, RIG
+from study.store import Outcome, Store
+
+TIMEOUT = 240  # s; a hang is an error, a slow machine is none
+N_MODE = 40
+SHORT = """\
+schema = 1
+kind = "rig"
+[material]
+young = "210 GPa"
+poisson = 0.3
+density = "7800 kg/m^3"
+[mesh]
+element = "hex8"
+size = "8 mm"
+[reduction]
+modes = 40
+[contact]
+kn = "8.5 N/um"
+kt = "4.6 N/um"
+mu = 0.8
+"""
+PICTURES = {"my_assembly.png", "my_contact.png", "my_mode1.png", "my_mode2.png", "my_mode3.png"}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    where = tmp_path_factory.mktemp("rig")
+    (where / "my.toml").write_text(SHORT, encoding="utf-8")
+    return where
+
+
+def stickslip(folder: Path, *words: str) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(
+        [sys.executable, "-m", "study", *words, "--cache", str(folder / "cache")],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT,
+        check=False,
+    )
+
+
+@pytest.fixture(scope="module")
+def document(folder: Path) -> dict[str, Any]:
+    done = stickslip(folder, "reduce", "my.toml", "--out", "out", "--json")
+    assert done.returncode == 0, done.stderr
+    return dict(json.loads(done.stdout))
+
+
+@pytest.fixture(scope="module")
+def model(folder: Path) -> RigModel:
+    return rig_model(load_case(folder / "my.toml", RigCase))
+
+
+@pytest.fixture(scope="module")
+def by_body(model: RigModel) -> dict[str, ReducedBody]:
+    """All five reduced by themselves, none as a mirror image."""
+    return {body: reduced_body(model, body) for body in BODIES}
+
+
+def test_the_command_writes_all_files_and_counts_what_it_kept(folder: Path, document: dict[str, Any]) -> None:
+    names = {Path(file).name for file in document["files"]}
+    assert names - PICTURES == {"my.step", "my.vtu", "my_rom.h5"}
+    assert {file.name for file in (folder / "out").iterdir()} == names
+    assert "MANIFOLD_SOLID_BREP" in (folder / "out" / "my.step").read_text(encoding="utf-8")
+    # Stations of two lines, excitation, response and two laser points; two lines and three points; a line and a point.
+    kept = {"blade": 3 * 18, "damper": 3 * 17, "decoupler": 3 * 8}
+    bodies = document["bodies"]
+    assert tuple(bodies) == BODIES
+    assert all(row["n_kept"] == kept[body.partition("_")[0]] for body, row in bodies.items())
+    assert sum(row["n_mode"] for row in bodies.values()) == N_MODE
+    assert document["n_reduced"] == sum(row["n_kept"] + row["n_mode"] for row in bodies.values())
+    assert document["n_dof"] == sum(row["n_dof"] for row in bodies.values())
+    assert all(0.5 < row["least_scaled_jacobian"] <= 1 for row in bodies.values())
+
+
+@pytest.mark.draws
+def test_the_pictures_are_there(folder: Path, document: dict[str, Any]) -> None:
+    assert {Path(file).name for file in document["files"]} >= PICTURES
+    for name in PICTURES:
+        assert (folder / "out" / name).read_bytes().startswith(b"\x89PNG")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Springs:
+    """Stiffness of a pair of lines [N/m]."""
+
+    normal: float = 8.5e6
+    tangential: float = 4.6e6
+
+
+def stuck_by_hand(assembly: ReducedAssembly, springs: dict[str, Springs]) -> NDArray[np.float64]:
+    """Stiffness with three springs at each station, written out."""
+    stiffness = np.array(assembly.stiffness)
+    blade = {"left_blade": "contact_negative", "right_blade": "contact_positive"}
+    for name, pair in mating_pairs(Rig()).items():
+        own = assembly.rows(pair.damper, "contact_blade" if name in blade else "contact_decoupler").reshape(7, 3)
+        other = assembly.rows(pair.other, blade.get(name, "contact")).reshape(7, 3)
+        for station, share in enumerate(np.array([1, 2, 2, 2, 2, 2, 1]) / 12):
+            n = pair.damper_line.normal[station]
+            tensor = springs[name].tangential * (np.eye(3) - np.outer(n, n)) + springs[name].normal * np.outer(n, n)
+            a, b = own[station], other[station]
+            for rows, columns, sign in ((a, a, 1), (b, b, 1), (a, b, -1), (b, a, -1)):
+                stiffness[np.ix_(rows, columns)] += sign * share * tensor
+    return stiffness
+
+
+def frequencies(mass: NDArray[np.float64], stiffness: NDArray[np.float64]) -> NDArray[np.float64]:
+    lambda_ = scipy.linalg.eigh(stiffness, mass, eigvals_only=True)
+    return np.asarray(np.sqrt(lambda_.clip(min=0)) / (2 * np.pi))
+
+
+def test_the_stuck_frequencies_are_those_of_springs_put_on_the_assembly_file_by_hand(
+    folder: Path, document: dict[str, Any]
+) -> None:
+    assembly = load_assembly(folder / "out" / "my_rom.h5")
+    by_hand = frequencies(assembly.mass, stuck_by_hand(assembly, dict.fromkeys(mating_pairs(Rig()), Springs())))
+    # A dense solve in this form is good to 1e-16 times the highest eigenvalue, 1e8 times the first one.
+    np.testing.assert_allclose(document["stuck_frequency_hz"], by_hand[:6], rtol=1e-7)
+    blade = assembly.bodies["blade"]
+    np.testing.assert_allclose(document["blade_frequency_hz"], frequencies(blade.mass, blade.stiffness)[:3], rtol=1e-7)
+    np.testing.assert_allclose(np.sum(list(document["energy_share"].values()), axis=0), 1, rtol=1e-9)
+    # Only contact holds the dampers: without it they have their twelve rigid motions.
+    free = frequencies(assembly.mass, np.array(assembly.stiffness))
+    assert free[11] < 1e-3 * by_hand[0] < free[12]
+    assert assembly.bodies["damper_left"].provenance["body"] == "damper_left"
+
+
+def test_the_mesh_file_holds_all_bodies_and_the_drawn_modes(folder: Path, document: dict[str, Any]) -> None:
+    import meshio
+
+    mesh = read_mesh(folder / "out" / "my.vtu")
+    assert {*mesh.cell_sets} == {*BODIES}
+    for name, pair in mating_pairs(Rig()).items():
+        for body, line in ((pair.damper, pair.damper_line), (pair.other, pair.other_line)):
+            found = mesh.points[mesh.node_sets[f"{body}.{line.name}"]]
+            np.testing.assert_allclose(found, pair.damper_line.stations, atol=1e-9, err_msg=name)
+    fields = {name: u for name, u in meshio.read(folder / "out" / "my.vtu").point_data.items() if "stuck" in name}
+    assert [name.partition(":")[0] for name in fields] == [f"stuck mode {number}" for number in (1, 2, 3)]
+    held = mesh.nodes("blade.clamp")
+    assert all(np.abs(u).max() > 0 and not u[held].any() for u in fields.values())
+
+
+def test_a_second_run_and_one_with_other_contacts_start_no_process(
+    folder: Path, document: dict[str, Any], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refuse(*_: object) -> None:
+        raise AssertionError("something was computed again")
+
+    monkeypatch.setattr(parallel, "_start", refuse)
+    output = folder / "again"
+    output.mkdir()
+    run = RunContext(output=output, store=Store(folder / "cache"), progress=SilentProgress(), json=True, quiet=True)
+    again = run_reduce_rig(folder / "my.toml", run)
+    np.testing.assert_allclose(again.stuck_frequency, document["stuck_frequency_hz"], rtol=1e-12)
+    assert [file.name for file in again.files] == [Path(file).name for file in document["files"]]
+
+    def cannot_draw() -> None:
+        raise MissingSoftware("this machine draws nothing")
+
+    monkeypatch.setattr(off_screen, "require_egl", cannot_draw)
+    other = SHORT + '[contact.left_blade]\nkn = "4 N/um"\n[damping]\nratio = "1 %"\n'
+    (folder / "other.toml").write_text(other, encoding="utf-8")
+    changed = run_reduce_rig(folder / "other.toml", run)
+    springs = {name: Springs(normal=4e6) if name == "left_blade" else Springs() for name in mating_pairs(Rig())}
+    assembly = load_assembly(output / "other_rom.h5")
+    by_hand = frequencies(assembly.mass, stuck_by_hand(assembly, springs))[:6]
+    np.testing.assert_allclose(changed.stuck_frequency, by_hand, rtol=1e-7)
+    assert (changed.stuck_frequency < again.stuck_frequency * (1 - 1e-6)).any()
+    # A machine that cannot draw has all the rest, and is told why there are no pictures of the new modes.
+    assert not any("mode" in file.name for file in changed.files)
+    assert "there are no pictures of modes: this machine draws nothing" in capsys.readouterr().err
+
+
+def outcomes(model: RigModel, by_body: dict[str, ReducedBody]) -> RigReduction:
+    tasks = reduction_tasks(model)
+    found = [Outcome(value=by_body[task.inputs["body"]], seconds=0.0, cached=True) for task in tasks]
+    return together(model, tasks, found)
+
+
+def test_a_mirror_image_is_what_its_own_reduction_gives(by_body: dict[str, ReducedBody]) -> None:
+    for kind in ("damper", "decoupler"):
+        own, image = by_body[f"{kind}_left"].rom, mirrored(by_body[f"{kind}_right"].rom, f"{kind}_left")
+        n = own.n_boundary
+        for name in ("mass", "stiffness"):
+            a, b = getattr(own, name)[:n, :n], getattr(image, name)[:n, :n]
+            np.testing.assert_allclose(b, a, atol=1e-11 * np.abs(a).max())
+        np.testing.assert_allclose(image.recovery[:, :n], own.recovery[:, :n], atol=1e-11)
+        # Signs of modal coordinates are free: their effect on the boundary is not.
+        a, b = (rom.mass[:n, n:] @ rom.mass[n:, :n] for rom in (own, image))
+        np.testing.assert_allclose(b, a, atol=1e-9 * np.abs(a).max())
+        np.testing.assert_allclose(image.fixed_interface_frequency, own.fixed_interface_frequency, rtol=1e-9)
+
+
+def test_modes_are_the_lowest_of_all_bodies_or_as_many_as_each_is_given(
+    model: RigModel, by_body: dict[str, ReducedBody]
+) -> None:
+    kept = {b: rom.fixed_interface_frequency for b, rom in outcomes(model, by_body).assembly.bodies.items()}
+    every = np.sort(np.concatenate([one.rom.fixed_interface_frequency for one in by_body.values()]))
+    np.testing.assert_allclose(np.sort(np.concatenate(list(kept.values()))), every[:N_MODE], rtol=1e-9)
+    counts = {"blade": 9, "damper_left": 0, "decoupler_left": 4, "damper_right": 1, "decoupler_right": 2}
+    given = outcomes(replace(model, n_mode=counts), by_body).assembly.bodies
+    assert {body: rom.n_dof - rom.n_boundary for body, rom in given.items()} == counts
+    assert replace(model, n_mode=counts).modes_of("decoupler_right") == 4  # enough for its mirror image too
+
+
+def test_one_mesh_of_all_bodies_has_their_sets_where_they_were(model: RigModel) -> None:
+    meshes = model.meshes()
+    whole = whole_mesh(meshes)
+    assert whole.n_node == sum(mesh.n_node for mesh in meshes.values())
+    assert whole.n_cell == sum(mesh.n_cell for mesh in meshes.values())
+    for body, mesh in meshes.items():
+        for name in (*mesh.node_sets, *mesh.face_sets):
+            there, here = whole.points[whole.nodes(f"{body}.{name}")], mesh.points[mesh.nodes(name)]
+            np.testing.assert_array_equal(there, here)
+
+
+def test_a_short_case_is_the_shipped_one(folder: Path, model: RigModel) -> None:
+    shipped = load_case(RIG, RigCase)
+    full = rig_model(shipped)
+    for body in ("blade", "damper", "decoupler"):
+        # Degrees become radians in decimals in a file, in floats in the defaults.
+        assert asdict(getattr(full.rig, body)) == pytest.approx(asdict(getattr(model.rig, body)), rel=1e-14, abs=0)
+    assert full.material == model.material
+    assert (full.element, full.size, full.n_mode) == ("hex20", 2.5e-3, 150)
+    short = load_case(folder / "my.toml", RigCase)
+    assert shipped.contact == short.contact
+    assert dead_weights(shipped) == dead_weights(short)
+    assert shipped.damping == short.damping
+
+
+def test_the_blade_of_the_rig_is_the_shipped_blade() -> None:
+    blade = load_case(BLADE, BladeCase)
+    assert rig_model(load_case(RIG, RigCase)).rig.blade == blade.blade.blade()
+    assert rig_model(load_case(RIG, RigCase)).material == blade.material.material()
+
+
+def test_a_pair_and_a_side_override_what_is_common(tmp_path: Path) -> None:
+    more = (
+        '[contact.right_decoupler]\nkt = "2 N/um"\nmu = 0.5\ngap_end = "3 um"\n'
+        '[dead_weight.left]\nforce = "40 N"\nshift = "-1 mm"\ninclination = "3 deg"\n'
+    )
+    (tmp_path / "a.toml").write_text(SHORT + more, encoding="utf-8")
+    case = load_case(tmp_path / "a.toml", RigCase)
+    pairs, weights = {pair.name: pair for pair in line_pairs(case, Rig())}, dead_weights(case)
+    assert tuple(pairs) == tuple(mating_pairs(Rig()))
+    own = pairs["right_decoupler"]
+    assert (own.stiffness.normal, own.stiffness.tangential, own.friction_coefficient) == (8.5e6, 2e6, 0.5)
+    assert own.gaps == pytest.approx(np.linspace(0, 3e-6, 7), abs=1e-18)
+    assert pairs["left_blade"].gaps is None
+    assert (weights["left"].force, weights["left"].shift) == (40.0, -1e-3)
+    assert weights["left"].inclination == pytest.approx(np.deg2rad(3), rel=1e-12)
+    assert (weights["right"].force, weights["right"].shift, weights["right"].inclination) == (55.0, 0.0, 0.0)
+
+
+def test_a_file_is_read_as_a_rig_if_it_has_a_kind_or_a_table_of_a_rig(tmp_path: Path) -> None:
+    file = tmp_path / "a.toml"
+    for text, is_rig in (
+        ('kind = "rog"', True),
+        ("[damper]", True),
+        ("[contact]", True),
+        ("[blade]", False),
+        ("[", False),
+    ):
+        file.write_text(text, encoding="utf-8")
+        assert is_rig_case(file) is is_rig, text
+    assert is_rig_case(RIG)
+    assert not is_rig_case(BLADE)
+    assert not is_rig_case(tmp_path / "none.toml")
+
+
+@pytest.mark.parametrize(
+    ("was", "put", "said"),
+    [
+        ('"8 mm"', '"50 mm"', r'my\.toml:9: mesh\.size = "50 mm": must lie between "1 mm" and "10 mm"'),
+        ('"8 mm"', '"0.2 mm"', r'mesh\.size = "0\.2 mm": must lie between "1 mm" and "10 mm": "2\.5 mm" is a usual'),
+        ("modes = 40", "modes = -1", r":11: reduction\.modes = -1: must be greater than or equal to 0"),
+        ("modes = 40", 'modes = "all"', r'reduction\.modes = "all": must be a whole number, without quotes'),
+        (
+            "modes = 40",
+            "modes = {blade = 3, damper_left = 0, damper_right = 0, decoupler_left = 1, decouplers = 1}",
+            r'reduction\.modes\.decouplers: unknown key; did you mean "decoupler_left"',
+        ),
+        ("mu = 0.8", 'mu = 0.8\n[contact.left_damper]\nkn = "1 N/um"', r":16: contact\.left_damper: unknown table"),
+        ('"8.5 N/um"', '"0 N/um"', r'contact\.kn = "0 N/um": must be greater than 0 N/m'),
+        ("mu = 0.8", 'mu = 0.8\ntangents = "none"', r'contact\.tangents = "none": must be "along" or "both"'),
+        (
+            "mu = 0.8",
+            'mu = 0.8\n[dead_weight.left]\ninclination = "100 deg"',
+            r'dead_weight\.left\.inclination = "100 deg": must lie between "-90 deg" and "90 deg"',
+        ),
+        (
+            "mu = 0.8",
+            'mu = 0.8\n[dead_weight.left]\nshift = "9 mm"',
+            r'dead_weight\.left\.shift = "9 mm": .* beside the damper\'s cylinder.*: give -6 mm to 6 mm',
+        ),
+        (
+            "mu = 0.8",
+            'mu = 0.8\n[decoupler]\narm_angle = "80 deg"',
+            r'decoupler\.arm_angle = "80 deg": the de-coupler cannot be built: .* is not between 20 and 70 deg',
+        ),
+        (
+            "mu = 0.8",
+            'mu = 0.8\n[blade]\ncontact_length = "14 mm"',
+            r'blade\.contact_length = "14 mm": the rig cannot be built: .* \(give all bodies the same\)',
+        ),
+        ('kind = "rig"\n', "", r'kind is missing; add kind = "rig"'),
+        ('kind = "rig"', 'kind = "blade"', r':2: kind = "blade": must be "rig"'),
+        ("0.3", "0.7", r"material\.poisson = 0\.7: poisson = 0\.7 must lie between -1 and 0\.5"),
+    ],
+)
+def test_a_mistake_is_one_sentence_with_file_line_key_value_and_remedy(
+    tmp_path: Path, was: str, put: str, said: str
+) -> None:
+    assert was in SHORT
+    file = tmp_path / "my.toml"
+    file.write_text(SHORT.replace(was, put, 1), encoding="utf-8")
+    with pytest.raises(CaseError, match=said):
+        read_all(file)
+
+
+def read_all(file: Path) -> None:
+    case = load_case(file, RigCase)
+    line_pairs(case, rig_model(case).rig)
+    dead_weights(case)
+
+
+def test_bodies_that_overlap_are_refused_by_the_command(tmp_path: Path) -> None:
+    # A root block so thick that it reaches the lower arms, and contact so low that they reach it.
+    blade = '[blade]\ncontact_height = "50 mm"\nroot_thickness = "200 mm"\n'
+    (tmp_path / "my.toml").write_text(SHORT + blade, encoding="utf-8")
+    done = stickslip(tmp_path, "reduce", "my.toml", "--out", "out", "--quiet")
+    assert done.returncode == 2
+    assert "bodies overlap: blade and decoupler_left by" in done.stderr
+    assert "my.toml:" in done.stderr
+    assert "Traceback" not in done.stderr
