@@ -4,12 +4,13 @@ Written here because meshio writes lines of 21 entries and the element type C3D2
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.element import ELEMENTS
@@ -24,6 +25,26 @@ ENTRIES = 16
 NUMBER = "%.12E"
 #: Set that the frequency deck makes for a mesh of one material.
 ALL_CELLS = "ALL_CELLS"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NodeSpring:
+    """A spring between two nodes that acts on their relative displacement in one direction.
+
+    Parameters
+    ----------
+    node, other
+        Nodes of the mesh [-].
+    direction
+        Unit vector, shape (3,) [-].
+    stiffness
+        [N/m].
+    """
+
+    node: int
+    other: int
+    direction: Float[NDArray[np.float64], "3"]
+    stiffness: float
 
 
 class FrequencyOutput(Enum):
@@ -43,6 +64,7 @@ def write_calculix(
     fixed: Int[NDArray[np.int64], "k 2"],
     n_mode: int,
     output: FrequencyOutput = FrequencyOutput.EIGENVALUES,
+    springs: Sequence[NodeSpring] = (),
 ) -> None:
     """Write a deck that computes natural frequencies, in SI units, so that frequencies come out in Hz.
 
@@ -60,6 +82,8 @@ def write_calculix(
         Number of modes [-].
     output
         What the step leaves behind.
+    springs
+        Springs between nodes.
 
     Raises
     ------
@@ -82,6 +106,8 @@ def write_calculix(
                 f"{NUMBER}, {NUMBER}\n*DENSITY\n{NUMBER}\n" % (material.young, material.poisson, material.density)
             )
             deck.write(f"*SOLID SECTION, ELSET={name}, MATERIAL=MATERIAL_{number}\n")
+        for number, spring in enumerate(springs, start=1):
+            deck.writelines(_spring_text(mesh.n_cell + number, number, spring))
         fixed = np.asarray(fixed).reshape(-1, 2)
         if fixed.size:
             deck.write("*BOUNDARY\n")
@@ -116,6 +142,16 @@ def mesh_text(mesh: Mesh) -> Iterator[str]:
         if len(faces):
             yield f"*SURFACE, NAME={name}, TYPE=ELEMENT\n"
             yield "".join(f"{cell + 1}, {FACE_LABELS[face]}\n" for cell, face in faces.tolist())
+
+
+def _spring_text(element: int, number: int, spring: NodeSpring) -> Iterator[str]:
+    """One spring along the first axis of a frame of its own."""
+    across = np.zeros(3)
+    across[np.argmin(np.abs(spring.direction))] = 1.0
+    frame = ", ".join(NUMBER % float(value) for value in (*spring.direction, *across))
+    yield f"*ORIENTATION, NAME=FRAME_{number}, SYSTEM=RECTANGULAR\n{frame}\n"
+    yield f"*ELEMENT, TYPE=SPRING2, ELSET=SPRING_{number}\n{element}, {spring.node + 1}, {spring.other + 1}\n"
+    yield f"*SPRING, ELSET=SPRING_{number}, ORIENTATION=FRAME_{number}\n1, 1\n{NUMBER % spring.stiffness}\n"
 
 
 def _set_text(keyword: str, name: str, members: Int[NDArray[np.int64], " k"]) -> Iterator[str]:

@@ -5,7 +5,7 @@ import shutil
 import struct
 import subprocess
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,7 @@ import scipy.sparse as sp
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from fe.calculix_inp import FrequencyOutput, write_calculix
+from fe.calculix_inp import FrequencyOutput, NodeSpring, write_calculix
 from fe.material import Material
 from fe.mesh import Mesh
 from geometry.errors import InputError
@@ -30,13 +30,17 @@ def find_ccx() -> Path | None:
 
 
 def run_frequency(
-    mesh: Mesh, materials: Material | Mapping[str, Material], fixed: Int[NDArray[np.int64], "k 2"], n_mode: int
+    mesh: Mesh,
+    materials: Material | Mapping[str, Material],
+    fixed: Int[NDArray[np.int64], "k 2"],
+    n_mode: int,
+    springs: Sequence[NodeSpring] = (),
 ) -> Float[NDArray[np.float64], " mode"]:
     """Lowest natural frequencies by CalculiX, one thread.
 
     Parameters
     ----------
-    mesh, materials, fixed, n_mode
+    mesh, materials, fixed, n_mode, springs
         As in `fe.calculix_inp.write_calculix`.
 
     Returns
@@ -50,7 +54,7 @@ def run_frequency(
     """
     with tempfile.TemporaryDirectory(prefix="ccx-") as folder:
         deck = Path(folder) / f"{JOB}.inp"
-        write_calculix(mesh, deck, materials, fixed, n_mode, FrequencyOutput.BINARY)
+        write_calculix(mesh, deck, materials, fixed, n_mode, FrequencyOutput.BINARY, springs)
         _run(deck, deck.with_suffix(".eig"))
         eigenvalues = _eigenvalues(deck.with_suffix(".eig"))
     # A rigid motion may come out as a small negative number.

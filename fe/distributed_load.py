@@ -5,7 +5,8 @@ With the mean place c of the nodes, r_i their places about it,
 .. math:: f_i = \frac{1}{n} (F + b \times r_i), \qquad
           \frac{1}{n} \sum_i r_i \times (b \times r_i) = (p - c) \times F ,
 
-has the resultant F and the moment of F at p, and is the smallest such set of forces. The point p need not lie on the
+has the resultant F and the moment of F at p, and is the smallest such set of forces. All nodes count alike, so that
+the traction follows the density of the mesh. The point p need not lie on the
 body: a dead weight may pull beside it.
 """
 
@@ -17,7 +18,7 @@ from fe.errors import MeshError
 from fe.mesh import Mesh
 
 #: Smallest width of a patch over its largest that can take a moment about every axis.
-SLENDER = 1e-6
+SLENDER = 1e-3
 
 
 def distributed_load(
@@ -44,10 +45,13 @@ def distributed_load(
     MeshError
         Nodes on one straight line, which take no moment about it.
     """
+    nodes = np.unique(nodes)
     places = mesh.points[nodes]
-    middle = places.mean(axis=0)
+    middle = places.mean(axis=0) if len(nodes) else np.zeros(3)
     about = places - middle
-    squares = about.T @ about / len(nodes)
+    # The mean of rounded places is not quite zero, and a far point has a long lever.
+    about -= about.mean(axis=0) if len(nodes) else 0.0
+    squares = about.T @ about / max(len(nodes), 1)
     widths = np.linalg.eigvalsh(squares)
     if len(nodes) < 3 or widths[1] <= SLENDER**2 * widths[2]:
         raise MeshError(

@@ -8,11 +8,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
 from geometry.interface import ContactLine
 from reduction.assembly import ReducedAssembly
+from reduction.errors import JointError
 from reduction.jointed_system import Friction, FrictionContact, JointedSystem
 from reduction.line_contact import LineStiffness, Tangents, contact_directions, held_stiffness, line_contacts
 from reduction.static_contact import StaticState, static_state
@@ -103,7 +104,7 @@ def joined(
     tangents: Tangents = Tangents.ALONG,
     friction: Friction = Friction.COULOMB,
 ) -> Joined:
-    """Put contact elements between bodies.
+    """Put contact elements between bodies, which have no damping of their own yet: `vibrating` gives it.
 
     Parameters
     ----------
@@ -119,14 +120,20 @@ def joined(
     RomError
         A body or a boundary set that the assembly does not have.
     JointError
-        Gaps that are not one a station.
+        Gaps or nodes that are not one a station, two pairs of one name, or bodies that have damping.
     """
+    if assembly.damping.any():
+        raise JointError("the bodies have damping of their own, which would be lost: reduce them without")
+    names = [pair.name for pair in pairs]
+    for number, name in enumerate(names):
+        if name in names[:number]:
+            raise JointError(f'two pairs of lines are called "{name}": give each a name of its own')
     n_dof = assembly.n_dof
     contacts: list[FrictionContact] = []
     held, lines = np.zeros((n_dof, n_dof)), {}
     for pair in pairs:
-        rows = assembly.rows(pair.body, pair.line_set).reshape(-1, 3)
-        others = assembly.rows(pair.other, pair.other_set).reshape(-1, 3)
+        rows = _rows(assembly, pair, pair.body, pair.line_set)
+        others = _rows(assembly, pair, pair.other, pair.other_set)
         directions = contact_directions(n_dof, pair.line, rows, others)
         found = line_contacts(
             pair.name, pair.line, directions, pair.stiffness, pair.friction_coefficient,
@@ -146,6 +153,17 @@ def joined(
     )
 
 
+def _rows(assembly: ReducedAssembly, pair: LinePair, body: str, name: str) -> Int[NDArray[np.int64], "station 3"]:
+    """Coordinates along x, y and z of each station's node."""
+    found = assembly.rows(body, name)
+    if len(found) != 3 * pair.line.n_station:
+        raise JointError(
+            f'pair "{pair.name}": boundary set "{name}" of {body} keeps {len(found)} degrees of freedom, but the line '
+            f"has {pair.line.n_station} stations with three each: keep one node a station"
+        )
+    return found.reshape(-1, 3)
+
+
 def vibrating(
     of: Joined,
     rest: StaticState,
@@ -161,14 +179,14 @@ def vibrating(
     rest
         Under the dead weights; motion is reckoned from there.
     damping_ratio
-        On the first mode with all contacts stuck that the force drives [-], see `reduction.stuck.stuck_damping`; what
-        is proportional to stiffness is so to that of the bodies, without any springs of contacts.
+        On the first mode with all contacts closed and stuck that the force drives [-], see
+        `reduction.stuck.stuck_damping`; what is proportional to stiffness is so to that of the bodies alone.
     harmonic_force
         At level 1, shape (n_harmonic, r) [N].
     """
     return JointedSystem(
         mass=of.mass,
-        damping=stuck_damping(of.mass, of.bodies, of.stuck, damping_ratio, seen=np.abs(harmonic_force).sum(axis=0)),
+        damping=stuck_damping(of.mass, of.bodies, of.stuck, damping_ratio, seen=harmonic_force),
         stiffness=of.stiffness,
         joints=rest.contacts,
         static_load=rest.load,

@@ -62,7 +62,7 @@ def blade_contact(decoupler: ContactForce, dead_weight: Force, theta: float) -> 
     decoupler
         T' and N' [N].
     dead_weight
-        CF, what pulls the damper up [N].
+        CF, what pulls the damper up [N]; of harmonics, it belongs to the mean alone.
     theta
         Taper of the contact lines [rad].
     """

@@ -7,6 +7,7 @@ import numpy as np
 import scipy.linalg
 from jaxtyping import Float
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from reduction.assembly import ReducedAssembly
 from reduction.errors import RomError
@@ -18,6 +19,10 @@ Matrix = Float[NDArray[np.float64], "r r"]
 MOTIONS = ("x", "y", "z", "rotation about x", "rotation about y", "rotation about z")
 #: Share of the stiffest motion's squared frequency below which a motion counts as free: round-off of a singular matrix.
 FREE = 1e-10
+#: Share of a free motion's kinetic energy in a rotation above which it turns the body.
+TURNS = 1e-6
+#: Share of the largest stiffness beyond which a rigid motion is resisted: by supports, and not by round-off.
+SUPPORTED = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -52,16 +57,12 @@ class RigidBody:
         """What nothing resists, by the motion that has most of the energy; none in a rig that holds its parts."""
         largest = float(self.frequency[-1])
         loose = np.flatnonzero(self.frequency**2 <= FREE * largest**2)
-        return tuple(self._name(int(number)) for number in loose)
-
-    def _name(self, number: int) -> str:
-        """The motion that has the most of a mode's kinetic energy."""
-        return MOTIONS[int(np.argmax(self._energy[:, number]))]
-
-    @property
-    def _energy(self) -> Float[NDArray[np.float64], "6 6"]:
-        inverse = np.linalg.inv(self.shape)
-        return np.asarray(np.abs(self.shape * inverse.T))
+        energy = np.abs(self.shape * np.linalg.inv(self.shape).T)[:, loose]
+        turning = np.abs(energy[3:]).max(axis=0, initial=0.0) > TURNS
+        # A body that rolls about a line moves its centre as well: it is a rotation that is free.
+        energy[:3, turning] = 0.0
+        names, modes = linear_sum_assignment(-energy)
+        return tuple(MOTIONS[int(name)] for name in names[np.argsort(modes)])
 
 
 def rigid_body(
@@ -83,11 +84,13 @@ def rigid_body(
     RomError
         No such body, or one that is supported: it has no rigid-body motion.
     """
-    motion = _rigid_motion(assembly, body, points, np.zeros(3))
     own = assembly.columns(body)
+    motion = _rigid_motion(assembly, body, points, np.zeros(3))
     mass, stiffness = assembly.mass[own, own], assembly.stiffness[own, own]
-    held = float(np.abs(stiffness @ motion[own]).max(initial=0.0))
-    if held > 1e-6 * float(np.abs(stiffness).max()):
+    # Physical coordinates alone: modal ones have squared frequencies for stiffness, and stay at rest.
+    kept = slice(assembly.bodies[body].n_boundary)
+    held = float(np.abs(stiffness[kept, kept] @ motion[own][kept]).max(initial=0.0))
+    if held > SUPPORTED * float(np.abs(stiffness[kept, kept]).max(initial=0.0)):
         raise RomError(f"{body} is supported: ask for the rigid-body motions of a body that contact alone holds")
     inertia = motion[own].T @ mass @ motion[own]
     # m times the vector to the centre stands as a cross product in the coupling of translations and rotations.

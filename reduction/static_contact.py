@@ -3,7 +3,8 @@ r"""Rest under static loads, with contacts that press and may open, and that do 
 .. math:: K q + \sum_i N_i n_i + \sum_i k_t t_i (t_i q) = f, \qquad N_i = \max(k_n (n_i q - g_i), 0)
 
 A contact that is pressed in this state has its N_i as pre-load in what follows, one that is open the gap that is left;
-motion is then reckoned from here, under the load f - K q that the contacts balance.
+motion is then reckoned from here, under the load f - K q that the contacts balance where their sliders begin at
+-T / k_t.
 
 References
 ----------
@@ -19,15 +20,24 @@ from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from reduction.errors import JointError
-from reduction.joint import FrictionContact
+from reduction.joint import Friction, FrictionContact
+from reduction.stuck import stuck_stiffness
 
 Row = Float[NDArray[np.float64], " r"]
 Matrix = Float[NDArray[np.float64], "r r"]
 
 #: Changes of which contacts are closed, a contact: each round opens or closes some, and few rounds do.
-ROUNDS = 4
+ROUNDS = 20
+#: Share of the largest approach below which a contact touches without a force.
+TOUCH = 1e-12
+#: Springs to the ground while the closed contacts are sought, as a share of the diagonal of the stuck stiffness.
+GROUND = 1e-10
 #: Smallest pivot of the stuck stiffness over its largest below which it counts as singular.
-SINGULAR = 1e-14
+SINGULAR = 1e-12
+FREE = (
+    "there is no rest under the static load: the contacts that stay closed leave a body free; check the direction of "
+    "the load, and gaps"
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -55,11 +65,21 @@ class StaticState:
     tangential: tuple[Float[NDArray[np.float64], " t"], ...]
 
     @property
+    def slider(self) -> Float[NDArray[np.float64], " s"]:
+        """Where the sliders of all contacts begin so that rest is rest, -T / k_t, shape (s,) [m]."""
+        pairs = zip(self.contacts, self.tangential, strict=True)
+        return np.concatenate([np.zeros(0), *(-force / each.tangential_stiffness for each, force in pairs)])
+
+    @property
     def ratio(self) -> Float[NDArray[np.float64], " c"]:
-        """|T| / (mu N) of each contact, zero where it is open, shape (c,) [-]; above 1 it would have slid."""
+        """|T| / (mu N) of each contact, zero where nothing pulls, shape (c,) [-]; above 1 it would have slid.
+
+        Tangents with limits of their own count each by itself.
+        """
         limit = np.array([each.friction_coefficient for each in self.contacts]) * self.normal
-        size = np.array([float(np.linalg.norm(each)) for each in self.tangential])
-        return np.asarray(np.divide(size, limit, out=np.zeros_like(limit), where=limit > 0))
+        size = np.array([_size(each, force) for each, force in zip(self.contacts, self.tangential, strict=True)])
+        unlimited = np.where(size > 0, np.inf, 0.0)
+        return np.asarray(np.divide(size, limit, out=unlimited, where=limit > 0))
 
 
 def static_state(
@@ -93,30 +113,46 @@ def static_state(
     rows = np.array([each.normal for each in contacts]).reshape(-1, len(stiffness))
     k_n = np.array([each.normal_stiffness for each in contacts])
     gap = np.array([each.gap for each in contacts])
+    # Springs to the ground, too soft to be felt, let a body that a set leaves free move on until it meets the next
+    # contact; rest itself is without them.
+    ground = GROUND * np.diag(np.diag(_stuck(stiffness, contacts, np.ones(len(contacts), dtype=bool))))
     closed = np.ones(len(contacts), dtype=bool)
-    seen = set()
-    for _ in range(ROUNDS * max(len(contacts), 1)):
-        q = _rest(stiffness, contacts, closed, rows, k_n, gap, load)
-        approach = rows @ q - gap
-        now = approach > 0
-        if (now == closed).all():
+    seen: set[bytes] = set()
+    most = ROUNDS * max(len(contacts), 1)
+    for round_ in range(most):
+        moved = _rest(stiffness + ground, contacts, closed, rows, k_n, gap, load)
+        if moved is None:
+            raise JointError(FREE)
+        approach = rows @ moved - gap
+        # What touches without a force stays as it is: round-off shall not open and close it for ever.
+        touch = TOUCH * float(np.abs(approach).max(initial=0.0))
+        now = np.where(closed, approach >= -touch, approach > touch)
+        wrong = np.flatnonzero(now != closed)
+        if not len(wrong):
             break
         seen.add(closed.tobytes())
-        # A set that comes again would come for ever: then the contact that is most wrong changes alone.
-        if now.tobytes() in seen:
-            wrong = np.flatnonzero(now != closed)
-            now, worst = closed.copy(), wrong[np.argmax(np.abs(approach[wrong]) * k_n[wrong])]
-            now[worst] = not now[worst]
+        # A set that comes again would come for ever: then the contact that is most wrong changes alone, and late the
+        # last one, which ends (Murty's rule).
+        if round_ > most // 2:
+            now = _changed(closed, int(wrong[-1]))
+        elif now.tobytes() in seen:
+            order = wrong[np.argsort(-np.abs(approach[wrong]) * k_n[wrong])]
+            tries = [_changed(closed, int(one)) for one in order]
+            now = next((each for each in tries if each.tobytes() not in seen), tries[0])
         closed = now
     else:
         raise JointError(f"no rest was found under the static load in {ROUNDS} rounds a contact: check loads and gaps")
     _refuse_open(lines or {}, contacts, closed)
+    q = _rest(stiffness, contacts, closed, rows, k_n, gap, load)
+    if q is None:
+        raise JointError(FREE)
+    approach = rows @ q - gap
     tangential = tuple(each.tangential_stiffness * (each.tangents @ q) * on
                        for each, on in zip(contacts, closed, strict=True))  # fmt: skip
-    normal = np.where(closed, k_n * approach, 0.0)
+    normal = np.where(closed, k_n * approach, 0.0).clip(min=0)
     return StaticState(
         contacts=tuple(
-            replace(each, preload=float(force), gap=0.0 if on else float(-distance))
+            replace(each, preload=float(force), gap=0.0 if on else max(float(-distance), 0.0))
             for each, force, distance, on in zip(contacts, normal, approach, closed, strict=True)
         ),
         displacement=q,
@@ -134,24 +170,16 @@ def _rest(
     k_n: Float[NDArray[np.float64], " c"],
     gap: Float[NDArray[np.float64], " c"],
     load: Row,
-) -> Row:
-    """Displacement with some contacts closed and stuck."""
-    stuck = stiffness + rows[closed].T @ (k_n[closed, None] * rows[closed])
-    for each, on in zip(contacts, closed, strict=True):
-        if on:
-            stuck += each.tangential_stiffness * each.tangents.T @ each.tangents
+) -> Row | None:
+    """Displacement with some contacts closed and stuck; none where they leave a body free."""
+    stuck = _stuck(stiffness, contacts, closed)
     scale = np.sqrt(np.diag(stuck).clip(min=np.finfo(float).tiny))
     try:
         factor = scipy.linalg.cho_factor(stuck / np.outer(scale, scale), lower=True)
     except np.linalg.LinAlgError:
         factor = None
     if factor is None or (np.diag(factor[0]) ** 2).min() < SINGULAR:
-        opened = [each.name for each, on in zip(contacts, closed, strict=True) if not on]
-        raise JointError(
-            "there is no rest under the static load: "
-            + (f"with {', '.join(opened)} open " if opened else "")
-            + "the contacts that stay closed leave a body free; check the direction of the load, and gaps"
-        )
+        return None
     pushed = load + rows[closed].T @ (k_n * gap)[closed]
     return np.asarray(scipy.linalg.cho_solve(factor, pushed / scale) / scale)
 
@@ -166,3 +194,20 @@ def _refuse_open(
                 f'under the static load "{line}" opens all along its line, so that the body leaves its groove: check '
                 "the load's place and inclination, and gaps"
             )
+
+
+def _size(contact: FrictionContact, force: Float[NDArray[np.float64], " t"]) -> float:
+    """What a contact's limit is compared with [N]."""
+    if contact.friction is Friction.UNCOUPLED:
+        return float(np.abs(force).max(initial=0.0))
+    return float(np.linalg.norm(force))
+
+
+def _changed(closed: Bool[NDArray[np.bool_], " c"], one: int) -> Bool[NDArray[np.bool_], " c"]:
+    found = closed.copy()
+    found[one] = not found[one]
+    return found
+
+
+def _stuck(stiffness: Matrix, contacts: Sequence[FrictionContact], closed: Bool[NDArray[np.bool_], " c"]) -> Matrix:
+    return stuck_stiffness(stiffness, [each for each, on in zip(contacts, closed, strict=True) if on])

@@ -9,14 +9,13 @@ from numpy.typing import NDArray
 
 from fe.damping import rayleigh_damping
 from fe.dense_modes import dense_modes
+from reduction.errors import JointError
 from reduction.joint import FrictionContact, JenkinsElement, Joint
 
 Matrix = Float[NDArray[np.float64], "r r"]
 
 #: lambda / (lambda + sigma) of a rigid-body motion; that of the lowest elastic mode is 1/2.
 RIGID = 1e-6
-#: Share of omega^2 below which the structure's own stiffness counts for nothing in a mode.
-FREE = 1e-9
 #: Share of what a row sees of the mode that moves most along it, among the first of `LOOKED_AT`, that counts as seen.
 SEEN, LOOKED_AT = 0.01, 10
 
@@ -46,16 +45,17 @@ def stuck_damping(
     stiffness: Matrix,
     stuck: Matrix,
     ratio: float,
-    seen: Float[NDArray[np.float64], " r"] | None = None,
+    seen: NDArray[np.float64] | NDArray[np.complex128] | None = None,
 ) -> Matrix:
     r"""Rayleigh damping with a given ratio on the first elastic mode of the stuck structure, shape (r, r) [N s/m].
 
-    C = alpha M + beta K, half of the ratio from each. K is the structure without its contact springs, so that contacts
-    that slide or open take no damping with them; for that, beta is larger by what they have of the mode's stiffness,
+    C = alpha M + beta K. K is the structure without its contact springs, so that contacts that slide or open take no
+    damping with them; what they would have had of the mode's damping is given to the mass,
 
-    .. math:: \alpha = \zeta \omega, \quad \beta = \zeta \omega / (\varphi^T K \varphi), \quad \varphi^T M \varphi = 1 .
+    .. math:: \alpha = \zeta \omega (2 - s), \quad \beta = \zeta / \omega, \quad
+              s = \varphi^T K \varphi / \omega^2, \quad \varphi^T M \varphi = 1 .
 
-    Where contacts alone hold the body in this mode, all of the damping is from its mass.
+    Without contacts it is half from each; where contacts alone hold the body in this mode, the mass has it all.
 
     Parameters
     ----------
@@ -66,23 +66,26 @@ def stuck_damping(
     ratio
         zeta [-].
     seen
-        A row, such as that of the force: the mode is the first one that moves along it. A damper that rolls about its
-        line of contact is lower than the blade, and no force on the blade drives it. Any elastic mode by default.
+        A row or several, such as the coefficients of the force, shape (r,) or (n, r): the mode is the first one that
+        they work on. A damper that rolls about its line of contact is lower than the blade, and no force on the blade
+        drives it. Any elastic mode by default.
 
     Raises
     ------
     InputError
         A ratio outside [0, 1).
+    JointError
+        No elastic mode.
     """
     modes = dense_modes(mass, stuck)
     elastic = np.flatnonzero(1 - modes.shift * modes.mu > RIGID)[:LOOKED_AT]
-    along = np.ones(len(elastic)) if seen is None else np.abs(seen @ modes.shapes[:, elastic])
-    along = along / np.sqrt(modes.mu[elastic]) if seen is not None else along
+    if not len(elastic):
+        raise JointError("with all contacts stuck no mode is elastic, so that none can be given a damping ratio")
+    shapes = modes.shapes[:, elastic] / np.sqrt(modes.mu[elastic])
+    along = np.ones(len(elastic)) if seen is None else np.linalg.norm(np.atleast_2d(seen) @ shapes, axis=0)
     first = int(elastic[np.argmax(along >= SEEN * along.max())])
     omega = float(np.sqrt(modes.lambda_[first]))
     damping = rayleigh_damping(ratio, omega / (2 * pi))
     shape = modes.shapes[:, first] / np.sqrt(modes.mu[first])
-    own = float(shape @ stiffness @ shape)
-    if own < FREE * omega**2:
-        return np.asarray(2 * damping.mass_factor * mass)
-    return np.asarray(damping.mass_factor * mass + damping.stiffness_factor * omega**2 / own * stiffness)
+    own = float(shape @ stiffness @ shape) / omega**2
+    return np.asarray(damping.mass_factor * (2 - own) * mass + damping.stiffness_factor * stiffness)

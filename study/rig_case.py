@@ -156,7 +156,8 @@ def is_rig_case(path: Path) -> bool:
         data = tomllib.loads(path.read_text(encoding="utf-8").removeprefix("\ufeff"))
     except (OSError, ValueError, RecursionError):
         return False
-    return "kind" in data or any(table in data for table in OWN_TABLES)
+    # "contact" with double brackets is a list, of another case of `stickslip solve`.
+    return "kind" in data or any(isinstance(data.get(table), dict) for table in OWN_TABLES)
 
 
 def rig_model(case: RigCase) -> RigModel:

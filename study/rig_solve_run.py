@@ -1,7 +1,7 @@
 """``stickslip solve`` of a rig: rest under the dead weights, response curves, and what contacts and load cells do."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +10,9 @@ from hbsolve.balance import HarmonicBalance
 from reduction.rigid_body import RigidBody
 from study.case import load_case, located
 from study.rig_case import RigCase, rig_model
+from study.rig_force_pictures import draw_film, draw_forces
 from study.rig_forces import RigForces, rig_forces
-from study.rig_joints import dead_weights
+from study.rig_joints import dead_weights, line_pairs
 from study.rig_reduction import reduce_rig
 from study.rig_system import RigSystem, rig_system
 from study.run_context import RunContext
@@ -81,11 +82,21 @@ def run_solve_rig(path: Path, run: RunContext) -> SolvedRig:
     balance = HarmonicBalance(system=asked.system, n_harmonic=asked.harmonics + 1, n_sample=asked.n_sample)
     solved, curves = solved_curves(asked, balance, path.stem, case.title, run)
     harmonic = main_harmonic(asked.system)
-    peaks = []
-    for each in curves:
-        state = each.state(balance, each.peak(asked.outputs[0], harmonic))
-        peaks.append(rig_forces(model.rig, reduction, system, weights, balance.at_level(state.level), state))
-    return SolvedRig(solved=solved, rest=_at_rest(system), dampers=system.dampers, peaks=peaks)
+    states = [each.state(balance, each.peak(asked.outputs[0], harmonic)) for each in curves]
+    peaks = [
+        rig_forces(model.rig, reduction, system, weights, balance.at_level(state.level), state) for state in states
+    ]
+    friction = {pair.name: pair.friction_coefficient for pair in line_pairs(case, model.rig)}
+    labels = [each.curve.label for each in curves]
+    files = [*solved.files, *draw_forces(path.stem, case.title, friction, labels, peaks, run)]
+    # The last curve is that of the highest level: the film of its peak shows most.
+    motion = np.moveaxis(
+        np.concatenate(list(reduction.assembly.displacement(states[-1].coefficients.T).values())), 2, 0
+    )
+    files += draw_film(path.stem, case.title, model, labels[-1], states[-1].angular_frequency, motion, peaks[-1], run)
+    return SolvedRig(
+        solved=replace(solved, files=tuple(files)), rest=_at_rest(system), dampers=system.dampers, peaks=peaks
+    )
 
 
 def _at_rest(system: RigSystem) -> dict[str, LineAtRest]:

@@ -137,7 +137,7 @@ def _outputs(reduction: RigReduction) -> tuple[Output, ...]:
 def _curves(sweep: RigSweepTable, rest: StaticState, bodies: Joined) -> tuple[Curve, ...]:
     """Each level with each history; the first history is that of the dead weights alone."""
     generator = np.random.default_rng(sweep.seed)
-    histories = [_loaded(rest)]
+    histories = [rest.slider]
     for _ in range(sweep.histories - 1):
         shares = {line: generator.uniform(-HISTORY, HISTORY) for line in bodies.lines}
         histories.append(_pushed(rest, {name: shares[line] for line, names in bodies.lines.items() for name in names}))
@@ -153,13 +153,6 @@ def _curves(sweep: RigSweepTable, rest: StaticState, bodies: Joined) -> tuple[Cu
         )
         for level in sweep.levels
         for number, slider in enumerate(histories, start=1)
-    )
-
-
-def _loaded(rest: StaticState) -> Row:
-    """Sliders with which rest is rest: the tangential forces are those under the dead weights."""
-    return np.concatenate(
-        [-force / each.tangential_stiffness for each, force in zip(rest.contacts, rest.tangential, strict=True)]
     )
 
 

@@ -250,20 +250,23 @@ def test_one_mesh_of_all_bodies_has_their_sets_where_they_were(model: RigModel) 
 def test_a_short_case_is_the_shipped_one(folder: Path, model: RigModel) -> None:
     shipped = load_case(RIG, RigCase)
     full = rig_model(shipped)
+    # The shipped rig is shaken where its contacts slip, and its lines are crowned; all else is the default.
+    like = replace(full.rig, blade=replace(full.rig.blade, excitation_height=model.rig.blade.excitation_height))
     for body in ("blade", "damper", "decoupler"):
         # Degrees become radians in decimals in a file, in floats in the defaults.
-        assert asdict(getattr(full.rig, body)) == pytest.approx(asdict(getattr(model.rig, body)), rel=1e-14, abs=0)
+        assert asdict(getattr(like, body)) == pytest.approx(asdict(getattr(model.rig, body)), rel=1e-14, abs=0)
     assert full.material == model.material
     assert (full.element, full.size, full.n_mode) == ("hex20", 2.5e-3, 150)
     short = load_case(folder / "my.toml", RigCase)
-    assert shipped.contact == short.contact
+    assert shipped.contact.model_copy(update={"crowning": 0.0}) == short.contact
     assert dead_weights(shipped) == dead_weights(short)
     assert shipped.damping == short.damping
 
 
 def test_the_blade_of_the_rig_is_the_shipped_blade() -> None:
     blade = load_case(BLADE, BladeCase)
-    assert rig_model(load_case(RIG, RigCase)).rig.blade == blade.blade.blade()
+    own = rig_model(load_case(RIG, RigCase)).rig.blade
+    assert replace(own, excitation_height=blade.blade.excitation_height) == blade.blade.blade()
     assert rig_model(load_case(RIG, RigCase)).material == blade.material.material()
 
 

@@ -1,0 +1,84 @@
+"""The stuck rig, all bodies in full, by CalculiX on the same mesh, beside the reduced assembly.
+
+    python -m benchmarks.rig_calculix [SIZE_MM ...]
+
+Contact springs stand between the stations' nodes as in the reduced model. Needs the program ccx (Debian package
+calculix-ccx); some minutes at 2.5 mm.
+"""
+
+import sys
+import time
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fe.calculix_inp import NodeSpring
+from fe.calculix_run import run_frequency
+from fe.mesh import Mesh
+from geometry.rig import Rig, mating_pairs
+from reduction.line_contact import station_stiffness
+from study.case import load_case
+from study.progress import LineProgress
+from study.rig_body import HELD
+from study.rig_case import RigCase, rig_model
+from study.rig_joints import line_pairs
+from study.rig_model import BODIES, whole_mesh
+from study.rig_reduce_run import stuck_modes
+from study.rig_reduction import reduce_rig
+from study.shipped import RIG
+from study.store import Store, default_folder
+
+#: Frequencies that are compared.
+N_MODE = 6
+
+
+def contact_springs(case: RigCase, rig: Rig, whole: Mesh) -> list[NodeSpring]:
+    """Normal and both tangents of every station."""
+    found = []
+    pairs = mating_pairs(rig)
+    for pair in line_pairs(case, rig):
+        line, other = pairs[pair.name].damper_line, pairs[pair.name].other_line
+        nodes = whole.node_sets[f"{pair.body}.{line.name}"]
+        others = whole.node_sets[f"{pair.other}.{other.name}"]
+        for station, (k_n, k_t) in enumerate(station_stiffness(line, pair.stiffness)):
+            frame = zip((line.normal[station], *line.tangents[station]), (k_n, k_t, k_t), strict=True)
+            found += [
+                NodeSpring(
+                    node=int(nodes[station]),
+                    other=int(others[station]),
+                    direction=direction,
+                    stiffness=float(stiffness),
+                )
+                for direction, stiffness in frame
+            ]
+    return found
+
+
+def held(whole: Mesh) -> NDArray[np.int64]:
+    """Nodes and directions of all supports, shape (k, 2)."""
+    nodes = np.unique(
+        np.concatenate([whole.nodes(f"{body}.{name}") for body in BODIES for name in HELD[body.partition("_")[0]]])
+    )
+    return np.column_stack([np.repeat(nodes, 3), np.tile([0, 1, 2], len(nodes))])
+
+
+def main(sizes: list[float]) -> None:
+    """A table for each size of the elements [mm]."""
+    case = load_case(RIG, RigCase)
+    for size in sizes:
+        model = replace(rig_model(case), size=1e-3 * size)
+        reduction = reduce_rig(model, Store(default_folder()), LineProgress())
+        ours = stuck_modes(reduction.assembly, line_pairs(case, model.rig), case.contact.sliding)[0][:N_MODE]
+        whole = whole_mesh(reduction.meshes)
+        start = time.perf_counter()
+        theirs = run_frequency(whole, model.material, held(whole), N_MODE, contact_springs(case, model.rig, whole))
+        seconds = time.perf_counter() - start
+        print(f"\n{size:g} mm, {3 * whole.n_node} degrees of freedom, CalculiX {seconds:.0f} s\n")
+        print("| mode | full, CalculiX [Hz] | reduced [Hz] | apart |\n|---|---|---|---|")
+        for number, (full, reduced) in enumerate(zip(theirs, ours, strict=True), start=1):
+            print(f"| {number} | {full:.5f} | {reduced:.5f} | {reduced / full - 1:.1e} |")
+
+
+if __name__ == "__main__":
+    main([float(size) for size in sys.argv[1:]] or [5.0, 2.5])

@@ -1,0 +1,125 @@
+"""The rig's steady states by harmonic balance against time integration, and what a curve costs.
+
+    OMP_NUM_THREADS=1 python -m benchmarks.rig_witness [CASE]
+
+Each level of the case with each of its friction histories, at the frequency where the tip moves most. Time integration
+starts on the orbit that harmonic balance found and goes on until the motion repeats: it would leave an orbit that is
+none. Sliders that stick remember where they were left, so harmonic balance is then solved again with those of the
+integration, with more and more harmonics until the tip's amplitude changes by less than `CONVERGED`.
+"""
+
+import sys
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hbsolve.balance import HarmonicBalance
+from hbsolve.branch import ResponseBranch
+from hbsolve.steady_state import steady_state
+from study.case import load_case
+from study.progress import LineProgress
+from study.rig_case import RigCase, rig_model
+from study.rig_reduction import RigReduction, reduce_rig
+from study.rig_system import RigSystem, rig_system
+from study.shipped import RIG
+from study.solve_curve import response_curve
+from study.solve_model import Curve
+from study.store import Store, default_folder
+from transient.state import start_from
+from transient.steady import steady_motion
+
+#: Change of the fundamental by the last doubling of the harmonics, a tenth of what is asked of the comparison.
+CONVERGED, MOST_H = 1e-3, 40
+SAMPLES = 512
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Rig:
+    """A rig that is ready to be solved."""
+
+    case: RigCase
+    reduction: RigReduction
+    system: RigSystem
+
+
+def prepared(path: Path, tangents: str) -> Rig:
+    """The rig of a case, sliding in one tangent or in both."""
+    case = load_case(path, RigCase)
+    case = case.model_copy(update={"contact": case.contact.model_copy(update={"tangents": tangents})})
+    model = rig_model(case)
+    reduction = reduce_rig(model, Store(default_folder()), LineProgress())
+    return Rig(case=case, reduction=reduction, system=rig_system(case, model.rig, reduction))
+
+
+def solved(rig: Rig, curve: Curve) -> tuple[ResponseBranch, float]:
+    """A curve, and the processor time that it took [s]."""
+    model, start = rig.system.model, time.process_time()
+    branch = response_curve(model.system, curve, model.harmonics, model.n_sample)
+    return branch, time.process_time() - start
+
+
+def cost(path: Path) -> None:
+    """Processor time of 100 points on one core."""
+    print("\\n| friction | points | s a 100 points |\\n|---|---|---|")
+    for tangents in ("along", "both"):
+        rig = prepared(path, tangents)
+        curves = rig.system.model.curves
+        solved(rig, curves[-1])  # compilation
+        n_point, seconds = 0, 0.0
+        for curve in (curves[0], curves[-1]):
+            branch, spent = solved(rig, curve)
+            n_point, seconds = n_point + len(branch.frequency), seconds + spent
+        print(f"| {tangents} | {n_point} | {100 * seconds / n_point:.1f} |", flush=True)
+
+
+def compare(path: Path) -> None:
+    """A line for each level and history."""
+    rig = prepared(path, "along")
+    model = rig.system.model
+    tip = model.outputs[0].row
+    print("\\n| curve | frequency [Hz] | H | harmonic balance [um] | time integration [um] | apart | periods |")
+    print("|---|---|---|---|---|---|---|")
+    for curve in model.curves:
+        branch, _ = solved(rig, curve)
+        peak = int(np.abs(branch.coefficients[:, 1] @ tip).argmax())
+        omega = float(branch.angular_frequency[peak])
+        balance = HarmonicBalance(
+            system=model.system, n_harmonic=model.harmonics + 1, n_sample=model.n_sample, level=curve.fixed
+        )
+        state = steady_state(balance, omega, start=branch.start(balance, peak), slider=curve.slider)
+        motion = steady_motion(
+            model.system, omega, start_from(model.system, omega, state.coefficients, state.slider_at_start),
+            curve.fixed, tolerance=1e-4, steps_per_period=SAMPLES, max_steps_per_period=SAMPLES, acceleration=4,
+        )  # fmt: skip
+        if not motion.periodic:
+            print(f"| {curve.label} | {omega / 2 / np.pi:.3f} | {motion.words} |", flush=True)
+            continue
+        mine, n_harmonic = converged(balance, omega, motion.start.slider, tip)
+        theirs = motion.coefficients(2)[1] @ tip
+        print(
+            f"| {curve.label} | {omega / 2 / np.pi:.3f} | {n_harmonic} | {1e6 * abs(mine):.3f} | "
+            f"{1e6 * abs(theirs):.3f} | {abs(mine - theirs) / abs(theirs):.1e} | {motion.n_period} |",
+            flush=True,
+        )
+
+
+def converged(
+    balance: HarmonicBalance, omega: float, slider: NDArray[np.float64], tip: NDArray[np.float64]
+) -> tuple[complex, int]:
+    """The tip's fundamental with so many harmonics that it changes no more, and their number."""
+    before, n = None, balance.n_harmonic - 1
+    while True:
+        finer = replace(balance, n_harmonic=n + 1, n_sample=max(SAMPLES, 16 * n))
+        found = complex(steady_state(finer, omega, slider=slider).coefficients[1] @ tip)
+        if (before is not None and abs(found - before) < CONVERGED * abs(found)) or 2 * n > MOST_H:
+            return found, n
+        before, n = found, 2 * n
+
+
+if __name__ == "__main__":
+    chosen = Path(sys.argv[1]) if len(sys.argv) > 1 else RIG
+    cost(chosen)
+    compare(chosen)

@@ -1,0 +1,158 @@
+"""Pictures of a solved rig: forces and states of its contact lines, load cells, and a film of its deflection."""
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Complex, Int
+from numpy.typing import NDArray
+
+from geometry.rig import SIDES, mating_pairs
+from hbsolve.fourier import samples_from_coefficients
+from study.errors import MissingSoftware
+from study.figure.deflection_film import deflection_film
+from study.figure.line_forces import LineForce, line_forces_figure
+from study.figure.line_states import LineStates, line_states_figure
+from study.figure.reactions import Reaction, reactions_figure
+from study.figure.station_picture import StationStates
+from study.output import replace_file
+from study.rig_forces import RigForces
+from study.rig_model import RigModel, whole_mesh
+from study.rig_pictures import AMPLITUDE, DRAWING_CODE
+from study.run_context import RunContext
+from study.store import stage
+
+#: Curves that a figure of forces can show; more would hide each other.
+MOST_CURVES = 4
+N_FRAME = 24
+#: Stations of a rig are counted from the end of the damper.
+STATION_LABEL = "station, from the damper's end"
+
+
+def draw_forces(
+    stem: str,
+    title: str,
+    friction_coefficient: Mapping[str, float],
+    labels: Sequence[str],
+    peaks: Sequence[RigForces],
+    run: RunContext,
+) -> list[Path]:
+    """Write the figures of the highest points of some curves: of all levels, the last one among them.
+
+    Parameters
+    ----------
+    stem, title
+        What files and figures are called.
+    friction_coefficient
+        By pair [-].
+    labels, peaks
+        Of each curve.
+    run
+        Where to.
+    """
+    assert run.output is not None
+    chosen = np.unique(np.linspace(0, len(peaks) - 1, min(len(peaks), MOST_CURVES)).round().astype(int))
+    forces = [
+        LineForce(
+            name=name, label=labels[one], time=peaks[one].time, tangential=line.force.tangential,
+            normal=line.force.normal,
+        )
+        for name in friction_coefficient
+        for one in chosen
+        for line in (peaks[one].lines[name],)
+    ]  # fmt: skip
+    cells = [
+        Reaction(name=body, label=labels[one], time=peaks[one].time, upper=pushed[0], lower=pushed[1])
+        for body in peaks[0].cells
+        for one in chosen
+        for pushed in (peaks[one].cells[body],)
+    ]
+    last = peaks[-1].lines
+    states = [
+        [LineStates(name=f"{side}_{other}", states=last[f"{side}_{other}"].status) for side in SIDES]
+        for other in ("blade", "decoupler")
+    ]
+    where = "at the highest point of each curve"
+    pictures = {
+        "line_forces": line_forces_figure(
+            forces, friction_coefficient=friction_coefficient, title=f"{title}: contact forces", subtitle=where
+        ),
+        "load_cells": reactions_figure(cells, title=f"{title}: forces of the arms on their load cells", subtitle=where),
+        "line_states": line_states_figure(
+            states, title=f"{title}: what the contacts do", subtitle=f"{labels[-1]}, highest point",
+            station_label=STATION_LABEL,
+        ),
+    }  # fmt: skip
+    files = []
+    for name, picture in pictures.items():
+        files.append(run.output / f"{stem}_{name}.png")
+        replace_file(files[-1], picture)
+    return files
+
+
+def draw_film(
+    stem: str,
+    title: str,
+    model: RigModel,
+    label: str,
+    angular_frequency: float,
+    displacement: Complex[NDArray[np.complex128], "harmonic node 3"],
+    forces: RigForces,
+    run: RunContext,
+) -> list[Path]:
+    """Write the film of a steady state; a machine that cannot draw has all the rest.
+
+    Parameters
+    ----------
+    stem, title
+        What file and film are called.
+    model
+        The rig.
+    label, angular_frequency
+        Of the curve, and of the state [rad/s].
+    displacement
+        Coefficients on the nodes of all bodies in their order [m].
+    forces
+        Of the state.
+    run
+        Where to.
+    """
+    assert run.output is not None
+    # The film is of the vibration: a mean displacement would be enlarged with it.
+    moving = displacement.copy()
+    moving[0] = 0.0
+    status = np.concatenate([forces.lines[name].status for name in mating_pairs(model.rig)])
+    shown = status[:, np.arange(N_FRAME) * status.shape[1] // N_FRAME]
+    subtitle = f"{label}, {angular_frequency / (2 * np.pi):.2f} Hz"
+    try:
+        with run.progress.step("film of the deflection"):
+            content = run.store.run(
+                rig_film, model, samples_from_coefficients(moving, N_FRAME), shown.T.copy(), title, subtitle
+            )
+    except MissingSoftware as error:
+        run.warn(f"there is no film: {error}")
+        return []
+    file = run.output / f"{stem}_film.gif"
+    replace_file(file, content.tobytes())
+    return [file]
+
+
+@stage("film of a rig", rooms=(*DRAWING_CODE, "study.rig_force_pictures"))
+def rig_film(
+    model: RigModel,
+    displacement: NDArray[np.float64],
+    status: Int[NDArray[np.int64], "frame station"],
+    title: str,
+    subtitle: str,
+) -> NDArray[np.uint8]:
+    """Bytes of the film."""
+    whole = whole_mesh(model.meshes())
+    nodes = [whole.nodes(f"{pair.other}.{pair.other_line.name}") for pair in mating_pairs(model.rig).values()]
+    stations = StationStates(node=np.concatenate(nodes), states=status)
+    with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
+        file = deflection_film(
+            whole, displacement, Path(name) / "film.gif", title=title, subtitle=subtitle, amplitude=AMPLITUDE,
+            stations=stations,
+        )  # fmt: skip
+        return np.frombuffer(file.read_bytes(), dtype=np.uint8)

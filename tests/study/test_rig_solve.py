@@ -1,0 +1,208 @@
+"""``stickslip solve`` of a coarse rig: rest, balance of forces, histories, and mistakes in one sentence."""
+
+import json
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from geometry.rig import SIDES, mating_pairs
+from hbsolve.balance import HarmonicBalance
+from hbsolve.steady_state import steady_state
+from study.case import load_case
+from study.errors import CaseError
+from study.progress import SilentProgress
+from study.rig_case import RigCase, rig_model
+from study.rig_forces import rig_forces
+from study.rig_joints import dead_weights
+from study.rig_model import RigModel
+from study.rig_reduction import RigReduction, reduce_rig
+from study.rig_system import RigSystem, rig_system
+from study.store import Store
+
+SHORT = """\
+schema = 1
+kind = "rig"
+[material]
+young = "210 GPa"
+poisson = 0.3
+density = "7800 kg/m^3"
+[mesh]
+element = "hex8"
+size = "8 mm"
+[reduction]
+modes = 40
+[contact]
+kn = "8.5 N/um"
+kt = "4.6 N/um"
+mu = 0.8
+"""
+SWEEP = """\
+[sweep]
+from = "180 Hz"
+to = "200 Hz"
+step = "5 Hz"
+levels = [2]
+harmonics = 3
+samples = 64
+histories = 2
+"""
+#: Round-off of static solutions, relative: stiffness of 1e9 N/m beside springs of 1e6 N/m.
+ROUND_OFF = 1e-6
+
+
+@dataclass(frozen=True)
+class Solved:
+    case: RigCase
+    model: RigModel
+    reduction: RigReduction
+    system: RigSystem
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("rig")
+
+
+def solved(store: Path, more: str = SWEEP, short: str = SHORT) -> Solved:
+    file = store / "case.toml"
+    file.write_text(short + more, encoding="utf-8")
+    case = load_case(file, RigCase)
+    model = rig_model(case)
+    reduction = reduce_rig(model, Store(store / "cache"), SilentProgress())
+    return Solved(case, model, reduction, rig_system(case, model.rig, reduction))
+
+
+@pytest.fixture(scope="module")
+def plain(store: Path) -> Solved:
+    return solved(store)
+
+
+def resultants(found: Solved) -> dict[str, np.ndarray]:
+    """Force of each line on its damper at rest, by pair [N]: what pushes and drags is not the damper but the other."""
+    rest, pairs, force = found.system.rest, mating_pairs(found.model.rig), {}
+    names = [contact.name for contact in rest.contacts]
+    for name, pair in pairs.items():
+        total, line = np.zeros(3), pair.damper_line
+        q = rest.displacement
+        for station, member in enumerate(found.system.joined.lines[name]):
+            row = names.index(member)
+            total -= rest.normal[row] * line.normal[station] + rest.tangential[row][0] * line.tangents[station, 0]
+            if len(rest.tangential[row]) == 1:
+                # The second tangent is a spring: along x.
+                across = found.reduction.assembly
+                own = across.rows(pair.damper, line.name).reshape(-1, 3)[station]
+                other = across.rows(pair.other, pair.other_line.name).reshape(-1, 3)[station]
+                k_t = rest.contacts[row].tangential_stiffness
+                total -= k_t * line.tangents[station, 1] * (line.tangents[station, 1] @ (q[own] - q[other]))
+        force[name] = total
+    return force
+
+
+def test_contacts_carry_the_dead_weights(plain: Solved) -> None:
+    force = resultants(plain)
+    for side in SIDES:
+        on_damper = force[f"{side}_blade"] + force[f"{side}_decoupler"]
+        assert on_damper == pytest.approx([0, 0, -55.0], abs=55 * ROUND_OFF)
+    # The rig is symmetric about y = 0.
+    for other in ("blade", "decoupler"):
+        mirrored = force[f"left_{other}"] * [1, -1, 1]
+        assert force[f"right_{other}"] == pytest.approx(mirrored, abs=55 * ROUND_OFF)
+
+
+def test_a_wire_that_is_shifted_and_leans_shares_its_pull_unevenly(store: Path, plain: Solved) -> None:
+    leaning = solved(store, '[dead_weight.left]\nshift = "-3 mm"\ninclination = "4 deg"\n' + SWEEP)
+    force, even = resultants(leaning), resultants(plain)
+    pull = 55 * np.array([0, np.sin(np.deg2rad(4)), np.cos(np.deg2rad(4))])
+    assert force["left_blade"] + force["left_decoupler"] == pytest.approx(-pull, abs=55 * ROUND_OFF)
+    # Nearer to the blade: the blade has more.
+    assert force["left_blade"][2] < even["left_blade"][2] - 3
+    assert force["right_blade"] + force["right_decoupler"] == pytest.approx([0, 0, -55], abs=55 * ROUND_OFF)
+
+
+def test_rest_is_a_steady_state_of_the_solver(plain: Solved) -> None:
+    model = plain.system.model
+    balance = HarmonicBalance(system=model.system, n_harmonic=2, n_sample=64, level=1e-9)
+    state = steady_state(balance, 2 * np.pi * 150.0, slider=model.curves[0].slider)
+    assert np.abs(state.coefficients[0]).max() < ROUND_OFF * np.abs(plain.system.rest.displacement).max()
+
+
+def test_load_cells_feel_the_contact_forces(plain: Solved) -> None:
+    model, weights = plain.system.model, dead_weights(plain.case)
+    balance = HarmonicBalance(system=model.system, n_harmonic=4, n_sample=64, level=2.0)
+    # So slow that nothing has inertia: then eqs 1 and 2 are the balance of forces.
+    state = steady_state(balance, 2 * np.pi * 0.5, slider=model.curves[0].slider)
+    found = rig_forces(plain.model.rig, plain.reduction, plain.system, weights, balance, state)
+    # Rows of reactions and contacts go through different products of the same reduced matrices.
+    assert max(found.inertia_error.values()) < 1e-4
+    state = steady_state(balance, 2 * np.pi * 150.0, slider=model.curves[0].slider)
+    fast = rig_forces(plain.model.rig, plain.reduction, plain.system, weights, balance, state)
+    assert max(fast.inertia_error.values()) > 10 * max(found.inertia_error.values())
+
+
+def test_histories_leave_each_line_a_share_of_its_limit(plain: Solved) -> None:
+    first, second = (curve.slider for curve in plain.system.model.curves)
+    rest = plain.system.rest
+    k_t = np.array([contact.tangential_stiffness for contact in rest.contacts])
+    assert -k_t * first == pytest.approx(np.concatenate(rest.tangential), abs=1e-12)
+    share = -k_t * second / (0.8 * rest.normal)
+    lines = np.split(share, 4)
+    assert all(np.ptp(line) < 1e-9 for line in lines)
+    assert len({round(float(line[0]), 6) for line in lines}) == 4
+    assert np.abs(share).max() <= 0.9
+
+
+def test_crowned_lines_press_in_the_middle(store: Path, plain: Solved) -> None:
+    crowned = solved(store, SWEEP, SHORT.replace("mu = 0.8", 'mu = 0.8\ncrowning = "2.5 um"'))
+    normal, even = (np.split(each.system.rest.normal, 4)[0] for each in (crowned, plain))
+    per_length = np.array([2, 1, 1, 1, 1, 1, 2])  # the end stations stand for half as much
+    assert (normal * per_length)[3] > 2 * (normal * per_length)[[0, 6]].max()
+    assert normal.sum() == pytest.approx(even.sum(), rel=0.02)
+
+
+@pytest.fixture(scope="module")
+def document(store: Path) -> dict[str, Any]:
+    (store / "my.toml").write_text(SHORT + SWEEP, encoding="utf-8")
+    done = run(store, "solve", "my.toml", "--out", "out", "--json")
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def run(folder: Path, *words: str) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(
+        [sys.executable, "-m", "study", *words, "--cache", str(folder / "cache")],
+        cwd=folder, capture_output=True, text=True, timeout=600, check=False,
+    )  # fmt: skip
+
+
+def test_the_command_says_how_the_rig_rests_and_what_each_curve_does(document: dict[str, Any], store: Path) -> None:
+    assert [curve["label"] for curve in document["curves"]] == ["2 N, history 1", "2 N, history 2"]
+    assert sum(line["n_closed"] for line in document["rest"].values()) == 28
+    for damper in document["dampers"].values():
+        # Two lines in parallel, each with k_t across.
+        assert damper["stiffness"]["x"] == pytest.approx(2 * 4.6e6, rel=1e-6)
+        assert min(damper["frequency_hz"]) > 100
+    for curve in document["curves"]:
+        assert set(curve["largest_ratio_t_n"]) == set(document["rest"])
+    assert all((store / file).is_file() for file in document["files"])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (SWEEP, "", "there is no [sweep]"),
+        ("[sweep]", '[dead_weight.right]\ninclination = "80 deg"\n[sweep]', '"right_blade" opens all along its line'),
+        ("[sweep]", '[dead_weight.left]\nshift = "7 mm"\n[sweep]', "lies beside the damper's cylinder"),
+    ],
+)
+def test_a_mistake_is_one_sentence(store: Path, old: str, new: str, said: str) -> None:
+    text = (SHORT + SWEEP).replace(old, new)
+    with pytest.raises(CaseError) as raised:
+        solved(store, "", text)
+    (problem,) = raised.value.problems
+    assert said in str(problem)
+    assert "case.toml" in str(problem)
