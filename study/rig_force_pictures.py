@@ -1,27 +1,23 @@
 """Pictures of a solved rig: forces and states of its contact lines, load cells, and a film of its deflection."""
 
-import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Complex, Int
+from jaxtyping import Complex
 from numpy.typing import NDArray
 
 from geometry.rig import SIDES, mating_pairs
 from hbsolve.fourier import samples_from_coefficients
 from study.errors import MissingSoftware
-from study.figure.deflection_film import deflection_film
 from study.figure.line_forces import LineForce, line_forces_figure
 from study.figure.line_states import LineStates, line_states_figure
 from study.figure.reactions import Reaction, reactions_figure
-from study.figure.station_picture import StationStates
 from study.output import replace_file
+from study.rig_film import rig_film
 from study.rig_forces import RigForces
-from study.rig_model import RigModel, whole_mesh
-from study.rig_pictures import AMPLITUDE, DRAWING_CODE
+from study.rig_model import RigModel
 from study.run_context import RunContext
-from study.store import stage
 
 #: Curves that a figure of forces can show; more would hide each other.
 MOST_CURVES = 4
@@ -136,23 +132,3 @@ def draw_film(
     file = run.output / f"{stem}_film.gif"
     replace_file(file, content.tobytes())
     return [file]
-
-
-@stage("film of a rig", rooms=(*DRAWING_CODE, "study.rig_force_pictures"))
-def rig_film(
-    model: RigModel,
-    displacement: NDArray[np.float64],
-    status: Int[NDArray[np.int64], "frame station"],
-    title: str,
-    subtitle: str,
-) -> NDArray[np.uint8]:
-    """Bytes of the film."""
-    whole = whole_mesh(model.meshes())
-    nodes = [whole.nodes(f"{pair.other}.{pair.other_line.name}") for pair in mating_pairs(model.rig).values()]
-    stations = StationStates(node=np.concatenate(nodes), states=status)
-    with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
-        file = deflection_film(
-            whole, displacement, Path(name) / "film.gif", title=title, subtitle=subtitle, amplitude=AMPLITUDE,
-            stations=stations,
-        )  # fmt: skip
-        return np.frombuffer(file.read_bytes(), dtype=np.uint8)
