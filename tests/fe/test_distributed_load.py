@@ -68,9 +68,33 @@ def test_a_narrow_patch_far_from_the_origin_still_takes_the_moment() -> None:
     np.testing.assert_allclose(moment(mesh, nodal, point), 0, atol=1e-7)
 
 
+def test_a_node_given_twice_counts_once() -> None:
+    mesh = cloud(np.random.default_rng(1).standard_normal((5, 3)))
+    force, point = np.ones(3), np.zeros(3)
+    nodal = distributed_load(mesh, np.array([0, 1, 2, 2]), force, point)
+    np.testing.assert_allclose(nodal.sum(axis=0), force, atol=1e-13)
+    np.testing.assert_array_equal(nodal, distributed_load(mesh, np.array([0, 1, 2]), force, point))
+
+
+def test_no_nodes_at_all_are_refused() -> None:
+    with pytest.raises(MeshError, match="the 0 nodes of a distributed load"):
+        distributed_load(cloud(np.eye(3)), np.array([], dtype=np.int64), np.ones(3), np.zeros(3))
+
+
 def test_nodes_on_a_straight_line_are_refused() -> None:
     direction = np.array([1.0, -2.0, 0.3])
     mesh = cloud(np.array([0.4, 1.0, 2.0]) + np.linspace(0, 1, 6)[:, None] * direction)
     for count in (1, 2, 6):
         with pytest.raises(MeshError, match=rf"the {count} nodes of a distributed load lie on one straight line"):
             distributed_load(mesh, np.arange(count), direction, np.zeros(3))
+
+
+def test_a_node_given_twice_counts_once() -> None:
+    mesh = cloud(np.random.default_rng(1).standard_normal((5, 3)))
+    nodal = distributed_load(mesh, np.array([0, 1, 2, 2]), np.ones(3), np.zeros(3))
+    np.testing.assert_allclose(nodal.sum(axis=0), 1)
+
+
+def test_no_nodes_are_refused() -> None:
+    with pytest.raises(MeshError, match="the 0 nodes of a distributed load"):
+        distributed_load(cloud(np.eye(3)), np.array([], dtype=np.int64), np.ones(3), np.zeros(3))

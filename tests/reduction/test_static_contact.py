@@ -1,5 +1,6 @@
 """Rest of bodies on contacts that may open, against every set of open and closed contacts that could be."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -13,6 +14,7 @@ from reduction.static_contact import StaticState, static_state
 Array = NDArray[np.float64]
 #: A tangential stiffness that counts for nothing beside normal ones of 1e6 N/m: contacts without friction.
 NOTHING = 1e-9
+NO_REST = "there is no rest under the static load: the contacts that stay closed leave a body free"
 
 
 def contact(
@@ -87,7 +89,9 @@ def test_a_mass_on_a_spring_meets_another_one_across_a_gap(force: float, gap: fl
 
 
 # On the softer ones, sets of closed contacts come again when all of them change at once.
-@pytest.mark.parametrize(("share", "seed"), [*((1.0, n) for n in range(40)), *((0.01, n) for n in (8, 52, 68, 186))])
+@pytest.mark.parametrize(
+    ("share", "seed"), [*((1.0, n) for n in range(40)), *((0.01, n) for n in (8, 52, 57, 68, 186))]
+)
 def test_without_friction_it_is_the_one_rest_that_there_is(share: float, seed: int) -> None:
     rng = np.random.default_rng(seed)
     root = rng.standard_normal((4, 4))
@@ -102,6 +106,24 @@ def test_without_friction_it_is_the_one_rest_that_there_is(share: float, seed: i
     np.testing.assert_allclose(rest.displacement, q, atol=1e-9 * np.abs(q).max())
     assert tuple(rest.normal > 0) == closed
     check_balance(stiffness, contacts, load, rest)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_what_touches_without_a_force_does_not_open_and_close_for_ever(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    root, (pressed, touched) = rng.standard_normal((3, 3)), rng.standard_normal((2, 3))
+    stiffness = 1e6 * root @ root.T
+    contacts = [
+        contact("pressed", pressed, np.eye(3)[:1], k_t=NOTHING),
+        contact("touched", touched, np.eye(3)[:1], k_t=NOTHING),
+    ]
+    # A motion along the second contact, which presses the first one, and the load that makes it.
+    q = rng.standard_normal(3)
+    q -= touched * (touched @ q) / (touched @ touched)
+    q *= 1e-5 * np.sign(pressed @ q)
+    rest = static_state(stiffness, contacts, (stiffness + 1e6 * np.outer(pressed, pressed)) @ q)
+    # Round-off of motions of 1e-5 m, and springs whose stiffnesses differ by 1e6 at the most.
+    np.testing.assert_allclose(rest.displacement, q, atol=1e-14)
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -150,6 +172,19 @@ def test_the_ratio_of_two_tangents_is_that_of_their_resultant() -> None:
     np.testing.assert_allclose(rest.ratio, [5.0 / 2.5], rtol=1e-12)
 
 
+def test_uncoupled_tangents_have_a_limit_each() -> None:
+    one = replace(contact("one", np.array([0.0, 0, 1]), np.eye(3)[:2], mu=0.25), friction=Friction.UNCOUPLED)
+    rest = static_state(np.zeros((3, 3)), [one], np.array([3.0, -4.0, 10.0]))
+    np.testing.assert_allclose(rest.ratio, [4.0 / 2.5], rtol=1e-12)
+
+
+def test_without_friction_any_tangential_force_is_beyond_the_limit() -> None:
+    one = contact("one", np.array([0.0, 1.0]), np.array([[1.0, 0.0]]), mu=0.0)
+    for push, ratio in ((3.0, np.inf), (0.0, 0.0)):
+        rest = static_state(np.zeros((2, 2)), [one], np.array([push, 10.0]))
+        np.testing.assert_array_equal(rest.ratio, [ratio])
+
+
 def test_seen_from_rest_the_normal_law_is_the_same() -> None:
     rng = np.random.default_rng(5)
     contacts = block(np.arange(-2.0, 3.0), gaps=1e-6 * rng.uniform(-1, 1, 5))
@@ -179,6 +214,18 @@ def test_a_structure_without_contacts_bends_under_its_load() -> None:
     assert rest.ratio.shape == (0,)
 
 
+def test_a_body_with_clearance_finds_the_stop_that_it_is_pushed_against() -> None:
+    stops = [
+        contact("left", np.array([-1.0]), np.eye(1), k_t=NOTHING, gap=1e-5),
+        contact("right", np.array([1.0]), np.eye(1), k_t=NOTHING, gap=1e-5),
+    ]
+    rest = static_state(np.zeros((1, 1)), stops, np.array([5.0]))
+    # The tangential spring is 1e-15 of the other.
+    np.testing.assert_allclose(rest.normal, [0, 5], rtol=1e-12)
+    # Both clearances, and 5 N on 1e6 N/m.
+    np.testing.assert_allclose(rest.contacts[0].gap, 2e-5 + 5e-6, rtol=1e-12)
+
+
 def test_a_pre_load_is_refused() -> None:
     feet = block(np.array([-1.0, 1.0]))
     pressed = contact("tight", feet[0].normal, feet[0].tangents)
@@ -188,20 +235,29 @@ def test_a_pre_load_is_refused() -> None:
 
 
 def test_a_body_that_is_pulled_off_has_no_rest() -> None:
-    with pytest.raises(JointError, match="there is no rest under the static load"):
+    with pytest.raises(JointError, match=NO_REST):
         static_state(np.zeros((3, 3)), block(np.array([-1.0, 1.0])), pressed_at(0.0, -10.0))
 
 
 def test_a_body_that_tips_over_has_no_rest() -> None:
-    with pytest.raises(JointError, match="there is no rest under the static load"):
+    with pytest.raises(JointError, match=NO_REST):
         static_state(np.zeros((3, 3)), block(np.array([-1.0, 0.0, 1.0])), pressed_at(1.5, 10.0))
 
 
 def test_a_body_that_no_contact_touches_has_no_rest() -> None:
     # Springs in one plane leave the third coordinate of two bodies free, whatever is pressed.
     contacts = [contact("only", np.array([1.0, 0, 0]), np.array([[0.0, 1, 0]]))]
-    with pytest.raises(JointError, match="there is no rest under the static load"):
+    with pytest.raises(JointError, match=NO_REST):
         static_state(np.zeros((3, 3)), contacts, np.array([1.0, 0.0, 0.0]))
+
+
+def test_a_line_with_a_gap_all_along_leaves_the_other_one() -> None:
+    feet = block(np.array([-2.0, -1.0, 1.0, 2.0]), gaps=np.array([0, 0, 1e-3, 1e-3]))
+    load = pressed_at(-1.4, 10.0)
+    # Two feet carry the load by the law of the lever.
+    np.testing.assert_allclose(static_state(np.zeros((3, 3)), feet, load).normal, [4, 6, 0, 0], atol=1e-9)
+    with pytest.raises(JointError, match='under the static load "right" opens all along its line'):
+        static_state(np.zeros((3, 3)), feet, load, {"right": ["foot.3", "foot.4"]})
 
 
 def test_a_line_that_opens_all_along_is_named() -> None:
@@ -215,3 +271,44 @@ def test_a_line_that_opens_all_along_is_named() -> None:
     # A line that keeps one of its stations stays.
     lines = {"left": ["foot.1"], "right": ["foot.2", "foot.3", "foot.4"]}
     assert static_state(soft, feet, load, lines).normal[1] > 0
+
+
+def test_a_body_with_clearance_finds_the_stop_that_it_is_pushed_against() -> None:
+    sides = {"left": -1.0, "right": 1.0}
+    stops = [contact(name, np.array([side]), np.eye(1), k_t=NOTHING, gap=1e-5) for name, side in sides.items()]
+    rest = static_state(np.zeros((1, 1)), stops, np.array([5.0]))
+    np.testing.assert_allclose(rest.normal, [0, 5])
+    np.testing.assert_allclose(rest.contacts[0].gap, 2e-5 + 5e-6)
+
+
+def test_a_line_with_a_gap_all_along_leaves_the_other_one() -> None:
+    feet = block(np.array([-2.0, -1.0, 1.0, 2.0]), gaps=np.array([0, 0, 1e-3, 1e-3]))
+    rest = static_state(np.zeros((3, 3)), feet, pressed_at(-1.4, 10.0))
+    np.testing.assert_allclose(rest.normal, [4, 6, 0, 0], atol=1e-9)
+    with pytest.raises(JointError, match='"right" opens all along'):
+        static_state(np.zeros((3, 3)), feet, pressed_at(-1.4, 10.0), {"right": ["foot.3", "foot.4"]})
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_what_touches_without_a_force_does_not_open_and_close_for_ever(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    root, normal = rng.standard_normal((3, 3)), rng.standard_normal((2, 3))
+    stiffness = 1e6 * root @ root.T
+    contacts = [contact(str(i), row, np.eye(3)[:1], k_t=NOTHING) for i, row in enumerate(normal)]
+    # A displacement along the second contact, which the load that makes it leaves without a force.
+    q = rng.standard_normal(3)
+    q -= normal[1] * (normal[1] @ q) / (normal[1] @ normal[1])
+    q *= 1e-5 * np.sign(normal[0] @ q)
+    load = (stiffness + 1e6 * np.outer(normal[0], normal[0])) @ q
+    np.testing.assert_allclose(static_state(stiffness, contacts, load).displacement, q, atol=1e-14)
+
+
+def test_without_friction_any_tangential_force_is_beyond_the_limit() -> None:
+    one = contact("one", np.array([0.0, 1.0]), np.array([[1.0, 0.0]]), mu=0.0)
+    assert static_state(np.zeros((2, 2)), [one], np.array([3.0, 10.0])).ratio[0] > 1
+
+
+def test_uncoupled_tangents_have_a_limit_each() -> None:
+    one = contact("one", np.array([0.0, 0, 1]), np.eye(3)[:2], mu=0.25)
+    rest = static_state(np.zeros((3, 3)), [one], np.array([3.0, -4.0, 10.0]))
+    np.testing.assert_allclose(rest.ratio, [4 / 2.5])

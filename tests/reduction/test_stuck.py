@@ -6,6 +6,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from geometry.errors import InputError
+from reduction.errors import JointError
 from reduction.joint import CubicSpring, ElasticStop, FrictionContact, JenkinsElement, Joint
 from reduction.stuck import stuck_damping, stuck_stiffness
 
@@ -61,10 +62,13 @@ def test_the_first_stuck_mode_has_the_ratio_that_was_asked(seed: int, ratio: flo
 def test_springs_of_contacts_are_no_part_of_it() -> None:
     mass, stiffness, stuck = random_structure(7)
     damping = stuck_damping(mass, stiffness, stuck, 0.01)
-    parts = np.column_stack([mass.ravel(), stiffness.ravel()])
-    factors, *_ = np.linalg.lstsq(parts, damping.ravel(), rcond=None)
-    assert (factors > 0).all()
-    np.testing.assert_allclose(parts @ factors, damping.ravel(), atol=1e-12 * np.abs(damping).max())
+    omega, shape = first_mode(mass, stuck)
+    # What contacts have of the mode's stiffness, the mass takes.
+    contacts = 1 - shape @ stiffness @ shape / omega**2
+    assert contacts > 0.01
+    expected = 0.01 * omega * (1 + contacts) * mass + 0.01 / omega * stiffness
+    # As good as the frequency from the inverse.
+    np.testing.assert_allclose(damping, expected, atol=1e-9 * np.abs(damping).max())
 
 
 def test_without_contacts_it_is_half_from_mass_and_half_from_stiffness() -> None:
@@ -99,6 +103,19 @@ def test_where_contacts_alone_hold_the_body_the_mass_damps_it() -> None:
     np.testing.assert_allclose(stuck_damping(mass, 0 * mass, 5 * mass, 0.01), 2 * 0.01 * omega * mass, rtol=1e-12)
 
 
+def test_a_body_that_contacts_hold_almost_alone_does_not_overdamp_its_other_modes() -> None:
+    # A stiff spring between the masses, a very soft one to the ground, and contacts of 5 N/m below each.
+    mass, stiffness = np.eye(2), 1e4 * np.array([[1.0, -1], [-1, 1]]) + 1e-6 * np.eye(2)
+    stuck = stiffness + 5 * np.eye(2)
+    lambda_, shapes = scipy.linalg.eigh(stuck, mass)
+    damping = stuck_damping(mass, stiffness, stuck, 0.01)
+    ratio = np.einsum("rm,rs,sm->m", shapes, damping, shapes) / (2 * np.sqrt(lambda_))
+    # Squared frequencies of 5 and 2e4: the first one keeps twelve digits.
+    np.testing.assert_allclose(ratio[0], 0.01, rtol=1e-9)
+    # Stiffness alone gives the second mode the ratio 0.01 / 2 times that of the frequencies, some 63.
+    assert 0.3 < ratio[1] < 0.4
+
+
 def test_the_mode_is_the_first_that_moves_along_a_given_row() -> None:
     mass, stiffness = np.diag([1.0, 2.0, 3.0]), np.diag([1.0, 8.0, 27.0])  # omega = 1, 2, 3 rad/s
     for row, number in (([0.0, 0, 5], 2), ([0, 1, 1], 1), ([1, 1, 1], 0), ([1e-6, 1, 0], 1), ([0, 0, 0], 0)):
@@ -114,3 +131,19 @@ def test_a_ratio_of_one_is_refused() -> None:
     mass, stiffness, stuck = random_structure(1)
     with pytest.raises(InputError, match=r"damping_ratio = 1 must lie in \[0, 1\)"):
         stuck_damping(mass, stiffness, stuck, 1.0)
+
+
+def test_a_body_that_contacts_hold_almost_alone_does_not_overdamp_its_other_modes() -> None:
+    mass = np.eye(2)
+    stiffness = 1e4 * np.array([[1.0, -1.0], [-1.0, 1.0]]) + 1e-6 * np.eye(2)
+    stuck = stiffness + 5 * np.eye(2)
+    lambda_, shapes = scipy.linalg.eigh(stuck, mass)
+    damping = stuck_damping(mass, stiffness, stuck, 0.01)
+    ratio = np.einsum("rm,rs,sm->m", shapes, damping, shapes) / 2 / np.sqrt(lambda_)
+    np.testing.assert_allclose(ratio[0], 0.01, rtol=1e-6)
+    assert ratio[1] < 1
+
+
+def test_a_structure_without_an_elastic_mode_is_refused() -> None:
+    with pytest.raises(JointError, match="with all contacts stuck no mode is elastic"):
+        stuck_damping(np.eye(2), np.zeros((2, 2)), np.zeros((2, 2)), 0.01)
