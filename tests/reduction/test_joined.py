@@ -177,7 +177,7 @@ def test_unknown_sets_and_bodies_are_refused(stack: Stack) -> None:
         joined(stack.assembly, [replace(pair("front"), other="plat")])
 
 
-def test_lines_of_other_numbers_of_stations_than_nodes_are_refused(stack: Stack) -> None:
+def test_sets_with_another_number_of_nodes_than_stations_are_refused(stack: Stack) -> None:
     whole = edge("front")
     two = straight_contact_line(
         name="front", start=whole.stations[0], end=whole.stations[-1], normal=whole.normal[0],
@@ -223,39 +223,7 @@ def test_the_system_about_rest_has_the_loads_and_the_ratio(stack: Stack, both: J
     np.testing.assert_allclose(rebuilt, system.damping.ravel(), atol=1e-9 * np.abs(system.damping).max())
 
 
-def test_forces_in_opposition_damp_the_mode_that_they_drive() -> None:
-    stack = Stack()
-    both = joined(stack.assembly, [pair("front"), pair("back")])
-    rest = both.rest(stack.load(-PULL, POINT))
-    lambda_, shapes = scipy.linalg.eigh(both.stuck, both.mass)
-    # A force that the first two modes do not see, with parts of either sign.
-    force = np.zeros((2, stack.assembly.n_dof), dtype=complex)
-    force[1] = both.mass @ (shapes[:, 2] + shapes[:, 4])
-    damping = vibrating(both, rest, 0.004, force).damping
-    ratio = shapes[:, 2] @ damping @ shapes[:, 2] / 2 / np.sqrt(lambda_[2])
-    np.testing.assert_allclose(ratio, 0.004, rtol=1e-6)
-
-
-def test_sets_with_another_number_of_nodes_than_stations_are_refused() -> None:
-    line = edge("front")
-    two = straight_contact_line(
-        name="front",
-        start=line.stations[0],
-        end=line.stations[-1],
-        normal=line.normal[0],
-        across=line.tangents[0, 1],
-        n_station=2,
-    )
-    with pytest.raises(JointError, match="keep one node a station"):
-        joined(Stack().assembly, [replace(pair("front"), line=two)])
-
-
-def test_two_pairs_of_one_name_are_refused() -> None:
-    with pytest.raises(JointError, match='two pairs of lines are called "front"'):
-        joined(Stack().assembly, [pair("front"), pair("front")])
-
-
-def test_the_ratio_is_that_of_the_first_mode_that_the_force_works_on(stack: Stack, both: Joined) -> None:
+def test_forces_in_opposition_damp_the_mode_that_they_drive(stack: Stack, both: Joined) -> None:
     rest = both.rest(stack.load(-PULL, POINT))
     lambda_, shapes = scipy.linalg.eigh(both.stuck, both.mass)
     # Inertia forces of the third mode and the fifth one: their parts on the first two cancel, those of their sizes

@@ -184,28 +184,6 @@ def test_a_supported_body_is_refused(held: Held) -> None:
         rigid_body(held.assembly, "beam", held.meshes["beam"].points, none)
 
 
-def test_a_body_that_is_none_is_refused_with_words() -> None:
-    held = Held()
-    springs = np.zeros((held.assembly.n_dof,) * 2)
-    with pytest.raises(RomError, match='no body "brik": it has beam, brick'):
-        rigid_body(held.assembly, "brik", held.brick.points, springs)
-
-
-def test_the_rotation_about_an_edge_is_called_a_rotation() -> None:
-    held = Held()
-    springs, _ = held.springs([(node, axis, 1e6) for node in held.corners([0, 1]) for axis in np.eye(3)])
-    assert held.body(springs).free == ("rotation about z",)
-
-
-def test_each_free_motion_has_a_name_of_its_own() -> None:
-    held = Held()
-    for seed in range(20):
-        rng = np.random.default_rng(seed)
-        nodes = rng.integers(0, 10, int(rng.integers(1, 5)))
-        free = held.body(held.springs([(int(node), rng.standard_normal(3), 1e6) for node in nodes])[0]).free
-        assert len(set(free)) == len(free)
-
-
 def test_a_body_that_is_none_is_refused(held: Held) -> None:
     none = np.zeros((held.assembly.n_dof,) * 2)
     with pytest.raises(RomError, match='no body "brik": it has beam, brick'):
