@@ -30,7 +30,7 @@ def mesh_body(
     blocks
         In the body's own axes; mirrored ones are turned right.
     element
-        A hexahedral element.
+        Any element; tetrahedra are cut from the hexahedra.
     points, lines
         What node sets are made for, in the body's own axes [m].
     placement

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from fe.element import ELEMENTS
 from fe.errors import MeshError
-from fe.inp_reader import FACE_OF_LABEL
+from fe.inp_faces import FACE_OF_LABEL
 from fe.material import Material
 from fe.mesh import Mesh
 
-FACE_LABELS = {face: label for label, face in FACE_OF_LABEL.items()}
+FACE_LABELS = {cell_type: {face: label for label, face in faces.items()} for cell_type, faces in FACE_OF_LABEL.items()}
 #: CalculiX reads at most 16 entries a line, 20 characters each: a number with 13 digits is 19 long.
 ENTRIES = 16
 NUMBER = "%.12E"
@@ -138,10 +138,16 @@ def mesh_text(mesh: Mesh) -> Iterator[str]:
         yield from _set_text("NSET", name, nodes)
     for name, members in mesh.cell_sets.items():
         yield from _set_text("ELSET", name, members)
+    labels = [FACE_LABELS[cell_type] for cell_type in mesh.cells]
+    ends = np.cumsum([len(cells) for cells in mesh.cells.values()])
     for name, faces in mesh.face_sets.items():
         if len(faces):
+            blocks = np.searchsorted(ends, faces[:, 0], side="right").tolist()
             yield f"*SURFACE, NAME={name}, TYPE=ELEMENT\n"
-            yield "".join(f"{cell + 1}, {FACE_LABELS[face]}\n" for cell, face in faces.tolist())
+            yield "".join(
+                f"{cell + 1}, {labels[block][face]}\n"
+                for (cell, face), block in zip(faces.tolist(), blocks, strict=True)
+            )
 
 
 def _spring_text(element: int, number: int, spring: NodeSpring) -> Iterator[str]:

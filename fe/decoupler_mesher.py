@@ -17,8 +17,8 @@ from fe.mesh_rule import SMALLEST_STEP
 from geometry.decoupler import Decoupler, arm, contact_lines, named_points
 from geometry.placement import Placement
 
-#: How much of the width the groove's column takes at the top of the pad, at the foot of the plate and in the arms.
-TOP_WIDTH, FOOT_WIDTH, ARM_WIDTH = 0.8, 0.36, 0.4
+#: How much of the width the groove's column takes at the top of the pad, at foot and head of the plate, in the arms.
+TOP_WIDTH, FOOT_WIDTH, HEAD_WIDTH, ARM_WIDTH = 0.8, 0.36, 0.6, 0.4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,10 +34,10 @@ class DecouplerMesh:
     across_neck, beside_neck
         Across the neck of an arm, an even number so that the middle of the load cell's end is a node, and across what
         an arm has more on each side of it [-].
-    below_groove
-        Below the groove in the plate [-]; what the arms have across, twice two arms' worth, less this is above it.
-    through_plate, along_core, along_stub, along_neck, along_arm, along_cell
-        Along the plate, from its back to where the arms part, and along the parts of an arm [-].
+    below_groove, above_pad
+        In the plate below the groove and above the pad [-]; of what two arms have across, the rest is between them.
+    through_plate, along_root, along_neck, along_arm, along_cell
+        Through the plate, from its back to the necks, and along the parts of an arm [-].
     """
 
     along_contact: int = 6
@@ -45,10 +45,10 @@ class DecouplerMesh:
     across_lip: int = 2
     across_neck: int = 2
     beside_neck: int = 1
-    below_groove: int = 2
+    below_groove: int = 3
+    above_pad: int = 3
     through_plate: int = 3
-    along_core: int = 5
-    along_stub: int = 2
+    along_root: int = 6
     along_neck: int = 4
     along_arm: int = 10
     along_cell: int = 6
@@ -60,10 +60,10 @@ class DecouplerMesh:
             even=("across_groove", "across_neck"),
             why_even="so that nodes lie on the contact line and in the middle of the load cells",
         )
-        if self.below_groove >= 2 * self.across_arm:
+        if self.below_groove + self.above_pad >= 2 * self.across_arm:
             raise MeshError(
-                f"de-couplers: below_groove = {self.below_groove} elements leave none above the groove: the plate has "
-                f"{2 * self.across_arm} in all, so give fewer"
+                f"de-couplers: below_groove = {self.below_groove} and above_pad = {self.above_pad} elements leave none "
+                f"for the pad: the plate has {2 * self.across_arm} in all, so give fewer"
             )
 
     @property
@@ -135,7 +135,10 @@ class _Layout:
         if half - neck > SMALLEST_STEP:
             self.rows = [(-half, -neck, cells.beside_neck), *self.rows, (neck, half, cells.beside_neck)]
         self.n_across = sum(n for *_, n in self.rows)
-        self.n_low = min(cells.below_groove, 2 * self.n_across - 1)
+        # Arms that are no thicker than their necks have fewer rows; of the plate's each part has one at least.
+        self.n_low = min(cells.below_groove, 2 * self.n_across - 2)
+        self.n_high = min(cells.above_pad, 2 * self.n_across - 1 - self.n_low)
+        self.n_pad = 2 * self.n_across - self.n_low - self.n_high
 
     def pad(self) -> list[Block]:
         """The pad's section, swept towards the plate while the groove's radius shrinks."""
@@ -154,7 +157,7 @@ class _Layout:
             faces = {"v0": "groove"} if column == "groove" else {}
             if near == 0.0:
                 faces["w0"] = "pad"
-            blocks.append(Block(shape=shape, counts=(n_column, 2 * self.n_across - self.n_low, n), faces=faces))
+            blocks.append(Block(shape=shape, counts=(n_column, self.n_pad, n), faces=faces))
         return blocks
 
     def plate(self) -> list[Block]:
@@ -170,8 +173,12 @@ class _Layout:
                 low = self.groove.below(
                     column, u, row / self.n_low, radius, foot=body.plate_bottom, foot_width=FOOT_WIDTH
                 )
-                high = self.groove.pad(column, u, (row - self.n_low) / (n_row - self.n_low), radius)
-                front_x, front_z = (np.where(row <= self.n_low, a, b) for a, b in zip(low, high, strict=True))
+                pad = self.groove.pad(column, u, (row - self.n_low) / self.n_pad, radius)
+                high = self.head(column, u, (row - self.n_low - self.n_pad) / self.n_high)
+                front_x, front_z = (
+                    np.where(row <= self.n_low, a, np.where(row <= self.n_low + self.n_pad, b, c))
+                    for a, b, c in zip(low, pad, high, strict=True)
+                )
                 side = np.sign(row - self.n_across)
                 back_z = body.middle + side * body.half_height * self.share(np.abs(row - self.n_across))
                 back_x = self.groove.straight(column, u, ARM_WIDTH)
@@ -185,13 +192,12 @@ class _Layout:
         """Both arms, from the plate's back to the ends of the load cells."""
         cells, stations = self.cells, self.arm.stations
         stretches = [*pairwise(stations)]
-        stub, neck, beam, cell = stretches
+        neck, beam, cell = stretches
         blocks = []
         for side, end in ((1, "cell_upper"), (-1, "cell_lower")):
             for column, n_column in self.columns.items():
-                counts = (n_column, self.n_across, cells.along_core)
-                blocks.append(Block(shape=self.core(column, side), counts=counts))
-            blocks += self.stretch(side, stub, self.rows, cells.along_stub, {})
+                counts = (n_column, self.n_across, cells.along_root)
+                blocks.append(Block(shape=self.root(column, side), counts=counts))
             blocks += self.stretch(side, neck, [self.neck_row], cells.along_neck, {})
             blocks += self.stretch(side, beam, self.rows, cells.along_arm, {})
             blocks += self.stretch(side, cell, self.cell_rows(), cells.along_cell, {"w1": end})
@@ -225,8 +231,14 @@ class _Layout:
             blocks.append(Block(shape=shape, counts=(n_column, n, n_along), faces=faces))
         return blocks
 
-    def core(self, column: str, side: int) -> Map:
-        """Between the plate's back and the start of a stub."""
+    def head(self, column: str, u: Lattice, v: Lattice) -> tuple[Lattice, Lattice]:
+        """x, z between the pad's top and the plate's, on the plate's front."""
+        body = self.body
+        start, end = (self.groove.straight(column, u, width) for width in (TOP_WIDTH, HEAD_WIDTH))
+        return start + (end - start) * v, body.top + (body.plate_top - body.top) * v
+
+    def root(self, column: str, side: int) -> Map:
+        """Between the plate's back and a neck: the stub, which narrows to the arm's thickness."""
 
         def shape(u: Lattice, v: Lattice, w: Lattice) -> tuple[Lattice, Lattice, Lattice]:
             row = v * self.n_across

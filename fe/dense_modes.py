@@ -44,6 +44,12 @@ class DenseModes:
         """Squared angular frequencies, ascending; those of rigid-body motions may be negative by round-off."""
         return np.asarray(1 / self.mu - self.shift)
 
+    @property
+    def mode_shapes(self) -> Float[NDArray[np.float64], "r r"]:
+        """Mass-normalised, the largest entry of each positive, shape (r, r) [kg^-1/2]."""
+        shapes = self.shapes / np.sqrt(self.mu)
+        return np.asarray(shapes * np.sign(shapes[np.abs(shapes).argmax(axis=0), np.arange(len(self.mu))]))
+
 
 def dense_modes(mass: Float[NDArray[np.float64], "r r"], stiffness: Float[NDArray[np.float64], "r r"]) -> DenseModes:
     """All modes of a small system; the stiffness may be singular.
@@ -63,7 +69,8 @@ def dense_modes(mass: Float[NDArray[np.float64], "r r"], stiffness: Float[NDArra
     rough = scipy.linalg.eigh(stiffness, mass, eigvals_only=True)
     if rough[0] < -1e-9 * abs(rough[-1]):
         raise np.linalg.LinAlgError(f"the stiffness is indefinite: lowest eigenvalue {rough[0]:.3g} rad^2/s^2")
-    elastic = rough[rough > RIGID * rough[-1]]
+    # A negative eigenvalue is the round-off of a rigid-body motion, and tells how large that of others may be.
+    elastic = rough[rough > max(RIGID * rough[-1], -10 * rough[0])]
     shift = float(elastic[0]) if elastic.size else 1.0
     mu, shapes = scipy.linalg.eigh(mass, stiffness + shift * mass)
     return DenseModes(shift=shift, mu=mu[::-1], shapes=shapes[:, ::-1])

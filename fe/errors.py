@@ -13,3 +13,7 @@ class InvertedCell(MeshError):
 
 class SupportError(InputError):
     """Supports that name nothing, or leave a rigid-body motion free."""
+
+
+class MatrixFileError(InputError):
+    """A file of sparse matrices, or of their degrees of freedom, that cannot be used."""

@@ -13,10 +13,11 @@ from scipy.spatial import cKDTree
 from fe.element import Element
 from fe.errors import MeshError
 from fe.mesh import Mesh
+from fe.tet_split import LATTICE, split
 
 Lattice = Float[NDArray[np.float64], "*lattice"]
 Map = Callable[[Lattice, Lattice, Lattice], tuple[Lattice, Lattice, Lattice]]
-#: Names of the six sides of the unit cube, in the order of `Element.faces`.
+#: Names of the six sides of the unit cube, in the order of the faces of a hexahedron.
 SIDES = ("u0", "u1", "v0", "v1", "w0", "w1")
 
 
@@ -48,7 +49,7 @@ def subdivide(blocks: Sequence[Block], times: int) -> list[Block]:
 
 
 def mesh_blocks(blocks: Sequence[Block], element: Element, merge_within: float = 1e-9) -> Mesh:
-    """Hexahedra of all blocks, joined where their nodes coincide.
+    """Cells of all blocks, joined where their nodes coincide; for tetrahedra each hexahedron is cut into six.
 
     The map is sampled at half-cell steps, so midside nodes lie on it: on a curved side they are on the surface itself.
 
@@ -57,7 +58,7 @@ def mesh_blocks(blocks: Sequence[Block], element: Element, merge_within: float =
     blocks
         Conforming blocks: shared sides have the same lattice.
     element
-        A hexahedral element.
+        Any element.
     merge_within
         Nodes closer than this are one [m].
 
@@ -66,13 +67,16 @@ def mesh_blocks(blocks: Sequence[Block], element: Element, merge_within: float =
     MeshError
         A block without cells, or one that collapses onto itself.
     """
+    # Tetrahedra need every node of the half-cell lattice: diagonals have their middles at its centres.
+    is_tetrahedral = element.n_corner == 4
+    offsets = LATTICE if is_tetrahedral else (element.nodes + 1).astype(np.int64)
     points, cells = [], []
     face_sets: dict[str, list[NDArray[np.int64]]] = {}
     n_point = n_cell = 0
     for block in blocks:
         if min(block.counts) < 1:
             raise MeshError(f"a block has {block.counts} cells along its sides: give at least one in each direction")
-        lattice, block_cells, mirrored = _lattice_cells(block, element)
+        lattice, block_cells, mirrored = _lattice_cells(block, offsets)
         points.append(lattice)
         cells.append(block_cells + n_point)
         position = np.stack(np.unravel_index(np.arange(len(block_cells)), block.counts), axis=1)
@@ -84,20 +88,21 @@ def mesh_blocks(blocks: Sequence[Block], element: Element, merge_within: float =
         n_point += len(lattice)
         n_cell += len(block_cells)
     joined_points, joined_cells = _join(np.concatenate(points), np.concatenate(cells), merge_within)
-    return Mesh(
-        points=joined_points,
-        cells={element.cell_type: joined_cells},
-        face_sets={name: np.concatenate(parts) for name, parts in face_sets.items()},
-    )
+    named = {name: np.concatenate(parts) for name, parts in face_sets.items()}
+    if is_tetrahedral:
+        joined_cells, named = split(joined_cells, named)
+    return Mesh(points=joined_points, cells={element.cell_type: joined_cells}, face_sets=named)
 
 
-def _lattice_cells(block: Block, element: Element) -> tuple[NDArray[np.float64], NDArray[np.int64], bool]:
+def _lattice_cells(
+    block: Block, offsets: Int[NDArray[np.int64], "node 3"]
+) -> tuple[NDArray[np.float64], NDArray[np.int64], bool]:
     """Half-cell lattice points, the cells on it, and whether the map was left-handed."""
     u, v, w = np.meshgrid(*(np.linspace(0, 1, 2 * count + 1) for count in block.counts), indexing="ij")
     lattice = np.stack(np.broadcast_arrays(*block.shape(u, v, w)), axis=-1).astype(np.float64)
     edges = np.stack([lattice[2, 0, 0], lattice[0, 2, 0], lattice[0, 0, 2]]) - lattice[0, 0, 0]
     mirrored = bool(np.linalg.det(edges) < 0)
-    offset = (element.nodes + 1).astype(np.int64)
+    offset = offsets.copy()
     if mirrored:
         # Turning w round makes the cells right-handed; the local z faces swap with it.
         offset[:, 2] = 2 - offset[:, 2]

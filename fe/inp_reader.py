@@ -15,10 +15,7 @@ from numpy.typing import NDArray
 
 from fe.errors import MeshError
 from fe.file_mesh import FileMesh
-
-#: Local face of a hexahedron here (x-, x+, y-, y+, z-, z+) by its label there: S1 is 1-2-3-4, S2 5-8-7-6, S3 1-5-6-2,
-#: S4 2-6-7-3, S5 3-7-8-4, S6 4-8-5-1 (CalculiX CrunchiX User's Manual 2.20, "Eight-node brick element").
-FACE_OF_LABEL = {"S1": 4, "S2": 5, "S3": 2, "S4": 1, "S5": 3, "S6": 0}
+from fe.inp_faces import LABELS, UnknownFace, faces_of_labels
 
 #: Cell type and number of nodes by the pattern of an element type. Letters behind the number (R, H, I, T) change how
 #: that program integrates the element, not its nodes.
@@ -154,7 +151,7 @@ def _elements(deck: _Deck, block: _Block) -> None:
     name = block.parameters.get("TYPE", "").upper()
     known = next(((t, n) for pattern, t, n in ELEMENT_TYPES if re.fullmatch(pattern, name)), None)
     if known is None:
-        raise deck.damaged(f'elements of type "{name}" are not supported, so keep C3D8 or C3D20 only')
+        raise deck.damaged(f'elements of type "{name}" are not supported, so keep C3D8, C3D20 or C3D10 only')
     cell_type, n_node = known
     entries = np.array(block.entries(), dtype=np.int64)
     if entries.size % (n_node + 1):
@@ -193,10 +190,11 @@ def _surface(deck: _Deck, block: _Block) -> None:
     faces = _members(deck.face_sets, name)
     for line in block.lines:
         entry, label = ([*map(str.strip, line.split(",")), ""])[:2]
-        if label.upper() not in FACE_OF_LABEL:
+        if label.upper() not in LABELS:
             raise deck.damaged(f'surface "{name}" names the face "{label}", which is none of S1 to S6')
         cells = [np.array([int(entry)])] if entry.isdigit() else _known_set(deck, deck.cell_sets, entry)
-        faces.extend(np.column_stack([part, np.full(len(part), FACE_OF_LABEL[label.upper()])]) for part in cells)
+        # Which face that is depends on the type of the cell, so it is found when all cells are known.
+        faces.extend(np.column_stack([part, np.full(len(part), LABELS.index(label.upper()))]) for part in cells)
 
 
 def _members(sets: dict[str, list[NDArray[np.int64]]], name: str) -> list[NDArray[np.int64]]:
@@ -215,10 +213,14 @@ def _file_mesh(deck: _Deck) -> FileMesh:
     """Replace the labels of the deck by counts from 0."""
     nodes = _Numbering(deck, "node", np.concatenate(deck.node_labels))
     cells = _Numbering(deck, "element", np.concatenate(deck.cell_labels))
+    blocks = [(cell_type, len(table)) for cell_type, table in deck.blocks]
     face_sets = {}
     for name, parts in deck.face_sets.items():
         faces = np.concatenate([*parts, np.empty((0, 2), dtype=np.int64)])
-        face_sets[name] = np.column_stack([cells.of(faces[:, 0]), faces[:, 1]])
+        try:
+            face_sets[name] = faces_of_labels(cells.of(faces[:, 0]), faces[:, 1], blocks)
+        except UnknownFace as error:
+            raise deck.damaged(f'surface "{name}" {error}') from error
     return FileMesh(
         points=np.concatenate(deck.points),
         blocks=tuple((cell_type, nodes.of(table)) for cell_type, table in deck.blocks),

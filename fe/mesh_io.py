@@ -35,10 +35,10 @@ READERS = {".vtu": read_vtu, ".inp": read_inp, ".msh": read_msh}
 
 
 def read_mesh(path: str | PathLike[str], length_unit_in_metre: float = 1.0) -> Mesh:
-    """Read the hexahedra of a mesh file with their named sets.
+    """Read the hexahedra and tetrahedra of a mesh file with their named sets.
 
-    Named sets of surface cells become face sets where the cells lie on faces of hexahedra, else node sets, as do
-    named curves and points; these cells themselves, and nodes that no hexahedron uses, are dropped. `Mesh.nodes` finds
+    Named sets of surface cells become face sets where the cells lie on faces of solid cells, else node sets, as do
+    named curves and points; these cells themselves, and nodes that no solid cell uses, are dropped. `Mesh.nodes` finds
     the nodes of either kind of set.
 
     Parameters

@@ -28,8 +28,9 @@ class Quality:
     Parameters
     ----------
     scaled_jacobian
-        Smallest over the corners of the triple product of the three *unit* edge vectors, in [-1, 1]: 1 is a brick,
-        below 0.2 is poor, 0 or less is folded, shape (n_cell,) [-]. It sees corner nodes alone.
+        Smallest over the corners of the triple product of the three *unit* edge vectors, times sqrt(2) for tetrahedra,
+        in [-1, 1]: 1 is a brick, or a regular tetrahedron, below 0.2 is poor, 0 or less is folded, shape (n_cell,) [-].
+        It sees corner nodes alone.
     determinant_ratio
         Smallest determinant of the isoparametric map over the quadrature points and all nodes, divided by the
         magnitude of its mean over the cell, at most 1, shape (n_cell,) [-]. It sees midside nodes too.
@@ -139,7 +140,9 @@ def _scaled_jacobian(element: Element, nodes: Float[NDArray[np.float64], "cell n
     edges = corners[:, _corner_neighbours(element)] - corners[:, :, None]
     length = np.linalg.norm(edges, axis=3, keepdims=True)
     unit = np.divide(edges, length, out=np.zeros_like(edges), where=length > 0)
-    smallest: PerCell = np.linalg.det(unit).min(axis=1)
+    # Three edges of a regular tetrahedron span sqrt(1/2); a sharper corner has another that is blunter.
+    perfect = np.sqrt(0.5) if element.n_corner == 4 else 1.0
+    smallest: PerCell = np.linalg.det(unit).min(axis=1) / perfect
     return smallest
 
 

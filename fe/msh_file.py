@@ -23,9 +23,10 @@ from fe.meshio_reader import read_with_meshio
 GMSH_CELLS = {
     "hexahedron": (5, tuple(range(8))),
     "hexahedron20": (17, (*range(8), 8, 11, 16, 9, 17, 10, 18, 19, 12, 15, 13, 14)),
+    "tetra10": (11, (0, 1, 2, 3, 4, 5, 6, 7, 9, 8)),
 }
-#: Gmsh's quadrangle by its number of nodes, and its point.
-GMSH_QUADS = {4: 3, 8: 16}
+#: Gmsh's quadrangle or triangle by its number of nodes, and its point.
+GMSH_FACES = {4: 3, 6: 9, 8: 16}
 GMSH_POINT = 15
 #: Versions of the format that are read.
 VERSIONS = ("4.1", "2.2", "2.1", "2")
@@ -193,7 +194,7 @@ def _surfaces(
             if len(here):
                 local = np.array(ELEMENTS[cell_type].faces)
                 nodes = cells[here[:, :1] - start, local[here[:, 1]]]
-                yield 2, entity, GMSH_QUADS[nodes.shape[1]], tuple(range(nodes.shape[1])), nodes
+                yield 2, entity, GMSH_FACES[nodes.shape[1]], tuple(range(nodes.shape[1])), nodes
             start += len(cells)
 
 

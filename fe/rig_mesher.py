@@ -1,7 +1,7 @@
 """The rig's five bodies as meshes, with cells of about one size."""
 
 from dataclasses import dataclass, field
-from math import asin, isfinite, pi
+from math import asin, ceil, isfinite, pi, sin, sqrt
 
 from fe.blade_mesher import PadMesh, mesh_blade
 from fe.damper_mesher import DamperMesh, mesh_damper
@@ -11,6 +11,7 @@ from fe.errors import MeshError
 from fe.mesh import Mesh
 from fe.mesh_rule import MeshRule
 from fe.node_sets import with_named_points
+from geometry.decoupler import Decoupler
 from geometry.groove import half_mouth
 from geometry.rig import Rig, named_points, placements
 
@@ -68,6 +69,11 @@ def rig_mesh(rig: Rig, element: Element, size: float, subdivisions: int = 1) -> 
     across_groove = near(2 * blade.narrow_groove_radius * asin(mouth / blade.narrow_groove_radius), 2)
     across_lip = near(blade.flat_width / 2 - mouth)
     along_contact = near(damper.contact_length, INTERVALS)
+    across_neck = near(decoupler.neck_thickness, 2)
+    # The plate has as many rows as both arms, and is taller: its cells are higher by as much as theirs are flatter.
+    across_arm = sqrt(decoupler.arm_thickness * decoupler.half_height)
+    beside_neck = max(1, ceil((across_arm - decoupler.neck_thickness) / (2 * size)))
+    below, above = _beside_pad(decoupler, 2 * (across_neck + 2 * beside_neck))
     return RigMesh(
         blade=MeshRule(
             element=element,
@@ -93,17 +99,26 @@ def rig_mesh(rig: Rig, element: Element, size: float, subdivisions: int = 1) -> 
             along_contact=along_contact,
             across_groove=across_groove,
             across_lip=across_lip,
-            across_neck=near(decoupler.neck_thickness, 2),
-            beside_neck=near((decoupler.arm_thickness - decoupler.neck_thickness) / 2),
-            below_groove=near(decoupler.plate_below_lip),
+            across_neck=across_neck,
+            beside_neck=beside_neck,
+            below_groove=below,
+            above_pad=above,
             through_plate=near(decoupler.plate_thickness),
-            along_core=near(decoupler.arm_thickness),
-            along_stub=near(decoupler.stub_length),
+            along_root=near(decoupler.half_height * sin(decoupler.arm_angle) + decoupler.stub_length),
             along_neck=near(decoupler.neck_length),
             along_arm=near(decoupler.arm_length),
             along_cell=near(decoupler.cell_length),
         ),
     )
+
+
+def _beside_pad(decoupler: Decoupler, n_row: int) -> tuple[int, int]:
+    """Of the rows of a de-coupler's plate, which are even at its back: those below the groove and above the pad [-]."""
+    height = 2 * decoupler.half_height / n_row
+    groove = (decoupler.lip_above_axis + decoupler.narrow_groove_radius) / 2
+    below = min(max(1, round((groove - decoupler.plate_bottom) / height)), n_row - 2)
+    above = min(max(1, round((decoupler.plate_top - decoupler.top) / height)), n_row - 1 - below)
+    return below, above
 
 
 def mesh_rig(rig: Rig, cells: RigMesh) -> dict[str, Mesh]:

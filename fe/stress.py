@@ -1,21 +1,17 @@
 """Strain and stress recovered from displacements, at quadrature points and at nodes."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.assembly import cell_elasticity
-from fe.element import ELEMENTS, HEX8
+from fe.element import ELEMENTS, Element
+from fe.errors import MeshError
 from fe.material import Material
 from fe.mesh import Mesh
-from fe.quadrature import gauss_hexahedron
 from fe.solid import jacobian
-
-#: Points where the stress of a hexahedron is taken before it goes to the nodes: the 2 x 2 x 2 Gauss points, at which
-#: quadratic elements are one order more accurate than elsewhere (Barlow, Int. J. Num. Meth. Eng. 10, 1976, 243-251).
-SAMPLING = gauss_hexahedron(2)[0]
 
 Tensor = Float[NDArray[np.float64], "*where 6"]
 
@@ -32,26 +28,25 @@ def strain(
     displacement
         At the nodes, shape (n_node, 3) [m].
     at
-        Reference points, shape (n_point, 3) [-].
+        Reference points of every cell, shape (n_point, 3) [-].
 
     Returns
     -------
     Shape (n_cell, n_point, 6) [-], cells through the blocks in the order of `mesh.cells`.
     """
-    parts = []
-    for cell_type, nodes in mesh.cells.items():
-        _, gradient = jacobian(ELEMENTS[cell_type], mesh.points[nodes], at)
-        g = np.einsum("eqaj,eai->eqij", gradient, displacement[nodes], optimize=True)
-        shear = [g[..., i, j] + g[..., j, i] for i, j in ((0, 1), (1, 2), (2, 0))]
-        parts.append(np.stack([g[..., 0, 0], g[..., 1, 1], g[..., 2, 2], *shear], axis=-1))
-    return np.concatenate(parts)
+    return np.concatenate(
+        [
+            _strain(ELEMENTS[cell_type], mesh.points[nodes], displacement[nodes], at)
+            for cell_type, nodes in mesh.cells.items()
+        ]
+    )
 
 
 def stress(
     mesh: Mesh,
     materials: Material | Mapping[str, Material],
     displacement: Float[NDArray[np.float64], "node 3"],
-    at: Float[NDArray[np.float64], "point 3"] = SAMPLING,
+    at: Float[NDArray[np.float64], "point 3"] | None = None,
 ) -> Float[NDArray[np.float64], "cell point 6"]:
     """Cauchy stress xx, yy, zz, xy, yz, zx of every cell at the given reference points.
 
@@ -62,23 +57,30 @@ def stress(
     materials
         As in `fe.assembly.assemble`.
     at
-        Reference points, shape (n_point, 3) [-]; by default the 2 x 2 x 2 Gauss points.
+        Reference points of every cell, shape (n_point, 3) [-]; by default each element's own stress points.
 
     Returns
     -------
     Shape (n_cell, n_point, 6) [Pa].
+
+    Raises
+    ------
+    MeshError
+        Hexahedra and tetrahedra in one mesh, which have no reference points in common; or cells without material.
     """
-    lame, shear, _ = cell_elasticity(mesh, materials)[:, :, None, None]
-    e = strain(mesh, displacement, at)
-    volumetric = e[..., :3].sum(axis=-1, keepdims=True)
-    normal = lame * volumetric + 2 * shear * e[..., :3]
-    return np.concatenate([normal, shear * e[..., 3:]], axis=-1)
+    kinds = {ELEMENTS[cell_type].n_corner for cell_type in mesh.cells}
+    if len(kinds) > 1:
+        raise MeshError(
+            f"the mesh mixes cells of different shape ({', '.join(mesh.cells)}), which have no reference points in "
+            "common: ask for the stress at its nodes"
+        )
+    return np.concatenate(list(_stress_of_blocks(mesh, materials, displacement, at)))
 
 
 def nodal_stress(
     mesh: Mesh, materials: Material | Mapping[str, Material], displacement: Float[NDArray[np.float64], "node 3"]
 ) -> Float[NDArray[np.float64], "node 6"]:
-    """Stress at the nodes: extrapolated from the Gauss points of each cell, then averaged over the cells at a node.
+    """Stress at the nodes: extrapolated from the stress points of each cell, then averaged over the cells at a node.
 
     At an interface of two materials the average mixes them: stress is not continuous there.
 
@@ -91,18 +93,46 @@ def nodal_stress(
     -------
     Shape (n_node, 6) [Pa].
     """
-    sampled = stress(mesh, materials, displacement)
     total, cells_at = np.zeros((mesh.n_node, 6)), np.zeros(mesh.n_node)
-    start = 0
-    for cell_type, nodes in mesh.cells.items():
-        # The trilinear field through the eight Gauss points, read at the nodes.
-        reach = HEX8.shape(ELEMENTS[cell_type].nodes * np.sqrt(3.0))
-        order = [int(np.abs(HEX8.nodes - np.sign(point)).sum(axis=1).argmin()) for point in SAMPLING]
-        at_nodes = np.einsum("aq,eqs->eas", reach[:, order], sampled[start : start + len(nodes)])
+    sampled = _stress_of_blocks(mesh, materials, displacement, None)
+    for (cell_type, nodes), values in zip(mesh.cells.items(), sampled, strict=True):
+        element = ELEMENTS[cell_type]
+        # The field of the corners' shape functions through the values at the stress points, read at the nodes.
+        at_corners = np.linalg.solve(element.corner_shape(element.stress_points), values)
+        at_nodes = np.einsum("ac,ecs->eas", element.corner_shape(element.nodes), at_corners)
         np.add.at(total, nodes, at_nodes)
         np.add.at(cells_at, nodes, 1)
-        start += len(nodes)
     return np.asarray(total / np.maximum(cells_at, 1)[:, None])
+
+
+def _strain(
+    element: Element,
+    points: Float[NDArray[np.float64], "cell node 3"],
+    displacement: Float[NDArray[np.float64], "cell node 3"],
+    at: Float[NDArray[np.float64], "point 3"],
+) -> Float[NDArray[np.float64], "cell point 6"]:
+    _, gradient = jacobian(element, points, at)
+    g = np.einsum("eqaj,eai->eqij", gradient, displacement, optimize=True)
+    shear = [g[..., i, j] + g[..., j, i] for i, j in ((0, 1), (1, 2), (2, 0))]
+    return np.stack([g[..., 0, 0], g[..., 1, 1], g[..., 2, 2], *shear], axis=-1)
+
+
+def _stress_of_blocks(
+    mesh: Mesh,
+    materials: Material | Mapping[str, Material],
+    displacement: Float[NDArray[np.float64], "node 3"],
+    at: Float[NDArray[np.float64], "point 3"] | None,
+) -> Iterator[Float[NDArray[np.float64], "cell point 6"]]:
+    """Stress of the cells of one type after the other."""
+    elasticity = cell_elasticity(mesh, materials)
+    start = 0
+    for cell_type, nodes in mesh.cells.items():
+        element = ELEMENTS[cell_type]
+        lame, shear, _ = elasticity[:, start : start + len(nodes), None, None]
+        e = _strain(element, mesh.points[nodes], displacement[nodes], element.stress_points if at is None else at)
+        volumetric = e[..., :3].sum(axis=-1, keepdims=True)
+        yield np.concatenate([lame * volumetric + 2 * shear * e[..., :3], shear * e[..., 3:]], axis=-1)
+        start += len(nodes)
 
 
 def von_mises(tensor: Tensor) -> Float[NDArray[np.float64], "*where"]:

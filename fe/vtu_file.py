@@ -1,8 +1,8 @@
 """VTK unstructured grids (.vtu) through meshio, with sets as integer arrays of documented names.
 
 A point array "node_set:NAME" holds the place of each node in the set, from 1, and 0 elsewhere; a cell array
-"cell_set:NAME" does so for cells; a cell array "face_set:NAME" has bit k set where local face k (x-, x+, y-, y+, z-,
-z+) of that cell belongs to the set. ParaView shows them as ordinary arrays.
+"cell_set:NAME" does so for cells; a cell array "face_set:NAME" has bit k set where local face k (for hexahedra x-, x+,
+y-, y+, z-, z+) of that cell belongs to the set. ParaView shows them as ordinary arrays.
 """
 
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ from fe.mesh import Mesh
 from fe.meshio_reader import read_with_meshio
 
 NODE_SET, CELL_SET, FACE_SET = "node_set:", "cell_set:", "face_set:"
-#: Bits of the array of a face set: a hexahedron has six faces.
+#: Bits of the array of a face set: no cell has more faces than a hexahedron.
 N_FACE = 6
 
 

@@ -22,8 +22,9 @@ from geometry.part import Part, Point
 
 Lengths = Float[NDArray[np.float64], "*k"]
 
-# Of each pair the first must not exceed the second: a neck is thinner than its arm, a load cell is not.
-AT_MOST = (("neck_thickness", "arm_thickness"), ("arm_thickness", "cell_thickness"))
+# Of each pair the first must not exceed the second: a neck is thinner than its arm, a load cell is not, and the arms
+# meet on the contact line.
+AT_MOST = (("neck_thickness", "arm_thickness"), ("arm_thickness", "cell_thickness"), ("arms_meet", "contact_length"))
 # Outside these, arms lie along the damper or across it, and two load cells no longer tell its two forces apart.
 FLATTEST_ARM, STEEPEST_ARM = radians(20.0), radians(70.0)
 
@@ -36,8 +37,9 @@ class Decoupler:
     the face of the pad that looks towards the blade. It is symmetric about x = 0.
 
     The pad mirrors the blade's. It stands on a plate, from whose back two arms rise and fall at the same angle; a neck
-    near the root of each lets it bend easily, so that it passes the force along itself alone. The load cells belong to
-    the body; their far ends are fixed.
+    near the root of each lets it bend easily, so that it passes the force along itself alone. The axes of the arms meet
+    on the contact line: a force in the middle of the line then turns nothing, and no arm carries it across itself. The
+    load cells belong to the body; their far ends are fixed.
 
     The paper publishes the angle of the arms alone; the others are ours.
 
@@ -55,12 +57,15 @@ class Decoupler:
         Height of the pad's lower face above the groove's axis; positive, so that the groove has no undercut.
     pad_height_above_groove
         Metal over the widest crest of the groove.
-    plate_thickness, plate_below_lip
-        Of the plate along y, and how far it reaches below the pad.
+    plate_thickness
+        Of the plate along y; its height is that of the arms' roots.
     arm_angle
         Of each arm to the plane of the damper's axis: the published 45 degrees [rad].
+    arms_meet
+        Where the axes of the arms meet: at the height of the contact line, so far behind the face of the pad.
     arm_thickness, stub_length, arm_length
-        Of the arms in the plane of symmetry; of the stub between the plate and the neck, and of the arm beyond it.
+        Of the arms in the plane of symmetry; of the stub between the plate and the neck, along its outer face, and of
+        the arm beyond the neck.
     neck_thickness, neck_length
         Of the flexible necks.
     cell_thickness, cell_length
@@ -85,12 +90,12 @@ class Decoupler:
     lip_above_axis: float = 0.003
     pad_height_above_groove: float = 0.007
     plate_thickness: float = 0.006
-    plate_below_lip: float = 0.006
     arm_angle: float = radians(45.0)
-    arm_thickness: float = 0.014
+    arms_meet: float = 0.006
+    arm_thickness: float = 0.010
     stub_length: float = 0.004
-    arm_length: float = 0.030
-    neck_thickness: float = 0.006
+    arm_length: float = 0.036
+    neck_thickness: float = 0.003
     neck_length: float = 0.008
     cell_thickness: float = 0.018
     cell_length: float = 0.020
@@ -138,23 +143,33 @@ class Decoupler:
 
     @property
     def top(self) -> float:
-        """Height z of pad and plate [m]."""
+        """Height z of the pad's upper face [m]."""
         return self.wide_groove_radius + self.pad_height_above_groove
+
+    @property
+    def middle(self) -> float:
+        """Height z at which the arms' axes meet, about which plate and arms are symmetric [m]."""
+        return float(self.groove_radius_at(np.array(self.arms_meet)))
+
+    @property
+    def arms_reach(self) -> float:
+        """From where the arms' axes meet to the plate's back, along y [m]."""
+        return self.plate_back - self.arms_meet
+
+    @property
+    def half_height(self) -> float:
+        """Half the height of the plate, which ends with the arms' outer faces [m]."""
+        return self.arms_reach * tan(self.arm_angle) + self.arm_thickness / 2 / cos(self.arm_angle)
 
     @property
     def plate_bottom(self) -> float:
         """Height z of the plate's lower face [m]."""
-        return self.lip_above_axis - self.plate_below_lip
+        return self.middle - self.half_height
 
     @property
-    def half_height(self) -> float:
-        """Half the height of the plate [m]."""
-        return (self.top - self.plate_bottom) / 2
-
-    @property
-    def middle(self) -> float:
-        """Height z about which plate and arms are symmetric [m]."""
-        return (self.top + self.plate_bottom) / 2
+    def plate_top(self) -> float:
+        """Height z of the plate's upper face [m]."""
+        return self.middle + self.half_height
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,16 +183,13 @@ class Arm:
     centre
         Offset of the arm's centre line along `across` [m].
     stations
-        Distances along the arm of the start of stub, neck, arm and load cell, and of the load cell's end [m].
-    crotch
-        Where the inner faces of both arms meet, on the plane between them: its y from the plate's back [m].
+        Distances along the arm of the start of neck, arm and load cell, and of the load cell's end [m].
     """
 
     along: tuple[float, float]
     across: tuple[float, float]
     centre: float
     stations: tuple[float, ...]
-    crotch: float
 
     def point(self, along: Lengths, offset: Lengths) -> tuple[Lengths, Lengths]:
         """Places (y, z) from the middle of the plate's back, at distances along the arm and off its centre line [m]."""
@@ -188,25 +200,20 @@ class Arm:
 def arm(decoupler: Decoupler) -> Arm:
     """The upper arm: its outer face starts at the plate's upper back edge; the lower arm mirrors it."""
     angle = decoupler.arm_angle
-    along, across = (cos(angle), sin(angle)), (-sin(angle), cos(angle))
-    outer = decoupler.half_height * across[1]
-    inner = outer - decoupler.arm_thickness
-    crotch = inner / across[0]
     lengths = (decoupler.stub_length, decoupler.neck_length, decoupler.arm_length, decoupler.cell_length)
-    stations = np.cumsum([crotch * along[0], *lengths])
+    stations = decoupler.half_height * sin(angle) + np.cumsum(lengths)
     return Arm(
-        along=along,
-        across=across,
-        centre=(outer + inner) / 2,
+        along=(cos(angle), sin(angle)),
+        across=(-sin(angle), cos(angle)),
+        centre=decoupler.arms_reach * sin(angle),
         stations=tuple(float(each) for each in stations),
-        crotch=crotch,
     )
 
 
 def outline(decoupler: Decoupler) -> list[tuple[float, float]]:
     """Corners (y, z) of plate, arms and load cells in the plane of symmetry, all round [m]."""
     one = arm(decoupler)
-    _, neck, beam, cell, end = one.stations
+    neck, beam, cell, end = one.stations
     thick, thin, wide = decoupler.arm_thickness, decoupler.neck_thickness, decoupler.cell_thickness
     along = np.array([neck, neck, beam, beam, cell, cell, end])
     half_width = np.array([thick, thin, thin, thick, thick, wide, wide]) / 2
@@ -214,7 +221,8 @@ def outline(decoupler: Decoupler) -> list[tuple[float, float]]:
     front = [[-decoupler.plate_thickness, decoupler.half_height], [0.0, decoupler.half_height]]
     upper = np.concatenate([front, outer, inner[::-1]])
     lower = upper[::-1] * [1.0, -1.0]
-    corners = np.concatenate([upper, [[one.crotch, 0.0]], lower])
+    # Behind the plate both stubs start from one edge, at half its height.
+    corners = np.concatenate([upper, [[0.0, 0.0]], lower])
     corners += np.array([decoupler.plate_back, decoupler.middle])
     return [(float(y), float(z)) for y, z in corners]
 
@@ -325,15 +333,25 @@ def _shape_problems(decoupler: Decoupler) -> Iterator[str]:
         narrow_at="the plate",
         sides="the sides of the pad",
     )
-    if decoupler.arm_thickness * cos(decoupler.arm_angle) < decoupler.half_height + SMALLEST:
+    thickest = 2 * decoupler.arms_reach * sin(decoupler.arm_angle)
+    if decoupler.arm_thickness > thickest:
         yield (
-            f"arm_thickness = {in_millimetres(decoupler.arm_thickness)} leaves a gap between the arms at the plate, "
-            f"which is {in_millimetres(2 * decoupler.half_height)} high (give more than "
-            f"{in_millimetres(decoupler.half_height / cos(decoupler.arm_angle))} or lower plate_below_lip)"
+            f"arm_thickness = {in_millimetres(decoupler.arm_thickness)} lets the arms overlap behind the plate (give "
+            f"{in_millimetres(thickest)} at most, or a thicker plate)"
         )
-        return
+    if decoupler.plate_top < decoupler.top + SMALLEST:
+        yield (
+            f"pad_height_above_groove = {in_millimetres(decoupler.pad_height_above_groove)} lifts the pad above the "
+            f"plate, whose height the arms give (lower it by "
+            f"{in_millimetres(decoupler.top + SMALLEST - decoupler.plate_top)} or thicken the plate)"
+        )
+    if decoupler.plate_bottom > decoupler.lip_above_axis - SMALLEST:
+        yield (
+            f"arm_angle = {degrees(decoupler.arm_angle):.6g} deg ends the plate above the pad's lower face (give more, "
+            "or a thicker plate)"
+        )
     one = arm(decoupler)
-    _, height = one.point(np.array(one.stations[3]), np.array(-decoupler.cell_thickness / 2))
+    _, height = one.point(np.array(one.stations[2]), np.array(-decoupler.cell_thickness / 2))
     if height < SMALLEST:
         yield (
             f"cell_thickness = {in_millimetres(decoupler.cell_thickness)} lets the two load cells meet (lower it or "

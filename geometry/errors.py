@@ -8,7 +8,8 @@
         ├── fe.errors.MeshError
         │   └── fe.errors.InvertedCell
         ├── fe.errors.SupportError
-        ├── reduction.errors.{RomError, JointError, MatrixError}
+        ├── fe.errors.MatrixFileError
+        ├── reduction.errors.{RomError, JointError, MatrixError, ExchangeError}
         ├── hbsolve.errors.{ForceError, ModelError, PeakError, BalanceError}
         ├── transient.errors.TransientError
         │   └── transient.errors.StepError

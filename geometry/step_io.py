@@ -91,6 +91,23 @@ def _write(assembly: Assembly, path: Path) -> None:
             partial.unlink()
 
 
+def check_complete(path: Path) -> None:
+    """Refuse what is no STEP file from beginning to end.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or does not begin and end as STEP files do.
+    """
+    try:
+        text = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"the STEP file {path} cannot be read ({error.strerror}): check the path") from error
+    # The kernel prints its complaints to the terminal: spare the user those about files that are not whole.
+    if not (text.lstrip().startswith(FIRST_WORD) and text.rstrip().endswith(LAST_WORD)):
+        raise InputError(f"{path} is not a complete STEP file: export it again")
+
+
 def read_step(path: Path) -> Shape:
     """Read the one solid of a STEP file, whatever its length unit, in millimetres.
 
@@ -102,13 +119,7 @@ def read_step(path: Path) -> Shape:
         The file is missing, is no complete STEP file, or holds no or several solids.
     """
     path = Path(path)
-    try:
-        text = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"the STEP file {path} cannot be read ({error.strerror}): check the path") from error
-    # The kernel prints its complaints to the terminal: spare the user those about files that are not whole.
-    if not (text.lstrip().startswith(FIRST_WORD) and text.rstrip().endswith(LAST_WORD)):
-        raise InputError(f"{path} is not a complete STEP file: export it again")
+    check_complete(path)
     import cadquery as cq
 
     try:

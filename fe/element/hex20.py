@@ -8,6 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.element.hex8 import CORNER_FACES, CORNERS
+from fe.element.hex8 import shape as corner_shape
 from fe.element.table import Element, ReferencePoints
 from fe.quadrature import gauss_hexahedron
 
@@ -65,7 +66,9 @@ HEX20 = Element(
     n_corner=8,
     shape=shape,
     gradient=gradient,
+    corner_shape=corner_shape,
     faces=FACES,
     rule=gauss_hexahedron(3),
+    stress_points=gauss_hexahedron(2)[0],
     degree=2,
 )

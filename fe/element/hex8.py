@@ -41,7 +41,9 @@ HEX8 = Element(
     n_corner=8,
     shape=shape,
     gradient=gradient,
+    corner_shape=shape,
     faces=CORNER_FACES,
     rule=gauss_hexahedron(2),
+    stress_points=gauss_hexahedron(2)[0],
     degree=1,
 )

@@ -32,10 +32,15 @@ class Element:
         Shape functions: (n_point, 3) -> (n_point, n_node) [-].
     gradient
         Their derivatives: (n_point, 3) -> (n_point, n_node, 3) [-].
+    corner_shape
+        Shape functions of the corners alone, as if there were no other nodes: (n_point, 3) -> (n_point, n_corner) [-].
     faces
         Local nodes of each face, corners first, seen from outside anticlockwise.
     rule
         Quadrature of stiffness and mass alike.
+    stress_points
+        Where stress is taken before it goes to the nodes: as many points as corners, at which quadratic elements are
+        one order more accurate than elsewhere (Barlow, Int. J. Num. Meth. Eng. 10, 1976), shape (n_corner, 3) [-].
     degree
         Polynomial degree p that the shape functions hold completely [-].
     """
@@ -47,8 +52,10 @@ class Element:
     n_corner: int
     shape: Callable[[ReferencePoints], Float[NDArray[np.float64], "point node"]]
     gradient: Callable[[ReferencePoints], Float[NDArray[np.float64], "point node 3"]]
+    corner_shape: Callable[[ReferencePoints], Float[NDArray[np.float64], "point corner"]]
     faces: tuple[tuple[int, ...], ...]
     rule: Rule
+    stress_points: ReferencePoints
     degree: int
 
     @property

@@ -55,6 +55,17 @@ def test_shapes_make_the_shifted_stiffness_the_unit_matrix() -> None:
     np.testing.assert_allclose(modes.lambda_, scipy.linalg.eigh(stiffness, mass, eigvals_only=True), rtol=1e-9)
 
 
+def test_mode_shapes_have_a_unit_mass_and_one_sign() -> None:
+    a, b = np.random.default_rng(0).standard_normal((2, 8, 8))
+    mass, stiffness = a @ a.T + np.eye(8), b @ b.T + np.eye(8)
+    modes = dense_modes(mass, stiffness)
+    shapes = modes.mode_shapes
+    # Both are of size 100, and a solve loses a few more digits.
+    np.testing.assert_allclose(shapes.T @ mass @ shapes, np.eye(8), atol=1e-10)
+    np.testing.assert_allclose(stiffness @ shapes, mass @ shapes * modes.lambda_, atol=1e-10)
+    np.testing.assert_array_equal(shapes.max(axis=0), np.abs(shapes).max(axis=0))
+
+
 def test_a_body_without_stiffness_and_an_indefinite_one() -> None:
     np.testing.assert_allclose(dense_modes(np.eye(3), np.zeros((3, 3))).lambda_, 0, atol=1e-15)
     with pytest.raises(np.linalg.LinAlgError, match="indefinite: lowest eigenvalue -1"):

@@ -1,6 +1,7 @@
 """What every table of shape functions must satisfy, whichever element it describes."""
 
 from itertools import product
+from math import factorial
 
 import numpy as np
 import pytest
@@ -8,14 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from fe.element import Element
-from fe.quadrature import gauss_hexahedron
+from fe.element import HEX8, HEX20, TET10, Element
+from fe.quadrature import gauss_hexahedron, gauss_tetrahedron
 
 # Sums of at most twenty products of numbers near one.
 ROUND_OFF = 1e-14
 
 
 def inside(seed: int, n: int = 5) -> NDArray[np.float64]:
+    """Points of the cube around every reference cell: polynomials need not stay inside theirs."""
     return np.random.default_rng(seed).uniform(-1, 1, (n, 3))
 
 
@@ -107,7 +109,36 @@ def test_gauss_points_run_along_x_fastest() -> None:
     np.testing.assert_array_equal(points.reshape(3, 3, 3, 3)[:, 0, 0, 2], np.polynomial.legendre.leggauss(3)[0])
 
 
-def test_the_elements_rule_integrates_its_mass_exactly_on_an_affine_cell(element: Element) -> None:
+def tetrahedron_integral(exponents: tuple[int, int, int]) -> float:
+    """Of x^i y^j z^k over the reference tetrahedron: i! j! k! / (i + j + k + 3)!."""
+    return float(np.prod([factorial(e) for e in exponents])) / factorial(sum(exponents) + 3)
+
+
+def test_four_points_integrate_to_degree_2_on_the_tetrahedron_and_no_further() -> None:
+    points, weights = gauss_tetrahedron()
+    for exponents in monomials(2):
+        assert weights @ power(points, exponents) == pytest.approx(tetrahedron_integral(exponents), rel=100 * ROUND_OFF)
+    assert abs(weights @ power(points, (3, 0, 0)) - tetrahedron_integral((3, 0, 0))) > 1e-4
+
+
+def test_the_rule_of_the_tetrahedron_integrates_the_stiffness_of_a_straight_cell_exactly() -> None:
+    # Products of two derivatives of quadratics; the ten points of a rule of degree 4 are not needed to know them.
+    points, weights = TET10.rule
+    gradient = TET10.gradient(points)
+    found = np.einsum("qai,qbj,q->aibj", gradient, gradient, weights)
+    # The same by monomials: derivatives are linear, so their values at origin and unit points hold them.
+    at = TET10.gradient(np.vstack([np.zeros(3), np.eye(3)]))
+    terms = np.stack([at[0], *(at[k] - at[0] for k in (1, 2, 3))])
+    exponents = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    moments = np.array(
+        [[tetrahedron_integral(tuple(np.add(first, second).tolist())) for second in exponents] for first in exponents]
+    )
+    expected = np.einsum("pai,qbj,pq->aibj", terms, terms, moments)
+    np.testing.assert_allclose(found, expected, atol=100 * ROUND_OFF)
+
+
+@pytest.mark.parametrize("element", [HEX8, HEX20], ids=lambda element: element.name)
+def test_the_rule_of_a_brick_integrates_its_mass_exactly_on_an_affine_cell(element: Element) -> None:
     def mass(points: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
         shape = element.shape(points)
         return np.asarray((shape * weights[:, None]).T @ shape)

@@ -36,7 +36,7 @@ def test_arrays_are_copied_and_read_only(element: Element) -> None:
 
 
 def test_nodes_of_a_face_set_are_those_of_its_faces(element: Element) -> None:
-    faces = np.array([[1, 0], [1, 3], [0, 5]])
+    faces = np.array([[1, 0], [1, 3], [0, 2]])
     mesh = two_cells(element, face_sets={"some": faces}, node_sets={"twice": np.array([3, 1, 3])})
     expected = {element.n_node * cell + node for cell, face in faces for node in element.faces[face]}
     assert mesh.nodes("some").tolist() == sorted(expected)
@@ -82,7 +82,7 @@ def test_a_cell_type_that_is_no_element_is_refused_with_those_that_are() -> None
         ({"node_sets": {"tip": np.array([0, -1])}}, 'node set "tip" names node -1, but there are'),
         ({"cell_sets": {"pad": np.array([2])}}, 'cell set "pad" names cell 2, but there are 2, numbered from 0'),
         ({"face_sets": {"tip": np.array([[2, 0]])}}, 'face set "tip" names cell 2, but there are 2'),
-        ({"face_sets": {"tip": np.array([[0, 6]])}}, 'face set "tip" names local face 6, but there are 6'),
+        ({"face_sets": {"tip": np.array([[0, 6]])}}, 'face set "tip" names local face 6, but there are [46]'),
         ({"face_sets": {"tip": np.array([0, 1, 2])}}, r'face set "tip" has shape \(3,\)'),
     ],
     ids=lambda value: value if isinstance(value, str) else "",

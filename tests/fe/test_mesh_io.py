@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fe.element import HEX8, HEX20, Element
+from fe.element import ELEMENTS, HEX8, HEX20, TET10, Element
 from fe.errors import InvertedCell, MeshError
 from fe.hex_blocks import Block, mesh_blocks
 from fe.mesh import Mesh
@@ -17,7 +17,6 @@ from fe.mesh_io import read_mesh, write_mesh
 from fe.mesh_quality import cell_quality
 
 SUFFIXES = pytest.mark.parametrize("suffix", [".vtu", ".inp", ".msh"])
-BOTH = pytest.mark.parametrize("element", [HEX8, HEX20], ids=lambda element: element.name)
 # Decks hold 13 digits of coordinates, the other formats all of them.
 DIGITS = {".inp": 1e-12, ".msh": 1e-15, ".vtu": 0.0}
 
@@ -38,7 +37,7 @@ def bent_bar(element: Element) -> Mesh:
         mesh,
         node_sets={"stations": line, "response": np.array([mesh.n_node - 1])},
         # They overlap: a cell may belong to several.
-        cell_sets={"steel": np.arange(15), "hot": np.arange(10, 24), "first": np.array([0])},
+        cell_sets={"steel": np.arange(15), "hot": np.arange(10, mesh.n_cell), "first": np.array([0])},
     )
 
 
@@ -48,14 +47,14 @@ def volume_of_set(mesh: Mesh, name: str) -> float:
 
 def face_centres(mesh: Mesh, name: str) -> NDArray[np.float64]:
     cells = next(iter(mesh.cells.values()))
-    element = HEX8 if cells.shape[1] == 8 else HEX20
-    corners = [mesh.points[cells[cell, list(element.faces[face][:4])]] for cell, face in mesh.face_sets[name]]
+    (element,) = (each for each in ELEMENTS.values() if each.n_node == cells.shape[1])
+    n = 4 if element.n_corner == 8 else 3
+    corners = [mesh.points[cells[cell, list(element.faces[face][:n])]] for cell, face in mesh.face_sets[name]]
     centres = np.array([corner.mean(axis=0) for corner in corners])
     return centres[np.lexsort(centres.round(9).T)]
 
 
 @SUFFIXES
-@BOTH
 def test_a_round_trip_keeps_cells_sets_and_the_order_of_stations(element: Element, suffix: str, tmp_path: Path) -> None:
     mesh = bent_bar(element)
     write_mesh(mesh, tmp_path / f"bar{suffix}")
@@ -107,12 +106,12 @@ def test_a_hexahedron_of_the_gmsh_manual_is_read_in_its_order(tmp_path: Path) ->
     assert lines[-1] in (tmp_path / "two.msh").read_text().splitlines()
 
 
-@BOTH
 def test_the_node_order_is_that_of_vtk(element: Element) -> None:
     vtk = pytest.importorskip("vtkmodules.vtkCommonDataModel")
-    cell = {"hex8": vtk.vtkHexahedron, "hex20": vtk.vtkQuadraticHexahedron}[element.name]()
+    kinds = {"hex8": vtk.vtkHexahedron, "hex20": vtk.vtkQuadraticHexahedron, "tet10": vtk.vtkQuadraticTetra}
+    cell = kinds[element.name]()
     parametric = np.reshape([cell.GetParametricCoords()[k] for k in range(3 * element.n_node)], (-1, 3))
-    np.testing.assert_array_equal(parametric, (element.nodes + 1) / 2)
+    np.testing.assert_array_equal(parametric, (element.nodes + 1) / 2 if element.n_corner == 8 else element.nodes)
 
 
 def write_deck(path: Path, text: str) -> Path:
@@ -285,15 +284,74 @@ def test_noise_is_refused(suffix: str, tmp_path: Path) -> None:
         read_mesh(path)
 
 
-@pytest.mark.parametrize(
-    ("cell_type", "n_node"), [("tetra", 4), ("tetra10", 10), ("wedge", 6), ("pyramid", 5), ("hexahedron27", 27)]
-)
+@pytest.mark.parametrize(("cell_type", "n_node"), [("wedge", 6), ("pyramid", 5), ("hexahedron27", 27)])
 def test_other_solid_cells_are_refused_with_type_and_count(cell_type: str, n_node: int, tmp_path: Path) -> None:
     points = np.vstack([HEX8.nodes, np.random.default_rng(6).standard_normal((27, 3))])
     cells = [("hexahedron", [list(range(8))]), (cell_type, [list(range(n_node))] * 3)]
     meshio.write(tmp_path / "mixed.vtu", meshio.Mesh(points, cells))
     with pytest.raises(MeshError, match=rf"mixed\.vtu has .*3 {cell_type}\): remesh with hexahedron or hexahedron20"):
         read_mesh(tmp_path / "mixed.vtu")
+
+
+@pytest.mark.parametrize("suffix", [".vtu", ".msh"])
+def test_tetrahedra_of_four_nodes_are_refused_with_the_remedy(suffix: str, tmp_path: Path) -> None:
+    path = tmp_path / f"linear{suffix}"
+    found = meshio.Mesh(HEX8.nodes, [("tetra", [[0, 1, 3, 4], [1, 2, 3, 6]]), ("wedge", [[0, 1, 3, 4, 5, 7]])])
+    meshio.write(path, found, file_format="gmsh22" if suffix == ".msh" else "vtu")
+    with pytest.raises(MeshError, match=r"linear.* 2 tetra cells of 4 nodes.*stiff in bending: convert them to 10"):
+        read_mesh(path)
+
+
+def test_tetrahedra_of_four_nodes_in_a_deck_are_refused_with_the_remedy(tmp_path: Path) -> None:
+    deck = BRICK.replace("type=C3D8I", "type=C3D4").replace(" 8, 11, 21, 22, 12, 15, 25, 26, 16", " 8, 11, 21, 22, 15")
+    with pytest.raises(MeshError, match=r"deck\.inp has 1 tetra cells of 4 nodes"):
+        read_mesh(write_deck(tmp_path / "deck.inp", deck))
+
+
+def test_a_tetrahedron_of_the_gmsh_manual_is_read_in_its_order(tmp_path: Path) -> None:
+    # Edges of the manual's drawing "Tetrahedron10": the last two stand the other way round in VTK.
+    edges = [(0, 1), (1, 2), (0, 2), (0, 3), (2, 3), (1, 3)]
+    corners = np.array([[0, 0, 0], [2.0, 0, 0], [0, 3.0, 0], [0, 0, 5.0]])
+    points = np.vstack([corners, [(corners[a] + corners[b]) / 2 for a, b in edges]])
+    lines = ["$MeshFormat", "4.1 0 8", "$EndMeshFormat", "$Nodes", "1 10 1 10", "3 1 0 10"]
+    lines += [str(k) for k in range(1, 11)] + [f"{x} {y} {z}" for x, y, z in points]
+    lines += ["$EndNodes", "$Elements", "1 1 1 1", "3 1 11 1", " ".join(["1", *(str(k) for k in range(1, 11))])]
+    path = tmp_path / "one.msh"
+    path.write_text("\n".join([*lines, "$EndElements", ""]))
+    read = read_mesh(path)
+    np.testing.assert_allclose(read.points[read.cells["tetra10"][0]], TET10.nodes * [2, 3, 5], atol=1e-15)
+    write_mesh(read, tmp_path / "two.msh")
+    assert lines[-1] in (tmp_path / "two.msh").read_text().splitlines()
+
+
+@pytest.mark.parametrize(("label", "corners"), [("S1", "123"), ("S2", "142"), ("S3", "243"), ("S4", "341")])
+def test_face_labels_of_tetrahedra_are_those_of_the_calculix_manual(label: str, corners: str, tmp_path: Path) -> None:
+    write_mesh(Mesh(points=TET10.nodes, cells={"tetra10": np.arange(10)[None]}), tmp_path / "one.inp")
+    text = (tmp_path / "one.inp").read_text()
+    mesh = read_mesh(write_deck(tmp_path / "named.inp", f"{text}*surface, name=one\n 1, {label}\n"))
+    found = mesh.nodes("one")
+    np.testing.assert_array_equal(found[found < 4], np.sort([int(corner) - 1 for corner in corners]))
+    assert len(found) == 6
+
+
+def test_a_face_that_tetrahedra_have_not_is_refused(tmp_path: Path) -> None:
+    write_mesh(Mesh(points=TET10.nodes, cells={"tetra10": np.arange(10)[None]}), tmp_path / "one.inp")
+    text = (tmp_path / "one.inp").read_text()
+    with pytest.raises(MeshError, match=r'surface "one" names the face "S5" of a tetra10'):
+        read_mesh(write_deck(tmp_path / "named.inp", f"{text}*surface, name=one\n 1, S5\n"))
+
+
+def test_triangles_name_the_faces_of_tetrahedra_under_them(tmp_path: Path) -> None:
+    face = list(TET10.faces[2])
+    found = meshio.Mesh(
+        TET10.nodes,
+        [("triangle6", [face]), ("tetra10", [list(range(10))])],
+        cell_data={"gmsh:physical": [np.array([7]), np.array([8])], "gmsh:geometrical": [np.array([1]), np.array([1])]},
+        field_data={"slope": np.array([7, 2]), "body": np.array([8, 3])},
+    )
+    meshio.write(tmp_path / "named.msh", found, file_format="gmsh22")
+    mesh = read_mesh(tmp_path / "named.msh")
+    np.testing.assert_array_equal(mesh.face_sets["slope"], [[0, 2]])
 
 
 def test_a_surface_mesh_is_refused(tmp_path: Path) -> None:

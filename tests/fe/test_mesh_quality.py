@@ -4,19 +4,20 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fe.element import ELEMENTS, HEX8, HEX20, Element
+from fe.element import ELEMENTS, HEX8, HEX20, TET10, Element
 from fe.errors import InvertedCell
 from fe.mesh import Mesh
 from fe.mesh_quality import cell_quality, check_quality
 
 # Some tens of operations on numbers near one.
 ROUND_OFF = 1e-13
-BOTH = pytest.mark.parametrize("element", [HEX8, HEX20], ids=lambda element: element.name)
+BRICKS = pytest.mark.parametrize("element", [HEX8, HEX20], ids=lambda element: element.name)
 
 
 def row_of_cells(element: Element, n: int = 3) -> Mesh:
-    """Unit cubes side by side along x, each with nodes of its own, the middle one in a cell set."""
-    points = np.concatenate([(element.nodes + 1) / 2 + [k, 0, 0] for k in range(n)])
+    """Unit cubes, or tetrahedra with unit sides, along x, each with nodes of its own, the middle one in a cell set."""
+    unit = (element.nodes + 1) / 2 if element.n_corner == 8 else element.nodes
+    points = np.concatenate([unit + np.array([k, 0, 0]) for k in range(n)])
     cells = np.arange(n * element.n_node).reshape(n, -1)
     return Mesh(points=points, cells={element.cell_type: cells}, cell_sets={"middle": np.array([n // 2])})
 
@@ -25,7 +26,7 @@ def moved(mesh: Mesh, points: NDArray[np.float64]) -> Mesh:
     return Mesh(points=points, cells=mesh.cells, cell_sets=mesh.cell_sets)
 
 
-@BOTH
+@BRICKS
 def test_a_brick_scores_one_and_has_its_volume(element: Element) -> None:
     mesh = row_of_cells(element)
     quality = cell_quality(moved(mesh, mesh.points * [0.2, 0.3, 0.5]))
@@ -34,7 +35,7 @@ def test_a_brick_scores_one_and_has_its_volume(element: Element) -> None:
     np.testing.assert_allclose(quality.volume, 0.03, rtol=ROUND_OFF)
 
 
-@BOTH
+@BRICKS
 def test_a_sheared_brick_scores_the_sine_of_its_angle(element: Element) -> None:
     mesh = row_of_cells(element)
     angle = np.deg2rad(40)
@@ -45,7 +46,6 @@ def test_a_sheared_brick_scores_the_sine_of_its_angle(element: Element) -> None:
     np.testing.assert_allclose(quality.determinant_ratio, 1, atol=ROUND_OFF)
 
 
-@BOTH
 def test_size_and_rotation_change_nothing(element: Element) -> None:
     generator = np.random.default_rng(3)
     mesh = row_of_cells(element)
@@ -67,12 +67,11 @@ def test_cells_in_many_chunks_score_as_in_one(cell_type: str, monkeypatch: pytes
     np.testing.assert_allclose(cell_quality(bent).determinant_ratio, whole.determinant_ratio, atol=ROUND_OFF)
 
 
-@BOTH
 def test_the_inverted_cell_is_named_by_file_type_set_and_number(element: Element) -> None:
     mesh = row_of_cells(element)
     points = mesh.points.copy()
-    # Corner 6 of the middle cell is pushed through the opposite corner.
-    points[element.n_node + 6] = [0.5, -1, -1]
+    # The last corner of the first face's far side is pushed through that face.
+    points[element.n_node + element.n_corner - 1 - (element.n_corner == 8)] = [0.5, -1, -1]
     named = rf'blade.inp, {element.cell_type} cells of cell set "middle": 1 of 3 .*cell 1;'
     with pytest.raises(InvertedCell, match=named):
         check_quality(moved(mesh, points), source="blade.inp")
@@ -96,16 +95,38 @@ def test_a_midside_node_alone_can_fold_a_cell() -> None:
         check_quality(moved(mesh, points))
 
 
-@BOTH
 def test_a_collapsed_cell_is_refused(element: Element) -> None:
     mesh = row_of_cells(element)
     with pytest.raises(InvertedCell, match="3 of 3"):
         check_quality(moved(mesh, mesh.points * [1, 1, 0]))
 
 
-@BOTH
 def test_a_sound_mesh_passes_with_its_quality(element: Element) -> None:
-    assert check_quality(row_of_cells(element)).volume.sum() == pytest.approx(3)
+    assert check_quality(row_of_cells(element)).volume.sum() == pytest.approx(3 if element.n_corner == 8 else 3 / 6)
+
+
+def test_a_regular_tetrahedron_scores_one_and_one_between_three_edges_the_root_of_a_half() -> None:
+    corners = np.array([[1, 1, 1], [-1, 1, -1], [1, -1, -1], [-1, -1, 1]], dtype=float)
+    regular = Mesh(points=TET10.corner_shape(TET10.nodes) @ corners, cells={"tetra10": np.arange(10)[None]})
+    quality = cell_quality(regular)
+    np.testing.assert_allclose(quality.scaled_jacobian, 1, atol=ROUND_OFF)
+    np.testing.assert_allclose(quality.volume, 8 / 3, rtol=ROUND_OFF)  # a third of the cube around it
+    # At the far ends of the three edges the unit vectors span 1/2.
+    np.testing.assert_allclose(cell_quality(row_of_cells(TET10)).scaled_jacobian, np.sqrt(0.5), atol=ROUND_OFF)
+
+
+def test_the_determinant_of_a_curved_tetrahedron_is_that_of_its_edge() -> None:
+    mesh = row_of_cells(TET10, 1)
+    points = mesh.points.copy()
+    # An edge x = xi + 4 a xi (1 - xi): at xi = 1 its slope is 1 - 4 a, and so is the determinant.
+    points[4] += [0.2, 0, 0]
+    quality = cell_quality(moved(mesh, points))
+    volume = quality.volume[0]
+    assert quality.determinant_ratio[0] * 6 * volume == pytest.approx(1 - 0.8, rel=1e-12)
+    assert quality.scaled_jacobian[0] == pytest.approx(np.sqrt(0.5))
+    points[4] += [0.1, 0, 0]
+    with pytest.raises(InvertedCell, match=r"tetra10 cells.*cell 0;.*move the midside nodes back"):
+        check_quality(moved(mesh, points))
 
 
 def test_a_mesh_without_cells_has_no_bad_cell() -> None:

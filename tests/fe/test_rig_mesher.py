@@ -25,8 +25,8 @@ from tests.geometry.decoupler_volume import volume
 # Of a damper's section 16 parabolas miss 5e-5 and 16 chords 2.6 %; of a de-coupler's groove 4 parabolas miss 2e-4 and
 # 4 chords 7 %, and the groove is a seventieth of its volume.
 CURVED = {"damper": {"hex8": 0.03, "hex20": 1e-4}, "decoupler": {"hex8": 1e-3, "hex20": 5e-6}}
-# A solver warns below 0.2; 0.57 was measured.
-SOUND = 0.5
+# A solver warns below 0.2; 0.51 was measured, where the stubs of the two arms start from one edge.
+SOUND = 0.45
 
 
 @pytest.fixture(scope="module")
@@ -125,25 +125,23 @@ def test_subdivided_meshes_are_nested(rig: Rig) -> None:
 @settings(max_examples=15, deadline=None)
 @given(
     angle=st.floats(25.0, 60.0),
-    thickness=st.floats(0.010, 0.022),
+    thickness=st.floats(0.006, 0.018),
     neck=st.floats(0.2, 1.0),
     cell=st.floats(1.0, 1.5),
     radius=st.floats(0.005, 0.008),
-    below=st.floats(0.003, 0.008),
+    meet=st.floats(0.002, 0.010),
     element=st.sampled_from([HEX8, HEX20]),
 )
 def test_any_sound_decoupler_is_meshed_conformingly(
-    angle: float, thickness: float, neck: float, cell: float, radius: float, below: float, element: Element
+    angle: float, thickness: float, neck: float, cell: float, radius: float, meet: float, element: Element
 ) -> None:
     try:
         body = Decoupler(
             arm_angle=radians(angle), arm_thickness=thickness, neck_thickness=neck * thickness,
-            cell_thickness=cell * thickness, groove_radius=radius, plate_below_lip=below,
+            cell_thickness=cell * thickness, groove_radius=radius, arms_meet=meet,
         )  # fmt: skip
     except GeometryError:
         assume(False)
-    # Arms that all but part at the plate leave wedges there that nobody would build.
-    assume(thickness * np.cos(radians(angle)) > 1.08 * body.half_height)
     cells = mesh_decoupler(body, element)
     assert cell_quality(cells).scaled_jacobian.min() > 0.2
     assert cell_quality(cells).volume.sum() == pytest.approx(volume(body), rel=CURVED["decoupler"][element.name])
@@ -179,8 +177,8 @@ def test_counts_that_miss_a_point_are_refused() -> None:
         DamperMesh(around_quarter=3)
     with pytest.raises(MeshError, match=r"de-couplers: across_neck = 3 elements: give an even number"):
         DecouplerMesh(across_neck=3)
-    with pytest.raises(MeshError, match=r"below_groove = 8 elements leave none above the groove: the plate has 8"):
-        DecouplerMesh(below_groove=8)
+    with pytest.raises(MeshError, match=r"below_groove = 4 and above_pad = 4 elements leave none for the pad: .* 8 in"):
+        DecouplerMesh(below_groove=4, above_pad=4)
     with pytest.raises(MeshError, match=r'of "contact_blade" is .* um from the nearest corner node'):
         mesh_damper(Damper(), HEX8, DamperMesh(along_contact=5))
     with pytest.raises(MeshError, match=r'of "contact" is .* um from the nearest corner node'):

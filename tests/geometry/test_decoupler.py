@@ -1,7 +1,7 @@
 """The de-coupler in CAD against areas and volumes by hand, and its groove against the damper's cone."""
 
 from dataclasses import replace
-from math import acos, cos, nan, radians, sqrt
+from math import acos, cos, nan, radians, sin, sqrt
 
 import numpy as np
 import pytest
@@ -33,7 +33,7 @@ def part(decoupler: Decoupler) -> Part:
 
 def test_it_weighs_366_grams(part: Part) -> None:
     # The published rig's is not known; this is the mass for which the rig's regime was chosen.
-    assert 1e3 * DENSITY * part.volume == pytest.approx(366.5, abs=0.1)
+    assert 1e3 * DENSITY * part.volume == pytest.approx(366.2, abs=0.1)
 
 
 def test_volume_is_that_by_hand(decoupler: Decoupler, part: Part) -> None:
@@ -67,6 +67,15 @@ def test_arms_stand_at_45_degrees_on_either_side(decoupler: Decoupler, part: Par
     np.testing.assert_allclose(upper + lower, 2 * np.array([0.0, upper[1], start[2]]), atol=PLACE)
 
 
+def test_the_axes_of_the_arms_meet_in_the_middle_of_the_contact_line(decoupler: Decoupler, part: Part) -> None:
+    line = part.contact_lines["contact"]
+    middle = line.stations[line.n_station // 2]
+    for name, up in (("upper", 1.0), ("lower", -1.0)):
+        axis = np.array([0.0, cos(decoupler.arm_angle), up * sin(decoupler.arm_angle)])
+        # The centre of the load cell's end, seen from there, lies along the arm.
+        np.testing.assert_allclose(np.cross(axis, part.faces[f"cell_{name}"].centre - middle), 0, atol=PLACE)
+
+
 def test_contact_line_lies_on_an_edge_of_the_model(part: Part) -> None:
     import cadquery as cq
 
@@ -94,12 +103,15 @@ def test_points_lie_on_the_surface(decoupler: Decoupler, part: Part) -> None:
 
 
 @settings(max_examples=5, deadline=None)
-@given(angle=st.floats(25.0, 60.0), thickness=st.floats(0.010, 0.022), neck=st.floats(0.002, 0.008))
-def test_any_decoupler_has_the_volume_by_hand(angle: float, thickness: float, neck: float) -> None:
-    assume(thickness * cos(radians(angle)) > 0.009)
-    one = Decoupler(
-        arm_angle=radians(angle), arm_thickness=thickness, cell_thickness=1.2 * thickness, neck_thickness=neck
-    )
+@given(
+    angle=st.floats(25.0, 60.0),
+    thickness=st.floats(0.008, 0.018),
+    neck=st.floats(0.002, 0.008),
+    meet=st.floats(0.001, 0.012),
+)
+def test_any_decoupler_has_the_volume_by_hand(angle: float, thickness: float, neck: float, meet: float) -> None:
+    assume(thickness / 2 < (0.020 - meet) * sin(radians(angle)))
+    one = replace(Decoupler(), arm_angle=radians(angle), arm_thickness=thickness, arms_meet=meet, neck_thickness=neck)
     np.testing.assert_allclose(decoupler_part(one).volume, volume(one), rtol=VOLUME_TOLERANCE)
 
 
@@ -108,12 +120,20 @@ def test_any_decoupler_has_the_volume_by_hand(angle: float, thickness: float, ne
     [
         ({"width": nan}, r"the de-coupler cannot be built: width = nan mm is not finite"),
         ({"arm_angle": 45.0}, r"arm_angle = 2578\.31 deg is not between 20 and 70 deg \(give radians\)"),
-        ({"neck_thickness": 0.015}, r"neck_thickness = 15 mm exceeds arm_thickness = 14 mm"),
-        ({"cell_thickness": 0.010}, r"arm_thickness = 14 mm exceeds cell_thickness = 10 mm"),
-        ({"arm_thickness": 0.012}, r"arm_thickness = 12 mm leaves a gap .* 17\.8498 mm high \(give more than 12\.62"),
+        ({"neck_thickness": 0.015}, r"neck_thickness = 15 mm exceeds arm_thickness = 10 mm"),
+        ({"cell_thickness": 0.009}, r"arm_thickness = 10 mm exceeds cell_thickness = 9 mm"),
+        ({"arms_meet": 0.013}, r"arms_meet = 13 mm exceeds contact_length = 12 mm"),
+        (
+            {"arm_thickness": 0.024, "cell_thickness": 0.024},
+            r"arm_thickness = 24 mm lets the arms overlap behind the plate \(give 19\.799 mm at most, or a thicker",
+        ),
+        (
+            {"pad_height_above_groove": 0.022},
+            r"pad_height_above_groove = 22 mm lifts the pad above the plate, .* \(lower it by 1\.8\d+ mm or thicken",
+        ),
         ({"lip_above_axis": 0.006}, r"lip_above_axis = 6 mm closes the groove, whose radius is 5\.75"),
         ({"width": 0.014}, r"width = 14 mm lets the groove, 14\.5\d+ mm wide at its mouth, break through"),
-        ({"cell_thickness": 0.12}, r"cell_thickness = 120 mm lets the two load cells meet"),
+        ({"cell_thickness": 0.16}, r"cell_thickness = 160 mm lets the two load cells meet"),
         ({"cone_half_angle": 0.0}, r"cone_half_angle = 0 deg is not between 0\.05 and 45 deg"),
     ],
 )

@@ -1,0 +1,230 @@
+"""Which node and direction each row of an imported matrix belongs to, and the files that say so."""
+
+import csv
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Int
+from numpy.typing import NDArray
+
+from fe.errors import MatrixFileError
+
+#: Directions by number; the last three are rotations.
+DIRECTIONS = ("x", "y", "z", "rotx", "roty", "rotz")
+N_TRANSLATION = 3
+#: Programs count nodes in 32 bits; six directions of each then fit into 64.
+LARGEST_LABEL = 2**31 - 1
+#: Characters of an entry that cannot be read, in a message.
+SHOWN = 40
+
+_NUMBER = {name: number for number, name in enumerate(DIRECTIONS)}
+#: Other ways to write them: ANSYS, and Nastran's components.
+_NUMBER |= {"ux": 0, "uy": 1, "uz": 2, "rx": 3, "ry": 4, "rz": 5} | {str(each + 1): each for each in range(6)}
+_MAPPING = re.compile(r"\s*(\d+)\s+(\d+)\s+([A-Za-z]+)\b")
+
+Rows = Int[NDArray[np.int64], " n"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DofTable:
+    """Node and direction of each row of a matrix; arrays are copied and read-only.
+
+    Parameters
+    ----------
+    node
+        Label of its node in the program that wrote the matrix, shape (n,) [-].
+    direction
+        0 to 2 for x, y, z, and 3 to 5 for the rotations about them, shape (n,) [-].
+
+    Raises
+    ------
+    MatrixFileError
+        A label that no program gives, or a degree of freedom that two rows claim.
+    """
+
+    node: Rows
+    direction: Rows
+
+    def __post_init__(self) -> None:
+        given = np.asarray(self.node)  # of Python's integers where one is longer than 64 bits
+        outside = np.flatnonzero((given < 0) | (given > LARGEST_LABEL))
+        if len(outside):
+            raise MatrixFileError(
+                f"the row {outside[0]} belongs to node {int(given[outside[0]])}, but nodes are 0 to {LARGEST_LABEL}: "
+                "number the nodes anew"
+            )
+        for name in ("node", "direction"):
+            values = np.array(getattr(self, name), dtype=np.int64)
+            values.setflags(write=False)
+            object.__setattr__(self, name, values)
+        order = np.argsort(self.key, kind="stable")
+        twice = np.flatnonzero(np.diff(self.key[order]) == 0)
+        if len(twice):
+            first, second = sorted(order[twice[0] : twice[0] + 2])
+            raise MatrixFileError(
+                f"the rows {first} and {second} are both said to be {self.name(int(first))}: give each row a degree of "
+                "freedom of its own"
+            )
+
+    @property
+    def n_dof(self) -> int:
+        """Number of rows n [-]."""
+        return len(self.node)
+
+    @property
+    def key(self) -> Rows:
+        """One number for each degree of freedom, ascending by node, then direction, shape (n,) [-]."""
+        return len(DIRECTIONS) * self.node + self.direction
+
+    def name(self, row: int) -> str:
+        """A row in words, such as "node 12 rotx"."""
+        return f"node {self.node[row]} {DIRECTIONS[self.direction[row]]}"
+
+    def rows(self, nodes: Sequence[int], directions: Sequence[int]) -> Rows:
+        """Rows of these nodes in these directions, nodes outermost; directions that a node has not are passed over.
+
+        Raises
+        ------
+        MatrixFileError
+            A node that has no row, or none in these directions.
+        """
+        order = np.argsort(self.key)
+        found = []
+        for node in nodes:
+            wanted = len(DIRECTIONS) * node + np.asarray(directions)
+            place = np.searchsorted(self.key, wanted, sorter=order).clip(max=self.n_dof - 1)
+            rows = order[place][self.key[order[place]] == wanted]
+            if not len(rows):
+                own = [DIRECTIONS[each] for each in np.sort(self.direction[self.node == node])]
+                has = f"it has {', '.join(own)}" if own else "no row belongs to it"
+                wished = ", ".join(DIRECTIONS[each] for each in directions)
+                raise MatrixFileError(f"node {node} has no degree of freedom {wished}: {has}")
+            found.append(rows)
+        return np.concatenate([np.zeros(0, dtype=np.int64), *found])
+
+
+def numbered(n_dof: int) -> DofTable:
+    """What stands in for a missing table: row k is node k in direction x."""
+    return DofTable(node=np.arange(n_dof), direction=np.zeros(n_dof, dtype=np.int64))
+
+
+def direction_number(name: str) -> int:
+    """Number of a direction: x, UX and 1 are 0, rotx and 4 are 3.
+
+    Raises
+    ------
+    MatrixFileError
+        None of them.
+    """
+    number = _NUMBER.get(name.strip().lower())
+    if number is None:
+        raise MatrixFileError(f'"{name.strip()}" is no direction: it must be one of {", ".join(DIRECTIONS)}')
+    return number
+
+
+def read_dof_table(path: Path | str) -> DofTable:
+    """Read which degree of freedom each row is.
+
+    Parameters
+    ----------
+    path
+        ``.csv`` with the columns ``dof, node, direction``, dof counted from 0 in any order; the ``.mapping`` file of
+        ANSYS' HBMAT: equation, node and label (UX ... ROTZ) in each line; or the ``.dof`` file of CalculiX:
+        node.direction in each line.
+
+    Raises
+    ------
+    MatrixFileError
+        A missing file, another kind of file, missing columns or rows, a row or a degree of freedom that stands there
+        twice, or an entry that is no number or direction.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise MatrixFileError(f'there is no file "{path}": check its name and folder')
+    kind = path.suffix.lower()
+    reader = {".csv": _csv, ".mapping": _mapping, ".dof": _node_dot_direction}.get(kind)
+    if reader is None:
+        raise MatrixFileError(f'"{path}" ends in "{path.suffix}": give degrees of freedom as .csv, .mapping or .dof')
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        raise MatrixFileError(f'"{path}" is no text: give degrees of freedom as .csv, .mapping or .dof') from None
+    found = reader(path, lines)
+    rows = [row for row, _, _ in found]
+    if sorted(rows) != list(range(len(rows))):
+        counted = sorted(rows)
+        first = next((k for k, row in enumerate(counted) if row != k), len(rows))
+        what = "twice" if first and counted[first - 1] == counted[first] else "without a row of that number before it"
+        raise MatrixFileError(f'"{path}" has the row {counted[first]} {what}: number the rows without gaps')
+    ordered = sorted(found)
+    try:
+        return DofTable(node=np.array([n for _, n, _ in ordered]), direction=np.array([d for _, _, d in ordered]))
+    except MatrixFileError as error:
+        raise MatrixFileError(f'"{path}": {error}') from None
+
+
+def _csv(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
+    try:
+        return _entries(path, lines)
+    except csv.Error as error:
+        raise MatrixFileError(f'"{path}" is no table ({error}): give columns of dof, node and direction') from None
+
+
+def _entries(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
+    reader = csv.DictReader(lines, skipinitialspace=True)
+    names = [name.strip().lower() for name in reader.fieldnames or ()]
+    missing = {"dof", "node", "direction"} - set(names)
+    if missing:
+        raise MatrixFileError(
+            f'"{path}" has no column {sorted(missing)[0]}, it has {", ".join(names) or "none"}: its first line must '
+            "name dof, node and direction"
+        )
+    reader.fieldnames = names
+    found = []
+    for entry in reader:
+        try:
+            found.append((int(entry["dof"]), int(entry["node"]), direction_number(entry["direction"] or "")))
+        except (ValueError, TypeError) as error:
+            why = f": {error}" if isinstance(error, MatrixFileError) else ": give whole numbers"
+            shown = ", ".join(str(entry[name])[:SHOWN] for name in ("dof", "node", "direction"))
+            raise MatrixFileError(f'"{path}", line {reader.line_num}: cannot read "{shown}"{why}') from None
+    if not found:
+        raise MatrixFileError(f'"{path}" lists no row: give one line for each row of the matrices')
+    return found
+
+
+def _mapping(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
+    found = []
+    for number, line in enumerate(lines, start=1):
+        match = _MAPPING.match(line)
+        if match is None:
+            continue  # headings
+        equation, node, label = match.groups()
+        try:
+            found.append((int(equation) - 1, int(node), direction_number(label)))
+        except MatrixFileError as error:
+            raise MatrixFileError(f'"{path}", line {number}: {error}; leave other fields out of the model') from None
+        except ValueError:  # of thousands of digits
+            raise MatrixFileError(f'"{path}", line {number}: cannot read "{line.strip()[:SHOWN]}"') from None
+    if not found:
+        raise MatrixFileError(f'"{path}" lists no equation: write it with HBMAT, its last field YES')
+    return found
+
+
+def _node_dot_direction(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
+    found: list[tuple[int, int, int]] = []
+    for number, line in enumerate(lines, start=1):
+        # As text: 12.1 and 12.10 would be one number.
+        node, dot, direction = line.strip().partition(".")
+        try:
+            found.append((len(found), int(node), direction_number(direction if dot else "")))
+        except ValueError:
+            raise MatrixFileError(
+                f'"{path}", line {number}: cannot read "{line.strip()[:SHOWN]}": give node.direction'
+            ) from None
+    if not found:
+        raise MatrixFileError(f'"{path}" lists no row: write it with *FREQUENCY, SOLVER=MATRIXSTORAGE')
+    return found

@@ -1,0 +1,56 @@
+"""Ten-node tetrahedron: complete quadratics, 4 quadrature points for stiffness and mass alike (CalculiX C3D10).
+
+The 4-point rule is exact to degree 2. That is all that the stiffness of a straight-edged cell needs; its mass, of
+degree 4, is integrated short, which moves frequencies by less than the mesh does.
+"""
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.element.table import Element, ReferencePoints
+from fe.quadrature import gauss_tetrahedron
+
+CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
+#: Corners of each edge; node 4 + k sits on edge k.
+EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
+NODES = np.vstack([CORNERS, [(CORNERS[a] + CORNERS[b]) / 2 for a, b in EDGES]])
+#: Derivatives of the four barycentric coordinates with respect to xi, eta, zeta.
+SLOPES = np.array([[-1, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
+#: Faces by node, anticlockwise from outside, in the order S1 to S4 of CalculiX and Abaqus.
+FACES = ((0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 8, 7), (1, 2, 3, 5, 9, 8), (2, 0, 3, 6, 7, 9))
+
+
+def barycentric(points: ReferencePoints) -> Float[NDArray[np.float64], "point 4"]:
+    """Barycentric coordinates: the shape functions of the corners alone."""
+    return np.column_stack([1 - points.sum(axis=1), points])
+
+
+def shape(points: ReferencePoints) -> Float[NDArray[np.float64], "point 10"]:
+    """Shape functions L_a (2 L_a - 1) at corners and 4 L_a L_b on edges (Zienkiewicz and Taylor, vol. 1)."""
+    L = barycentric(points)
+    return np.column_stack([L * (2 * L - 1), *(4 * L[:, a] * L[:, b] for a, b in EDGES)])
+
+
+def gradient(points: ReferencePoints) -> Float[NDArray[np.float64], "point 10 3"]:
+    """Derivatives of the shape functions with respect to xi, eta, zeta."""
+    L = barycentric(points)[:, :, None]
+    corners = (4 * L - 1) * SLOPES
+    edges = [4 * (L[:, a] * SLOPES[b] + L[:, b] * SLOPES[a]) for a, b in EDGES]
+    return np.concatenate([corners, np.stack(edges, axis=1)], axis=1)
+
+
+TET10 = Element(
+    name="tet10",
+    cell_type="tetra10",
+    calculix="C3D10",
+    nodes=NODES,
+    n_corner=4,
+    shape=shape,
+    gradient=gradient,
+    corner_shape=barycentric,
+    faces=FACES,
+    rule=gauss_tetrahedron(),
+    stress_points=gauss_tetrahedron()[0],
+    degree=2,
+)

@@ -1,0 +1,107 @@
+"""Which CAD face each triangle on the boundary of a mesh belongs to."""
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from geometry.solid_skin import Facets
+
+Points = Float[NDArray[np.float64], "k 3"]
+Triangles = Int[NDArray[np.int64], "k 3"]
+
+#: Barycentric places inside a triangle that vote for a face: the middle, and towards each corner.
+VOTERS = np.array([[1, 1, 1], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / np.array([[3], [6], [6], [6]])
+#: Distance that a normal square to the face's counts as, in parts of the triangle's size.
+TURNED = 0.3
+#: Pairs of a point and a facet at once: 300 MB of intermediate arrays.
+PAIRS = 1_000_000
+
+
+def face_labels(points: Points, triangles: Triangles, facets: Facets) -> Int[NDArray[np.int64], " k"]:
+    """The face whose facets are nearest to each triangle and look its way.
+
+    Parameters
+    ----------
+    points, triangles
+        The boundary of the mesh, anticlockwise from outside [m].
+    facets
+        The CAD solid.
+    """
+    corners = points[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    double_area = np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = normal / np.maximum(double_area, np.finfo(float).tiny)
+    size = np.sqrt(double_area[:, 0])
+    voters = np.einsum("vc,kci->kvi", VOTERS, corners)
+    n_face = int(facets.face.max()) + 1
+    score = np.full((len(triangles), n_face), np.inf)
+    for face in range(n_face):
+        cad = facets.points[facets.triangles[facets.face == face]]
+        # A triangle of the face lies within its own size of the box around the face.
+        low, high = cad.min(axis=(0, 1)), cad.max(axis=(0, 1))
+        outside = np.maximum(low - voters[:, 0], voters[:, 0] - high).max(axis=1)
+        near = np.flatnonzero(outside < size)
+        if near.size:
+            distance, facet = _nearest(voters[near].reshape(-1, 3), cad)
+            facing = np.cross(cad[:, 1] - cad[:, 0], cad[:, 2] - cad[:, 0])
+            facing /= np.linalg.norm(facing, axis=1, keepdims=True)
+            turned = 1 - np.einsum("kvi,ki->kv", facing[facet.reshape(-1, len(VOTERS))], normal[near])
+            score[near, face] = (distance.reshape(turned.shape) + TURNED * size[near, None] * turned).mean(axis=1)
+    return _without_islands(triangles, score.argmin(axis=1))
+
+
+def _nearest(
+    points: Points, triangles: Float[NDArray[np.float64], "t 3 3"]
+) -> tuple[Float[NDArray[np.float64], " k"], Int[NDArray[np.int64], " k"]]:
+    """Distance of each point to the nearest triangle, and which it is."""
+    middle = triangles.mean(axis=1)
+    reach = float(np.linalg.norm(triangles - middle[:, None], axis=2).max())
+    # No triangle is nearer than the nearest corner unless its middle is within that distance and its own size.
+    bound = cKDTree(triangles.reshape(-1, 3)).query(points)[0] + reach * (1 + 1e-9)
+    near = [np.asarray(each, dtype=np.int64) for each in cKDTree(middle).query_ball_point(points, bound)]
+    distance, which = np.empty(len(points)), np.empty(len(points), dtype=np.int64)
+    ends = np.cumsum([len(each) for each in near])
+    first = 0
+    while first < len(points):
+        before = ends[first - 1] if first else 0
+        last = max(first + 1, int(np.searchsorted(ends, before + PAIRS, side="right")))
+        count = np.diff(ends[first:last], prepend=before)
+        facet = np.concatenate(near[first:last])
+        found = _distances(np.repeat(points[first:last], count, axis=0), triangles[facet])
+        start = np.cumsum(count) - count
+        distance[first:last] = np.minimum.reduceat(found, start)
+        hits = np.flatnonzero(found == np.repeat(distance[first:last], count))
+        which[first:last] = facet[hits[np.searchsorted(hits, start)]]
+        first = last
+    return distance, which
+
+
+def _distances(points: Points, triangles: Float[NDArray[np.float64], "k 3 3"]) -> Float[NDArray[np.float64], " k"]:
+    """Of each point to its triangle: to the plane where it stands over it, else to the nearest of its sides."""
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    inside = np.ones(len(points), dtype=bool)
+    to_side = np.full(len(points), np.inf)
+    for k in range(3):
+        start, side = triangles[:, k], triangles[:, (k + 1) % 3] - triangles[:, k]
+        from_start = points - start
+        along = np.clip((from_start * side).sum(axis=1) / (side**2).sum(axis=1), 0, 1)
+        to_side = np.minimum(to_side, np.linalg.norm(from_start - along[:, None] * side, axis=1))
+        inside &= (from_start * np.cross(normal, side)).sum(axis=1) >= 0
+    to_plane = np.abs(((points - triangles[:, 0]) * normal).sum(axis=1))
+    return np.where(inside, to_plane, to_side)
+
+
+def _without_islands(triangles: Triangles, label: Int[NDArray[np.int64], " k"]) -> Int[NDArray[np.int64], " k"]:
+    """A triangle that two of its neighbours outvote, both of one other face, joins them."""
+    sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    _, which = np.unique(sides, axis=0, return_inverse=True)
+    order = np.argsort(which.ravel(), kind="stable").reshape(-1, 2) // 3
+    neighbour = np.empty((len(triangles), 3), dtype=np.int64)
+    place = np.argsort(which.ravel(), kind="stable").reshape(-1, 2)
+    neighbour.reshape(-1)[place[:, 0]] = order[:, 1]
+    neighbour.reshape(-1)[place[:, 1]] = order[:, 0]
+    around = np.sort(label[neighbour], axis=1)
+    lonely = (around != label[:, None]).all(axis=1) & ((around[:, 0] == around[:, 1]) | (around[:, 1] == around[:, 2]))
+    return np.where(lonely, around[:, 1], label)

@@ -1,0 +1,117 @@
+"""Places on the surface of a mesh that are no nodes: the face that carries each, and its shape functions there."""
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from fe.element import ELEMENTS, Element
+from fe.errors import MeshError
+from fe.face_integral import face_frame
+from fe.mesh import Mesh
+
+Faces = Int[NDArray[np.int64], "k 2"]
+Places = Float[NDArray[np.float64], "station 3"]
+
+#: Faces with the nearest middles that are tried for each place.
+CANDIDATES = 16
+#: Farthest that a place may be from its face, in parts of the face's size: curved faces miss a cone by less.
+APART = 0.02
+#: A place this near to a face, in parts of its coordinates, is on it: others need not be tried.
+TOUCHING = 1e-12
+#: Steps of Gauss and Newton: on faces as flat as these the third is round-off.
+STEPS = 8
+
+
+def station_weights(mesh: Mesh, name: str, faces: Faces, stations: Places) -> sp.csr_array:
+    """Displacement of places on faces, as weights of the nodes of the mesh.
+
+    A place beside its face is moved to the nearest point of it. The weights of each place sum to one, and times the
+    nodes' coordinates they give that point: forces on it reach the nodes with their resultant and their moment.
+
+    Parameters
+    ----------
+    mesh
+        The mesh.
+    name
+        What the places are called in a refusal.
+    faces
+        Cell and local face of the faces to look at, shape (k, 2) [-].
+    stations
+        The places, shape (n_station, 3) [m].
+
+    Returns
+    -------
+    Sparse, shape (n_station, n_node) [-].
+
+    Raises
+    ------
+    MeshError
+        No faces, or a place that is on none of them.
+    """
+    if not len(faces):
+        raise MeshError(f'"{name}": there is no face that could carry it, so name the face that it lies on')
+    ends = np.cumsum([len(cells) for cells in mesh.cells.values()])
+    blocks = list(mesh.cells.items())
+    owner = np.searchsorted(ends, faces[:, 0], side="right")
+    hosts = []
+    for (cell, local), block in zip(faces.tolist(), owner.tolist(), strict=True):
+        cell_type, cells = blocks[block]
+        hosts.append((ELEMENTS[cell_type], int(local), cells[cell - (ends[block] - len(cells))]))
+    middles = np.stack([mesh.points[nodes[list(element.faces[local])]].mean(axis=0) for element, local, nodes in hosts])
+    near = cKDTree(middles).query(stations, k=min(CANDIDATES, len(hosts)))[1].reshape(len(stations), -1)
+    rows, columns, values = [], [], []
+    for number, (place, tried) in enumerate(zip(stations, near.tolist(), strict=True)):
+        distance, at, best = _carrier(mesh, hosts, tried, place)
+        element, local, nodes = hosts[best]
+        on_face = list(element.faces[local])
+        size = float(np.ptp(mesh.points[nodes[on_face]], axis=0).max())
+        if distance > APART * size:
+            raise MeshError(
+                f'station {number + 1} of "{name}" is {distance * 1e6:.3g} um from the nearest face of the mesh: mesh '
+                "with smaller cells there, or check that it lies on the body"
+            )
+        rows.append(np.full(len(on_face), number))
+        columns.append(nodes[on_face])
+        values.append(element.shape(at[None])[0, on_face])
+    weights = sp.coo_array(
+        (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(len(stations), mesh.n_node)
+    )
+    return sp.csr_array(weights)
+
+
+def _carrier(
+    mesh: Mesh, hosts: list[tuple[Element, int, NDArray[np.int64]]], tried: list[int], place: NDArray[np.float64]
+) -> tuple[float, Float[NDArray[np.float64], " 3"], int]:
+    """Distance, reference coordinates and number of the face that is nearest to a place."""
+    best: tuple[float, NDArray[np.float64], int] = (np.inf, np.zeros(3), -1)
+    for number in tried:
+        element, local, nodes = hosts[number]
+        distance, at = _nearest(element, local, mesh.points[nodes], place)
+        if distance < best[0]:
+            best = (distance, at, number)
+        if distance < TOUCHING * float(np.abs(place).max()):
+            break
+    return best
+
+
+def _nearest(
+    element: Element, local: int, points: Float[NDArray[np.float64], "node 3"], place: Float[NDArray[np.float64], " 3"]
+) -> tuple[float, Float[NDArray[np.float64], " 3"]]:
+    """Distance of a place to a face, and the reference coordinates of the face's point that is nearest to it."""
+    origin, along = face_frame(element, local)
+    is_triangle = sum(node < element.n_corner for node in element.faces[local]) == 3
+    at = np.full(2, 1 / 3 if is_triangle else 0.5)
+    for _ in range(STEPS):
+        xi = (origin + at @ along)[None]
+        slope = np.einsum("aj,tj,ai->it", element.gradient(xi)[0], along, points)
+        at = at + np.linalg.lstsq(slope, place - element.shape(xi)[0] @ points, rcond=None)[0]
+        # A little beyond the rim, where the map is still sound; far beyond it need not be.
+        at = np.clip(at, -0.5, 1.5)
+    at = np.clip(at, 0, 1)
+    if is_triangle and at.sum() > 1:
+        # Onto the slanting side, square to it.
+        at = np.clip(at - (at.sum() - 1) / 2, 0, 1)
+    xi = origin + at @ along
+    return float(np.linalg.norm(element.shape(xi[None])[0] @ points - place)), xi

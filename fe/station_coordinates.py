@@ -1,0 +1,133 @@
+r"""Coordinates in which contact stations are degrees of freedom, on a mesh whose nodes are elsewhere.
+
+A station moves with the face that it lies on, :math:`u_s = S q`, with the shape functions of the face in S. One node of
+each such face, its pivot, gives up its place to the station:
+
+.. math:: q_p = S_p^{-1} (u_s - S_r q_r), \qquad q = T \hat q, \qquad \hat K = T^T K T, \quad \hat M = T^T M T .
+
+This is a change of variables and no constraint: the frequencies stay as they are, and a reduction that keeps
+:math:`u_s` keeps the motion of the contact itself.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from fe.errors import MeshError
+from fe.host_face import Places, station_weights
+from fe.mesh import Mesh
+from fe.system import LinearSystem
+
+#: Shape functions below this make poor pivots: on a triangle one of six is 1/4 or more in magnitude everywhere.
+SMALL = 0.05
+#: Greatest condition number of the pivots' weights: beyond it several stations share too few nodes.
+DEPENDENT = 1e3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StationCoordinates:
+    """The change of variables, on all degrees of freedom of a mesh, 3 * node + direction.
+
+    Parameters
+    ----------
+    mesh
+        The mesh, with a node set of pivots for each line, in the order of its stations.
+    to_nodes
+        Displacement of the nodes from the new coordinates, T, sparse, shape (3 n_node, 3 n_node) [-].
+    """
+
+    mesh: Mesh
+    to_nodes: sp.csr_array
+
+    def matrix(self, of_nodes: sp.csr_array) -> sp.csr_array:
+        """A mass or stiffness in the new coordinates, T^T A T, symmetric to the last bit."""
+        found = sp.csr_array(self.to_nodes.T @ of_nodes @ self.to_nodes)
+        return sp.csr_array((found + found.T) / 2)
+
+    def displacement(
+        self, system: LinearSystem, vectors: Float[NDArray[np.float64], "n m"]
+    ) -> Float[NDArray[np.float64], "n m"]:
+        """Displacement of the nodes, on the free degrees of freedom, from vectors in the new coordinates."""
+        return np.asarray(self.to_nodes[system.free][:, system.free] @ vectors)
+
+
+def station_coordinates(
+    mesh: Mesh, stations: Mapping[str, Places], faces: Mapping[str, str], held: Iterable[str] = ()
+) -> StationCoordinates:
+    """Make stations coordinates.
+
+    Parameters
+    ----------
+    mesh
+        The mesh. Nodes in its node sets stay what they are.
+    stations
+        By name of their line, shape (n_station, 3) [m].
+    faces
+        Face set on which the stations of each line lie, by the name of the line.
+    held
+        Sets of nodes that will be fixed, whose nodes cannot give up their place.
+
+    Raises
+    ------
+    MeshError
+        A station on no face, no node for it, or more stations on a face than its shape functions can tell apart.
+    """
+    taken = {int(node) for name in (*mesh.node_sets, *held) for node in mesh.nodes(name)}
+    weights = [
+        station_weights(mesh, name, _faces(mesh, name, faces[name]), places) for name, places in stations.items()
+    ]
+    every = sp.csr_array(sp.vstack(weights))
+    pivots = _pivots(every, taken)
+    block = every[:, pivots].toarray()
+    if np.linalg.cond(block) > DEPENDENT:
+        raise MeshError(
+            f"the stations of {', '.join(stations)} are too close for the mesh: more than three lie in a row on one "
+            "face, so give cells there at most twice as long as the stations are apart"
+        )
+    ends = np.cumsum([len(places) for places in stations.values()])[:-1]
+    sets = dict(zip(stations, np.split(pivots, ends), strict=True))
+    return StationCoordinates(
+        mesh=replace(mesh, node_sets={**mesh.node_sets, **sets}), to_nodes=_to_nodes(every, pivots, block)
+    )
+
+
+def _faces(mesh: Mesh, line: str, face_set: str) -> Int[NDArray[np.int64], "k 2"]:
+    if face_set not in mesh.face_sets:
+        known = ", ".join(sorted(mesh.face_sets)) or "none"
+        raise MeshError(f'the line "{line}" lies on the face set "{face_set}", but the mesh has {known}')
+    return mesh.face_sets[face_set]
+
+
+def _pivots(weights: sp.csr_array, taken: set[int]) -> Int[NDArray[np.int64], " station"]:
+    """A node of its own for each station, those of the largest weights in all."""
+    nodes = np.setdiff1d(weights.indices, np.array(sorted(taken), dtype=np.int64))
+    size = np.abs(weights[:, nodes].toarray())
+    if size.shape[1] < size.shape[0]:
+        raise MeshError("there are more stations than nodes on their faces: mesh with smaller cells there")
+    # The product of the weights is largest where the sum of their logarithms is.
+    station, column = linear_sum_assignment(-np.log(np.maximum(size, 1e-300)))
+    if size[station, column].min() < SMALL:
+        worst = int(size[station, column].argmin())
+        raise MeshError(
+            f"no node can give up its place to station {worst + 1}, for those around it are held, named or given to "
+            "others: mesh with smaller cells there"
+        )
+    return np.asarray(nodes[column])
+
+
+def _to_nodes(
+    weights: sp.csr_array, pivots: Int[NDArray[np.int64], " station"], block: Float[NDArray[np.float64], "s s"]
+) -> sp.csr_array:
+    """T: the identity but for the rows of the pivots."""
+    n_node = weights.shape[1]
+    others = np.ones(n_node)
+    others[pivots] = 0
+    rest = weights @ sp.diags_array(others)
+    place = sp.csr_array((np.ones(len(pivots)), (pivots, np.arange(len(pivots)))), shape=(n_node, len(pivots)))
+    node = sp.diags_array(others) + place @ (sp.csr_array(np.linalg.inv(block)) @ (place.T - rest))
+    return sp.csr_array(sp.kron(node, sp.eye_array(3), format="csr"))

@@ -1,0 +1,146 @@
+"""A user's own STEP file as a part: one sound solid, healed where that is safe, with faces chosen by the user."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from geometry.errors import InputError
+from geometry.face_selector import FaceSelector, KnownFace, select_faces
+from geometry.part import Part, Shape
+from geometry.step_entities import face_colours, face_names
+from geometry.step_io import check_complete
+
+#: Gaps between faces that are closed without asking [mm]: above what CAD programs leave, below what anyone draws.
+SEWN = 1e-2
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StepBody:
+    """The solid of a file.
+
+    Parameters
+    ----------
+    solid
+        CadQuery solid, in millimetres.
+    faces
+        Its faces with their names and colours.
+    healing
+        What was mended, a clause each; none where the file was sound.
+    """
+
+    solid: Shape
+    faces: tuple[KnownFace, ...]
+    healing: tuple[str, ...] = ()
+
+
+def step_part(
+    path: Path,
+    faces: Mapping[str, Sequence[FaceSelector]],
+    points: Mapping[str, Float[NDArray[np.float64], " 3"]] | None = None,
+) -> Part:
+    """Read a STEP file as a part called like the file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    faces
+        Selectors by the name of a region.
+    points
+        Named points on its surface [m].
+
+    Raises
+    ------
+    InputError
+        As `read_body` and `select_faces`.
+    """
+    body = read_body(path)
+    regions = select_faces(str(path), body.faces, faces)
+    return Part(name=Path(path).stem, solid=body.solid, faces=regions, points=points or {})
+
+
+def read_body(path: Path) -> StepBody:
+    """Read the one solid of a STEP file and mend it where nothing of its shape changes.
+
+    Faces that fit each other within 0.01 mm are sewn to a solid.
+
+    Raises
+    ------
+    InputError
+        The file is missing, is no complete STEP file, or has no body; an open surface, with the place of a gap; several
+        solids, and whether they overlap; or a solid that stays invalid.
+    """
+    import cadquery as cq
+    from OCP.IFSelect import IFSelect_RetDone
+    from OCP.STEPControl import STEPControl_Reader
+
+    path = Path(path)
+    check_complete(path)
+    reader = STEPControl_Reader()
+    if reader.ReadFile(str(path)) != IFSelect_RetDone or not reader.TransferRoots() or reader.OneShape().IsNull():
+        raise InputError(f"{path} is a STEP file without a body that can be read: export it again")
+    shape = cq.Shape.cast(reader.OneShape())
+    original = shape.Faces()
+    known = list(zip(face_names(reader, original), face_colours(reader, original), strict=True))
+    said = dict(zip(original, known, strict=True))
+    solids, healing = shape.Solids(), []
+    if len(solids) > 1:
+        raise InputError(f"{path} holds {len(solids)} solids{_overlap(solids)}: export the one body that you mean")
+    if solids:
+        solid: Shape = solids[0]
+        kept = {face: said[face] for face in solid.Faces() if face in said}
+    else:
+        if not original:
+            raise InputError(f"{path} holds no faces (curves or points alone): export the body as a solid")
+        solid, kept = _sewn(path, original, said)
+        healing.append(f"{len(original)} loose faces were sewn to a solid")
+    if not solid.isValid():
+        raise InputError(f"{path} holds a solid that is not valid (its faces cross or do not meet): repair it in CAD")
+    faces = tuple(
+        KnownFace(shape=face, name=kept.get(face, ("", ""))[0], colour=kept.get(face, ("", ""))[1])
+        for face in solid.Faces()
+    )
+    return StepBody(solid=solid, faces=faces, healing=tuple(healing))
+
+
+def _overlap(solids: Sequence[Shape]) -> str:
+    """The clause on two that overlap, or nothing."""
+    for one, other in combinations(range(len(solids)), 2):
+        shared = sum(float(solid.Volume()) for solid in solids[one].intersect(solids[other]).Solids())
+        if shared > 0:
+            return f", of which number {one + 1} and {other + 1} overlap by {shared:.3g} mm^3"
+    return ""
+
+
+def _sewn(
+    path: Path, faces: Sequence[Shape], said: Mapping[Shape, tuple[str, str]]
+) -> tuple[Shape, dict[Shape, tuple[str, str]]]:
+    """A solid of loose faces, and what was said of each of them."""
+    import cadquery as cq
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid, BRepBuilderAPI_Sewing
+    from OCP.BRepLib import BRepLib
+    from OCP.TopoDS import TopoDS
+
+    sewing = BRepBuilderAPI_Sewing(SEWN)
+    for face in faces:
+        sewing.Add(face.wrapped)
+    sewing.Perform()
+    if sewing.NbFreeEdges():
+        x, y, z = cq.Shape.cast(sewing.FreeEdge(1)).Center().toTuple()
+        raise InputError(
+            f"{path} holds an open surface, {sewing.NbFreeEdges()} edges of which belong to one face alone (one is at "
+            f"({x:.4g}, {y:.4g}, {z:.4g}) mm): close it in CAD and export a solid"
+        )
+    shells = cq.Shape.cast(sewing.SewedShape()).Shells()
+    if len(shells) != 1:
+        raise InputError(f"{path} holds {len(shells)} closed surfaces: export the one body that you mean, as a solid")
+    made = BRepBuilderAPI_MakeSolid(TopoDS.Shell_s(shells[0].wrapped)).Solid()
+    BRepLib.OrientClosedSolid_s(made)
+    solid = cq.Shape.cast(made)
+    changed = {cq.Shape.cast(sewing.Modified(face.wrapped)): said[face] for face in faces if face in said}
+    return solid, {face: changed[face] for face in solid.Faces() if face in changed}
