@@ -4,10 +4,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
+from typing import Any, TypeVar
 
 import numpy as np
 import scipy.linalg
-from jaxtyping import Complex, Float, Int
+from jaxtyping import Complex, Float, Int, Num
 from numpy.typing import NDArray
 
 from fe.system import LinearSystem
@@ -17,6 +18,7 @@ from reduction.partition import Rows
 from reduction.rom import Field, ReducedModel
 
 Matrix = Float[NDArray[np.float64], "r r"]
+Scalar = TypeVar("Scalar", np.float64, np.complex128)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -124,6 +126,21 @@ class ReducedAssembly:
                 "coordinates"
             )
         return {body: rom.displacement(reduced[self.columns(body)]) for body, rom in self.bodies.items()}
+
+    def on_whole_mesh(self, reduced: Num[NDArray[Scalar], "r m"]) -> Num[NDArray[Scalar], "m node 3"]:
+        """Columns of reduced coordinates as fields on the nodes of all bodies in their order, as in one mesh of them.
+
+        Returns
+        -------
+        Shape (m, n_node, 3) [m].
+
+        Raises
+        ------
+        RomError
+            The first axis is not the assembly's.
+        """
+        fields: Any = list(self.displacement(reduced).values())
+        return np.moveaxis(np.concatenate(fields), 2, 0)
 
     def _together(self, name: str) -> Matrix:
         matrix = scipy.linalg.block_diag(*(getattr(rom, name) for rom in self.bodies.values()))

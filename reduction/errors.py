@@ -13,3 +13,7 @@ class JointError(InputError):
 
 class MatrixError(InputError):
     """A file of mass, damping and stiffness that describes no structure."""
+
+
+class ExchangeError(InputError):
+    """A structure that another program cannot take, or a file of one that cannot be read."""

@@ -4,23 +4,29 @@ Three steps: `joined` puts contact elements between the bodies, `Joined.rest` fi
 `vibrating` gives the system about that rest, with its damping and a harmonic force.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
 from geometry.interface import ContactLine
+from reduction.array_input import real_array
 from reduction.assembly import ReducedAssembly
 from reduction.errors import JointError
 from reduction.jointed_system import Friction, FrictionContact, JointedSystem
 from reduction.line_contact import LineStiffness, Tangents, contact_directions, held_stiffness, line_contacts
+from reduction.rom import ReducedModel
 from reduction.static_contact import StaticState, static_state
 from reduction.stuck import stuck_damping, stuck_stiffness
 
 Row = Float[NDArray[np.float64], " r"]
 Matrix = Float[NDArray[np.float64], "r r"]
+
+#: An eigenvalue of a stiffness scaled to ones on its diagonal, over the largest, that counts as zero: round-off.
+RIGID = 1e-10
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -58,7 +64,7 @@ class LinePair:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Joined:
-    """Bodies with contact elements between them, unloaded.
+    """Bodies with contact elements between them, unloaded; arrays are copied and read-only.
 
     Parameters
     ----------
@@ -78,8 +84,14 @@ class Joined:
     bodies: Matrix
     stiffness: Matrix
     contacts: tuple[FrictionContact, ...]
-    lines: dict[str, tuple[str, ...]]
+    lines: Mapping[str, tuple[str, ...]]
     springs: Matrix
+
+    def __post_init__(self) -> None:
+        for name in ("mass", "bodies", "stiffness", "springs"):
+            object.__setattr__(self, name, real_array(getattr(self, name), name, JointError))
+        object.__setattr__(self, "contacts", tuple(self.contacts))
+        object.__setattr__(self, "lines", MappingProxyType(dict(self.lines)))
 
     @property
     def stuck(self) -> Matrix:
@@ -120,7 +132,8 @@ def joined(
     RomError
         A body or a boundary set that the assembly does not have.
     JointError
-        Gaps or nodes that are not one a station, two pairs of one name, or bodies that have damping.
+        Gaps or nodes that are not one a station, two pairs of one name, bodies that have damping, or some that touch
+        each other alone and have no support.
     """
     if assembly.damping.any():
         raise JointError("the bodies have damping of their own, which would be lost: reduce them without")
@@ -143,6 +156,7 @@ def joined(
         lines[pair.name] = tuple(each.name for each in found)
         if tangents is Tangents.ALONG:
             held += held_stiffness(pair.line, directions, pair.stiffness)
+    _refuse_loose(assembly, pairs)
     return Joined(
         mass=assembly.mass,
         bodies=assembly.stiffness,
@@ -151,6 +165,28 @@ def joined(
         lines=lines,
         springs=stuck_stiffness(held, contacts),
     )
+
+
+def _refuse_loose(assembly: ReducedAssembly, pairs: Sequence[LinePair]) -> None:
+    """Bodies that touch one another, but of which none has any support, could only fly off together."""
+    groups = [{body} for body in assembly.bodies]
+    for pair in pairs:
+        touching = [group for group in groups if group & {pair.body, pair.other}]
+        groups = [group for group in groups if group not in touching] + [set[str]().union(*touching)]
+    for group in groups:
+        if not any(_supported(assembly.bodies[body]) for body in group):
+            names = [body for body in assembly.bodies if body in group]
+            if len(names) == 1:
+                raise JointError(f"nothing holds {names[0]}: give it a support, or contact with a body that has one")
+            raise JointError(f"nothing holds {' and '.join(names)}, which touch each other: give one of them a support")
+
+
+def _supported(rom: ReducedModel) -> bool:
+    """Whether a body resists any of its six rigid motions, which leave as many zeros in its stiffness."""
+    stiffness = rom.stiffness[: rom.n_boundary, : rom.n_boundary]
+    scale = np.sqrt(np.diag(stiffness).clip(min=np.finfo(float).tiny))
+    size = np.linalg.eigvalsh(stiffness / np.outer(scale, scale))
+    return int(np.count_nonzero(size < RIGID * size[-1])) < 6
 
 
 def _rows(assembly: ReducedAssembly, pair: LinePair, body: str, name: str) -> Int[NDArray[np.int64], "station 3"]:
@@ -180,13 +216,14 @@ def vibrating(
         Under the dead weights; motion is reckoned from there.
     damping_ratio
         On the first mode with all contacts closed and stuck that the force drives [-], see
-        `reduction.stuck.stuck_damping`; what is proportional to stiffness is so to that of the bodies alone.
+        `reduction.stuck.stuck_damping`; what is proportional to stiffness is so to that of the bodies and of
+        tangents that do not slide, so that modes without contacts stay uncoupled.
     harmonic_force
         At level 1, shape (n_harmonic, r) [N].
     """
     return JointedSystem(
         mass=of.mass,
-        damping=stuck_damping(of.mass, of.bodies, of.stuck, damping_ratio, seen=harmonic_force),
+        damping=stuck_damping(of.mass, of.stiffness, of.stuck, damping_ratio, seen=harmonic_force),
         stiffness=of.stiffness,
         joints=rest.contacts,
         static_load=rest.load,

@@ -96,6 +96,16 @@ class FrictionContact:
         """Tangents, then the normal, shape (n_tangent + 1, r) [-]."""
         return np.vstack([self.tangents, self.normal])
 
+    @property
+    def force_at_rest(self) -> float:
+        """N at v = 0 [N]; zero where the contact is open."""
+        return max(self.preload - self.normal_stiffness * self.gap, 0.0)
+
+    @property
+    def limit_at_rest(self) -> float:
+        """Coulomb's limit mu N at v = 0 [N]."""
+        return self.friction_coefficient * self.force_at_rest
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JenkinsElement:

@@ -1,6 +1,5 @@
-"""Mass, damping and stiffness of a structure from a file: NumPy, MATLAB, or a reduced model of this product."""
+"""Mass, damping and stiffness of a structure in a file: NumPy, MATLAB, or a reduced model of this product."""
 
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,15 +10,16 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from reduction.errors import MatrixError
+from reduction.npz_file import write_npz
 from reduction.rom import ReducedModel
 from reduction.rom_io import load_rom
+from reduction.rom_npz import ASYMMETRY, MARK, load_rom_npz
+from reduction.whole_file import write_whole
 
 Matrix = Float[NDArray[np.float64], "r r"]
 
 #: What each matrix may be called in a file.
 NAMES = {"mass": ("mass", "M"), "damping": ("damping", "C", "D"), "stiffness": ("stiffness", "K")}
-#: Relative asymmetry that still counts as round-off; the solver's own limit is the same.
-ASYMMETRY = 1e-9
 #: Least eigenvalue of a matrix scaled to unit diagonal that still counts as zero: round-off of its entries.
 ROUND_OFF = 1e-12
 #: Dense matrices beyond this many degrees of freedom fill a memory and take hours.
@@ -67,7 +67,8 @@ def load_matrices(path: Path | str) -> StructureMatrices:
     ----------
     path
         ``.npz`` or ``.mat`` (up to version 7) with the variables mass or M, stiffness or K and, if it has any,
-        damping or C or D, in SI units; or ``.h5`` as `reduction.rom_io.save_rom` writes it.
+        damping or C or D, in SI units; or a reduced model, ``.h5`` as `reduction.rom_io.save_rom` writes it or ``.npz``
+        as `reduction.rom_npz.save_rom_npz` does.
 
     Raises
     ------
@@ -75,7 +76,7 @@ def load_matrices(path: Path | str) -> StructureMatrices:
         The file is missing, of another kind, or damaged; a matrix is missing, not square, not finite or not symmetric,
         the mass not positive definite, the stiffness indefinite.
     RomError
-        An ``.h5`` file that is no reduced model, or a damaged one.
+        A reduced model that is damaged, or an ``.h5`` file that is none.
     """
     path = Path(path)
     if path.is_dir():
@@ -84,11 +85,12 @@ def load_matrices(path: Path | str) -> StructureMatrices:
         raise MatrixError(f'there is no file "{path}": check its name and folder')
     kind = path.suffix.lower()
     if kind in {".h5", ".hdf5"}:
-        rom = load_rom(path)
-        return StructureMatrices(mass=rom.mass, damping=rom.damping, stiffness=rom.stiffness, rom=rom)
+        return _of(load_rom(path))
     if kind not in {".npz", ".mat"}:
         raise MatrixError(f'"{path}" ends in "{kind}": give matrices as .npz or .mat, or a reduced model as .h5')
     variables = _npz(path) if kind == ".npz" else _mat(path)
+    if kind == ".npz" and MARK in variables:
+        return _of(load_rom_npz(path))
     found = {name: _matrix(path, name, variables) for name in NAMES}
     mass, damping, stiffness = found["mass"], found["damping"], found["stiffness"]
     if mass is None or stiffness is None:
@@ -106,6 +108,22 @@ def load_matrices(path: Path | str) -> StructureMatrices:
     return StructureMatrices(mass=mass, damping=damping, stiffness=stiffness)
 
 
+def save_matrices(structure: StructureMatrices, path: Path | str) -> None:
+    """Write mass, damping and stiffness as ``.npz``; a file of that name is replaced in one step.
+
+    Raises
+    ------
+    ExchangeError
+        The folder does not exist, or the file cannot be written.
+    """
+    matrices = {name: getattr(structure, name) for name in NAMES}
+    write_whole(path, lambda file: write_npz(file, matrices))
+
+
+def _of(rom: ReducedModel) -> StructureMatrices:
+    return StructureMatrices(mass=rom.mass, damping=rom.damping, stiffness=rom.stiffness, rom=rom)
+
+
 def _npz(path: Path) -> dict[str, Any]:
     try:
         with np.load(path, allow_pickle=False) as file:
@@ -114,16 +132,14 @@ def _npz(path: Path) -> dict[str, Any]:
             names = file.files
             wanted = {name for group in NAMES.values() for name in group}
             return {name: file[name] if name in wanted else None for name in names}
-    except ValueError as error:
-        if isinstance(error, MatrixError):
-            raise
+    except MatrixError:
+        raise
+    except Exception as error:  # a dozen kinds, depending on which byte is damaged
         if "Object arrays" in str(error):
             raise MatrixError(
                 f'"{path}" holds Python objects, such as SciPy sparse matrices: save M.toarray(), or write a .mat file '
                 "with scipy.io.savemat, which keeps them sparse"
             ) from None
-        raise _damaged(path, "np.savez") from error
-    except (OSError, EOFError, LookupError, zipfile.BadZipFile) as error:
         raise _damaged(path, "np.savez") from error
 
 
@@ -132,7 +148,8 @@ def _mat(path: Path) -> dict[str, Any]:
 
     try:
         # Square as MATLAB has it: a scalar stays a matrix of one row and one column.
-        read = loadmat(path, squeeze_me=False, mat_dtype=True)
+        # Not with mat_dtype: SciPy would then drop imaginary parts before they are seen here.
+        read = loadmat(path, squeeze_me=False)
     except NotImplementedError:
         raise MatrixError(f'"{path}" is a MATLAB file of version 7.3: save it with save(file, "-v7")') from None
     except (OSError, ValueError, TypeError, LookupError, EOFError, matlab.MatReadError) as error:

@@ -9,6 +9,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from reduction.array_input import real_array
 from reduction.assembly import ReducedAssembly
 from reduction.errors import RomError
 
@@ -28,6 +29,8 @@ SUPPORTED = 1e-6
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RigidBody:
     """A body as if it were rigid, on the springs of its contacts; the bodies beside it do not move.
+
+    Arrays are copied and read-only.
 
     Parameters
     ----------
@@ -51,6 +54,10 @@ class RigidBody:
     stiffness: Six
     frequency: Six
     shape: Float[NDArray[np.float64], "6 6"]
+
+    def __post_init__(self) -> None:
+        for name in ("centre", "stiffness", "frequency", "shape"):
+            object.__setattr__(self, name, real_array(getattr(self, name), name, RomError))
 
     @property
     def free(self) -> tuple[str, ...]:
@@ -103,7 +110,7 @@ def rigid_body(
         body=body,
         mass=float(inertia[0, 0]),
         centre=centre,
-        stiffness=np.diag(seen).copy(),
+        stiffness=np.diag(seen),
         frequency=np.sqrt(lambda_.clip(min=0)) / (2 * np.pi),
         shape=shape,
     )

@@ -108,8 +108,7 @@ class ReducedModel:
             raise RomError(f"{n_mode} modes were asked of a reduced model of {self.n_dof}: ask for 1 to {self.n_dof}")
         found = dense_modes(self.mass, self.stiffness)
         angular_frequency = np.sqrt(found.lambda_[:n_mode].clip(min=0))
-        shapes = found.shapes[:, :n_mode] / np.sqrt(found.mu[:n_mode])
-        shapes = shapes * np.sign(shapes[np.abs(shapes).argmax(axis=0), np.arange(n_mode)])
+        shapes = found.mode_shapes[:, :n_mode]
         modal_damping = np.einsum("rm,rs,sm->m", shapes, self.damping, shapes, optimize=True)
         damping_ratio = np.divide(
             modal_damping, 2 * angular_frequency, out=np.zeros(n_mode), where=angular_frequency > 0

@@ -19,6 +19,7 @@ import scipy.linalg
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
+from reduction.array_input import real_array
 from reduction.errors import JointError
 from reduction.joint import Friction, FrictionContact
 from reduction.stuck import stuck_stiffness
@@ -42,7 +43,7 @@ FREE = (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StaticState:
-    """Rest under a load.
+    """Rest under a load; arrays are copied and read-only.
 
     Parameters
     ----------
@@ -64,6 +65,13 @@ class StaticState:
     normal: Float[NDArray[np.float64], " c"]
     tangential: tuple[Float[NDArray[np.float64], " t"], ...]
 
+    def __post_init__(self) -> None:
+        for name in ("displacement", "load", "normal"):
+            object.__setattr__(self, name, real_array(getattr(self, name), name, JointError))
+        tangential = tuple(real_array(each, "tangential", JointError) for each in self.tangential)
+        object.__setattr__(self, "tangential", tangential)
+        object.__setattr__(self, "contacts", tuple(self.contacts))
+
     @property
     def slider(self) -> Float[NDArray[np.float64], " s"]:
         """Where the sliders of all contacts begin so that rest is rest, -T / k_t, shape (s,) [m]."""
@@ -76,7 +84,7 @@ class StaticState:
 
         Tangents with limits of their own count each by itself.
         """
-        limit = np.array([each.friction_coefficient for each in self.contacts]) * self.normal
+        limit = np.array([each.limit_at_rest for each in self.contacts])
         size = np.array([_size(each, force) for each, force in zip(self.contacts, self.tangential, strict=True)])
         unlimited = np.where(size > 0, np.inf, 0.0)
         return np.asarray(np.divide(size, limit, out=unlimited, where=limit > 0))

@@ -81,11 +81,11 @@ def stuck_damping(
     elastic = np.flatnonzero(1 - modes.shift * modes.mu > RIGID)[:LOOKED_AT]
     if not len(elastic):
         raise JointError("with all contacts stuck no mode is elastic, so that none can be given a damping ratio")
-    shapes = modes.shapes[:, elastic] / np.sqrt(modes.mu[elastic])
-    along = np.ones(len(elastic)) if seen is None else np.linalg.norm(np.atleast_2d(seen) @ shapes, axis=0)
+    shapes = modes.mode_shapes
+    along = np.ones(len(elastic)) if seen is None else np.linalg.norm(np.atleast_2d(seen) @ shapes[:, elastic], axis=0)
     first = int(elastic[np.argmax(along >= SEEN * along.max())])
     omega = float(np.sqrt(modes.lambda_[first]))
     damping = rayleigh_damping(ratio, omega / (2 * pi))
-    shape = modes.shapes[:, first] / np.sqrt(modes.mu[first])
+    shape = shapes[:, first]
     own = float(shape @ stiffness @ shape) / omega**2
     return np.asarray(damping.mass_factor * (2 - own) * mass + damping.stiffness_factor * stiffness)

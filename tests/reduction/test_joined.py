@@ -18,6 +18,7 @@ from fe.mesh import Mesh
 from fe.system import LinearSystem
 from geometry.interface import ContactLine, straight_contact_line
 from reduction.assembly import ReducedAssembly, reduce_bodies
+from reduction.craig_bampton import craig_bampton
 from reduction.errors import JointError, RomError
 from reduction.joined import Joined, LinePair, joined, vibrating
 from reduction.line_contact import LineStiffness, Tangents
@@ -83,6 +84,12 @@ class Stack:
                 for name in LINES
             }
         self.assembly: ReducedAssembly = reduce_bodies(systems, boundary, {"plate": 3, "block": 4})
+        mass, stiffness = assemble(self.meshes["plate"], STEEL)
+        n_node = self.meshes["plate"].n_node
+        free = LinearSystem(mass=mass, damping=0 * mass, stiffness=stiffness, free=np.arange(3 * n_node), n_node=n_node)
+        kept = {name: free.rows(systems["plate"].free[rows[::3]] // 3) for name, rows in boundary["plate"].items()}
+        #: The plate without its supports.
+        self.floating = craig_bampton(free, kept, 3)
 
     def load(self, force: float, point: Array) -> Array:
         mesh = self.meshes["block"]
@@ -216,8 +223,8 @@ def test_the_system_about_rest_has_the_loads_and_the_ratio(stack: Stack, both: J
     assert seen[0] < 1e-6 * seen[1]
     damping = shapes[:, 1] @ system.damping @ shapes[:, 1]
     np.testing.assert_allclose(damping, 2 * 0.004 * np.sqrt(lambda_[1]), rtol=1e-6)
-    # Contacts have no part in it.
-    bodies = np.column_stack([both.mass.ravel(), stack.assembly.stiffness.ravel()])
+    # Contacts that slide or open have no part in it; what holds second tangents has, which uncouples the modes without.
+    bodies = np.column_stack([both.mass.ravel(), both.stiffness.ravel()])
     factors, *_ = np.linalg.lstsq(bodies / np.abs(bodies).max(axis=0), system.damping.ravel(), rcond=None)
     rebuilt = bodies / np.abs(bodies).max(axis=0) @ factors
     np.testing.assert_allclose(rebuilt, system.damping.ravel(), atol=1e-9 * np.abs(system.damping).max())
@@ -233,3 +240,29 @@ def test_forces_in_opposition_damp_the_mode_that_they_drive(stack: Stack, both: 
     assert np.abs(np.abs(force[1]) @ shapes[:, :2]).max() > 0.01
     damping = vibrating(both, rest, 0.004, force).damping
     np.testing.assert_allclose(shapes[:, 2] @ damping @ shapes[:, 2], 2 * 0.004 * np.sqrt(lambda_[2]), rtol=1e-6)
+
+
+def test_what_joins_and_how_it_rests_cannot_be_written(stack: Stack, both: Joined) -> None:
+    rest = both.rest(stack.load(-PULL, POINT))
+    for values in (both.mass, both.bodies, both.stiffness, both.springs, rest.displacement, rest.load, rest.normal):
+        with pytest.raises(ValueError, match="read-only"):
+            values[0] = 0.0
+    for force in rest.tangential:
+        with pytest.raises(ValueError, match="read-only"):
+            force[0] = 0.0
+    with pytest.raises(TypeError):
+        both.lines["front"] = ()  # type: ignore[index]
+    mass = np.array(both.mass)
+    copied = replace(both, mass=mass)
+    mass[0, 0] = -1.0
+    assert copied.mass[0, 0] == both.mass[0, 0]
+
+
+def test_bodies_that_nothing_supports_are_named(stack: Stack) -> None:
+    loose = ReducedAssembly(bodies={**stack.assembly.bodies, "wedge": stack.assembly.bodies["block"]})
+    with pytest.raises(JointError, match=r"^nothing holds wedge: give it a support, or contact with a body that has"):
+        joined(loose, [pair("front"), pair("back")])
+    floating = ReducedAssembly(bodies={body: stack.floating if body == "plate" else rom
+                                       for body, rom in stack.assembly.bodies.items()})  # fmt: skip
+    with pytest.raises(JointError, match=r"^nothing holds plate and block, which touch each other: give one of them a"):
+        joined(floating, [pair("front"), pair("back")])

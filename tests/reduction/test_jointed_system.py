@@ -56,6 +56,15 @@ def test_a_contact_is_closed_without_preload_and_uncoupled_by_default() -> None:
     assert (joint.preload, joint.gap, joint.friction) == (0.0, 0.0, Friction.UNCOUPLED)
 
 
+@pytest.mark.parametrize(
+    ("preload", "gap", "force"), [(3.0, 0.0, 3.0), (3.0, 1.0, 1.0), (3.0, 2.0, 0.0), (0.0, -1.0, 2.0), (-1.0, 0.0, 0.0)]
+)
+def test_a_contact_rests_with_what_its_gap_leaves_of_its_preload(preload: float, gap: float, force: float) -> None:
+    joint = replace(contact(between(3, 0)), preload=preload, gap=gap)
+    assert joint.force_at_rest == force
+    assert joint.limit_at_rest == 0.4 * force
+
+
 def test_loads_are_zero_by_default() -> None:
     system = JointedSystem(mass=np.eye(3), damping=np.zeros((3, 3)), stiffness=np.eye(3))
     assert (system.n_dof, system.joints, system.dynamic.shape) == (3, (), (1, 3))

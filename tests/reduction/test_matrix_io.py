@@ -116,6 +116,11 @@ def test_a_bad_matrix_is_refused_with_file_variable_and_value(
     assert "\n" not in str(refused.value)
 
 
+def test_an_imaginary_part_in_a_mat_file_is_seen(tmp_path: Path) -> None:
+    with pytest.raises(MatrixError, match=r"K holds the complex number 1\+2j at \(0, 1\)"):
+        load_matrices(save(tmp_path / "m.mat", M=M, K=spoilt(K, 0, 1, 1 + 2j)))
+
+
 def cut(path: Path) -> None:
     save(path, M=M, K=K)
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])

@@ -188,3 +188,11 @@ def test_a_body_that_is_none_is_refused(held: Held) -> None:
     none = np.zeros((held.assembly.n_dof,) * 2)
     with pytest.raises(RomError, match='no body "brik": it has beam, brick'):
         rigid_body(held.assembly, "brik", held.brick.points, none)
+
+
+def test_how_a_body_is_held_cannot_be_written(held: Held) -> None:
+    springs, _ = held.springs([(0, X, 1e6)])
+    found = rigid_body(held.assembly, "brick", held.brick.points, springs)
+    for values in (found.centre, found.stiffness, found.frequency, found.shape):
+        with pytest.raises(ValueError, match="read-only"):
+            values[0] = 0.0

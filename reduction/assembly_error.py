@@ -1,0 +1,187 @@
+"""How far a reduced assembly is from its bodies in full: frequencies, shapes, and receptances at the contacts."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+
+from fe.dense_modes import dense_modes
+from fe.modal import modes
+from fe.sparse_solver import Definiteness, factorise
+from fe.system import LinearSystem
+from reduction.array_input import real_array
+from reduction.assembly import ReducedAssembly
+from reduction.errors import RomError
+
+Matrix = Float[NDArray[np.float64], "r r"]
+
+#: Relative distance of frequencies below which modes are taken together: repeated ones, and those of symmetric parts.
+CLOSE = 0.01
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class AssemblyError:
+    """A reduced assembly beside its bodies in full, both without damping and with the same springs between them.
+
+    Parameters
+    ----------
+    frequency
+        Of the full model, shape (m,) [Hz].
+    frequency_error
+        (f_reduced - f_full) / f_full, shape (m,) [-].
+    mac
+        Of each recovered shape with the full one of the same number, shape (m,) [-]. Where full frequencies lie closer
+        to each other than `CLOSE`, any mixture of their shapes is as good: it is the squared cosine to all of these.
+    receptance_frequency
+        Where receptances are compared, shape (k,) [Hz].
+    receptance_error
+        ||H_reduced - H_full|| / ||H_full|| there, in Frobenius' norm over all coordinates that a spring joins, shape
+        (k,) [-]. At a resonance it is of no use: there it tells the distance to the pole alone.
+    """
+
+    frequency: Float[NDArray[np.float64], " m"]
+    frequency_error: Float[NDArray[np.float64], " m"]
+    mac: Float[NDArray[np.float64], " m"]
+    receptance_frequency: Float[NDArray[np.float64], " k"]
+    receptance_error: Float[NDArray[np.float64], " k"]
+
+    def __post_init__(self) -> None:
+        for name, values in vars(self).items():
+            object.__setattr__(self, name, real_array(values, name, RomError))
+
+
+def assembly_error(
+    systems: Mapping[str, LinearSystem],
+    assembly: ReducedAssembly,
+    springs: Matrix,
+    n_mode: int,
+    receptance_frequency: Float[NDArray[np.float64], " k"],
+) -> AssemblyError:
+    """Solve the joined bodies in full and reduced.
+
+    One factorisation of the full stiffness, and one of K - omega^2 M for each frequency.
+
+    Parameters
+    ----------
+    systems
+        The full models from which the bodies were reduced.
+    assembly
+        Their reduced models.
+    springs
+        Between bodies and to the ground, over the coordinates of the assembly, such as `Joined.springs` [N/m]. With
+        them no motion is free.
+    n_mode
+        Frequencies and shapes to compare [-].
+    receptance_frequency
+        Between resonances, shape (k,) [Hz].
+
+    Raises
+    ------
+    RomError
+        A body that is missing or was not reduced from its system; springs of another shape, or on modal coordinates.
+    SupportError
+        The springs leave a motion free.
+    """
+    full = joined_system(systems, assembly, springs)
+    if not 1 <= n_mode <= assembly.n_dof:
+        raise RomError(f"{n_mode} modes are no number of modes to compare: the assembly has {assembly.n_dof}")
+    joined = np.flatnonzero(np.any(springs != 0, axis=1))
+    if not len(joined):
+        raise RomError("the springs are all zero, so that nothing joins the bodies: give those of their contacts")
+    found = modes(full, n_mode)
+    stiffness = assembly.stiffness + springs
+    reduced = dense_modes(assembly.mass, stiffness)
+    frequency = np.sqrt(reduced.lambda_[:n_mode]) / (2 * np.pi)
+    shapes = np.concatenate(
+        [rom.recovery @ reduced.shapes[assembly.columns(body), :n_mode] for body, rom in assembly.bodies.items()]
+    )
+    rows = _physical_rows(systems, assembly)[joined]
+    errors = []
+    for omega in 2 * np.pi * np.asarray(receptance_frequency):
+        exact = _receptance(full, omega, rows)
+        small = np.linalg.inv(stiffness - omega**2 * assembly.mass)[np.ix_(joined, joined)]
+        errors.append(float(np.linalg.norm(small - exact) / np.linalg.norm(exact)))
+    return AssemblyError(
+        frequency=found.frequency,
+        frequency_error=frequency / found.frequency - 1,
+        mac=_mac(shapes, found.mode_shapes, found.frequency),
+        receptance_frequency=receptance_frequency,
+        receptance_error=np.array(errors),
+    )
+
+
+def _mac(
+    shapes: Float[NDArray[np.float64], "n m"],
+    exact: Float[NDArray[np.float64], "n m"],
+    frequency: Float[NDArray[np.float64], " m"],
+) -> Float[NDArray[np.float64], " m"]:
+    """Squared cosine of each shape to the exact ones whose frequencies are as good as its own."""
+    found = []
+    for shape, own in zip(shapes.T, frequency, strict=True):
+        basis, _ = np.linalg.qr(exact[:, np.abs(frequency - own) <= CLOSE * own])
+        found.append(float(np.sum((basis.T @ shape) ** 2) / (shape @ shape)))
+    return np.array(found)
+
+
+def joined_system(systems: Mapping[str, LinearSystem], assembly: ReducedAssembly, springs: Matrix) -> LinearSystem:
+    """The bodies in full, in the order of the assembly, with its springs between their boundary rows.
+
+    Raises
+    ------
+    RomError
+        As `assembly_error`.
+    """
+    if springs.shape != (assembly.n_dof, assembly.n_dof):
+        raise RomError(
+            f"springs of shape {springs.shape} are not those of the assembly: give ({assembly.n_dof}, {assembly.n_dof})"
+        )
+    joined = np.flatnonzero(np.any(springs != 0, axis=1))
+    rows = _physical_rows(systems, assembly)[joined]
+    if (rows < 0).any():
+        raise RomError(
+            f"springs stand at the modal coordinate {joined[rows < 0][0]}, which the full model does not have: put "
+            "them between boundary coordinates alone"
+        )
+    own = [systems[body] for body in assembly.bodies]
+    n_dof = sum(system.n_dof for system in own)
+    to, of = np.repeat(rows, len(rows)), np.tile(rows, len(rows))
+    between = sp.csr_array((springs[np.ix_(joined, joined)].ravel(), (to, of)), shape=(n_dof, n_dof))
+    between.eliminate_zeros()
+    node = np.cumsum([0, *(system.n_node for system in own)])
+    mass = sp.csr_array(sp.block_diag([system.mass for system in own]))
+    return LinearSystem(
+        mass=mass,
+        damping=sp.csr_array(mass.shape),
+        stiffness=sp.csr_array(sp.block_diag([system.stiffness for system in own]) + between),
+        free=np.concatenate([3 * start + system.free for start, system in zip(node, own, strict=False)]),
+        n_node=int(node[-1]),
+    )
+
+
+def _physical_rows(systems: Mapping[str, LinearSystem], assembly: ReducedAssembly) -> Int[NDArray[np.int64], " r"]:
+    """Row of the full model of each coordinate of the assembly; -1 for modal ones."""
+    found, start = np.full(assembly.n_dof, -1), 0
+    for body, rom in assembly.bodies.items():
+        if body not in systems:
+            raise RomError(f"there is no full model of {body}, but of {', '.join(systems)}: give one for each body")
+        system = systems[body]
+        if system.n_node != rom.n_node or not np.array_equal(system.free, rom.free):
+            raise RomError(f"{body} was not reduced from the system that is given for it: give the one that was")
+        first = assembly.columns(body).start
+        own = np.searchsorted(rom.free, 3 * rom.boundary_node + rom.boundary_direction)
+        found[first : first + rom.n_boundary] = start + own
+        start += system.n_dof
+    return found
+
+
+def _receptance(
+    system: LinearSystem, omega: float, rows: Int[NDArray[np.int64], " b"]
+) -> Float[NDArray[np.float64], "b b"]:
+    """Displacement at some rows by unit forces there [m/N]."""
+    force = np.zeros((system.n_dof, len(rows)))
+    force[rows, np.arange(len(rows))] = 1.0
+    dynamic = sp.csr_array(system.stiffness - omega**2 * system.mass)
+    return np.asarray(factorise(dynamic, Definiteness.INDEFINITE).solve(force)[rows])

@@ -1,0 +1,188 @@
+r"""Structures with joints as NLvib (MATLAB, Krack and Gross) takes them: a ``.mat`` file, written and read.
+
+The file holds one struct ``system``:
+
+======================  ==========================================================================================
+``M, D, K``             (n, n), full
+``Fex1``                (n, 1) complex, f(t) = Re(Fex1 e^{i Omega t}), which is fc - i fs
+``nonlinear_elements``  (1, N) cell of structs: ``type``, ``force_direction`` (n, 1), ``islocal`` = 1, ``ishysteretic``
+                        (1 for ``elasticDryFriction``), ``name``, and the numbers of `_NUMBERS`
+======================  ==========================================================================================
+
+In MATLAB or Octave, with NLvib on the path::
+
+    load('structure.mat')
+    oscillator = MechanicalSystem(system.M, system.D, system.K, system.nonlinear_elements, system.Fex1);
+
+NLvib has no static load, no force beyond the first harmonic and no varying normal force; its ``quadraticDamper`` is
+d q^2 v, not our d abs(v) v. A structure with one of these is refused.
+
+References
+----------
+Krack and Gross, Harmonic Balance for Nonlinear Vibration Problems, Springer (2019), appendix C.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from reduction.errors import ExchangeError
+from reduction.foreign_joint import foreign_joint
+from reduction.joint import CubicSpring, ElasticStop, JenkinsElement, Joint
+from reduction.jointed_system import JointedSystem
+from reduction.whole_file import write_whole
+
+_TYPE = {JenkinsElement: "elasticDryFriction", ElasticStop: "unilateralSpring", CubicSpring: "cubicSpring"}
+#: Names of each type's numbers in NLvib, and in our joint.
+_NUMBERS: Mapping[str, Mapping[str, str]] = {
+    "elasticDryFriction": {"stiffness": "tangential_stiffness", "friction_limit_force": "limit_force"},
+    "unilateralSpring": {"stiffness": "stiffness", "gap": "gap"},
+    "cubicSpring": {"stiffness": "stiffness"},
+}
+
+
+def save_nlvib(system: JointedSystem, path: Path | str) -> None:
+    """Write a structure with joints for NLvib.
+
+    Parameters
+    ----------
+    system
+        Structure, joints and the load of harmonic 1.
+    path
+        A ``.mat`` file, which is replaced in one step.
+
+    Raises
+    ------
+    ExchangeError
+        A joint or a load that NLvib does not have, or a file that cannot be written.
+    """
+    from scipy.io import savemat
+
+    _check_loads(system)
+    elements = np.empty((1, len(system.joints)), dtype=object)
+    for number, joint in enumerate(system.joints):
+        elements[0, number] = _element(joint)
+    force = system.dynamic[1] if len(system.dynamic) > 1 else np.zeros(system.n_dof, dtype=np.complex128)
+    content = {
+        "M": system.mass,
+        "D": system.damping,
+        "K": system.stiffness,
+        "Fex1": force[:, None],
+        "nonlinear_elements": elements,
+    }
+    write_whole(path, lambda file: savemat(file, {"system": content}, appendmat=False, long_field_names=True))
+
+
+def load_nlvib(path: Path | str) -> JointedSystem:
+    """Read what `save_nlvib` wrote, or a struct of the same fields from MATLAB or Octave.
+
+    Joints without a field ``name`` are called ``TYPE NUMBER``, counted from 1.
+
+    Raises
+    ------
+    ExchangeError
+        A missing or damaged file, fields that are not there, or an element that has no joint here.
+    JointError
+        Numbers that describe no structure.
+    """
+    from scipy.io import loadmat
+
+    path = Path(path)
+    if not path.is_file():
+        raise ExchangeError(f'there is no file "{path}": check its name and folder')
+    try:
+        # Not with mat_dtype: SciPy would then drop imaginary parts.
+        read = loadmat(path, simplify_cells=True)
+    except NotImplementedError:
+        raise ExchangeError(
+            f'"{path}" is a MATLAB file of version 7.3: save it with save(file, "system", "-v7")'
+        ) from None
+    except Exception as error:  # scipy raises a dozen kinds, depending on which byte is damaged
+        raise ExchangeError(
+            f'"{path}" is no MATLAB file, or damaged: save it with save(file, "system", "-v7")'
+        ) from error
+    content = read.get("system")
+    if not isinstance(content, dict):
+        raise ExchangeError(
+            f'"{path}" holds no struct "system": write system = struct("M", M, ...) with plain fields, since '
+            "objects of classes are MATLAB's own"
+        )
+    matrices = {}
+    for field in ("M", "D", "K"):
+        if field not in content:
+            raise ExchangeError(f'"{path}": system has no field {field}, it has {", ".join(sorted(content)) or "none"}')
+        value = content[field]
+        matrices[field] = np.atleast_2d(value.toarray() if hasattr(value, "toarray") else value)
+    n = len(matrices["M"])
+    force = np.zeros((2, n), dtype=np.complex128)
+    if np.size(given := content.get("Fex1", ())):
+        if np.size(given) != n:
+            raise ExchangeError(f'"{path}": Fex1 has {np.size(given)} entries, the mass {n} rows: give one a row')
+        force[1] = np.ravel(given)
+    elements = content.get("nonlinear_elements", [])
+    listed = [elements] if isinstance(elements, dict) else list(np.ravel(np.asarray(elements, dtype=object)))
+    return JointedSystem(
+        mass=matrices["M"],
+        damping=matrices["D"],
+        stiffness=matrices["K"],
+        joints=[_joint(path, number, each) for number, each in enumerate(listed, start=1)],
+        harmonic_force=force,
+    )
+
+
+def _check_loads(system: JointedSystem) -> None:
+    if system.static.any():
+        dof = int(np.flatnonzero(system.static)[0])
+        raise ExchangeError(
+            f"the static load has {system.static[dof]:g} N on degree of freedom {dof}, but NLvib has no static load: "
+            "take it out, or let a gap stand for it"
+        )
+    beyond = np.argwhere(system.dynamic[2:])
+    if len(beyond):
+        harmonic, dof = beyond[0] + (2, 0)
+        raise ExchangeError(
+            f"the harmonic force has {system.dynamic[harmonic, dof]:g} N in harmonic {harmonic} on degree of freedom "
+            f"{dof}, but NLvib has harmonic 1 alone: take it out"
+        )
+
+
+def _element(given: Joint) -> dict[str, Any]:
+    joint = foreign_joint(given, "NLvib")
+    kind = _TYPE[type(joint)]
+    return {
+        "type": kind,
+        "name": joint.name,
+        "islocal": 1.0,
+        "ishysteretic": float(isinstance(joint, JenkinsElement)),
+        "force_direction": joint.direction[:, None],
+        **{theirs: getattr(joint, ours) for theirs, ours in _NUMBERS[kind].items()},
+    }
+
+
+def _joint(path: Path, number: int, element: Any) -> Joint:
+    label = f'"{path}": nonlinear_elements{{{number}}}'
+    if not isinstance(element, dict) or "type" not in element:
+        raise ExchangeError(f"{label} is no struct with a field type: give what NLvib takes")
+    # NLvib does not tell capitals from small letters either.
+    kinds = {kind.lower(): (kind, make) for make, kind in _TYPE.items()}
+    kind, make = kinds.get(str(element["type"]).lower(), ("", None))
+    if make is None:
+        raise ExchangeError(f'{label} is of type "{element["type"]}", which has no joint here: give {_listed()}')
+    missing = [field for field in ("force_direction", *_NUMBERS[kind]) if field not in element]
+    if missing:
+        raise ExchangeError(f"{label}, {kind}, has no field {missing[0]}: give it")
+    numbers = {ours: element[theirs] for theirs, ours in _NUMBERS[kind].items()}
+    direction = element["force_direction"]
+    direction = direction.toarray() if hasattr(direction, "toarray") else direction
+    name = element.get("name", "")
+    if np.size(name) and not isinstance(name, str):
+        raise ExchangeError(f"{label}: its name is of {type(name).__name__}, no text: give a row of characters")
+    name = name if np.size(name) and name else f"{kind} {number}"
+    joint: Joint = make(name=name, direction=np.ravel(direction), **numbers)
+    return joint
+
+
+def _listed() -> str:
+    return ", ".join(_NUMBERS)

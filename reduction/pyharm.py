@@ -1,0 +1,143 @@
+"""Structures with joints as pyHarm (Python, PyPI name pyHarm-os) takes them: its input dictionary, or that as JSON.
+
+JSON has no arrays; where pyHarm is installed, the file is run with::
+
+    import json
+    import numpy as np
+    from pyHarm.Maestro import Maestro
+
+    with open("structure.json") as file:
+        data = json.load(file)
+    for part in data["substructures"].values():
+        part["matrix"] = {name: np.array(rows) for name, rows in part["matrix"].items()}
+    study = Maestro(data)
+    study.operate()
+
+The structure is one substructure, ``structure``, of one direction, its nodes the degrees of freedom. A joint of pyHarm
+acts on one degree of freedom or between two. It has friction with a varying normal force as well, but not ours: its
+limit stays mu N0 after lift-off. So a structure with such a contact is refused, and one with a quadratic damper.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from reduction.errors import ExchangeError
+from reduction.foreign_joint import foreign_joint
+from reduction.joint import CubicSpring, ElasticStop, JenkinsElement, Joint
+from reduction.jointed_system import JointedSystem
+from reduction.whole_file import write_whole
+
+PART = "structure"
+
+
+def pyharm_input(
+    system: JointedSystem, first: float, last: float, *, n_harmonic: int = 6, n_sample: int = 256
+) -> dict[str, Any]:
+    """The input of pyHarm for a frequency response: dictionaries, lists and numbers alone.
+
+    Parameters
+    ----------
+    system
+        Structure, joints and loads.
+    first, last
+        Ends of the curve [rad/s].
+    n_harmonic
+        Harmonics 0 to n_harmonic - 1 [-], at least 2.
+    n_sample
+        Samples a period [-].
+
+    Raises
+    ------
+    ExchangeError
+        A joint that pyHarm does not have, a load beyond the harmonics, or a range or harmonics that make no curve.
+    """
+    if not 0 < first < last < np.inf:
+        raise ExchangeError(f"the range {first:g} to {last:g} rad/s must be positive and ascend: exchange its ends")
+    if n_harmonic < 2:
+        raise ExchangeError(f"n_harmonic = {n_harmonic} keeps the mean alone: take at least 2, which adds harmonic 1")
+    connectors = {joint.name: _connector(joint) for joint in system.joints}
+    for name, load in _loads(system, n_harmonic).items():
+        if name in connectors:
+            raise ExchangeError(f'joint "{name}" has the name of a load of pyHarm: give the joint another one')
+        connectors[name] = load
+    matrix = {"M": system.mass.tolist(), "C": system.damping.tolist(), "K": system.stiffness.tolist()}
+    return {
+        "system": {"type": "Base", "nh": n_harmonic - 1, "nti": n_sample},
+        "substructures": {PART: {"matrix": matrix, "ndofs": 1, "nnodes": system.n_dof, "nmodes": 0}},
+        "connectors": connectors,
+        "analysis": {"frf": {"study": "frf", "puls_inf": float(first), "puls_sup": float(last)}},
+    }
+
+
+def save_pyharm(
+    system: JointedSystem, path: Path | str, first: float, last: float, *, n_harmonic: int = 6, n_sample: int = 256
+) -> None:
+    """Write `pyharm_input` as JSON; a file of that name is replaced in one step.
+
+    Raises
+    ------
+    ExchangeError
+        What pyHarm does not have, or a file that cannot be written.
+    """
+    text = json.dumps(pyharm_input(system, first, last, n_harmonic=n_harmonic, n_sample=n_sample), allow_nan=False)
+    write_whole(path, lambda file: file.write_text(text, encoding="utf-8"))
+
+
+def _connector(given: Joint) -> dict[str, Any]:
+    joint = foreign_joint(given, "pyHarm")
+    dof, other, scale = _ends(joint)
+    place = _place(dof, other)
+    # With u = scale (q_dof - q_other) the joint's force on each is scale f(u).
+    if isinstance(joint, JenkinsElement):
+        limit, stiffness = scale * joint.limit_force, scale**2 * joint.tangential_stiffness
+        return {"type": "Jenkins", **place, "mu": 1.0, "N0": limit, "k": stiffness}
+    if isinstance(joint, CubicSpring):
+        return {"type": "CubicSpring", **place, "k": scale**4 * joint.stiffness}
+    return {"type": "PenaltyUnilateralGap", **place, "k": scale**2 * joint.stiffness, "g": joint.gap / scale}
+
+
+def _ends(joint: JenkinsElement | ElasticStop | CubicSpring) -> tuple[int, int | None, float]:
+    """Degree of freedom, the one that it moves against, and a positive scale."""
+    row = joint.direction
+    dofs = np.flatnonzero(row)
+    if len(dofs) == 1:
+        dof, weight = int(dofs[0]), float(row[dofs[0]])
+        if weight > 0 or not isinstance(joint, ElasticStop):
+            return dof, None, abs(weight)
+        raise ExchangeError(
+            f'joint "{joint.name}" stops degree of freedom {dof} in its negative direction, which pyHarm cannot say: '
+            "turn the sign of this degree of freedom in all matrices"
+        )
+    if len(dofs) == 2 and row[dofs].sum() == 0:
+        low, high = sorted(map(int, dofs), key=lambda dof: row[dof])
+        return high, low, float(row[high])
+    weights = ", ".join(f"{weight:g}" for weight in row[dofs][:4]) + (", ..." if len(dofs) > 4 else "")
+    raise ExchangeError(
+        f'joint "{joint.name}" acts on {len(dofs)} degrees of freedom with the weights {weights}, but pyHarm knows one '
+        "degree of freedom, or the difference of two: make the direction a degree of freedom of the reduced model"
+    )
+
+
+def _place(dof: int, other: int | None = None) -> dict[str, Any]:
+    return {"connect": {PART: [dof]} if other is None else {PART: [dof], "INTERNAL": [other]}, "dirs": [0]}
+
+
+def _loads(system: JointedSystem, n_harmonic: int) -> dict[str, dict[str, Any]]:
+    """One forcing for each harmonic and degree of freedom that carries one."""
+    loads = {}
+    for harmonic, dof in np.argwhere(np.vstack([system.static, system.dynamic[1:]])):
+        if harmonic >= n_harmonic:
+            raise ExchangeError(
+                f"the harmonic force acts at harmonic {harmonic} on degree of freedom {dof}, but n_harmonic = "
+                f"{n_harmonic} keeps 0 to {n_harmonic - 1}: take at least {harmonic + 1}"
+            )
+        force = complex(system.dynamic[harmonic, dof]) if harmonic else complex(system.static[dof])
+        # pyHarm's load is amp cos(k Omega t - phi).
+        forcing = {"amp": abs(force), "ho": int(harmonic), "dto": 0, "phi": float(-np.angle(force))}
+        if not harmonic:
+            forcing |= {"amp": force.real, "phi": 0.0}
+        loads[f"load of harmonic {harmonic} on {dof}"] = {"type": "GOForcing", **_place(int(dof)), **forcing}
+    return loads

@@ -1,0 +1,37 @@
+"""Files for other programs, written whole or not at all."""
+
+import uuid
+from collections.abc import Callable
+from pathlib import Path
+
+from reduction.errors import ExchangeError
+
+
+def write_whole(path: Path | str, write: Callable[[Path], object]) -> None:
+    """Write a file; one of that name is replaced in one step, or left as it was if anything fails.
+
+    Parameters
+    ----------
+    path
+        The file; its folder must exist.
+    write
+        Writes a file of the name that it is given, in the same folder.
+
+    Raises
+    ------
+    ExchangeError
+        The folder does not exist, or the file cannot be written.
+    """
+    path = Path(path)
+    if not path.parent.is_dir():
+        raise ExchangeError(f'"{path}" cannot be written: there is no folder "{path.parent}", create it first')
+    temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
+    try:
+        write(temporary)
+        temporary.replace(path)
+    except OSError as error:
+        raise ExchangeError(
+            f'"{path}" cannot be written ({error.strerror or error}): choose another folder, or free space in it'
+        ) from error
+    finally:
+        temporary.unlink(missing_ok=True)
