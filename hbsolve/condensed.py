@@ -163,11 +163,10 @@ class CondensedStructure:
         Where the damping couples the modes of the stuck structure and not those without its joints, these carry the
         response: with A the condensed receptance, B alpha_stuck f = (I - A D) B alpha_free f.
         """
-        count, n_harmonic, r = forces.shape
-        omega = harmonics(condensed.angular_frequency, n_harmonic)
+        omega = harmonics(condensed.angular_frequency, forces.shape[1])
         free = self._free
         if free is None:
-            return np.asarray(self.stuck.response(np.tile(omega, count), forces.reshape(-1, r)).reshape(forces.shape))
+            return np.asarray(self.stuck.response(omega, forces))
         B, D = self.directions, self.reference
 
         def held(moved: Array) -> Array:

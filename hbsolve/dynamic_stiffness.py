@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from fe.dense_modes import DenseModes, dense_modes
+from hbsolve.coupled_damping import proportional_but_few
 from hbsolve.errors import ForceError, ModelError
 from hbsolve.matrix_check import check_mass, check_shape, check_symmetry
 from reduction.array_input import real_array
@@ -59,8 +60,9 @@ class DynamicStiffness:
     The receptances of harmonics 0 to H of Omega are those at omega = k Omega.
 
     With damping that does not couple the modes (Rayleigh, modal) one decomposition serves all frequencies: in the
-    coordinates of `fe.dense_modes` the bracket is diagonal. Any other damping takes one dense complex solve a
-    frequency; the results are the same to round-off.
+    coordinates of `fe.dense_modes` the bracket is diagonal. So it does with Rayleigh damping that a few directions are
+    out of proportion to, see `hbsolve.coupled_damping`. Any other damping takes one dense complex solve a frequency;
+    the results are the same to round-off.
 
     Parameters
     ----------
@@ -85,8 +87,11 @@ class DynamicStiffness:
     damping: Matrix
     stiffness: Matrix
     _modes: DenseModes = field(init=False, repr=False)
-    _modal_damping: Matrix = field(init=False, repr=False)
-    #: Whether each frequency takes a dense solve, because the damping is not diagonal in the modes.
+    #: Damping of each mode by itself, shape (r,).
+    _modal_damping: Frequencies = field(init=False, repr=False)
+    #: What couples the modes beside it: V^T U, shape (r, k), and s, shape (k,).
+    _coupling: tuple[Matrix, Frequencies] = field(init=False, repr=False)
+    #: Whether each frequency takes a dense solve, because the damping couples all modes.
     damping_couples_modes: bool = field(init=False)
 
     def __post_init__(self) -> None:
@@ -105,8 +110,18 @@ class DynamicStiffness:
             ) from error
         object.__setattr__(self, "_modes", modes)
         modal_damping = modes.shapes.T @ self.damping @ modes.shapes
-        object.__setattr__(self, "_modal_damping", modal_damping)
-        object.__setattr__(self, "damping_couples_modes", _is_coupled(modal_damping))
+        own, coupling = np.diag(modal_damping), (np.zeros((self.n_dof, 0)), np.zeros(0))
+        coupled = _is_coupled(modal_damping)
+        if coupled and (found := proportional_but_few(self.mass, self.damping, self.stiffness)) is not None:
+            proportional = found.mass_factor * modes.mu + found.stiffness_factor * (1 - modes.shift * modes.mu)
+            U, s = modes.shapes.T @ found.directions, found.strength
+            # Beside a stiff degree of freedom round-off may hide a dashpot; the modes, which are soft, tell.
+            coupled = _is_coupled(modal_damping - (U * s) @ U.T, np.diag(modal_damping))
+            if not coupled:
+                own, coupling = proportional, (U, s)
+        object.__setattr__(self, "_modal_damping", own)
+        object.__setattr__(self, "_coupling", coupling)
+        object.__setattr__(self, "damping_couples_modes", coupled)
 
     @classmethod
     def of(cls, model: LinearModel) -> "DynamicStiffness":
@@ -155,21 +170,26 @@ class DynamicStiffness:
             full = np.linalg.solve(self._matrices(omega), np.broadcast_to(unit, (len(omega), *unit.shape)))
             return np.asarray(full[:, chosen_rows])
         V = self._modes.shapes
-        return np.asarray((V[chosen_rows] / self._diagonal(omega)[:, None, :]) @ V[chosen_columns].T)
+        moved = self._modal_response(
+            omega, np.broadcast_to(V[chosen_columns][:, None, :], (len(chosen_columns), len(omega), self.n_dof))
+        )
+        return np.asarray(np.moveaxis(moved @ V[chosen_rows].T, 0, 2))
 
-    def response(self, angular_frequency: Frequencies, force: Amplitudes) -> Amplitudes:
-        """Displacement alpha(omega) f for one force vector at each frequency, without forming alpha.
+    def response(
+        self, angular_frequency: Frequencies, force: Complex[NDArray[np.complex128], "... p r"]
+    ) -> Complex[NDArray[np.complex128], "... p r"]:
+        """Displacement alpha(omega) f for one or several force vectors at each frequency, without forming alpha.
 
         Parameters
         ----------
         angular_frequency
             omega, shape (p,) [rad/s].
         force
-            Complex amplitudes, shape (p, r) [N].
+            Complex amplitudes, shape (p, r), or (n, p, r) [N].
 
         Returns
         -------
-        Shape (p, r) [m]; exactly zero where the force is, also statically for a body that nothing holds.
+        Of the shape of the force [m]; exactly zero where the force is, also statically for a body that nothing holds.
 
         Raises
         ------
@@ -178,13 +198,18 @@ class DynamicStiffness:
         """
         omega = np.asarray(angular_frequency, dtype=np.float64)
         displacement = np.zeros(force.shape, dtype=np.complex128)
-        loaded = np.any(force != 0, axis=1)
-        omega, force = omega[loaded], force[loaded]
+        loaded = np.any(force != 0, axis=(*range(force.ndim - 2), -1))
+        if not loaded.any():
+            return displacement
+        omega, force = omega[loaded], force[..., loaded, :]
         if self.damping_couples_modes:
-            displacement[loaded] = np.linalg.solve(self._matrices(omega), force[..., None])[..., 0]
+            # One factorisation a frequency, whatever the number of forces.
+            columns = np.moveaxis(force.reshape(-1, *force.shape[-2:]), 0, 2)
+            moved = np.linalg.solve(self._matrices(omega), columns)
+            displacement[..., loaded, :] = np.moveaxis(moved, 2, 0).reshape(force.shape)
         else:
             V = self._modes.shapes
-            displacement[loaded] = (force @ V / self._diagonal(omega)) @ V.T
+            displacement[..., loaded, :] = self._modal_response(omega, force @ V) @ V.T
         return displacement
 
     def static_response(self, force: Complex[NDArray[np.complex128], "... r"]) -> Amplitudes:
@@ -230,10 +255,10 @@ class DynamicStiffness:
         ForceError
             As `response`.
         """
-        V, diagonal = self._modes.shapes, self._diagonal(np.asarray(angular_frequency, dtype=np.float64))
+        omega, V = np.asarray(angular_frequency, dtype=np.float64), self._modes.shapes
         seen = directions @ V
-        alone = force @ V / diagonal
-        return np.asarray((alone - held(alone @ seen.T) @ seen / diagonal) @ V.T)
+        alone = self._modal_response(omega, force @ V)
+        return np.asarray((alone - self._modal_response(omega, held(alone @ seen.T) @ seen)) @ V.T)
 
     def force(self, angular_frequency: Frequencies, displacement: Amplitudes) -> Amplitudes:
         """The force (K - omega^2 M + i omega C) q that holds a motion; the inverse of `response`, shape (p, r) [N]."""
@@ -276,19 +301,37 @@ class DynamicStiffness:
             value = B @ moved
             slope = -B @ np.linalg.solve(matrices, slopes @ moved)
             return value[..., :d], slope[..., :d], value[..., d], slope[..., d]
-        diagonal = self._diagonal(omega)
-        slope = (1j * np.diag(self._modal_damping) - 2 * omega[:, None] * self._modes.mu) / diagonal**2
         seen = B @ self._modes.shapes
-        modal_force = force @ self._modes.shapes
-        A = (seen / diagonal[:, None, :]) @ seen.T
-        dA = -(seen * slope[:, None, :]) @ seen.T
-        return A, dA, (modal_force / diagonal) @ seen.T, -(modal_force * slope) @ seen.T
+        unit = np.broadcast_to(seen[:, None, :], (d, len(omega), self.n_dof))
+        modal_force = (force @ self._modes.shapes)[None]
+        moved = np.moveaxis(self._modal_response(omega, np.concatenate([unit, modal_force])), 0, 1)
+        # The matrix is symmetric, and so is what it moves: alpha (dZ / domega) alpha needs no solution more.
+        slope = 1j * self._modal_damping - 2 * omega[:, None, None] * self._modes.mu
+        U, s = self._coupling
+        mixed, back = moved * slope + 1j * ((moved @ U) * s) @ U.T, np.swapaxes(moved[:, :d], 1, 2)
+        value, rate = np.swapaxes(moved @ seen.T, 1, 2), -np.swapaxes(mixed @ back, 1, 2)
+        return value[..., :d], rate[..., :d], value[..., d], rate[..., d]
+
+    def _modal_response(
+        self,
+        omega: Frequencies,
+        force: Complex[NDArray[np.complex128], "... p r"] | Float[NDArray[np.float64], "... p r"],
+    ) -> Complex[NDArray[np.complex128], "... p r"]:
+        """(V^T Z V)^-1 f of modal forces: a division for each mode, and what couples them by Woodbury's formula."""
+        diagonal, (U, s) = self._diagonal(omega), self._coupling
+        alone = force / diagonal
+        if not len(s):
+            return np.asarray(alone)
+        strength = 1j * omega[:, None, None] * s[:, None]
+        small = np.eye(len(s)) + strength * ((U.T / diagonal[:, None, :]) @ U)
+        pushed = np.linalg.solve(small, strength * (alone @ U)[..., None])[..., 0]
+        return np.asarray(alone - pushed @ U.T / diagonal)
 
     def _diagonal(self, omega: Frequencies) -> Amplitudes:
-        """V^T (K - omega^2 M + i omega C) V, which is 1 - (sigma + omega^2) mu + i omega c, shape (p, r) [-]."""
+        """V^T Z V but for what couples the modes, which is 1 - (sigma + omega^2) mu + i omega c, shape (p, r) [-]."""
         self._refuse_free_static(omega)
-        damping = np.diag(self._modal_damping)
-        diagonal = 1 - np.outer(self._modes.shift + omega**2, self._modes.mu) + 1j * np.outer(omega, damping)
+        modes = self._modes
+        diagonal = 1 - np.outer(modes.shift + omega**2, modes.mu) + 1j * np.outer(omega, self._modal_damping)
         resonant = np.abs(diagonal) < RESONANCE
         if resonant.any():
             frequency, mode = np.argwhere(resonant)[0]
@@ -318,8 +361,9 @@ class DynamicStiffness:
         return chosen
 
 
-def _is_coupled(modal_damping: Matrix) -> bool:
+def _is_coupled(modal_damping: Matrix, diagonal: Frequencies | None = None) -> bool:
+    """Whether modes are coupled, beside the damping of each by itself; that of the matrix by default."""
     magnitude = np.abs(modal_damping)
-    own = np.sqrt(np.diag(magnitude))
+    own = np.sqrt(np.abs(np.diag(magnitude) if diagonal is None else diagonal))
     allowed = np.maximum(COUPLED * np.outer(own, own), ROUND_OFF * magnitude.max())
     return bool(np.any((magnitude > allowed) & ~np.eye(len(magnitude), dtype=bool)))

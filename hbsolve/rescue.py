@@ -16,6 +16,9 @@ from hbsolve.steady_state import TOLERANCE, NoConvergence, SteadyState, newton_a
 
 #: Starts, iterations in each, and the seed that makes them the same every time.
 N_START, ITERATIONS, SEED = 200, 60, 0
+#: Joint directions up to which so many starts are tried; beyond, an iteration takes longer with their square, and fewer
+#: are tried, but a few.
+FEW_DIRECTIONS, LEAST_START = 12, 8
 #: Relative spread of a start about the motion given, and about the stuck one.
 SPREAD, STUCK_SPREAD = 0.3, 0.1
 #: Points of an arc at most, and its step in shares of the way.
@@ -30,7 +33,8 @@ def from_many_starts(
     scale = float(np.linalg.norm(linear)) or 1.0
     near = linear if x is None else x
     random = np.random.default_rng(SEED)
-    for number in range(N_START):
+    share = min(1.0, FEW_DIRECTIONS / max(balance.n_direction, 1)) ** 2
+    for number in range(max(LEAST_START, round(N_START * share))):
         if number % 2:
             start = near * (1 + SPREAD * random.normal(size=near.shape))
         else:

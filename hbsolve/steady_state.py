@@ -72,21 +72,39 @@ def steady_state(
         A frequency that is not positive, sliders or a start that do not fit, or a motion too large to compute with.
     """
     sliders = slider_start(balance, slider, multiplier)
-    from hbsolve.rescue import along_an_arc, from_many_starts  # which continue branches of these states
-
     x = start_motion(balance, start)
     condensed = balance.at(angular_frequency)
     try:
         return solve_at(balance, condensed, x, sliders)
     except NoConvergence:
-        found = from_many_starts(balance, condensed, x, sliders)
-        if found is not None:
-            return finished(balance, condensed, found[0], sliders, found[1], found[2])
-        before = start if isinstance(start, SteadyState) else None
-        state = along_an_arc(balance, angular_frequency, before, sliders)
+        state = rescued(balance, condensed, x, sliders, start if isinstance(start, SteadyState) else None)
         if state is None:
             raise
         return state
+
+
+def rescued(
+    balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: Start, before: SteadyState | None = None
+) -> SteadyState | None:
+    """What many starts about a motion, or an arc from another state, lead to where `solve_at` does not; maybe none."""
+    from hbsolve.rescue import along_an_arc, from_many_starts  # which continue branches of these states
+
+    found = from_many_starts(balance, condensed, x, sliders)
+    if found is not None:
+        return finished(balance, condensed, found[0], sliders, found[1], found[2])
+    return along_an_arc(balance, condensed.angular_frequency, before, sliders)
+
+
+def newton_from(
+    balance: HarmonicBalance, condensed: Condensed, x: Real, sliders: Start, recovery: Recovery | None = None
+) -> SteadyState | None:
+    """The state that Newton's method alone finds from a motion; maybe none."""
+    linear = balance.linear(condensed)
+    scale = float(np.linalg.norm(linear)) or 1.0
+    found, norm, count = newton_at(balance, condensed, linear, x, sliders, TOLERANCE * scale, MAX_ITERATION)
+    if not norm <= TOLERANCE * scale:
+        return None
+    return finished(balance, condensed, found, sliders, norm / scale, count, recovery)
 
 
 def solve_at(
@@ -113,7 +131,7 @@ def solve_at(
         if norm <= TOLERANCE * scale:
             return finished(balance, condensed, found, sliders, norm / scale, iterations, recovery)
     for guess in (linear, 0 * linear):
-        found, norm, count = _ramp(balance, condensed, guess, sliders, scale)
+        found, norm, count = ramp(balance, condensed, guess, sliders, scale)
         iterations += count
         if norm <= TOLERANCE * scale:
             return finished(balance, condensed, found, sliders, norm / scale, iterations, recovery)
@@ -148,7 +166,7 @@ def newton_at(
     return found
 
 
-def _ramp(
+def ramp(
     balance: HarmonicBalance, condensed: Condensed, guess: Real, sliders: Start, scale: float
 ) -> tuple[Real, float, int]:
     """Raise the level from the static state in steps that adapt."""

@@ -40,7 +40,8 @@ FORCE_FLOOR = 0.02
 HISTORY = 0.9
 
 SENSORS = ("tip", "slot", "excitation", "mid")
-LINE_SENSORS = ("left_T", "left_N", "right_T", "right_N")
+LINES = ("left", "right")
+COMPONENTS = {"T": "tangential", "N": "normal"}
 MOTION_HARMONICS = (1, 3)
 FORCE_HARMONICS = (0, 1, 3)
 
@@ -53,6 +54,36 @@ FREE_GRID = (0.0004, 0.0013, 0.0023, 0.0035, 0.005, 0.007, 0.010, 0.014, 0.02, 0
 
 #: Levels [N] and repeats that test a model and that none is fitted to.
 HELD_OUT_LEVELS, HELD_OUT_REPEATS = (5.0,), (4, 5)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Layout:
+    """What a campaign's files call its sensors.
+
+    Parameters
+    ----------
+    title
+        Of the campaign.
+    sensors
+        Motions, in the order of `Readings.motion`, each at the place of its name.
+    lines
+        Contact lines, in the order of `Readings.force`: T and then N of each.
+    direction
+        Of the motions.
+    """
+
+    title: str = "Beam with two contact lines"
+    sensors: Sequence[str] = SENSORS
+    lines: Sequence[str] = LINES
+    direction: str = "z"
+
+    @property
+    def forces(self) -> tuple[str, ...]:
+        """Names of the lines' forces."""
+        return tuple(f"{line}_{component}" for line in self.lines for component in COMPONENTS)
+
+
+BEAM_LAYOUT = Layout()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -184,7 +215,9 @@ def with_noise(readings: Readings, random: np.random.Generator) -> Readings:
     )
 
 
-def write_campaign(folder: Path, measured: Sequence[Sweep], points: CampaignPoints) -> None:
+def write_campaign(
+    folder: Path, measured: Sequence[Sweep], points: CampaignPoints, layout: Layout = BEAM_LAYOUT
+) -> None:
     """Write campaign.toml, stepped.csv and free.csv."""
     folder.mkdir(parents=True, exist_ok=True)
     frequencies = {"jointed": points.frequencies, "free": points.free_frequencies}
@@ -199,15 +232,15 @@ def write_campaign(folder: Path, measured: Sequence[Sweep], points: CampaignPoin
             for number, (frequency, direction) in enumerate([*up, *down]):
                 order += 1
                 head = f"{name},{order},{sweep.repeat},{direction},{sweep.level:g},{frequency:.10g}"
-                lines += _point_lines(head, sweep.readings, number)
+                lines += _point_lines(head, sweep.readings, number, layout)
         (folder / f"{name}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    (folder / "campaign.toml").write_text(_manifest(points), encoding="utf-8")
+    (folder / "campaign.toml").write_text(_manifest(points, layout), encoding="utf-8")
 
 
-def _point_lines(head: str, readings: Readings, number: int) -> Iterator[str]:
+def _point_lines(head: str, readings: Readings, number: int, layout: Layout) -> Iterator[str]:
     for sensors, harmonics, values, unit in (
-        (SENSORS, MOTION_HARMONICS, readings.motion[number], "m"),
-        (LINE_SENSORS, FORCE_HARMONICS, readings.force[number], "N"),
+        (layout.sensors, MOTION_HARMONICS, readings.motion[number], "m"),
+        (layout.forces, FORCE_HARMONICS, readings.force[number], "N"),
     ):
         # The free specimen has no lines: no rows.
         for sensor, row in zip(sensors, values, strict=False):
@@ -215,22 +248,21 @@ def _point_lines(head: str, readings: Readings, number: int) -> Iterator[str]:
                 yield f"{head},{sensor},{harmonic},{value.real:.9e},{value.imag:.9e},{unit}"
 
 
-def _manifest(points: CampaignPoints) -> str:
+def _manifest(points: CampaignPoints, layout: Layout) -> str:
     sensors = [
-        f'[[sensor]]\nname = "{name}"\nquantity = "displacement"\ndirection = "z"\nplace = "{name}"\n'
-        for name in SENSORS
+        f'[[sensor]]\nname = "{name}"\nquantity = "displacement"\ndirection = "{layout.direction}"\nplace = "{name}"\n'
+        for name in layout.sensors
     ]
-    components = {"T": "tangential", "N": "normal"}
     sensors += [
         f'[[sensor]]\nname = "{name}"\nquantity = "contact force"\nline = "{name[:-2]}"\n'
-        f'component = "{components[name[-1]]}"\n'
-        for name in LINE_SENSORS
+        f'component = "{COMPONENTS[name[-1]]}"\n'
+        for name in layout.forces
     ]
     levels = [level for level in points.levels if level in HELD_OUT_LEVELS and len(points.levels) > 1]
     repeats = [repeat for repeat in HELD_OUT_REPEATS if repeat <= points.n_repeat]
     return "\n".join(
         [
-            'schema = 1\ntitle = "Beam with two contact lines"\n',
+            f'schema = 1\ntitle = "{layout.title}"\n',
             '[convention]\ntime = "exp(+i omega t)"\namplitude = "peak"\n',
             '[units]\nlevel = "N"\nfrequency = "Hz"\n',
             *sensors,

@@ -49,6 +49,82 @@ def test_rows_columns_and_response_are_parts_of_the_same(rayleigh: bool) -> None
     response = model.response(omega, force)
     np.testing.assert_allclose(response, np.einsum("prc,pc->pr", alpha, force), rtol=ROUND_OFF)
     np.testing.assert_allclose(model.force(omega, response), force, rtol=1e-9)
+    several = np.stack([force, np.zeros_like(force), 2j * force])
+    np.testing.assert_allclose(
+        model.response(omega, several), np.stack([response, np.zeros_like(response), 2j * response]), rtol=ROUND_OFF
+    )
+
+
+def changed(what: str) -> DynamicStiffness:
+    """A structure with Rayleigh damping, and one thing put on it that the damping does not know."""
+    model = structure(4, n=12)
+    matrices = {name: np.array(getattr(model, name)) for name in ("mass", "damping", "stiffness")}
+    where = np.zeros(12)
+    where[[3, 8]] = 1.0, -1.0
+    match what:
+        case "spring":
+            matrices["stiffness"] += 5 * np.outer(where, where)
+        case "mass":
+            matrices["mass"][[1, 2, 3], [1, 2, 3]] += 2.0
+        case "dashpot":
+            matrices["damping"] += 0.4 * np.outer(where, where)
+    return DynamicStiffness(**matrices)
+
+
+@pytest.mark.parametrize("what", ["spring", "mass", "dashpot"])
+def test_what_was_put_on_a_damped_structure_takes_no_dense_solves(what: str) -> None:
+    model, omega = changed(what), np.array([0.0, 0.6, 1.7, 4.0])
+    assert not model.damping_couples_modes
+    # ... and it does couple the modes.
+    V = model._modes.shapes
+    modal = V.T @ model.damping @ V
+    assert np.abs(modal - np.diag(np.diag(modal))).max() > 1e-3 * np.abs(modal).max()
+    alpha = np.array([inverse(model, float(each)) for each in omega])
+    size = np.abs(alpha).max()
+    np.testing.assert_allclose(model.receptance(omega), alpha, atol=ROUND_OFF * size)
+    real, imaginary = np.random.default_rng(2).standard_normal((2, 4, 12))
+    force, B = real + 1j * imaginary, np.random.default_rng(3).standard_normal((5, 12))
+    np.testing.assert_allclose(model.response(omega, force), np.einsum("prc,pc->pr", alpha, force), atol=1e-9 * size)
+    A, dA, x, dx = model.condensed(omega, B, force)
+    slope = -alpha @ (1j * model.damping - 2 * omega[:, None, None] * model.mass) @ alpha
+    for found, expected in ((A, B @ alpha @ B.T), (dA, B @ slope @ B.T)):
+        np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
+    for found, expected in ((x, B @ alpha @ force[..., None]), (dx, B @ slope @ force[..., None])):
+        np.testing.assert_allclose(found, expected[..., 0], atol=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("own", [0.0, 1.0])
+def test_damping_that_is_not_symmetric_is_solved_as_it_is(own: float) -> None:
+    model = structure(4, n=12)
+    damping = np.array(model.damping)
+    damping[2, 7] += 3.0
+    damping[2, 2] += own
+    gyro = DynamicStiffness(mass=model.mass, damping=damping, stiffness=model.stiffness)
+    expected = inverse(gyro, 1.1)
+    np.testing.assert_allclose(gyro.receptance(np.array([1.1]))[0], expected, atol=ROUND_OFF * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("stiff", [1e8, 1e10])
+def test_a_dashpot_beside_stiff_springs_is_not_lost(stiff: float) -> None:
+    n = 20
+    chain = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    chain[[0, -1], [0, -1]] = 1.0
+    stiffness = stiff * chain
+    stiffness[0, 0] += 100.0
+    omega = float(np.sqrt(100.0 / n))
+    b = 2e-3 / omega
+    damping = b * stiffness
+    damping[10, 10] += 1.8e-9 * b * stiff
+    model = DynamicStiffness(mass=np.eye(n), damping=damping, stiffness=stiffness)
+    expected = inverse(model, omega)
+    # Inverting the stiff chain itself costs 1e-16 times its stiffness over that of its support.
+    np.testing.assert_allclose(
+        model.receptance(np.array([omega]))[0], expected, atol=1e-15 * stiff / 100 * 1e3 * np.abs(expected).max()
+    )
+
+
+def test_no_frequencies_give_no_response() -> None:
+    assert structure(1).response(np.zeros(0), np.zeros((0, 7), dtype=complex)).shape == (0, 7)
 
 
 def test_one_mass_has_the_textbook_receptance() -> None:

@@ -1,0 +1,110 @@
+r"""Damping that is proportional but for a few directions: a spring, a mass or a dashpot was put on a damped structure.
+
+.. math:: C = a M + b K + U \, \mathrm{diag}(s) \, U^T
+
+with few columns in U. The modes of M and K then stay uncoupled but for these, and the Sherman-Morrison-Woodbury formula
+solves for them: one decomposition serves all frequencies, as with proportional damping.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+Matrix = Float[NDArray[np.float64], "r r"]
+
+#: Entries of C - a M - b K that are round-off, as a share of sqrt(c_ii c_jj).
+ROUND_OFF = 1e-9
+#: Degrees of freedom that may be out of proportion: more, and a dense solve is not much dearer.
+MOST = 16
+#: Share of the degrees of freedom that must be in proportion before a and b count as known.
+MAJORITY = 0.6
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ProportionalButFew:
+    """Damping a M + b K + U diag(s) U^T.
+
+    Parameters
+    ----------
+    mass_factor, stiffness_factor
+        a [1/s] and b [s].
+    directions
+        U, shape (r, k) [-].
+    strength
+        s, shape (k,) [N s/m].
+    """
+
+    mass_factor: float
+    stiffness_factor: float
+    directions: Float[NDArray[np.float64], "r k"]
+    strength: Float[NDArray[np.float64], " k"]
+
+
+def proportional_but_few(mass: Matrix, damping: Matrix, stiffness: Matrix) -> ProportionalButFew | None:
+    """The factors and directions of such damping; none of any other.
+
+    Parameters
+    ----------
+    mass, damping, stiffness
+        Shape (r, r) [kg, N s/m, N/m].
+    """
+    factors = _factors(np.diag(mass), np.diag(damping), np.diag(stiffness))
+    if factors is None:
+        return None
+    a, b = factors
+    rest = damping - a * mass - b * stiffness
+    own = np.sqrt(np.abs(a) * np.abs(np.diag(mass)) + np.abs(b) * np.abs(np.diag(stiffness)))
+    beyond = np.abs(rest) > ROUND_OFF * np.outer(own, own)
+    few = np.flatnonzero(beyond.any(axis=0) | beyond.any(axis=1))
+    if len(few) > MOST:
+        return None
+    part = rest[np.ix_(few, few)]
+    if not np.allclose(part, part.T, rtol=0, atol=ROUND_OFF * np.abs(part).max(initial=0.0)):
+        return None
+    strength, vectors = np.linalg.eigh((part + part.T) / 2)
+    kept = np.abs(strength) > ROUND_OFF * np.abs(strength).max(initial=0.0)
+    directions = np.zeros((len(mass), int(kept.sum())))
+    directions[few] = vectors[:, kept]
+    return ProportionalButFew(
+        mass_factor=a, stiffness_factor=b, directions=directions, strength=np.asarray(strength[kept])
+    )
+
+
+def _factors(
+    mass: Float[NDArray[np.float64], " r"],
+    damping: Float[NDArray[np.float64], " r"],
+    stiffness: Float[NDArray[np.float64], " r"],
+) -> tuple[float, float] | None:
+    """Factors a and b that most of the diagonal agrees with.
+
+    Each pair of far apart entries has an a and a b of its own; their medians are those of the majority, which are then
+    fitted together.
+    """
+    damped = np.flatnonzero(damping > 0)
+    n = len(damped)
+    if n < max(3, MAJORITY * len(damping)):
+        return None
+    # c = a m + b k, relative to c, in the order of k / m.
+    order = damped[np.argsort(stiffness[damped] / mass[damped], kind="stable")]
+    rows = np.column_stack([mass, stiffness])[order] / damping[order, None]
+    scale = np.abs(rows).max(axis=0)
+    if not scale.all():
+        return None
+    rows /= scale
+    half = n // 2
+    first, second = rows[:half], rows[n - half :]
+    determinant = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+    apart = np.abs(determinant) > 1e-12 * np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
+    if not apart.any():
+        return None
+    factor = np.median(
+        np.column_stack([second[:, 1] - first[:, 1], first[:, 0] - second[:, 0]])[apart] / determinant[apart, None],
+        axis=0,
+    )
+    agree = np.abs(rows @ factor - 1) < 1e-6
+    if agree.sum() < MAJORITY * len(damping):
+        return None
+    factor = np.linalg.lstsq(rows[agree], np.ones(int(agree.sum())), rcond=None)[0] / scale
+    return float(factor[0]), float(factor[1])

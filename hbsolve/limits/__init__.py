@@ -1,0 +1,1 @@
+"""Response limits: the largest and smallest steady response that unknown friction history can produce."""

@@ -1,0 +1,82 @@
+"""An audit of limits by random histories, and their repair from the states that lie outside.
+
+Searches that agree are no proof: on a small damper all seeds found the same wrong optimum. States that nobody chose are
+independent of the search; those outside a limit are counted first, and then improved into a better one.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from hbsolve.limits.local_search import Side, local_search
+from hbsolve.limits.optimum import Best, offer
+from hbsolve.limits.problem import LimitProblem
+from hbsolve.limits.sampled import sampled_states
+
+#: A state counts as outside beyond this share of the limit; repair begins much closer.
+OUTSIDE, REPAIR = 1e-3, 1e-5
+#: Sweeps begin and end so many frequencies outside a block: branches are reached by passing what comes before them.
+RUN_IN = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Audit:
+    """Sampled states at one frequency and level.
+
+    Parameters
+    ----------
+    count
+        How many were found [-].
+    lowest, highest
+        Their values.
+    below, above
+        How many lay outside the limits by more than `OUTSIDE`, before any repair [-].
+    """
+
+    count: int
+    lowest: float
+    highest: float
+    below: int
+    above: int
+
+
+def audited(
+    problem: LimitProblem,
+    level: float,
+    omega: Float[NDArray[np.float64], " f"],
+    numbers: Sequence[int],
+    best: Best,
+    count: int,
+    seed: Sequence[int],
+) -> tuple[Best, set[tuple[int, Side]], dict[int, Audit]]:
+    """Sample histories at a level; returns the repaired limits, which of them were, and the counts before."""
+    best, repaired = dict(best), set()
+    swept = range(max(numbers[0] - RUN_IN, 0), min(numbers[-1] + RUN_IN + 1, len(omega)))
+    sampled = sampled_states(problem, level, omega, swept, count, seed)
+    audits = {}
+    for row, at in enumerate(swept):
+        if at not in numbers:
+            continue
+        values = sampled.value[row][np.isfinite(sampled.value[row])]
+        point = problem.at(float(omega[at]), level)
+        outside = {}
+        for side in Side:
+            held = best.get((at, side))
+            excess = [side * point.gain(value, held.value) for value in values] if held else [np.inf] * len(values)
+            outside[side] = int((np.array(excess) > OUTSIDE).sum())
+            if not len(values) or max(excess) <= REPAIR:
+                continue
+            settled = point.settle(*sampled.extreme[at, side])
+            if settled and offer(best, at, side, local_search(point, settled, side), repaired=True) > 0:
+                repaired.add((at, side))
+        audits[at] = Audit(
+            count=len(values),
+            lowest=float(values.min(initial=np.inf)),
+            highest=float(values.max(initial=-np.inf)),
+            below=outside[Side.LOWER],
+            above=outside[Side.UPPER],
+        )
+    return best, repaired, audits

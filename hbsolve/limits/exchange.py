@@ -1,0 +1,138 @@
+"""Optima that are handed on: to neighbours in frequency, to other levels, and kicked out of where they are.
+
+A local search ends in the optimum of its basin. Neighbours often sit in a better one, and a state with all contacts
+stuck has no gradient to leave it by.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from hbsolve.limits.follow import follow
+from hbsolve.limits.local_search import GAIN, Side, local_search
+from hbsolve.limits.optimum import Best, Optimum, offer
+from hbsolve.limits.problem import LimitProblem
+from hbsolve.limits.starts import random_sliders
+
+Frequencies = Float[NDArray[np.float64], " f"]
+
+#: A neighbour's state this share worse than what is there is not improved.
+HOPELESS = 0.3
+#: Sweeps back and forth over the frequencies.
+SWEEPS = 6
+#: Kicks have one of these sizes, in lengths of the intervals; patterns come from so many frequencies away at most.
+KICKS, PATTERN_REACH = (0.3, 1.0), 6
+
+
+def exchange(
+    problem: LimitProblem, level: float, omega: Frequencies, numbers: Sequence[int], best: Best,
+    fresh: Iterable[tuple[int, Side]],
+) -> Best:  # fmt: skip
+    """Hand optima to neighbours until no limit improves; only those that are `fresh` are handed on at first.
+
+    `best` also holds the neighbours of the first and the last frequency, which are not improved. Returns what is there
+    at `numbers`.
+    """
+    best, own = dict(best), set(numbers)
+    waiting = set(fresh)
+    for sweep in range(SWEEPS):
+        step = 1 if sweep % 2 == 0 else -1
+        gained: set[tuple[int, Side]] = set()
+        for at in sorted(own, reverse=step > 0):
+            for side in Side:
+                source = best.get((at + step, side))
+                if source is None or (at + step, side) not in waiting | gained:
+                    continue
+                if _follow(problem, level, omega, at, side, step, source, best) > GAIN:
+                    gained.add((at, side))
+        # What the first sweep did not hand on forwards, the second one hands on backwards.
+        waiting = gained | (waiting if sweep == 0 else set())
+        if not waiting:
+            break
+    return {key: value for key, value in best.items() if key[0] in own}
+
+
+def _follow(
+    problem: LimitProblem, level: float, omega: Frequencies, at: int, side: Side, step: int, source: Optimum, best: Best
+) -> float:
+    """Try a neighbour's optimum at a frequency; the gain."""
+    point = problem.at(float(omega[at]), level)
+    trial = follow(problem, level, side, source, float(omega[at + step]), float(omega[at]))
+    held = best.get((at, side))
+    if trial is None:
+        return 0.0
+    gain = 0.0
+    if held is None or side * point.gain(trial.value, held.value) > -HOPELESS:
+        trial = local_search(point, trial, side)
+        gain = offer(best, at, side, trial, repaired=source.repaired)
+    best[at, side] = replace(best[at, side], followed=best[at, side].followed | {step: trial.value})
+    return gain
+
+
+def from_level(
+    problem: LimitProblem, level: float, omega: Frequencies, numbers: Sequence[int], best: Best, other: float,
+    optima: Best,
+) -> tuple[Best, set[tuple[int, Side]]]:  # fmt: skip
+    """Try the optima of another level; returns the limits and which of them improved."""
+    best, gained = dict(best), set()
+    for at in numbers:
+        point = problem.at(float(omega[at]), level)
+        for side in Side:
+            source, held = optima.get((at, side)), best.get((at, side))
+            if source is None:
+                continue
+            guess = source.x.copy()
+            guess[:, 1:] *= level / other
+            trial = point.solve(guess, source.w)
+            if trial is None and held is not None:
+                trial = point.towards(source.w, point.trial(held.x, held.w, held.residual))
+            if trial is None:
+                continue
+            if held is not None:
+                change = side * point.gain(trial.value, held.value)
+                if change < -HOPELESS or abs(change) < 0.1 * GAIN:
+                    continue
+            settled = point.settle(trial.x, trial.w)
+            repaired = source.repaired
+            if settled and offer(best, at, side, local_search(point, settled, side), repaired=repaired) > 10 * GAIN:
+                gained.add((at, side))
+    return best, gained
+
+
+def kicked(
+    problem: LimitProblem, level: float, omega: Frequencies, numbers: Sequence[int], best: Best, seed: Sequence[int]
+) -> tuple[Best, set[tuple[int, Side]]]:
+    """Search once more from a random change of each optimum; returns the limits and which of them improved."""
+    best, gained = dict(best), set()
+    random = np.random.default_rng(seed)
+    table, box = problem.sliders, problem.box
+    n = len(table.tangent)
+    for at in numbers:
+        point = problem.at(float(omega[at]), level)
+        for side in Side:
+            held = best.get((at, side))
+            if held is None:
+                continue
+            trial = point.trial(held.x, held.w, held.residual)
+            length = np.abs(trial.cone.high - trial.cone.low)
+            length = np.maximum(length, length.mean())
+            kind = random.integers(4)
+            if kind == 0:
+                some = table.line == random.integers(int(table.line.max()) + 1)
+                w = held.w + some * random.normal(size=n) * random.choice(KICKS) * length
+            elif kind == 1:
+                some = random.random(n) < 0.5
+                w = held.w + some * random.normal(size=n) * random.choice(KICKS) * length
+            elif kind == 2:
+                away = at + int(random.integers(-PATTERN_REACH, PATTERN_REACH + 1))
+                w = best.get((away, side), held).w
+            else:
+                w = np.where(random.random(n) < 0.4, random_sliders(table, box, random, 7), held.w)
+            reached = point.towards(box.clip(w), trial, tries=8)
+            settled = reached and point.settle(reached.x, reached.w)
+            if settled and offer(best, at, side, local_search(point, settled, side)) > 10 * GAIN:
+                gained.add((at, side))
+    return best, gained

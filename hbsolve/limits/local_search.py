@@ -1,0 +1,137 @@
+r"""A local search over the sliders that knows Coulomb's bounds: sequential linear programming in a trust region.
+
+At a steady state the objective and the intervals of the free sliders are linear in a change d of their starts, to first
+order. The step solves
+
+.. math:: \max \pm \nabla J \cdot d, \qquad w_\mathrm{low} + w_\mathrm{low}' d \le w + d \le w_\mathrm{high} +
+          w_\mathrm{high}' d, \qquad |w + d - w_\mathrm{nominal}| \le w_\mathrm{max}, \qquad |d| \le \Delta\, r
+
+with r the lengths of the intervals; then the steady state of the new sliders is found, and the step kept if it gains.
+Limits lie at kinks, where contacts begin to slip or lift off: a vertex follows the bounds along them, while a gradient
+step would be cut short at each.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from hbsolve.limits.derivative import SliderDerivative, slider_derivative
+from hbsolve.limits.linear_program import best_step
+from hbsolve.limits.point import HASTY, LimitPoint, Trial
+
+Real = NDArray[np.float64]
+
+#: First and largest radius of the trust region, in lengths of the intervals, and the least one.
+RADIUS, LARGEST, SMALLEST = 0.5, 1.0, 1e-3
+#: Realised over predicted gain: accepted above the first; the region shrinks below the second, grows above the third.
+ACCEPT, POOR, GOOD = 0.1, 0.3, 0.7
+REJECTED, SHRINK, GROW = 0.4, 0.5, 2.0
+#: The search ends after two steps that gain less than this share of the value, or where a tenth of it is predicted.
+GAIN = 1e-4
+MAX_STEP = 20
+#: An interval counts as at least this share of their mean, so that a narrow one does not freeze the others.
+NARROW = 0.05
+
+
+class Side(IntEnum):
+    """Which limit."""
+
+    LOWER = -1
+    UPPER = 1
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LinearStep:
+    """The linear programme at one steady state.
+
+    Parameters
+    ----------
+    derivative
+        Of the state.
+    length
+        Of the intervals, shape (n,) [m].
+    cost
+        Gain by each slider's move over its length, shape (n,).
+    rows, bound
+        Of both ends of the intervals, shapes (2 n, n) and (2 n,).
+    down, up
+        How far each slider may move in the box, in lengths, shape (n,).
+    """
+
+    derivative: SliderDerivative
+    length: Real
+    cost: Real
+    rows: Real
+    bound: Real
+    down: Real
+    up: Real
+
+    def step(self, radius: float) -> tuple[Float[Real, " n"], float]:
+        """The best move of the free sliders [m] and the gain that it predicts."""
+        largest = np.abs(self.cost).max(initial=0.0)
+        if not largest > 0:
+            return np.zeros_like(self.cost), 0.0
+        share = best_step(
+            self.cost / largest, self.rows, self.bound, np.minimum(self.down, radius), np.minimum(self.up, radius)
+        )
+        return share * self.length, float(self.cost @ share)
+
+
+def linear_step(point: LimitPoint, trial: Trial, side: Side) -> LinearStep:
+    """The linear programme at a steady state."""
+    derivative = slider_derivative(point, trial)
+    free, n = derivative.free, len(derivative.free)
+    low, high, w = trial.cone.low[free], trial.cone.high[free], trial.w[free]
+    length = high - low
+    length = np.maximum(length, NARROW * length.mean()) if n else length
+    rows = np.vstack([derivative.low - np.eye(n), np.eye(n) - derivative.high]) * length
+    bound = np.maximum(np.concatenate([w - low, high - w]), 0.0)
+    size = np.abs(rows).max(axis=1, initial=np.finfo(float).tiny)
+    moved = w - point.box.nominal[free]
+    return LinearStep(
+        derivative=derivative,
+        length=length,
+        cost=side * derivative.gradient * length,
+        rows=rows / size[:, None],
+        bound=bound / size,
+        down=np.maximum(point.box.reach + moved, 0.0) / length,
+        up=np.maximum(point.box.reach - moved, 0.0) / length,
+    )
+
+
+def moved(point: LimitPoint, trial: Trial, linear: LinearStep, step: Float[Real, " n"]) -> Trial | None:
+    """The steady state after a step, started from where the derivative predicts it, else from where it was."""
+    w = trial.w.copy()
+    w[linear.derivative.free] += step
+    return point.settle(trial.x + linear.derivative.motion @ step, w) or point.settle(trial.x, w, HASTY)
+
+
+def local_search(point: LimitPoint, trial: Trial, side: Side, max_step: int = MAX_STEP) -> Trial:
+    """The best state that steps from a settled one reach."""
+    radius, small = RADIUS, 0
+    for _ in range(max_step):
+        size = max(abs(trial.value), point.measure.least)
+        linear, better = linear_step(point, trial, side), None
+        while radius >= SMALLEST:
+            step, predicted = linear.step(radius)
+            if predicted < 0.1 * GAIN * size:
+                break
+            better = moved(point, trial, linear, step)
+            if better is not None and side * (better.value - trial.value) > ACCEPT * predicted:
+                break
+            better, radius = None, REJECTED * radius
+        if better is None:
+            break
+        realised = side * (better.value - trial.value)
+        trial = better
+        small = small + 1 if realised < GAIN * size else 0
+        if small == 2:
+            break
+        if realised > GOOD * predicted:
+            radius = min(GROW * radius, LARGEST)
+        elif realised < POOR * predicted:
+            radius *= SHRINK
+    return trial

@@ -1,0 +1,176 @@
+r"""The loss factor of eq. 10, the paper's objective, and the limits that it gives.
+
+.. math:: \eta = \frac{\Delta W_\mathrm{dis}}{2 \pi U_\mathrm{pot}}
+
+In a steady state the work of the excitation is what is dissipated, and it is linear in the motion; U_pot is the largest
+potential energy of the vibration over the period, in the structure and in the springs of the contacts
+(`hbsolve.energy`). Both are functions of the joint forces g, since q = q_lin - alpha B^T g.
+
+The paper looks for the extremes over multipliers m in [-1, 1] of eq. 11, T = m mu N at the first instant. That is
+Coulomb's cone itself and bounds no slider: each state that sticks has such an m. So the paper's limits are those of the
+loss factor over all slider positions, the box left open.
+
+References
+----------
+Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eqs 9-12.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from hbsolve.balance import HarmonicBalance
+from hbsolve.condensed import Condensed, Recovery
+from hbsolve.errors import BalanceError
+from hbsolve.limits.objective import Output
+from hbsolve.limits.response_limits import limit_problem, response_limits
+from hbsolve.limits.result import ResponseLimits
+from hbsolve.sampling import complex_from_real
+from reduction.jointed_system import FrictionContact, JenkinsElement
+
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LossFactor:
+    """Eta of eq. 10 [-]."""
+
+    def check(self, balance: HarmonicBalance) -> None:
+        """See `Objective`.
+
+        Raises
+        ------
+        BalanceError
+            A joint that is neither a friction contact nor a Jenkins element.
+        """
+        for joint in balance.system.joints:
+            if not isinstance(joint, FrictionContact | JenkinsElement):
+                raise BalanceError(
+                    f'the loss factor knows the energy of friction contacts alone, but "{joint.name}" is a '
+                    f"{type(joint).__name__}: bound an amplitude instead"
+                )
+
+    def measure(self, balance: HarmonicBalance, condensed: Condensed) -> "LossMeasure":
+        """See `Objective`."""
+        return LossMeasure(
+            balance=balance,
+            recovery=balance.structure.recovery(condensed),
+            work=np.pi * np.arange(balance.n_harmonic)[:, None] * 1j * balance.structure.dynamic.conj(),
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LossMeasure:
+    """Eta at one frequency; see `hbsolve.limits.objective.Measure`."""
+
+    balance: HarmonicBalance
+    recovery: Recovery
+    work: NDArray[np.complex128]
+    """Work in a period at level 1 is the real part of its product with q, shape (H + 1, r) [N]."""
+    least: float = float(np.finfo(float).tiny)
+
+    def _energies(self, level: float, x: Real, g: Real) -> tuple[float, float, int, Real, Real]:
+        """Work, U_pot, its instant, and then the vibration of the structure and of the joint forces."""
+        recovery = self.recovery
+        pushed = (recovery.contact @ complex_from_real(g)[..., None])[..., 0]
+        q = recovery.static + level * recovery.dynamic - pushed
+        work = level * float((self.work * q).real.sum())
+        n = self.balance.n_sample
+        # Sampled at the balance's instants, without the mean.
+        turned = np.exp(2j * np.pi * np.outer(np.arange(n), np.arange(1, len(q))) / n)
+        moved = (turned @ q[1:]).real
+        force = (g + self.balance.table.reference[:, None] * x)[:, 1:] @ self.balance.sampling.evaluate[1:]
+        stored = 0.5 * np.einsum("nr,nr->n", moved @ self.balance.system.stiffness, moved)
+        stored = stored + 0.5 * (force**2 / self._springs[:, None]).sum(axis=0)
+        at = int(stored.argmax())
+        return work, float(stored[at]), at, moved[at], force[:, at]
+
+    @property
+    def _springs(self) -> Real:
+        """Stiffness of each direction, shape (d,) [N/m]; that of a contact is its reference."""
+        return self.balance.table.reference
+
+    def value(self, level: float, x: Real, g: Real) -> float:
+        """See `Measure`."""
+        work, stored, *_ = self._energies(level, x, g)
+        return work / (2 * np.pi * stored)
+
+    def slopes(self, level: float, x: Real, g: Real) -> tuple[Real, Real]:
+        """See `Measure`; the instant of the largest energy is stationary."""
+        work, stored, at, moved, force = self._energies(level, x, g)
+        basis = self.balance.sampling.instants[at].copy()
+        basis[0] = 0.0
+        pull = force / self._springs
+        energy_by_x = np.outer(self.balance.table.reference * pull, basis)
+        energy_by_g = np.outer(pull, basis)
+        work_by_g = np.zeros_like(g)
+        strain = self.balance.system.stiffness @ moved
+        for k in range(1, self.balance.n_harmonic):
+            turn = basis[2 * k - 1] + 1j * basis[2 * k]
+            by_energy = -(strain @ self.recovery.contact[k]) * turn
+            by_work = -level * (self.work[k] @ self.recovery.contact[k])
+            for target, by in ((energy_by_g, by_energy), (work_by_g, by_work)):
+                # Re(by dg_k), dg_k = dg_c - i dg_s
+                target[:, 2 * k - 1] += by.real
+                target[:, 2 * k] += by.imag
+        scale = 1 / (2 * np.pi * stored)
+        by_x = -work * scale / stored * energy_by_x
+        return by_x, scale * work_by_g - work * scale / stored * energy_by_g
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PaperLimits:
+    """The paper's limits.
+
+    Parameters
+    ----------
+    loss_factor
+        Least and largest loss factor, with their states and certificates.
+    amplitude
+        Of the output at them: first where eta is largest, the paper's lower limit, then where it is least, its upper
+        limit, shape (2, l, f) [m].
+    """
+
+    loss_factor: ResponseLimits
+    amplitude: Float[Real, "2 l f"]
+
+
+def paper_limits(
+    balance: HarmonicBalance,
+    output: Output,
+    angular_frequency: Sequence[float] | Real,
+    levels: Sequence[float] | Real,
+    *,
+    nominal: Sequence[float] | Real | None = None,
+    reach: float = np.inf,
+    **options: Any,
+) -> PaperLimits:
+    """The paper's limits of an output: its amplitude where the loss factor is extreme, eqs 9-12.
+
+    They bound the amplitude at resonance alone; `docs/response_limits.md` says why.
+
+    Parameters
+    ----------
+    balance, angular_frequency, levels, options
+        As `response_limits`.
+    output
+        Of which the amplitude is given.
+    nominal, reach
+        A box for the sliders; the paper has none.
+    """
+    problem = limit_problem(balance, LossFactor(), nominal=nominal, reach=reach)
+    output.check(balance)
+    found = response_limits(problem, angular_frequency, levels, **options)
+    amplitude = np.full(found.value.shape, np.nan)
+    for at in np.ndindex(*found.value.shape):
+        if np.isfinite(found.value[at]):
+            omega, level = float(found.angular_frequency[at[2]]), float(found.level[at[1]])
+            point = problem.at(omega, level)
+            trial = point.trial(found.motion[at], found.slider[at], float(found.residual[at]))
+            measure = output.measure(balance, point.condensed)
+            amplitude[at] = measure.value(level, trial.x, trial.forces.coefficients)
+    return PaperLimits(loss_factor=found, amplitude=amplitude[::-1])

@@ -1,0 +1,233 @@
+r"""What is bounded: a harmonic of an output, or a static or dynamic contact force.
+
+All of these are linear in the motion x of the joint directions and in the joint forces g = f - D x,
+
+.. math:: z = c + p \cdot x_k + s_k \cdot g_k ,
+
+and bounded is the amplitude abs(z), or z itself for a mean. For an output row o, c is its stuck response to the loads
+and s = -o alpha(k Omega) B^T; for the force of joints, f = g + D x.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from hbsolve.balance import HarmonicBalance
+from hbsolve.condensed import Condensed
+from hbsolve.contact.law import FORCE
+from hbsolve.errors import BalanceError
+from hbsolve.limits.sliders import slider_table
+from hbsolve.state import slider_start
+from hbsolve.steady_state import forces_at
+from reduction.array_input import real_array, whole_number
+from reduction.jointed_system import FrictionContact
+
+Real = NDArray[np.float64]
+Array = NDArray[np.complex128]
+
+#: Of a force or a mean, gains are reckoned relative to no less than this share of what friction and loads at rest give.
+LEAST = 0.01
+
+
+class Measure(Protocol):
+    """A number of one motion, and its derivatives; x and g have shape (d, nh)."""
+
+    @property
+    def least(self) -> float:
+        """Gains are relative to the value, and to no less than this."""
+        ...
+
+    def value(self, level: float, x: Real, g: Real) -> float:
+        """The number."""
+        ...
+
+    def slopes(self, level: float, x: Real, g: Real) -> tuple[Real, Real]:
+        """Derivatives with respect to x and g, shape (d, nh) both."""
+        ...
+
+
+class Objective(Protocol):
+    """What is bounded."""
+
+    def check(self, balance: HarmonicBalance) -> None:
+        """Refuse what the system does not have."""
+        ...
+
+    def measure(self, balance: HarmonicBalance, condensed: Condensed) -> Measure:
+        """How it is computed at one frequency."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LinearMeasure:
+    """A harmonic k of z above, or its mean for k = 0."""
+
+    harmonic: int
+    static: complex
+    """c at rest; the rest of it grows with the level."""
+    dynamic: complex
+    by_motion: Array
+    """p, shape (d,)."""
+    by_force: Array
+    """s, shape (d,)."""
+    least: float
+
+    def _complex(self, level: float, x: Real, g: Real) -> complex:
+        k = self.harmonic
+        parts = [each[:, 0] if k == 0 else each[:, 2 * k - 1] - 1j * each[:, 2 * k] for each in (x, g)]
+        return complex(self.static + level * self.dynamic + self.by_motion @ parts[0] + self.by_force @ parts[1])
+
+    def value(self, level: float, x: Real, g: Real) -> float:
+        """See `Measure`."""
+        z = self._complex(level, x, g)
+        return z.real if self.harmonic == 0 else abs(z)
+
+    def slopes(self, level: float, x: Real, g: Real) -> tuple[Real, Real]:
+        """See `Measure`."""
+        z = self._complex(level, x, g)
+        found = []
+        for factor in (self.by_motion, self.by_force):
+            slope = np.zeros_like(x)
+            if self.harmonic == 0:
+                slope[:, 0] = factor.real
+            else:
+                # d|z| = Re(conj(z) dz) / |z|, dz = factor (dx_c - i dx_s)
+                turned = np.conj(z) * factor / max(abs(z), np.finfo(float).tiny)
+                slope[:, 2 * self.harmonic - 1], slope[:, 2 * self.harmonic] = turned.real, turned.imag
+            found.append(slope)
+        return found[0], found[1]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Output:
+    """Amplitude of one harmonic of a displacement, or its mean [m].
+
+    Parameters
+    ----------
+    row
+        A degree of freedom, or weights over all of them, shape (r,).
+    harmonic
+        The fundamental by default; 0 for the mean [-].
+    """
+
+    row: int | Float[NDArray[np.float64], " r"]
+    harmonic: int = 1
+
+    def check(self, balance: HarmonicBalance) -> None:
+        """See `Objective`.
+
+        Raises
+        ------
+        BalanceError
+            A degree of freedom or a harmonic that the balance does not have, or a row of another size.
+        """
+        self._weights(balance)
+        _check_harmonic(self.harmonic, balance)
+
+    def _weights(self, balance: HarmonicBalance) -> Real:
+        r = balance.system.n_dof
+        if isinstance(self.row, int | np.integer):
+            if not 0 <= self.row < r:
+                raise BalanceError(f"degree of freedom {self.row} does not exist: the system has 0 to {r - 1}")
+            return np.asarray(np.eye(r)[self.row])
+        row = real_array(self.row, "the output row", BalanceError)
+        if row.shape != (r,):
+            raise BalanceError(f"the output row has shape {row.shape}: give ({r},), over all degrees of freedom")
+        return row
+
+    def measure(self, balance: HarmonicBalance, condensed: Condensed) -> LinearMeasure:
+        """See `Objective`."""
+        row, recovery = self._weights(balance), balance.structure.recovery(condensed)
+        by_force = -(row @ recovery.contact[self.harmonic]).astype(np.complex128)
+        # An amplitude is its own measure; a mean may be zero, and is compared with what friction can move.
+        moved = np.abs(by_force) @ np.abs(_rest_forces(balance, condensed)) if self.harmonic == 0 else 0.0
+        return LinearMeasure(
+            harmonic=self.harmonic,
+            static=complex(recovery.static[self.harmonic] @ row),
+            dynamic=complex(recovery.dynamic[self.harmonic] @ row),
+            by_motion=np.zeros(balance.n_direction, dtype=np.complex128),
+            by_force=by_force,
+            least=max(LEAST * float(moved), float(np.finfo(float).tiny)),
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ContactForce:
+    """The mean or the amplitude of a contact force, of one contact or summed over several, such as a line [N].
+
+    Parameters
+    ----------
+    joints
+        Names of the contacts.
+    direction
+        Number of the tangent from 0, or -1 for the normal force.
+    harmonic
+        0 for the static force, 1 for the amplitude of its fundamental [-].
+    """
+
+    joints: Sequence[str]
+    direction: int
+    harmonic: int = 0
+
+    def check(self, balance: HarmonicBalance) -> None:
+        """See `Objective`.
+
+        Raises
+        ------
+        BalanceError
+            A contact, direction or harmonic that the balance does not have.
+        """
+        self._directions(balance)
+        _check_harmonic(self.harmonic, balance)
+
+    def _directions(self, balance: HarmonicBalance) -> NDArray[np.int64]:
+        if isinstance(self.joints, str) or not len(self.joints):
+            raise BalanceError(f"joints = {self.joints!r}: give a list with the names of contacts")
+        names = [joint.name for joint in balance.system.joints]
+        found = []
+        for name in self.joints:
+            if name not in names or not isinstance(balance.system.joints[names.index(name)], FrictionContact):
+                raise BalanceError(f'"{name}" is no friction contact of the system: give the name of one')
+            first, last = balance.table.direction[names.index(name) :][:2]
+            if not -1 <= self.direction < last - first - 1:
+                raise BalanceError(
+                    f'contact "{name}" has no direction {self.direction}: give -1 for the normal, or a tangent from 0'
+                )
+            found.append(last - 1 if self.direction == -1 else first + self.direction)
+        return np.array(found, dtype=np.int64)
+
+    def measure(self, balance: HarmonicBalance, condensed: Condensed) -> LinearMeasure:
+        """See `Objective`."""
+        at = self._directions(balance)
+        load = np.abs(_rest_forces(balance, condensed)).mean() * len(at)
+        by_motion, by_force = np.zeros((2, balance.n_direction), dtype=np.complex128)
+        by_motion[at], by_force[at] = balance.table.reference[at], 1.0
+        return LinearMeasure(
+            harmonic=self.harmonic,
+            static=0.0,
+            dynamic=0.0,
+            by_motion=by_motion,
+            by_force=by_force,
+            least=float(LEAST * load) or 1.0,
+        )
+
+
+def _check_harmonic(given: int, balance: HarmonicBalance) -> None:
+    harmonic = whole_number(given, "harmonic", BalanceError)
+    if not 0 <= harmonic < balance.n_harmonic:
+        raise BalanceError(f"harmonic {harmonic} is none of 0 to {balance.n_harmonic - 1}, which the balance keeps")
+
+
+def _rest_forces(balance: HarmonicBalance, condensed: Condensed) -> Real:
+    """Size of the force of each direction at rest, and of each tangent's limit, shape (d,) [N]."""
+    table, start = slider_table(balance), slider_start(balance, None, multiplier=False)
+    rest = balance.linear(condensed, 0.0)
+    forces = forces_at(balance, condensed.angular_frequency, rest, start, FORCE)
+    found = np.abs(forces.coefficients[:, 0] + balance.table.reference * rest[:, 0])
+    limit = table.constant + np.where(table.normal >= 0, table.by_normal * rest[table.normal, 0], 0.0)
+    found[table.tangent] = np.maximum(limit, 0.0)
+    return np.asarray(found)

@@ -1,0 +1,171 @@
+"""Steady states of given sliders at one frequency and level, from neighbours and not from scratch."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy.typing import NDArray
+
+from hbsolve.aft import JointForces, Start
+from hbsolve.balance import HarmonicBalance, Real
+from hbsolve.condensed import Condensed
+from hbsolve.contact.law import JACOBIAN
+from hbsolve.limits.box import SliderBox
+from hbsolve.limits.near import newton_near
+from hbsolve.limits.objective import Measure
+from hbsolve.limits.sliders import Cone, SliderTable, cone
+from hbsolve.steady_state import TOLERANCE, NoConvergence, forces_at, ramp, steady_state
+
+Sliders = Float[NDArray[np.float64], " s"]
+
+#: Newton steps at most; after each three of them |R| must have fallen to a share, which is large for states that are
+#: worth the wait.
+LIMIT, PATIENCE, HASTY, PATIENT = 15, 3, 0.3, 1e3
+#: Changes of the sliders, a state: dragged ones are moved to where they end.
+ROUNDS = 3
+#: A dragged slider ends this share of its interval inside it, so that round-off cannot drag it again.
+INSIDE = 1e-7
+#: Homotopy in the sliders: tries, the least share of the way, and by how much it changes.
+TRIES, LEAST_SHARE, SHORTER, LONGER = 12, 0.02, 0.4, 2.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Trial:
+    """One steady state.
+
+    Parameters
+    ----------
+    x
+        Motion of the directions, shape (d, nh) [m].
+    w
+        Slider positions at the first instant, shape (s,) [m].
+    value
+        Of the objective.
+    residual
+        |R| relative to the linear motion [-].
+    forces
+        Of the joints, with their Jacobian.
+    cone
+        Where its sliders stick.
+    """
+
+    x: Real
+    w: Sliders
+    value: float
+    residual: float
+    forces: JointForces
+    cone: Cone
+
+    @property
+    def sticking(self) -> Bool[NDArray[np.bool_], " s"]:
+        """Sliders that stick over the whole period, dragged there or not."""
+        return self.cone.low <= self.cone.high
+
+    @property
+    def dragged(self) -> Bool[NDArray[np.bool_], " s"]:
+        """Those of them whose start lies outside their interval."""
+        return self.sticking & ((self.w < self.cone.low) | (self.w > self.cone.high))
+
+    @property
+    def free(self) -> NDArray[np.int64]:
+        """Sliders that keep memory: the response depends on where they start."""
+        return np.flatnonzero((self.cone.low < self.cone.high) & ~self.dragged)
+
+    @property
+    def carried(self) -> Sliders:
+        """Where the sliders are when the steady period begins."""
+        return np.asarray(self.forces.slider[:, -1])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LimitPoint:
+    """The balance at one frequency and level; see `hbsolve.limits.problem.LimitProblem.at`."""
+
+    balance: HarmonicBalance
+    condensed: Condensed
+    linear: Real
+    measure: Measure
+    sliders: SliderTable
+    box: SliderBox
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "scale", float(np.linalg.norm(self.linear)) or 1.0)
+
+    scale: float = 0.0
+
+    def trial(self, x: Real, w: Sliders, residual: float) -> Trial:
+        """A motion that is known to be a steady state."""
+        # Copied: compiled code takes read-only arrays, such as those of a result, for another type.
+        x, w = np.array(x), np.array(w)
+        forces = forces_at(self.balance, self.condensed.angular_frequency, x, _start(w), JACOBIAN)
+        return self._trial(x, w, residual, forces, cone(x, self.sliders, self.balance.sampling.evaluate))
+
+    def _trial(self, x: Real, w: Sliders, residual: float, forces: JointForces, interval: Cone) -> Trial:
+        value = self.measure.value(self.balance.level, x, forces.coefficients)
+        return Trial(x=x, w=w, value=value, residual=residual, forces=forces, cone=interval)
+
+    def solve(self, x: Real, w: Sliders, hopeless: float = HASTY) -> Trial | None:
+        """Newton's method from a motion nearby; none where it fails."""
+        balance, tolerance = self.balance, TOLERANCE * self.scale
+        first, count = balance.joint_of_direction
+        found, norm, forces, interval = newton_near(
+            np.array(x), self.linear, self.condensed.angular_frequency, self.condensed.receptance,
+            balance.table, first, count, _start(w), balance.sampling, self.sliders, tolerance, LIMIT, PATIENCE,
+            hopeless,
+        )  # fmt: skip
+        return self._trial(found, w, norm / self.scale, forces, interval) if norm <= tolerance else None
+
+    def settle(self, x: Real, w: Sliders, hopeless: float = PATIENT) -> Trial | None:
+        """As `solve` from the nearest state in the box; dragged sliders then start where they end, if the box has it.
+
+        Afterwards each slider is free, or slips, or is dragged from a bound of the box.
+        """
+        trial = self.solve(x, self.box.clip(w), hopeless)
+        for _ in range(ROUNDS):
+            if trial is None or not trial.dragged.any():
+                break
+            margin = INSIDE * (trial.cone.high - trial.cone.low)
+            ended = np.clip(trial.w, trial.cone.low + margin, trial.cone.high - margin)
+            moved = self.box.clip(np.where(trial.dragged, ended, trial.w))
+            if np.array_equal(moved, trial.w):
+                break
+            trial = self.solve(trial.x, moved, hopeless)
+        return trial
+
+    def towards(self, w: Sliders, known: Trial, tries: int = TRIES) -> Trial | None:
+        """Homotopy from a known state to other sliders: the last state on the way that was reached."""
+        share, step, reached = 0.0, 1.0, known
+        while share < 1 and tries and step > LEAST_SHARE:
+            tries -= 1
+            target = min(1.0, share + step)
+            trial = self.solve(reached.x, known.w + target * (w - known.w))
+            if trial is None:
+                step *= SHORTER
+            else:
+                reached, share, step = trial, target, LONGER * step
+        return reached if share > 0 else None
+
+    def from_rest(self, w: Sliders) -> Trial | None:
+        """Newton's method along a ramp of the level."""
+        start = _start(w)
+        for guess in (self.linear, 0 * self.linear):
+            x, norm, _ = ramp(self.balance, self.condensed, guess, start, self.scale)
+            if norm <= TOLERANCE * self.scale:
+                return self.trial(x, w, norm / self.scale)
+        return None
+
+    def from_anywhere(self, w: Sliders) -> Trial | None:
+        """With all that `steady_state` tries."""
+        try:
+            state = steady_state(self.balance, self.condensed.angular_frequency, slider=w)
+        except NoConvergence:
+            return None
+        return self.trial(state.motion, w, state.residual_norm)
+
+    def gain(self, value: float, before: float) -> float:
+        """A change relative to a value, or to the least that counts."""
+        return (value - before) / max(abs(before), self.measure.least)
+
+
+def _start(w: Sliders) -> Start:
+    return Start(np.array(w), np.zeros(len(w), dtype=np.int64))

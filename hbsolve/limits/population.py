@@ -1,0 +1,74 @@
+"""A first estimate of the limits: a population of slider states continued along frequency, its best ones improved."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from hbsolve.limits.follow import follow
+from hbsolve.limits.local_search import Side, local_search
+from hbsolve.limits.optimum import Best, offer
+from hbsolve.limits.point import LimitPoint, Trial
+from hbsolve.limits.problem import LimitProblem
+
+Sliders = Float[NDArray[np.float64], " s"]
+
+#: Local searches start from so many members whose values differ, besides the optimum of the frequency before.
+#: At the ends of the band, which have a neighbour on one side alone, they are more.
+N_BEST, N_BEST_AT_END = 2, 6
+#: Values that differ by less than this share come from one state.
+SAME = 1e-4
+
+
+def first_limits(
+    problem: LimitProblem,
+    level: float,
+    angular_frequency: Float[NDArray[np.float64], " f"],
+    numbers: Sequence[int],
+    starts: Sequence[Sliders],
+) -> Best:
+    """Limits at frequencies in order; `numbers` says which of all they are."""
+    best: Best = {}
+    members = [w.copy() for w in starts]
+    motions: list[NDArray[np.float64] | None] = [None] * len(members)
+    for at in numbers:
+        point = problem.at(float(angular_frequency[at]), level)
+        solved: list[Trial] = []
+        for number, w in enumerate(members):
+            motion = motions[number]
+            trial = None if motion is None else point.solve(motion, w)
+            trial = trial or _from_others(point, w, solved)
+            motions[number] = None if trial is None else trial.x
+            if trial is not None:
+                members[number] = trial.w
+                solved.append(trial)
+        count = N_BEST_AT_END if at in (0, len(angular_frequency) - 1) else N_BEST
+        for side in Side:
+            for trial in _distinct(solved, side, count):
+                settled = point.settle(trial.x, point.box.clip(trial.carried))
+                offer(best, at, side, settled and local_search(point, settled, side))
+            held = best.get((at - 1, side))
+            if held:
+                before = float(angular_frequency[at - 1])
+                settled = follow(problem, level, side, held, before, float(angular_frequency[at]))
+                offer(best, at, side, settled and local_search(point, settled, side))
+    return best
+
+
+def _from_others(point: LimitPoint, w: Sliders, solved: Sequence[Trial]) -> Trial | None:
+    """From a member that is solved, else from rest."""
+    if solved:
+        nearest = min(solved, key=lambda trial: float(np.linalg.norm(trial.w - w)))
+        return point.towards(w, nearest)
+    return point.from_rest(w) or point.from_anywhere(w)
+
+
+def _distinct(solved: Sequence[Trial], side: Side, count: int) -> list[Trial]:
+    found: list[Trial] = []
+    for trial in sorted(solved, key=lambda trial: -side * trial.value):
+        if all(abs(trial.value - other.value) > SAME * abs(other.value) for other in found):
+            found.append(trial)
+        if len(found) == count:
+            break
+    return found

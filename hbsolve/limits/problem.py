@@ -1,0 +1,61 @@
+"""What is bounded, of which system, in which box: all that the search at any frequency and level needs."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from hbsolve.balance import HarmonicBalance
+from hbsolve.condensed import Condensed
+from hbsolve.limits.box import SliderBox
+from hbsolve.limits.objective import Measure, Objective
+from hbsolve.limits.point import LimitPoint
+from hbsolve.limits.sliders import SliderTable, slider_table
+
+#: Frequencies whose structure is kept: all stages come back to them.
+KEPT = 400
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LimitProblem:
+    """A search for limits; can be pickled.
+
+    Parameters
+    ----------
+    balance
+        The system; its level is replaced.
+    objective
+        What is bounded.
+    box
+        Of the initial slider states.
+    """
+
+    balance: HarmonicBalance
+    objective: Objective
+    box: SliderBox
+    sliders: SliderTable = field(init=False, repr=False)
+    _known: dict[float, tuple[Condensed, Measure]] = field(init=False, repr=False, default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "sliders", slider_table(self.balance))
+        self.objective.check(self.balance)
+
+    def at(self, angular_frequency: float, level: float) -> LimitPoint:
+        """The balance at one frequency and level."""
+        if angular_frequency not in self._known:
+            if len(self._known) >= KEPT:
+                self._known.clear()
+            condensed = self.balance.at(angular_frequency)
+            self._known[angular_frequency] = condensed, self.objective.measure(self.balance, condensed)
+        condensed, measure = self._known[angular_frequency]
+        balance = self.balance.at_level(level)
+        return LimitPoint(
+            balance=balance,
+            condensed=condensed,
+            linear=balance.linear(condensed),
+            measure=measure,
+            sliders=self.sliders,
+            box=self.box,
+        )
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what another process computes for itself."""
+        return self.__dict__ | {"_known": {}}

@@ -1,0 +1,201 @@
+"""Limits over frequency and level, with their certificates."""
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy.typing import NDArray
+
+from hbsolve.balance import HarmonicBalance
+from hbsolve.errors import BalanceError
+from hbsolve.limits.local_search import Side
+from hbsolve.steady_state import SteadyState, steady_state
+
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ResponseLimits:
+    """Lower and upper limit of one number; f frequencies, l levels, s sliders. Arrays are copied and read-only.
+
+    Arrays of both sides have the lower limit first. A limit that was not found is NaN.
+
+    Parameters
+    ----------
+    angular_frequency
+        Ascending, shape (f,) [rad/s].
+    level
+        Ascending, shape (l,) [-].
+    nominal, reach
+        The box |w - nominal| <= reach, shape (s,) and one number, infinite for none [m].
+    value
+        The limits, shape (2, l, f) [unit of the objective].
+    motion
+        Coefficients of the joint directions there, shape (2, l, f, d, nh) [m].
+    slider
+        Slider positions at the first instant, shape (2, l, f, s) [m].
+    multiplier
+        The same as m of eq. 11, shape (2, l, f, s) [-].
+    share
+        Shares of the period in which sliders stick, slip and are separated, mean over sliders, shape (2, l, f, 3) [-].
+    residual
+        |R| relative to the linear motion, shape (2, l, f) [-].
+    predicted, realised
+        Relative gain of a further step at three radii, as the linear programme predicts it and as it is, shape
+        (2, l, f, 3) [-].
+    spread, starts
+        Between the ends of local searches from different starts, relative to the value, and how many, shape (2, l, f).
+    stuck
+        Sliders that keep memory, shape (2, l, f) [-].
+    drift, on_bound
+        Largest |w - nominal| [m], and how many sliders the box holds [-], shape (2, l, f).
+    repaired
+        Whether a sampled state outside the limits led to this one, shape (2, l, f).
+    jump
+        Whether it lies on another branch of optima than a neighbour in frequency, shape (2, l, f).
+    sampled
+        Lowest and highest sampled state, shape (2, l, f); NaN without an audit.
+    n_sampled
+        States sampled, shape (l, f) [-].
+    n_outside
+        How many of them lay outside by more than 0.1 %, before any repair, shape (2, l, f) [-].
+    """
+
+    angular_frequency: Float[Real, " f"]
+    level: Float[Real, " l"]
+    nominal: Float[Real, " s"]
+    reach: float
+    value: Float[Real, "2 l f"]
+    motion: Float[Real, "2 l f d nh"]
+    slider: Float[Real, "2 l f s"]
+    multiplier: Float[Real, "2 l f s"]
+    share: Float[Real, "2 l f 3"]
+    residual: Float[Real, "2 l f"]
+    predicted: Float[Real, "2 l f 3"]
+    realised: Float[Real, "2 l f 3"]
+    spread: Float[Real, "2 l f"]
+    starts: Int[NDArray[np.int64], "2 l f"]
+    stuck: Int[NDArray[np.int64], "2 l f"]
+    drift: Float[Real, "2 l f"]
+    on_bound: Int[NDArray[np.int64], "2 l f"]
+    repaired: Bool[NDArray[np.bool_], "2 l f"]
+    jump: Bool[NDArray[np.bool_], "2 l f"]
+    sampled: Float[Real, "2 l f"]
+    n_sampled: Int[NDArray[np.int64], "l f"]
+    n_outside: Int[NDArray[np.int64], "2 l f"]
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            if each.name == "reach":
+                continue
+            values = np.array(getattr(self, each.name))
+            values.setflags(write=False)
+            object.__setattr__(self, each.name, values)
+
+    @property
+    def frequency(self) -> Float[Real, " f"]:
+        """Excitation frequencies, shape (f,) [Hz]."""
+        return np.asarray(self.angular_frequency / (2 * np.pi))
+
+    @property
+    def lower(self) -> Float[Real, "l f"]:
+        """The lower limit, shape (l, f)."""
+        return np.asarray(self.value[0])
+
+    @property
+    def upper(self) -> Float[Real, "l f"]:
+        """The upper limit, shape (l, f)."""
+        return np.asarray(self.value[1])
+
+    def state(self, balance: HarmonicBalance, side: Side, level: int, frequency: int) -> SteadyState:
+        """The steady state at a limit, by the numbers of level and frequency.
+
+        Raises
+        ------
+        BalanceError
+            There is no such limit, or the balance is another one.
+        """
+        row = list(Side).index(Side(side))
+        if not (0 <= level < len(self.level) and 0 <= frequency < len(self.angular_frequency)):
+            raise BalanceError(
+                f"there is no limit at level {level} and frequency {frequency}: there are {len(self.level)} levels and "
+                f"{len(self.angular_frequency)} frequencies, counted from 0"
+            )
+        at = row, level, frequency
+        if not np.isfinite(self.value[at]):
+            raise BalanceError(f"no limit was found at {self.frequency[frequency]:.6g} Hz, level {self.level[level]:g}")
+        return steady_state(
+            balance.at_level(float(self.level[level])),
+            float(self.angular_frequency[frequency]),
+            start=self.motion[at],
+            slider=self.slider[at],
+        )
+
+    def save(self, path: Path | str) -> None:
+        """Write netCDF4 (an HDF5 file).
+
+        Raises
+        ------
+        BalanceError
+            The file cannot be written.
+        """
+        import xarray
+
+        variables = {each.name: (_DIMENSIONS[each.name], getattr(self, each.name)) for each in fields(self)}
+        for name in ("repaired", "jump"):
+            variables[name] = _DIMENSIONS[name], getattr(self, name).astype(np.int8)
+        data = xarray.Dataset(variables, coords={"side": ["lower", "upper"], "state": ["stick", "slip", "separated"]})
+        try:
+            data.to_netcdf(path, engine="h5netcdf")
+        except OSError as error:
+            raise BalanceError(
+                f'"{path}" cannot be written ({error.strerror or error}): choose another folder'
+            ) from error
+
+
+def load_limits(path: Path | str) -> ResponseLimits:
+    """Read limits that `ResponseLimits.save` wrote.
+
+    Raises
+    ------
+    BalanceError
+        The file is missing or holds no limits.
+    """
+    import xarray
+
+    try:
+        with xarray.open_dataset(path, engine="h5netcdf") as data:
+            values: dict[str, Any] = {each.name: data[each.name].values for each in fields(ResponseLimits)}
+    except (OSError, ValueError, KeyError) as error:
+        raise BalanceError(f'"{path}" holds no limits: give a file that `ResponseLimits.save` wrote') from error
+    values["reach"] = float(values["reach"])
+    return ResponseLimits(**values | {name: values[name].astype(bool) for name in ("repaired", "jump")})
+
+
+_POINT, _SIDES = ("level", "point"), ("side", "level", "point")
+_DIMENSIONS: dict[str, tuple[str, ...]] = {
+    "angular_frequency": ("point",),
+    "level": ("level",),
+    "nominal": ("slider_number",),
+    "reach": (),
+    "value": _SIDES,
+    "motion": (*_SIDES, "direction", "coefficient"),
+    "slider": (*_SIDES, "slider_number"),
+    "multiplier": (*_SIDES, "slider_number"),
+    "share": (*_SIDES, "state"),
+    "residual": _SIDES,
+    "predicted": (*_SIDES, "radius"),
+    "realised": (*_SIDES, "radius"),
+    "spread": _SIDES,
+    "starts": _SIDES,
+    "stuck": _SIDES,
+    "drift": _SIDES,
+    "on_bound": _SIDES,
+    "repaired": _SIDES,
+    "jump": _SIDES,
+    "sampled": _SIDES,
+    "n_sampled": _POINT,
+    "n_outside": _SIDES,
+}

@@ -1,0 +1,95 @@
+"""Random friction histories: steady states that sweeps, overshoots and fresh starts leave behind.
+
+Each history carries its sliders along the frequencies, up or down, as a test does; now and then it begins anew, or the
+level overshoots and returns. Its states are inner bounds of the limits, since none of them was chosen to be extreme.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from hbsolve.limits.local_search import Side
+from hbsolve.limits.point import LimitPoint, Trial
+from hbsolve.limits.problem import LimitProblem
+from hbsolve.limits.starts import N_KIND, random_sliders
+
+Frequencies = Float[NDArray[np.float64], " f"]
+
+#: Chance that something happens to a history between two frequencies; one in four is an overshoot to these levels.
+EVENT, OVERSHOOT = 0.1, (1.2, 2.2)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SampledStates:
+    """States of n histories at some frequencies of one level.
+
+    Parameters
+    ----------
+    value
+        Of the objective, NaN where no state was found, shape (f, n).
+    extreme
+        The state furthest out at each frequency and side, as motion and sliders.
+    """
+
+    value: Float[NDArray[np.float64], "f n"]
+    extreme: dict[tuple[int, Side], tuple[NDArray[np.float64], NDArray[np.float64]]]
+
+
+def sampled_states(
+    problem: LimitProblem, level: float, omega: Frequencies, numbers: Sequence[int], count: int, seed: Sequence[int]
+) -> SampledStates:
+    """Sample random histories at the frequencies `numbers`, half of them swept up and half down."""
+    random = np.random.default_rng(seed)
+    value = np.full((len(numbers), count), np.nan)
+    extreme: dict[tuple[int, Side], Trial] = {}
+    for way in (0, 1):
+        carried: dict[int, Trial] = {}
+        waiting = {number: random_sliders(problem.sliders, problem.box, random, number) for number in range(count)}
+        order = range(len(numbers)) if way == 0 else range(len(numbers) - 1, -1, -1)
+        for row in order:
+            at = numbers[row]
+            point = problem.at(float(omega[at]), level)
+            over = problem.at(float(omega[at]), level * random.uniform(*OVERSHOOT))
+            last: Trial | None = None
+            for number in range(way, count, 2):
+                trial = _next(problem, point, over, carried.get(number), waiting[number], last, random)
+                if trial is None:
+                    carried.pop(number, None)
+                    continue
+                waiting[number] = problem.box.clip(trial.carried)
+                carried[number] = last = trial
+                value[row, number] = trial.value
+                for side in Side:
+                    if (at, side) not in extreme or side * (trial.value - extreme[at, side].value) > 0:
+                        extreme[at, side] = trial
+    return SampledStates(
+        value=value, extreme={key: (trial.x, problem.box.clip(trial.carried)) for key, trial in extreme.items()}
+    )
+
+
+def _next(
+    problem: LimitProblem,
+    point: LimitPoint,
+    over: LimitPoint,
+    before: Trial | None,
+    w: NDArray[np.float64],
+    last: Trial | None,
+    random: np.random.Generator,
+) -> Trial | None:
+    """The state of one history at its next frequency."""
+    trial = None if before is None else point.solve(before.x, w)
+    if before is not None and random.random() < EVENT:
+        kind = int(random.integers(N_KIND))
+        known = trial or last
+        if kind >= 6 and trial is not None:
+            passed = over.solve(trial.x, w)
+            if passed is not None:
+                trial = point.solve(trial.x, problem.box.clip(passed.carried)) or trial
+        elif kind < 6 and known is not None:
+            trial = point.towards(random_sliders(problem.sliders, problem.box, random, kind), known) or trial
+    if trial is not None:
+        return trial
+    return point.towards(w, last) if last is not None else point.from_rest(w) or point.from_anywhere(w)

@@ -1,0 +1,253 @@
+"""The search for limits over frequency and level, as tasks that any executor may run and any store may keep.
+
+Frequencies are cut into blocks. A task is one step for one level and one block; what it returns depends on its
+arguments alone, so that a search which finds some of its results in the store continues where it was interrupted, and
+comes out the same with any number of workers.
+"""
+
+from collections.abc import Callable, Iterable, MutableMapping, Sequence
+from concurrent.futures import Executor, as_completed
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from hbsolve.limits.audit import Audit, audited
+from hbsolve.limits.certificate import Certificate, certificates
+from hbsolve.limits.exchange import exchange, from_level, kicked
+from hbsolve.limits.local_search import GAIN, Side
+from hbsolve.limits.optimum import Best
+from hbsolve.limits.population import first_limits
+from hbsolve.limits.problem import LimitProblem
+
+Frequencies = Float[NDArray[np.float64], " f"]
+Key = tuple[int, Side]
+
+#: Rounds in which blocks hand optima across their edges.
+ROUNDS = 8
+
+
+@dataclass(frozen=True, kw_only=True)
+class Progress:
+    """How far a search is.
+
+    Parameters
+    ----------
+    stage
+        What is being done, in words.
+    done, of
+        Tasks of this stage.
+    """
+
+    stage: str
+    done: int
+    of: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Task:
+    """One call that a store may already hold the result of."""
+
+    key: str
+    call: Callable[..., Any]
+    arguments: tuple[Any, ...]
+
+
+#: The problem of the tasks that this process has run: its condensed structures serve all of them.
+_kept: dict[str, LimitProblem] = {}
+
+
+def run_task(token: str, problem: LimitProblem, call: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+    """Run a task in any process."""
+    if token not in _kept:
+        _kept.clear()
+        _kept[token] = problem
+    return call(_kept[token], *arguments)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Runner:
+    """Runs tasks: those that the store holds are not run again.
+
+    Parameters
+    ----------
+    problem
+        First argument of every call.
+    token
+        A name that no other problem has.
+    store
+        Receives each result when it is there.
+    executor
+        Runs them; this process by default.
+    progress
+        Called after each task.
+    """
+
+    problem: LimitProblem
+    token: str
+    store: MutableMapping[str, Any]
+    executor: Executor | None
+    progress: Callable[[Progress], None]
+
+    def __call__(self, stage: str, tasks: Sequence[Task]) -> list[Any]:
+        """Results of the tasks of one stage, in order."""
+        missing = [task for task in tasks if task.key not in self.store]
+        done = len(tasks) - len(missing)
+        self.progress(Progress(stage=stage, done=done, of=len(tasks)))
+        if self.executor is None:
+            for task in missing:
+                self.store[task.key] = run_task(self.token, self.problem, task.call, task.arguments)
+                done += 1
+                self.progress(Progress(stage=stage, done=done, of=len(tasks)))
+        else:
+            sent = {
+                self.executor.submit(run_task, self.token, self.problem, task.call, task.arguments): task
+                for task in missing
+            }
+            for future in as_completed(sent):
+                self.store[sent[future].key] = future.result()
+                done += 1
+                self.progress(Progress(stage=stage, done=done, of=len(tasks)))
+        return [self.store[task.key] for task in tasks]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Search:
+    """Limits at all frequencies and levels.
+
+    Parameters
+    ----------
+    omega
+        Ascending, shape (f,) [rad/s].
+    levels
+        Ascending, shape (l,) [-].
+    starts
+        The population's sliders.
+    block
+        Frequencies in a block.
+    sample, seed
+        Sampled states a frequency, and the seed of kicks and samples.
+    """
+
+    run: Runner
+    omega: Frequencies
+    levels: Sequence[float]
+    starts: Sequence[NDArray[np.float64]]
+    block: int
+    sample: int
+    seed: int
+
+    @property
+    def blocks(self) -> list[range]:
+        """Numbers of the frequencies of each block."""
+        edges = [*range(0, len(self.omega), self.block), len(self.omega)]
+        return [range(first, last) for first, last in pairwise(edges)]
+
+    def limits(self) -> tuple[list[Best], list[dict[int, Audit]], list[dict[Key, Certificate]]]:
+        """Optima, audits and certificates of each level."""
+        found = self._stage("population", first_limits, lambda _, numbers: (self.omega, numbers, self.starts))
+        best = [_merged(parts) for parts in found]
+        self._exchanged("neighbours", best, [set(each) for each in best])
+        order = [*reversed(range(len(best))), *range(1, len(best))]
+        for number, (source, target) in enumerate(pairwise(order)):
+            name = f"level {source} to {target}, {number}"
+            tasks = [
+                self._task(
+                    name, target, from_level,
+                    (self.omega, numbers, best[target], self.levels[source], best[source]), numbers,
+                )
+                for numbers in self.blocks
+            ]  # fmt: skip
+            gained = self._take(best, target, self.run("levels", tasks))
+            self._exchanged(f"after {name}", best, [gained if at == target else set() for at in range(len(best))])
+        kicks = self._stage(
+            "kicks", kicked,
+            lambda level, numbers: (
+                self.omega, numbers, self._near(best[level], numbers), (self.seed, level, numbers[0], 1)
+            ),
+        )  # fmt: skip
+        self._exchanged("after kicks", best, [self._take(best, level, parts) for level, parts in enumerate(kicks)])
+        audits: list[dict[int, Audit]] = [{} for _ in best]
+        if self.sample:
+            parts = self._stage(
+                "audit", audited,
+                lambda level, numbers: (
+                    self.omega, numbers, self._near(best[level], numbers), self.sample,
+                    (self.seed, level, numbers[0], 2),
+                ),
+            )  # fmt: skip
+            audits = [{at: audit for part in each for at, audit in part[2].items()} for each in parts]
+            self._exchanged("after audit", best, [self._take(best, level, each) for level, each in enumerate(parts)])
+        certified = self._stage(
+            "certificates", certificates, lambda level, numbers: (self.omega, numbers, self._near(best[level], numbers))
+        )
+        return best, audits, [{key: value for part in each for key, value in part.items()} for each in certified]
+
+    def _stage(
+        self, name: str, call: Callable[..., Any], arguments: Callable[[int, range], tuple[Any, ...]]
+    ) -> list[list[Any]]:
+        """Run a call for each level and block; results by level."""
+        tasks = [
+            self._task(name, level, call, arguments(level, numbers), numbers)
+            for level in reversed(range(len(self.levels)))
+            for numbers in self.blocks
+        ]
+        results = self.run(name, tasks)
+        n = len(self.blocks)
+        return [results[n * k : n * (k + 1)] for k in range(len(self.levels))][::-1]
+
+    def _task(
+        self, name: str, level: int, call: Callable[..., Any], arguments: tuple[Any, ...], numbers: range
+    ) -> Task:
+        return Task(
+            key=f"{name}; level {level}, frequencies {numbers.start} to {numbers.stop - 1}",
+            call=call,
+            arguments=(self.levels[level], *arguments),
+        )
+
+    def _near(self, best: Best, numbers: range) -> Best:
+        """Optima of a block and of its neighbours in frequency."""
+        return {key: value for key, value in best.items() if numbers.start - 1 <= key[0] <= numbers.stop}
+
+    def _take(self, best: list[Best], level: int, parts: Iterable[Any]) -> set[Key]:
+        """Take over what blocks of a level return, first their own optima, then those of them that improved."""
+        gained: set[Key] = set()
+        for numbers, (found, better, *_) in zip(self.blocks, parts, strict=True):
+            best[level].update({key: value for key, value in found.items() if key[0] in numbers})
+            gained |= better
+        return gained
+
+    def _exchanged(self, name: str, best: list[Best], fresh: list[set[Key]]) -> None:
+        """Hand optima to neighbours, within blocks and across their edges, until none improves."""
+        for number in range(ROUNDS):
+            jobs = []
+            for level, keys in enumerate(fresh):
+                for numbers in self.blocks:
+                    near = {key for key in keys if numbers.start - 1 <= key[0] <= numbers.stop}
+                    if near:
+                        jobs.append((level, numbers, near))
+            if not jobs:
+                return
+            tasks = [
+                self._task(
+                    f"{name}, round {number}", level, exchange,
+                    (self.omega, numbers, self._near(best[level], numbers), sorted(near)), numbers,
+                )
+                for level, numbers, near in jobs
+            ]  # fmt: skip
+            fresh = [set() for _ in best]
+            for (level, numbers, _), found in zip(jobs, self.run("neighbours", tasks), strict=True):
+                for key, optimum in found.items():
+                    before = best[level].get(key)
+                    best[level][key] = optimum
+                    if key[0] in (numbers.start, numbers.stop - 1) and (
+                        before is None or key[1] * (optimum.value - before.value) > GAIN * abs(before.value)
+                    ):
+                        fresh[level].add(key)
+
+
+def _merged(parts: Iterable[Best]) -> Best:
+    return {key: value for part in parts for key, value in part.items()}

@@ -1,0 +1,133 @@
+r"""The sliders of a system as arrays, and the interval in which each of them sticks.
+
+A slider that starts at w stays there, in a given motion of period T, if Coulomb's cone holds it at every instant:
+
+.. math:: \max_t\, (u - \mu N / k_t) = w_\mathrm{low} \le w \le w_\mathrm{high} = \min_t\, (u + \mu N / k_t) .
+
+Outside the interval it is dragged to the nearer end and stays there; an empty interval makes it slip in every period,
+and its start is forgotten.
+
+References
+----------
+Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eqs 6-8 and 11.
+"""
+
+import re
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fe.compiled import compiled
+from hbsolve.balance import HarmonicBalance
+from hbsolve.errors import BalanceError
+from reduction.jointed_system import Friction, FrictionContact, JenkinsElement
+
+Real = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+
+class SliderTable(NamedTuple):
+    """Sliders as arrays, shape (s,) each."""
+
+    tangent: Whole
+    """Direction along which each slides."""
+    normal: Whole
+    """Direction of its normal load; -1 for a constant limit."""
+    stiffness: Real
+    """k_t [N/m]."""
+    constant: Real
+    """mu (N_0 - k_n g), or the constant limit [N]."""
+    by_normal: Real
+    """mu k_n [N/m], 0 for a constant limit."""
+    line: Whole
+    """Number of the line (and tangent) that a slider belongs to: contacts whose names differ in a last number alone."""
+
+
+class Cone(NamedTuple):
+    """Where sliders stick in one motion, shape (s,) each."""
+
+    low: Real
+    """w_low [m]."""
+    high: Real
+    """w_high [m]."""
+    at_low: Whole
+    """Instant that sets it."""
+    at_high: Whole
+    pressed_low: Real
+    """d(mu N / k_t)/dv at that instant: 0 where the contact is open [-]."""
+    pressed_high: Real
+
+
+def slider_table(balance: HarmonicBalance) -> SliderTable:
+    """Sliders of a balance, in order of joints and tangents.
+
+    Raises
+    ------
+    BalanceError
+        A system without sliders, or tangents coupled by one Coulomb limit: a disc has no interval.
+    """
+    rows: list[tuple[int, int, float, float, float]] = []
+    lines: list[str] = []
+    for joint, first in zip(balance.system.joints, balance.table.direction, strict=False):
+        line = re.sub(r"[\s._-]*\d+$", "", joint.name)
+        if isinstance(joint, JenkinsElement):
+            rows.append((int(first), -1, joint.tangential_stiffness, joint.limit_force, 0.0))
+            lines.append(line)
+        elif isinstance(joint, FrictionContact):
+            n_tangent = len(joint.tangents)
+            if n_tangent == 2 and joint.friction is Friction.COULOMB:
+                raise BalanceError(
+                    f'limits need a limit for each tangent, but "{joint.name}" couples its two by Coulomb\'s disc: '
+                    "give it Friction.UNCOUPLED, or one tangent"
+                )
+            mu, kn = joint.friction_coefficient, joint.normal_stiffness
+            constant = mu * (joint.preload - kn * joint.gap)
+            for tangent in range(n_tangent):
+                rows.append(
+                    (int(first) + tangent, int(first) + n_tangent, joint.tangential_stiffness, constant, mu * kn)
+                )
+                lines.append(f"{line} {tangent}")
+    if not rows:
+        raise BalanceError("the system has no sliders, so its response does not depend on friction history")
+    columns = [np.array(each) for each in zip(*rows, strict=True)]
+    names = list(dict.fromkeys(lines))
+    return SliderTable(
+        tangent=columns[0],
+        normal=columns[1],
+        stiffness=columns[2],
+        constant=columns[3],
+        by_normal=columns[4],
+        line=np.array([names.index(line) for line in lines]),
+    )
+
+
+@compiled
+def cone(x: Any, sliders: Any, evaluate: Any) -> Any:
+    """Intervals in the motion x of the joint directions, shape (d, nh)."""
+    s, n = len(sliders.tangent), evaluate.shape[1]
+    u = np.dot(x, evaluate)
+    low, high = np.full(s, -np.inf), np.full(s, np.inf)
+    at_low, at_high = np.zeros(s, np.int64), np.zeros(s, np.int64)
+    pressed_low, pressed_high = np.zeros(s), np.zeros(s)
+    for i in range(s):
+        kt, slope = sliders.stiffness[i], sliders.by_normal[i] / sliders.stiffness[i]
+        for k in range(n):
+            limit = sliders.constant[i] / kt
+            if sliders.normal[i] >= 0:
+                limit += slope * u[sliders.normal[i], k]
+            held = limit > 0.0
+            radius = limit if held else 0.0
+            if u[sliders.tangent[i], k] - radius > low[i]:
+                low[i], at_low[i], pressed_low[i] = u[sliders.tangent[i], k] - radius, k, slope if held else 0.0
+            if u[sliders.tangent[i], k] + radius < high[i]:
+                high[i], at_high[i], pressed_high[i] = u[sliders.tangent[i], k] + radius, k, slope if held else 0.0
+    return Cone(low, high, at_low, at_high, pressed_low, pressed_high)
+
+
+def multipliers(sliders: SliderTable, x: Real, w: Real, evaluate: Real) -> Real:
+    """M of eq. 11, T / (mu N) at the first instant, shape (s,) in [-1, 1]; 0 for an open contact."""
+    first = x @ evaluate[:, 0]
+    limit = sliders.constant + np.where(sliders.normal >= 0, sliders.by_normal * first[sliders.normal], 0.0)
+    force = sliders.stiffness * (first[sliders.tangent] - w)
+    return np.clip(np.divide(force, limit, out=np.zeros_like(force), where=limit > 0), -1.0, 1.0)

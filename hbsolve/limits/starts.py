@@ -1,0 +1,128 @@
+"""Slider states to start from: random ones, and those that turn the static normal forces furthest."""
+
+from collections.abc import Callable
+
+import numpy as np
+import scipy.optimize
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from hbsolve.balance import HarmonicBalance
+from hbsolve.condensed import Condensed
+from hbsolve.limits.box import SliderBox
+from hbsolve.limits.sliders import SliderTable
+from reduction.jointed_system import FrictionContact
+
+Real = NDArray[np.float64]
+Sliders = Float[Real, " s"]
+
+#: A slider without load at rest is moved as if it had this share of the mean radius.
+UNLOADED = 0.3
+#: Directions of normal forces that static friction moves by less than this share of the most are left out.
+WEAK = 0.1
+#: Weight of opening a contact, against gains of normal forces scaled to one.
+OPENING = 100.0
+#: Without a box random states reach further, by a factor of up to two to this power.
+DOUBLINGS = 5.0
+#: Kinds of `random_sliders`; the last two are corners of the box.
+N_KIND = 8
+
+
+def random_sliders(table: SliderTable, box: SliderBox, random: np.random.Generator, kind: int) -> Sliders:
+    """A random state in the box, of one of eight kinds: each slider, each line, lines with a slope, corners."""
+    n, line = len(table.line), table.line
+    n_line = int(line.max()) + 1
+    # From -1 to 1 along each line.
+    along = np.zeros(n)
+    for each in range(n_line):
+        along[line == each] = np.linspace(-1, 1, int((line == each).sum())) if (line == each).sum() > 1 else 0.0
+
+    def of_line(largest: float) -> Sliders:
+        return random.uniform(-largest, largest, n_line)[line]
+
+    patterns: list[Callable[[], Sliders]] = [
+        lambda: random.uniform(-1, 1, n),
+        lambda: of_line(1),
+        lambda: of_line(3) + random.uniform(-1, 1, n),
+        lambda: random.choice([-1, 1], n_line)[line] * random.uniform(0.5, 4),
+        lambda: of_line(3) + of_line(3) * along,
+        lambda: random.normal(size=n) * 3,
+        lambda: random.choice([-1.0, 1.0], n_line)[line],
+        lambda: random.choice([-1.0, 1.0], n),
+    ]
+    pattern = np.asarray(patterns[kind % N_KIND]())
+    if not box.bounded:
+        pattern *= 2 ** random.uniform(0, DOUBLINGS)
+    if kind % N_KIND >= 6:
+        return box.nominal + pattern * box.span
+    return box.clip(box.nominal - pattern * np.maximum(box.radius, UNLOADED * box.radius.mean()))
+
+
+def starting_sliders(
+    balance: HarmonicBalance, condensed: Condensed, table: SliderTable, box: SliderBox, count: int, seed: int
+) -> list[Sliders]:
+    """A population: rest, vertices of the static friction polytope, random states; the seed chooses the last two."""
+    random = np.random.default_rng(seed)
+    found = [box.nominal.copy(), *_static_vertices(balance, condensed, table, box, random, count // 2 - 1)]
+    kinds = [2 * k if k % 2 == 0 else k + 6 for k in range(count - len(found))]
+    return found[:count] + [random_sliders(table, box, random, kind) for kind in kinds]
+
+
+def _static_vertices(
+    balance: HarmonicBalance,
+    condensed: Condensed,
+    table: SliderTable,
+    box: SliderBox,
+    random: np.random.Generator,
+    count: int,
+) -> list[Sliders]:
+    """States that Coulomb's cone allows at rest, with normal forces furthest in some direction.
+
+    Normal and tangential forces are linear in w while contacts stay closed; the directions are the singular vectors of
+    dN/dw, both ways, then random mixtures of them.
+    """
+    n = len(table.tangent)
+    pressed = [
+        int(first) + len(joint.tangents)
+        for joint, first in zip(balance.system.joints, balance.table.direction, strict=False)
+        if isinstance(joint, FrictionContact)
+    ]
+    if not pressed or count < 1:
+        return []
+    # Forces where every direction keeps its reference stiffness: g there is that of all contacts closed and stuck.
+    rest = balance.linear(condensed, 0.0)[:, 0]
+    A = condensed.receptance[0].real
+    joints = {int(first): joint for first, joint in zip(balance.table.direction, balance.system.joints, strict=False)}
+    g = np.zeros(balance.n_direction)
+    for first, joint in joints.items():
+        if isinstance(joint, FrictionContact):
+            g[first + len(joint.tangents)] = joint.preload - joint.normal_stiffness * joint.gap
+    x0 = rest - A @ g
+    by_w = A[:, table.tangent] * table.stiffness
+    T0, T_by_w = table.stiffness * x0[table.tangent], table.stiffness[:, None] * (by_w[table.tangent] - np.eye(n))
+    limit0 = table.constant + np.where(table.normal >= 0, table.by_normal * x0[table.normal], 0.0)
+    limit_by_w = np.where(table.normal >= 0, table.by_normal, 0.0)[:, None] * by_w[table.normal]
+    N_by_w = balance.table.reference[pressed][:, None] * by_w[pressed]
+    rows = np.vstack([T_by_w - limit_by_w, -T_by_w - limit_by_w])
+    bound = np.concatenate([limit0 - T0, limit0 + T0])
+    size = np.abs(rows).max(axis=1)
+    slack = -np.vstack([np.eye(n), np.eye(n)])
+    U, strength, _ = np.linalg.svd(N_by_w, full_matrices=False)
+    kept = max(2, int((strength > WEAK * strength[0]).sum()))
+    directions = [sign * U[:, k] for k in range(min(kept, U.shape[1])) for sign in (1, -1)]
+    reach = box.reach if box.bounded else 2**DOUBLINGS * box.span
+    unit = box.span
+    bounds = [((c - reach) / unit, (c + reach) / unit) for c in box.nominal] + [(0, None)] * n
+    found: list[Sliders] = []
+    for k in range(4 * count):
+        if len(found) == count:
+            break
+        direction = directions[k] if k < len(directions) else U[:, :kept] @ random.normal(size=min(kept, U.shape[1]))
+        gain = direction @ N_by_w
+        cost = np.concatenate([-gain / max(np.abs(gain).max(), np.finfo(float).tiny), np.full(n, OPENING)])
+        result = scipy.optimize.linprog(
+            cost, A_ub=np.hstack([rows / size[:, None], slack]), b_ub=bound / size / unit, bounds=bounds, method="highs"
+        )
+        if result.status == 0:
+            found.append(np.asarray(result.x)[:n] * unit)
+    return found

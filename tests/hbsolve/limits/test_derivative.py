@@ -1,0 +1,67 @@
+"""What a state answers its sliders, against differences."""
+
+import numpy as np
+import pytest
+
+from hbsolve.balance import HarmonicBalance
+from hbsolve.limits.derivative import slider_derivative
+from hbsolve.limits.loss_factor import LossFactor
+from hbsolve.limits.objective import ContactForce, Objective, Output
+from hbsolve.limits.point import LimitPoint, Trial
+from hbsolve.limits.response_limits import limit_problem
+from reduction.jointed_system import JointedSystem
+
+LEVEL, SHARE = 0.6, 0.97
+OBJECTIVES = [
+    Output(row=0),
+    Output(row=np.array([0.3, 1.0, 0.0, -2.0]), harmonic=2),
+    Output(row=1, harmonic=0),
+    ContactForce(joints=["blade 1", "ground 2"], direction=0, harmonic=0),
+    ContactForce(joints=["ground 1"], direction=-1, harmonic=1),
+    LossFactor(),
+]
+
+
+def partly_sliding(system: JointedSystem, objective: Objective) -> tuple[LimitPoint, Trial]:
+    """A state in which some sliders stick, well inside their intervals, while others slip or lift off."""
+    balance = HarmonicBalance(system=system, n_harmonic=4, n_sample=128)
+    problem = limit_problem(balance, objective, reach=1e-5)
+    point = problem.at(2 * np.pi * 284.0 * SHARE, LEVEL)
+    random = np.random.default_rng(3)
+    for _ in range(40):
+        start = point.from_rest(random.uniform(-1e-5, 1e-5, 4))
+        trial = start and point.settle(start.x, start.w)
+        if trial is None or not 0 < len(trial.free) < 4:
+            continue
+        w, margin = trial.w.copy(), 0.2 * (trial.cone.high - trial.cone.low)
+        w[trial.free] = np.clip(w, trial.cone.low + margin, trial.cone.high - margin)[trial.free]
+        inside = point.solve(trial.x, w)
+        if inside is not None and 0 < len(inside.free) < 4 and not inside.dragged.any():
+            return point, inside
+    raise AssertionError("no state sticks in part")
+
+
+@pytest.mark.parametrize("objective", OBJECTIVES, ids=lambda each: f"{type(each).__name__} {vars(each)}"[:60])
+def test_gradient_and_intervals_are_those_of_differences(wedge: JointedSystem, objective: Objective) -> None:
+    point, trial = partly_sliding(wedge, objective)
+    derivative = slider_derivative(point, trial)
+    # 1e-4 of an interval, far from the next instant that could set it.
+    step = 1e-10
+    for number, slider in enumerate(derivative.free):
+        either = []
+        for sign in (1, -1):
+            w = trial.w.copy()
+            w[slider] += sign * step
+            moved = point.solve(trial.x, w)
+            assert moved is not None
+            either.append(moved)
+        ahead, back = either
+        free = derivative.free
+        by_differences = (ahead.value - back.value) / (2 * step)
+        # Newton's tolerance of 1e-9 over the step's effect, of some 1e-5 of the motion.
+        scale = max(np.abs(derivative.gradient).max(), 1e-300)
+        assert derivative.gradient[number] == pytest.approx(by_differences, abs=1e-3 * scale)
+        low = (ahead.cone.low - back.cone.low)[free] / (2 * step)
+        high = (ahead.cone.high - back.cone.high)[free] / (2 * step)
+        np.testing.assert_allclose(derivative.low[:, number], low, atol=1e-3)
+        np.testing.assert_allclose(derivative.high[:, number], high, atol=1e-3)
