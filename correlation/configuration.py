@@ -1,7 +1,7 @@
 """One configuration of a tested structure, with or without its contacts: its steady states and what sensors read."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +14,7 @@ from hbsolve.condensed import Condensed, Recovery
 from hbsolve.sampling import complex_from_real
 from hbsolve.sensitivity import ModelParameter, derivatives
 from hbsolve.state import slider_start
-from hbsolve.steady_state import NoConvergence, SteadyState, forces_at, solve_at, steady_state
+from hbsolve.steady_state import NoConvergence, SteadyState, forces_at, newton_from, rescued, solve_at
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -78,6 +78,10 @@ class Configuration:
         start = np.zeros(balance.n_slider) if slider is None or free else slider(balance)
         return cls(free=free, model=seen, balance=balance, condensed={}, recovery={}, levels={}, slider=start)
 
+    def starting(self, slider: Callable[[HarmonicBalance], NDArray[np.float64]] | None) -> "Configuration":
+        """The same with other initial sliders: what was found of the linear structure serves both."""
+        return replace(self, slider=np.zeros(self.balance.n_slider) if slider is None else slider(self.balance))
+
     def at(self, frequency: float) -> Condensed:
         """The linear structure at a frequency, kept for the other levels."""
         if frequency not in self.condensed:
@@ -106,17 +110,17 @@ class Configuration:
             self.recovery[frequency] = balance.structure.recovery(condensed)
         recovery = self.recovery[frequency]
         sliders = slider_start(balance, slider, False)
-        for guess in guesses:
-            if guess is None or guess.displacement.shape != (balance.n_harmonic, balance.n_direction):
-                continue
-            try:
-                return solve_at(balance, condensed, guess.motion, sliders, recovery)
-            except NoConvergence:
-                continue
+        shape = (balance.n_harmonic, balance.n_direction)
+        starts = [each.motion for each in guesses if each is not None and each.displacement.shape == shape]
         try:
-            return steady_state(balance, 2 * np.pi * self.true(frequency), slider=slider)
+            return solve_at(balance, condensed, starts[0] if starts else None, sliders, recovery)
         except NoConvergence:
-            return None
+            # Rest and ramps were tried, and would not serve better a second time.
+            for start in starts[1:]:
+                found = newton_from(balance, condensed, start, sliders, recovery)
+                if found is not None:
+                    return found
+        return rescued(balance, condensed, None, sliders)
 
     def read(
         self, state: SteadyState, names: NDArray[np.str_], harmonics: NDArray[np.int64]

@@ -86,9 +86,11 @@ class FeatureVector:
         """Features of coefficients, shape (k,) or (k, n) for n sets of them."""
         level = self.points.level.reshape(-1, *[1] * (value.ndim - 1))
         features = np.array(value, dtype=np.complex128)
-        features[self.inverse] = level[self.inverse] / value[self.inverse]
         ratio = self.reference >= 0
-        features[ratio] = value[ratio] / value[self.reference[ratio]]
+        # Where no steady state was found there is no number.
+        with np.errstate(invalid="ignore"):
+            features[self.inverse] = level[self.inverse] / value[self.inverse]
+            features[ratio] = value[ratio] / value[self.reference[ratio]]
         return self._real(features)
 
     def values(self, number: Float[NDArray[np.float64], " m"]) -> Coefficients:
@@ -126,11 +128,12 @@ class FeatureVector:
     ) -> Float[NDArray[np.float64], "m p"]:
         """Derivatives of the features from those of the coefficients."""
         x, changed = value[:, None], np.array(slopes, dtype=np.complex128)
-        i = self.inverse
-        changed[i] = -self.points.level[i, None] / x[i] ** 2 * slopes[i]
-        ratio = self.reference >= 0
+        i, ratio = self.inverse, self.reference >= 0
         to = self.reference[ratio]
-        changed[ratio] = slopes[ratio] / x[to] - x[ratio] / x[to] ** 2 * slopes[to]
+        # Where no steady state was found there is no slope.
+        with np.errstate(invalid="ignore"):
+            changed[i] = -self.points.level[i, None] / x[i] ** 2 * slopes[i]
+            changed[ratio] = slopes[ratio] / x[to] - x[ratio] / x[to] ** 2 * slopes[to]
         return self._real(changed)
 
     def per_reading(self, value: Coefficients) -> Float[NDArray[np.float64], " m"]:

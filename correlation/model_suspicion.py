@@ -88,7 +88,7 @@ def swapped_sensors(
             if own > SWAPPED and swapped < AFTER_SWAPPING * own:
                 sentence = (
                     f'"{first.name}" reads {_polar(measured)} of "{second.name}", the model says {_polar(model)}; '
-                    f"swapped, they agree within {np.expm1(swapped):.0%}: check the cables"
+                    f"swapped, they agree within {max(np.expm1(swapped), 1e-3):.1%}: check the cables"
                 )
                 found.append((swapped / own, i, j, sentence))
     # Two that are swapped make each of them look wrong beside a third: the pair that explains best stands for all.

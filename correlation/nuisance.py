@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.stats.qmc import LatinHypercube
 
-from correlation.configuration import Tangent
+from correlation.configuration import Configuration, Tangent
 from correlation.feature_vector import FeatureVector
 from correlation.prediction import Prediction, Predictor
 from correlation.test_model import TestModel
@@ -49,11 +49,11 @@ class Budget:
 def jitter_modes(
     predictor: Predictor, features: FeatureVector, model: TestModel, prediction: Prediction
 ) -> list[Modes]:
-    """What repeats may differ in, for 100 % of each: the frequency of either test, and the pre-loads of all lines."""
+    """What repeats may differ in, for 100 % of each: the frequency of either test, and all pre-loads."""
     shifts = _frequency_shifts(model, by_exciter=True)
-    lines = [_preload(model, line) for line in model.lines]
-    modes = _features(predictor, features, model, prediction, [*shifts, *lines])
-    return [modes[:, :1], modes[:, 1:2], *([modes[:, 2:]] if lines else [])]
+    presses = [_preload(model, name) for name in model.preloads]
+    modes = _features(predictor, features, model, prediction, [*shifts, *presses])
+    return [modes[:, :1], modes[:, 1:2], *([modes[:, 2:]] if presses else [])]
 
 
 def curvature_modes(
@@ -144,12 +144,13 @@ def history_modes(
         return np.zeros((len(features.row), 0))
     kept = points.where(~points.free)
     nominal = features.of_values(prediction.value)
-    changes = []
+    changes, linear = [], Configuration.of(model, False, None)
     for share in LatinHypercube(len(model.system.joints), optimization="random-cd", rng=seed).random(n_draw):
         draw = Predictor(
             points=kept,
             slider=left_by(model, share),
             sweeps=predictor.sweeps,
+            linear=linear,
         )
         value = np.array(prediction.value)
         value[jointed] = draw.predict(model, prediction).value
@@ -175,8 +176,7 @@ def left_by(
         for number, joint in enumerate(model.system.joints):
             if isinstance(joint, FrictionContact):
                 first, last = balance.table.slider[number : number + 2]
-                limit = joint.friction_coefficient * max(joint.preload - joint.normal_stiffness * joint.gap, 0.0)
-                start[first:last] = multiplier[number] * limit / joint.tangential_stiffness
+                start[first:last] = multiplier[number] * joint.limit_at_rest / joint.tangential_stiffness
         return start
 
     return slider
@@ -204,12 +204,9 @@ def _frequency_shifts(model: TestModel, *, by_exciter: bool) -> list[Tangent]:
     ]
 
 
-def _preload(model: TestModel, line: str) -> Tangent:
-    static, rates = np.zeros(model.system.n_dof), {}
-    for name in model.lines[line]:
-        contact = model.contact(name)
-        static += contact.preload * contact.normal
-        rates[name, "preload"] = contact.preload
+def _preload(model: TestModel, name: str) -> Tangent:
+    static, slopes = model.preload_slope(name)
+    rates = {(contact, "preload"): slope for contact, slope in slopes.items()}
     return Tangent(jointed=ModelParameter(static_load=static, joints=rates), free=NOTHING, gain={})
 
 

@@ -40,6 +40,12 @@ class Observation:
         return np.asarray(total / np.maximum(self.count, 1))
 
     @property
+    def mean(self) -> Complex[NDArray[np.complex128], " k"]:
+        """Mean of all repeats that have the point, taken or not, shape (k,); NaN where none has."""
+        with np.errstate(invalid="ignore"):
+            return np.asarray(np.nanmean(self.repeat, axis=1))
+
+    @property
     def count(self) -> Int[NDArray[np.int64], " k"]:
         """Repeats taken, shape (k,)."""
         return np.asarray(self.taken.sum(axis=1))

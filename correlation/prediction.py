@@ -104,11 +104,15 @@ class Predictor:
     sweeps
         Directions in frequency that are followed one after another, +1 up, -1 down; their mean is predicted. None lets
         every point begin with the initial sliders.
+    linear
+        The jointed structure of the one model that is predicted, from `Configuration.of`, for several predictors that
+        differ in their sliders alone; found anew for each model by default.
     """
 
     points: Points
     slider: Callable[[HarmonicBalance], NDArray[np.float64]] | None = None
     sweeps: tuple[int, ...] = ()
+    linear: Configuration | None = None
 
     def predict(self, model: TestModel, before: Prediction | None = None) -> Prediction:
         """Solve for all points.
@@ -125,7 +129,7 @@ class Predictor:
         both: tuple[dict[Key, SteadyState], dict[Key, SteadyState]] = ({}, {})
         known = ({}, {}) if before is None else (before.states, before.others)
         for free, levels in self._configurations:
-            solver = Configuration.of(model, free, self.slider)
+            solver = self._solver(model, free)
             ways = (1,) if free or not self.sweeps else self.sweeps
             for level, groups in levels.items():
                 sliders = solver.slider
@@ -172,7 +176,7 @@ class Predictor:
         """
         slopes = np.full((len(self.points), len(tangents)), np.nan, dtype=np.complex128)
         for free, levels in self._configurations:
-            solver = Configuration.of(model, free, self.slider)
+            solver = self._solver(model, free)
             for level, groups in levels.items():
                 for frequency, rows in groups:
                     state = prediction.states.get((free, level, frequency))
@@ -185,6 +189,11 @@ class Predictor:
                         back = solver.slopes(other, solver.at(frequency), names, harmonics, tangents)
                         slopes[rows] = (slopes[rows] + back) / 2
         return slopes
+
+    def _solver(self, model: TestModel, free: bool) -> Configuration:
+        if self.linear is None or free:
+            return Configuration.of(model, free, self.slider)
+        return self.linear.starting(self.slider)
 
     @cached_property
     def _configurations(self) -> list[tuple[bool, dict[float, list[tuple[float, NDArray[np.int64]]]]]]:

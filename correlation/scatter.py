@@ -84,8 +84,7 @@ def scatter(
     apart = each - y[:, None]
     freedom = np.maximum(n - 1.0, 0.0)
     group = _groups(features)
-    with np.errstate(invalid="ignore"):
-        reading = np.nanmean(observed.repeat, axis=1)
+    reading = observed.mean
     size, per_reading = np.abs(reading)[features.row], features.per_reading(reading)
     pooled = per_reading**2 * _pooled(_variance(apart, freedom) / per_reading**2, size, freedom, group)
     modes, starts = np.column_stack(jitter), np.cumsum([block.shape[1] for block in jitter])[:-1]

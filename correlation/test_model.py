@@ -115,6 +115,25 @@ class Part:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class DeadWeight:
+    """A constant load that presses contact lines, which have their pre-loads from it.
+
+    Parameters
+    ----------
+    row
+        The load over the degrees of freedom, shape (r,) [N].
+    lines
+        That it presses: they have no pre-load but by dead weights.
+    """
+
+    row: Row
+    lines: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "row", _locked(self.row))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class TestModel:
     """A model beside its test set-up.
 
@@ -132,6 +151,8 @@ class TestModel:
         Contacts of each line, in order along it, by their names.
     places
         Named points with a direction, as rows of displacement: where an effect may act.
+    dead_weights
+        What presses lines, by name. The pre-loads are those under it: the system's static load holds it already.
     shift
         By how much the true frequency of a test is above its label, by configuration, "jointed" or "free"; none by
         default [-].
@@ -152,6 +173,7 @@ class TestModel:
     dofs: tuple[Dof, ...] = ()
     lines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     places: Mapping[str, Row] = field(default_factory=dict)
+    dead_weights: Mapping[str, DeadWeight] = field(default_factory=dict)
     shift: Mapping[str, float] = field(default_factory=dict)
     n_harmonic: int = 8
     n_sample: int = 0
@@ -165,6 +187,7 @@ class TestModel:
             object.__setattr__(self, "dofs", (Dof(),) * r)
         object.__setattr__(self, "lines", {line: tuple(names) for line, names in self.lines.items()})
         object.__setattr__(self, "places", {name: _locked(row) for name, row in self.places.items()})
+        object.__setattr__(self, "dead_weights", dict(self.dead_weights))
         object.__setattr__(self, "sensors", tuple(self.sensors))
         self._check(r)
 
@@ -173,6 +196,7 @@ class TestModel:
             raise TestModelError(f"{len(self.dofs)} degrees of freedom are described, the structure has {r}")
         rows = {f'place "{name}"': row for name, row in self.places.items()}
         rows |= {f'sensor "{each.name}"': each.row for each in self.sensors if isinstance(each, Sensor)}
+        rows |= {f'dead weight "{name}"': each.row for name, each in self.dead_weights.items()}
         for what, row in rows.items():
             if row.shape != (r,):
                 raise TestModelError(f"{what} has a row of shape {row.shape}: give ({r},), one number a DOF")
@@ -190,9 +214,56 @@ class TestModel:
                     raise TestModelError(
                         f'line "{line}" has no contact "{member}": the system has {", ".join(contacts)}'
                     )
+        for name, weight in self.dead_weights.items():
+            if not weight.row.any() or not weight.lines:
+                raise TestModelError(f'dead weight "{name}" is zero or presses no line: give its load and its lines')
+            for line in weight.lines:
+                if line not in self.lines:
+                    raise TestModelError(f'dead weight "{name}" presses line "{line}", which the model does not have')
+            if name in self.lines:
+                raise TestModelError(f'a dead weight and a line are both called "{name}": rename one')
         for each in self.sensors:
             if isinstance(each, LineSensor) and each.line not in self.lines:
                 raise TestModelError(f'sensor "{each.name}" reads line "{each.line}", which the model does not have')
+
+    @property
+    def preloads(self) -> tuple[str, ...]:
+        """What may be pressed more or less by itself: dead weights, and lines that none of them presses."""
+        pressed = {line for weight in self.dead_weights.values() for line in weight.lines}
+        return (*self.dead_weights, *(line for line in self.lines if line not in pressed))
+
+    def preload_slope(self, name: str) -> tuple[Row, dict[str, float]]:
+        """What 100 % more of one of `preloads` adds: static load, shape (r,) [N], and pre-loads by contact [N].
+
+        A dead weight moves the bodies and so presses the contacts: only the load changes. Bolts and the like press a
+        line where it is: with its pre-loads the load that balances them.
+        """
+        if name in self.dead_weights:
+            return self.dead_weights[name].row, {}
+        members = [self.contact(each) for each in self.lines.get(name, ())]
+        static = np.sum([each.preload * each.normal for each in members] or [np.zeros(self.system.n_dof)], axis=0)
+        return static, {each.name: each.preload for each in members}
+
+    def pressed(self, name: str, ratio: float) -> "TestModel":
+        """The model with one of `preloads` times a ratio.
+
+        Raises
+        ------
+        TestModelError
+            Another name.
+        """
+        if name not in self.preloads:
+            raise TestModelError(
+                f'"{name}" is no pre-load of the model: there are {", ".join(self.preloads) or "none"}'
+            )
+        static, preloads = self.preload_slope(name)
+        changed = self.with_joints(
+            {each: {"preload": self.contact(each).preload + (ratio - 1) * slope} for each, slope in preloads.items()}
+        )
+        weights = dict(self.dead_weights)
+        if name in weights:
+            weights[name] = replace(weights[name], row=ratio * weights[name].row)
+        return replace(changed.with_system(static_load=self.system.static + (ratio - 1) * static), dead_weights=weights)
 
     def free(self) -> "TestModel":
         """The same structure without the contacts of its lines, and without the static load that balances them."""
@@ -200,7 +271,7 @@ class TestModel:
         joints = [joint for joint in self.system.joints if joint.name not in members]
         sensors = tuple(each for each in self.sensors if isinstance(each, Sensor))
         system = replace(self.system, joints=joints, static_load=np.zeros(self.system.n_dof))
-        return replace(self, system=system, sensors=sensors, lines={})
+        return replace(self, system=system, sensors=sensors, lines={}, dead_weights={})
 
     def with_system(self, **changes: Any) -> "TestModel":
         """Other matrices, joints or loads."""

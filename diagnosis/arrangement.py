@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -115,26 +115,25 @@ def arrange(
         for each in budget.refined
     )
     values = np.array([*unknowns.vanishing[: len(accepted)], *(value for each in added for value in each.values)])
-    return _arranged(campaign, _Model(base, tuple(accepted), effects, budget, finer), values, report)
+    found = _compared(campaign, unknowns, values, budget, finer, report)
+    return Arrangement(base=base, accepted=tuple(accepted), added=effects, budget=budget, finer=finer, **found)
 
 
 def arranged_anew(arrangement: Arrangement, campaign: Campaign) -> Arrangement:
     """Another campaign of the same tests beside the same model; its fit begins where that of the first one ended."""
     of = arrangement
-    model = _Model(of.base, of.accepted, of.added, of.budget, of.finer)
-    return _arranged(campaign, model, of.fit.values, None)
+    return replace(of, **_compared(campaign, of.unknowns([]), of.fit.values, of.budget, of.finer, None))
 
 
-class _Model(NamedTuple):
-    base: TestModel
-    accepted: tuple[Accepted, ...]
-    added: tuple[Effect, ...]
-    budget: Budget
-    finer: tuple[Unknowns, ...]
-
-
-def _arranged(campaign: Campaign, of: _Model, values: Values, report: Report | None) -> Arrangement:
-    unknowns = _unknowns(of.base, of.accepted, of.added)
+def _compared(
+    campaign: Campaign,
+    unknowns: Unknowns,
+    values: Values,
+    budget: Budget,
+    finer: Sequence[Unknowns],
+    report: Report | None,
+) -> dict[str, Any]:
+    """What an arrangement has of a campaign, by the names of its fields: comparisons, jitter and fit."""
     seen, unseen = parted(campaign)
     sweeps = followed(campaign)
     train, held = Measured.of(seen, sweeps), Measured.of(unseen, sweeps)
@@ -142,18 +141,15 @@ def _arranged(campaign: Campaign, of: _Model, values: Values, report: Report | N
     prediction = train.predictor.predict(model)
     # Jitter and numerical error depend on where the contacts slip, and so on the fit that they weigh.
     for n_draw in HISTORIES:
-        refined = [each.compose(values) for each in of.finer]
-        comparison, _ = weighed(train, model, prediction, of.budget, refined, n_draw, fitted=fit is not None)
+        refined = [each.compose(values) for each in finer]
+        comparison, _ = weighed(train, model, prediction, budget, refined, n_draw, fitted=fit is not None)
         fit = calibrate(comparison, unknowns, values, prediction, _told(report, "calibration"), exact=True)
         model, prediction, values = fit.model, fit.prediction, fit.values
     assert fit is not None
     beside = held.predictor.predict(model, prediction)
-    tested, apart = weighed(held, model, beside, of.budget, [each.compose(values) for each in of.finer])
+    tested, apart = weighed(held, model, beside, budget, [each.compose(values) for each in finer])
     settled, shifts = _settled(tested, apart, model)
-    return Arrangement(
-        base=of.base, accepted=of.accepted, added=of.added, train=comparison, held=tested, settled=settled,
-        jitter=tuple(shifts), fit=fit, budget=of.budget, finer=of.finer,
-    )  # fmt: skip
+    return {"train": comparison, "held": tested, "settled": settled, "jitter": tuple(shifts), "fit": fit}
 
 
 def _settled(comparison: Comparison, seen: Scatter, model: TestModel) -> tuple[Comparison, list[tuple[Effect, float]]]:

@@ -12,7 +12,7 @@ Nocedal and Wright, Numerical Optimization (2006), sections 10.3 and 11.1.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -22,11 +22,14 @@ from correlation.prediction import Prediction
 from correlation.test_model import TestModel
 from diagnosis.comparison import Comparison, Vector
 from diagnosis.unknowns import Unknowns, Values
+from hbsolve.errors import ModelError
 
 #: Steps at most; it ends when a step is expected to gain less of chi^2 than matters (1 is a standard deviation).
 MOST_STEPS, ENOUGH = 30, 0.3
 #: Marquardt's factor at first, its decrease after a success, its increase after a failure, and failures in a row.
 FIRST_DAMPING, LESS, MORE, MOST_FAILURES = 1e-3, 0.1, 8.0, 5
+#: Shares of the way from no effect to a start, of which the first is taken that something holds.
+NEARER = (1.0, 0.5, 0.25, 0.0)
 #: Share of the expected gain below which the Jacobian is made anew.
 AGREED = 0.5
 
@@ -106,13 +109,12 @@ def calibrate(
         Whether an updated Jacobian may say that there is nothing more to gain.
     """
     size, damping, failures = unknowns.size, FIRST_DAMPING, 0
-    values = unknowns.clipped(np.array(start, dtype=np.float64))
-    here = _evaluate(comparison, unknowns, values, before)
+    here = _start(comparison, unknowns, unknowns.clipped(np.array(start, dtype=np.float64)), before)
     jacobian = _jacobian(comparison, unknowns, here) if slopes is None else slopes
     fresh = slopes is None
     for _ in range(MOST_STEPS):
         trial, expected = _step(unknowns, here, jacobian, damping)
-        there = _evaluate(comparison, unknowns, trial, here.prediction) if expected >= ENOUGH else here
+        there = _trial(comparison, unknowns, trial, here) if expected >= ENOUGH else here
         gained = here.chi2 - there.chi2
         if gained < ENOUGH and not fresh and not quick:
             # Only the Jacobian of here may say that there is nothing to gain.
@@ -157,6 +159,24 @@ def _evaluate(comparison: Comparison, unknowns: Unknowns, values: Values, before
     return _Evaluation(
         values=values, model=model, prediction=prediction, residual=residual, chi2=float(residual @ residual)
     )
+
+
+def _start(comparison: Comparison, unknowns: Unknowns, values: Values, before: Prediction | None) -> _Evaluation:
+    """As `_evaluate`, nearer to no effect at all where nothing holds the model of the start."""
+    for share in NEARER[:-1]:
+        try:
+            return _evaluate(comparison, unknowns, unknowns.vanishing + share * (values - unknowns.vanishing), before)
+        except ModelError:
+            continue
+    return _evaluate(comparison, unknowns, unknowns.vanishing, before)
+
+
+def _trial(comparison: Comparison, unknowns: Unknowns, values: Values, here: _Evaluation) -> _Evaluation:
+    """As `_evaluate`; infinitely bad where nothing holds the model, so that the fit turns back."""
+    try:
+        return _evaluate(comparison, unknowns, values, here.prediction)
+    except ModelError:
+        return replace(here, chi2=np.inf)
 
 
 def _step(

@@ -52,7 +52,13 @@ class Comparison:
     noise: Vector
 
     def predict(self, model: TestModel, before: Prediction | None = None) -> Prediction:
-        """What the model says."""
+        """What the model says.
+
+        Raises
+        ------
+        ModelError
+            Nothing holds it.
+        """
         return self.predictor.predict(model, before)
 
     def residual(self, prediction: Prediction) -> Vector:

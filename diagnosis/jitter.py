@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from correlation.test_model import TestModel
 from diagnosis.effect.candidate import Effect, EffectParameter
-from diagnosis.effect.preload import Preload
 
 #: No test bench is worse than this, and a share that matters.
 LARGEST, TYPICAL = 0.1, 1e-3
@@ -44,7 +43,7 @@ class FrequencyShift:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PreloadJitter:
-    """The pre-loads of all lines differ together, by given shares of the number."""
+    """All pre-loads differ together, by given shares of the number."""
 
     shares: tuple[tuple[str, float], ...]
     name: str
@@ -56,10 +55,11 @@ class PreloadJitter:
     )
 
     def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
-        """The lines with other pre-loads, and the static load that balances them."""
+        """The model with other pre-loads."""
         (amount,) = values
-        for line, share in self.shares:
-            test_model = Preload(name=line, line=line).apply(test_model, [1 + share * amount])
+        for name, share in self.shares:
+            if name in test_model.preloads:
+                test_model = test_model.pressed(name, 1 + share * amount)
         return test_model
 
 
@@ -82,7 +82,7 @@ def preload_jitter(
     return [
         (
             PreloadJitter(
-                shares=tuple(zip(model.lines, (float(share) for share in vector), strict=True)),
+                shares=tuple(zip(model.preloads, (float(share) for share in vector), strict=True)),
                 name=f"pre-loads, pattern {number + 1}",
             ),
             float(np.sqrt(size)),

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from diagnosis.arrangement import Arrangement
 from diagnosis.comparison import Vector
 from diagnosis.effect.candidate import Effect
+from hbsolve.errors import ModelError
 
 #: |d_perp| below which an effect of typical strength moves nothing by more than this many standard deviations in all.
 UNSEEN = 0.3
@@ -183,7 +184,11 @@ def _change(arrangement: Arrangement, effect: Effect, step: float, relief: Vecto
     """
     fit, train = arrangement.fit, arrangement.train
     values = _made_up(arrangement, effect, step, relief)
-    prediction = train.predict(arrangement.unknowns([effect]).compose(values), fit.prediction)
+    try:
+        prediction = train.predict(arrangement.unknowns([effect]).compose(values), fit.prediction)
+    except ModelError:
+        # Nothing holds a structure with so much of it: it cannot be what is missing.
+        return np.zeros(len(fit.residual))
     moved = fit.residual[: fit.n_number] - train.residual(prediction)
     there = train.found(prediction) & train.found(fit.prediction)
     prior = (values[: len(fit.values)] - fit.values) / fit.unknowns.prior

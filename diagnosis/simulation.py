@@ -15,13 +15,11 @@ from numpy.typing import NDArray
 from correlation.feature_vector import FeatureVector
 from correlation.measurement import Campaign
 from correlation.nuisance import error_tangents, left_by
-from correlation.observation import Observation, point_of_row
+from correlation.observation import point_of_row
 from correlation.prediction import Points, Prediction, Predictor
 from correlation.test_model import TestModel
 from diagnosis.arrangement import Arrangement
 from diagnosis.comparison import Comparison
-
-Coefficients = Complex[NDArray[np.complex128], " k"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -44,7 +42,7 @@ class Simulation:
         table, used = self.campaign.measurement, self._point >= 0
         value = np.zeros(len(table), dtype=np.complex128)
         error = self._error(generator)
-        way = np.array([max(self._sweeps.index(sweep), 0) if sweep in self._sweeps else 0 for sweep in table.sweep])
+        way = np.array([self._sweeps.index(sweep) if sweep in self._sweeps else 0 for sweep in table.sweep])
         for repeat in np.unique(table.repeat):
             rows = used & (table.repeat == repeat)
             read = np.array(
@@ -161,13 +159,8 @@ def _joined(sides: list[Points]) -> Points:
 def _noise(side: Comparison) -> Float[NDArray[np.float64], "2 k"]:
     """Standard deviation of a repeat's reading by noise, real and imaginary part, shape (2, k)."""
     features, observed = side.features, side.observed
-    deviation = side.noise / features.per_reading(_mean(observed))
+    deviation = side.noise / features.per_reading(observed.mean)
     k = len(observed.points)
     imaginary = np.zeros(k)
     imaginary[features.row[k:]] = deviation[k:]
     return np.array([deviation[:k], imaginary])
-
-
-def _mean(observed: Observation) -> Coefficients:
-    with np.errstate(invalid="ignore"):
-        return np.asarray(np.nanmean(observed.repeat, axis=1))

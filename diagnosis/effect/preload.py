@@ -1,4 +1,4 @@
-"""One contact line is pressed more or less than modelled."""
+"""One contact line, or what one dead weight presses, is pressed more or less than modelled."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,10 +14,16 @@ RATIO = EffectParameter(name="pre-load ratio", unit="-", lower=0.1, upper=3.0, t
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Preload:
-    """Scales the pre-load of a line, and the static load that balances it, so that rest stays rest."""
+    """Scales the pre-load of a line with the load that balances it, so that rest stays rest; or a dead weight.
+
+    Parameters
+    ----------
+    of
+        One of `TestModel.preloads`.
+    """
 
     name: str
-    line: str
+    of: str
     parameters: tuple[EffectParameter, ...] = (RATIO,)
     kind: str = KIND
     physics: str = "The contact line is pressed with another force at rest: bolts, dead weights, assembly."
@@ -27,22 +33,19 @@ class Preload:
     )
 
     def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
-        """N_0 of each contact times the ratio; the static load rises by what N_0 rises, along the normal."""
+        """N_0 of each contact times the ratio, and the static load along its normal; or the load of the dead weight."""
         (ratio,) = values
-        static, change = test_model.system.static, {}
-        for contact in contacts(test_model, self.line):
-            static = static + (ratio - 1) * contact.preload * contact.normal
-            change[contact.name] = {"preload": ratio * contact.preload}
-        return test_model.with_joints(change).with_system(static_load=static)
+        # Without its contacts a structure has no pre-loads.
+        return test_model.pressed(self.of, ratio) if self.of in test_model.preloads else test_model
 
 
 def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect | Untestable]:
-    """The pre-load of each line.
+    """The pre-load of each line, and by each dead weight.
 
     Parameters
     ----------
     test_model
-        Whose lines.
+        Whose lines and dead weights.
     size
         Of the model; not asked for.
     """
@@ -50,10 +53,10 @@ def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect 
     if not test_model.lines:
         return [Untestable(name=KIND, reason="the model has no contact lines")]
     found: list[Effect | Untestable] = []
-    for line in test_model.lines:
-        name = f"{KIND} of {line}"
-        if any(contact.preload for contact in contacts(test_model, line)):
-            found.append(Preload(name=name, line=line))
+    for of in test_model.preloads:
+        name = f"{KIND} {'by' if of in test_model.dead_weights else 'of'} {of}"
+        if of in test_model.dead_weights or any(each.preload for each in contacts(test_model, of)):
+            found.append(Preload(name=name, of=of))
         else:
             found.append(Untestable(name=name, reason="it is zero in the model, and a ratio leaves it so"))
     return found

@@ -64,7 +64,7 @@ def test_the_last_cause_is_the_preload_of_each_line(bench: Bench) -> None:
     block = bench.jitter[2]
     assert block.shape[1] == 2
     for line, mode in zip(bench.model.lines, block.T, strict=True):
-        ends = [Preload(name=line, line=line).apply(bench.model, [1 + side * STEP]) for side in (1, -1)]
+        ends = [Preload(name=line, of=line).apply(bench.model, [1 + side * STEP]) for side in (1, -1)]
         same(mode, bench.change(*ends), bench)
 
 

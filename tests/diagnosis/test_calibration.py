@@ -1,7 +1,7 @@
 """Calibration finds planted parameters within the errors that it states, and stops at a bound."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, fields, replace
 from types import ModuleType
 
 import numpy as np
@@ -10,12 +10,14 @@ import pytest
 from correlation.errors import CampaignError
 from correlation.measurement import Campaign, HeldOut
 from correlation.nuisance import Budget
+from correlation.prediction import Prediction
 from correlation.test_model import TestModel
 from diagnosis.accepted import accepted
 from diagnosis.arrangement import Arrangement, arrange
 from diagnosis.calibration import Fit, calibrate
-from diagnosis.comparison import NOT_FOUND
+from diagnosis.comparison import NOT_FOUND, Comparison
 from diagnosis.unknowns import Unknowns
+from hbsolve.errors import ModelError
 
 PLANTED = {"kt": 1.06, "mu": 0.93, "zeta": 1.1}
 EXACT_MODEL = Budget(frequency=0.0, compliance=0.0)
@@ -55,6 +57,32 @@ def test_the_fit_is_as_good_as_the_noise(arranged: Arrangement) -> None:
     assert 0.3 < fit.chi2 / fit.n_number < 1.5
     settled = calibrate(arranged.settled, u := Unknowns.of(fit.model, arranged.jitter, ()), u.vanishing, fit.prediction)
     assert 0.3 < settled.chi2 / settled.n_number < 1.6
+
+
+def test_a_trial_that_nothing_holds_turns_a_fit_back(small: TestModel, arranged: Arrangement) -> None:
+    fit, train = arranged.fit, arranged.train
+    # No stiffness is left, and less than none.
+    loose = fit.model.with_system(stiffness=-1e3 * np.eye(fit.model.system.n_dof))
+    with pytest.raises(ModelError, match="negative eigenvalue"):
+        train.predict(loose, fit.prediction)
+
+    @dataclass(frozen=True)
+    class Unheld(Comparison):
+        """Nothing holds a model whose kt is above 1.1 of the drawing; the fit starts worse than with no prediction."""
+
+        def predict(self, model: TestModel, before: Prediction | None = None) -> Prediction:
+            stiff = model.contact(model.lines["left"][0]).tangential_stiffness
+            if stiff > 1.1 * small.contact(small.lines["left"][0]).tangential_stiffness:
+                return super().predict(loose, before)
+            return super().predict(model, before)
+
+    held = Unheld(**{each.name: getattr(train, each.name) for each in fields(Comparison)})
+    # The best kt is 1.06; from far below the first step goes beyond 1.1, from above there is no state at all.
+    for start in (0.7, 1.3):
+        values = fit.unknowns.vanishing.copy()
+        values[fit.unknowns.names.index("kt")] = start
+        again = calibrate(held, fit.unknowns, values, fit.prediction)
+        assert again.chi2 == pytest.approx(fit.chi2, abs=1.0)
 
 
 def test_chi2_is_least_at_the_fit(arranged: Arrangement) -> None:

@@ -5,13 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from correlation.test_model import Dof, TestModel
+from correlation.errors import TestModelError
+from correlation.test_model import DeadWeight, Dof, TestModel
 from diagnosis.catalogue import catalogue
 from diagnosis.effect.contact_line import contacts
 from diagnosis.effect.gap import Gap
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import FrictionContact
+from reduction.stuck import stuck_stiffness
 
 
 def applied(model: TestModel, name: str, value: float) -> TestModel:
@@ -81,6 +83,53 @@ def test_rest_stays_rest_at_any_preload(bench: TestModel, ratio: float) -> None:
     level = 1e-3  # N; far from slip, so that the mean is that of rest
     state = steady_state(HarmonicBalance(system=changed.system, n_harmonic=3, level=level), 60.0)
     assert abs(state.coefficients[0]).max() < 1e-9 * abs(state.coefficients[1]).max()
+
+
+def weighted(model: TestModel) -> TestModel:
+    """One weight presses both lines, through the masses beside them."""
+    row = np.zeros(model.system.n_dof)
+    row[[1, 3]] = 2.0, 3.0
+    return replace(model, dead_weights={"weight": DeadWeight(row=row, lines=("left", "right"))})
+
+
+def test_lines_under_a_dead_weight_are_pressed_by_it_alone(bench: TestModel) -> None:
+    names = [each for each in catalogue(weighted(bench)).names if each.startswith("pre-load")]
+    assert names == ["pre-load by weight"]
+    only_left = replace(weighted(bench), dead_weights={"weight": DeadWeight(row=np.ones(7), lines=("left",))})
+    assert only_left.preloads == ("weight", "right")
+    assert weighted(bench).free().preloads == ()
+
+
+@pytest.mark.parametrize("ratio", [0.9, 1.1])
+def test_a_dead_weight_presses_as_stiffness_shares_it(bench: TestModel, ratio: float) -> None:
+    model = weighted(bench)
+    changed = applied(model, "pre-load by weight", ratio)
+    state = steady_state(HarmonicBalance(system=changed.system, n_harmonic=3, level=1e-6), 60.0)
+    # All contacts stay closed and stuck: the linear structure with their springs.
+    stuck = stuck_stiffness(model.system.stiffness, model.system.joints)
+    moved = np.linalg.solve(stuck, (ratio - 1) * model.dead_weights["weight"].row)
+    np.testing.assert_allclose(state.coefficients[0].real, moved, rtol=1e-8, atol=1e-8 * np.abs(moved).max())
+
+
+@pytest.mark.parametrize("kind", ["line", "weight"])
+def test_pressing_twice_multiplies(bench: TestModel, kind: str) -> None:
+    model, name = (bench, "left") if kind == "line" else (weighted(bench), "weight")
+    twice, once = model.pressed(name, 0.5).pressed(name, 0.8), model.pressed(name, 0.4)
+    np.testing.assert_allclose(twice.system.static, once.system.static, rtol=1e-12)
+    for model in (twice, once):
+        static, preloads = model.preload_slope(name)
+        expected, at_first = (bench if kind == "line" else weighted(bench)).preload_slope(name)
+        np.testing.assert_allclose(static, 0.4 * expected, rtol=1e-12)
+        assert preloads == pytest.approx({each: 0.4 * value for each, value in at_first.items()})
+
+
+def test_what_presses_nothing_is_refused(bench: TestModel) -> None:
+    with pytest.raises(TestModelError, match='"typo" is no pre-load of the model: there are left, right'):
+        bench.pressed("typo", 0.1)
+    with pytest.raises(TestModelError, match='"left" is no pre-load of the model: there are weight'):
+        weighted(bench).pressed("left", 0.5)
+    with pytest.raises(TestModelError, match='dead weight "none" is zero'):
+        replace(bench, dead_weights={"none": DeadWeight(row=np.zeros(7), lines=("left",))})
 
 
 def test_a_gap_is_linear_along_its_line(bench: TestModel) -> None:
