@@ -1,16 +1,19 @@
 """The beam of the virtual test bench as a case: ``beam.npz`` with its matrices and rows, ``beam.toml`` with the rest.
 
-``python -m study.beam_case [FOLDER]`` writes both; without a folder the shipped ones.
+``python -m study.beam_case FOLDER`` writes both, with ``--campaign SEED`` measurements too: of a specimen on the
+virtual test bench that hides an effect drawn by the seed.
 """
 
+import argparse
 import sys
-from io import BytesIO
+from collections.abc import Sequence
 from pathlib import Path
-from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
+from zipfile import ZIP_DEFLATED
 
 import numpy as np
 
 from correlation.test_model import LineSensor, Sensor, TestModel
+from reduction.npz_file import write_npz
 from study.beam_model import (
     DAMPING_RATIO,
     FRICTION_COEFFICIENT,
@@ -20,7 +23,6 @@ from study.beam_model import (
     TANGENTIAL_STIFFNESS,
     beam_model,
 )
-from study.shipped import BEAM
 
 #: Elements of the shipped beam: f1 is right within 1e-5.
 N_ELEMENT = 24
@@ -49,7 +51,7 @@ def write_beam_case(folder: Path | str) -> Path:
     The case file.
     """
     folder, model = Path(folder), beam_model(N_ELEMENT)
-    _write_arrays(folder / "beam.npz", _arrays(model))
+    write_npz(folder / "beam.npz", _arrays(model), ZIP_DEFLATED)
     case = folder / "beam.toml"
     case.write_text(_text(model), encoding="utf-8")
     return case
@@ -118,14 +120,22 @@ def _text(model: TestModel) -> str:
     return "\n".join(tables)
 
 
-def _write_arrays(file: Path, arrays: dict[str, np.ndarray]) -> None:
-    """As `numpy.savez_compressed`, but the same bytes at any time."""
-    with ZipFile(file, "w", ZIP_DEFLATED) as archive:
-        for name, array in arrays.items():
-            stream = BytesIO()
-            np.lib.format.write_array(stream, np.asanyarray(array), allow_pickle=False)
-            archive.writestr(ZipInfo(f"{name}.npy"), stream.getvalue(), ZIP_DEFLATED)
+def main(words: Sequence[str] | None = None) -> None:
+    """Write what the command line asks for."""
+    parser = argparse.ArgumentParser(
+        prog="python -m study.beam_case", description="The beam of the virtual test bench."
+    )
+    parser.add_argument("folder", type=Path, help="where beam.toml and beam.npz go; made if it is not there")
+    parser.add_argument("--campaign", type=int, metavar="SEED", help="measure a specimen too, into FOLDER/campaign")
+    given = parser.parse_args(words)
+    given.folder.mkdir(parents=True, exist_ok=True)
+    sys.stdout.write(f"{write_beam_case(given.folder)}\n")
+    if given.campaign is not None:
+        from transient.bench import make_campaign
+
+        make_campaign(given.folder / "campaign", seed=given.campaign)
+        sys.stdout.write(f"{given.folder / 'campaign'}\n")
 
 
 if __name__ == "__main__":
-    write_beam_case(Path(sys.argv[1]) if len(sys.argv) > 1 else BEAM.parent)
+    main()

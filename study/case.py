@@ -192,6 +192,8 @@ def _read(path: str | Path) -> CaseSource:
     except tomllib.TOMLDecodeError as error:
         message, line = _syntax(str(error), text)
         raise refuse(message, line) from None
+    except ValueError:  # Python's own limit
+        raise refuse("it holds a number of thousands of digits: shorten it") from None
     except RecursionError:
         raise refuse("its brackets are nested too deeply") from None
     return CaseSource(file=file, text=text, data=data, lines=lines)

@@ -38,8 +38,17 @@ class ExitCode(IntEnum):
 COMMANDS = (
     ("table1", "study.command.table1:app", "Reproduce the paper's mesh study: one frequency three ways, ten models."),
     ("modes", "study.command.modes:app", "Draw the mode shapes of a blade or of your own mesh."),
-    ("reduce", "study.command.reduce:app", "Reduce a blade by Craig-Bampton: CAD, mesh, reduced model, response."),
-    ("solve", "study.command.solve:app", "Compute response curves of a structure with friction, gaps, other joints."),
+    (
+        "reduce",
+        "study.command.reduce:app",
+        "Reduce a blade or a rig by Craig-Bampton: CAD, mesh, reduced model, modes.",
+    ),
+    (
+        "solve",
+        "study.command.solve:app",
+        "Compute response curves of a rig, or of a structure with friction and gaps.",
+    ),
+    ("limits", "study.command.limits:app", "Find the band of responses that unknown friction history can produce."),
     ("compare", "study.command.compare:app", "Compare a model with measurements, and show where it fails."),
     ("diagnose", "study.command.diagnose:app", "Name the effect that a model lacks, or say that none is missing."),
     ("add", "study.command.add:app", "Write an effect that is missing into a case."),
@@ -48,7 +57,7 @@ COMMANDS = (
     ("cache", "study.command.cache:app", "Show how much the kept results take, or remove them."),
 )
 
-HELP = "From a CAD blade to reduced models and the response of friction-damped structures."
+HELP = "From the CAD model of a blade or a rig to reduced models and the response of friction-damped structures."
 
 EPILOGUE = """\
 Examples:
@@ -108,11 +117,12 @@ def _guarded(run: "Callable[[], Answer | None]", words: Sequence[str], output: c
     except CycloptsError as error:
         return output.error(ExitCode.BAD_INPUT, "usage", f"{error} See `{_help_line(words)}`.")
     except KeyboardInterrupt:
-        return output.error(
-            ExitCode.INTERRUPTED,
-            "interrupted",
-            "interrupted; what was finished is kept: the same command goes on from there",
-        )
+        return _interrupted(output)
+    except SystemError as error:
+        # Compiled code cannot raise what interrupts it: Python says so with the interruption as the cause.
+        if isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
+            return _interrupted(output)
+        return _raised(error, words, output)
     except BrokenPipeError:
         return output.abandon(ExitCode.DONE)  # The reader, such as `head`, has seen enough.
     except MemoryError:
@@ -121,6 +131,14 @@ def _guarded(run: "Callable[[], Answer | None]", words: Sequence[str], output: c
         )
     except Exception as error:
         return _raised(error, words, output)
+
+
+def _interrupted(output: console.Output) -> int:
+    return output.error(
+        ExitCode.INTERRUPTED,
+        "interrupted",
+        "interrupted; what was finished is kept: the same command goes on from there",
+    )
 
 
 def _raised(error: Exception, words: Sequence[str], output: console.Output) -> int:

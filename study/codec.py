@@ -1,13 +1,15 @@
 """How a stage's value is saved into a folder and read back: as JSON, or as JSON beside a file of arrays.
 
-Both know text, numbers (complex ones too), None, lists, tuples, dicts and dataclasses of the product; `NPZ` also knows
-numpy arrays and SciPy sparse matrices. A dataclass is rebuilt by its constructor, so its own checks run again. Nothing
-is pickled: a cache entry can never run code. (`study.diagnose_codec` pickles, and reads back with care.)
+Both know text, numbers (complex ones too), None, lists, tuples, sets, dicts, and dataclasses and enums of the
+product; `NPZ` also knows numpy arrays and SciPy sparse matrices. A dataclass is rebuilt by its constructor, so its own
+checks run again. Nothing is pickled: a cache entry can never run code. (`study.diagnose_codec` pickles, and reads back
+with care.)
 """
 
 import dataclasses
 import json
 from collections.abc import Callable, Mapping
+from enum import Enum
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol
@@ -16,8 +18,8 @@ TREE_FILE = "tree.json"
 ARRAY_FILE = "arrays.npz"
 
 # What is not JSON by itself is a list that starts with one of these marks.
-_TUPLE, _LIST, _PAIRS, _COMPLEX, _DATACLASS, _ARRAY, _SPARSE = (
-    "tuple", "list", "dict", "complex", "dataclass", "array", "sparse"
+_TUPLE, _LIST, _SET, _PAIRS, _COMPLEX, _ENUM, _DATACLASS, _ARRAY, _SPARSE = (
+    "tuple", "list", "set", "dict", "complex", "enum", "dataclass", "array", "sparse"
 )  # fmt: skip
 
 # Dataclasses of other packages may not survive a change of version unseen.
@@ -91,17 +93,20 @@ def _encode(value: Any, keep: Callable[[Any], str] | None) -> Any:
     """Value as JSON; `keep` stores an array and returns its name, or is None where arrays cannot be kept."""
     if is_numpy_scalar(value):
         value = value.item()
+    kind = type(value)
+    own = kind.__module__.partition(".")[0] in OWN_ROOMS
+    if isinstance(value, Enum) and own:  # before numbers: some enums are such
+        return [_ENUM, kind.__module__, kind.__qualname__, value.name]
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, complex):
         return [_COMPLEX, value.real, value.imag]
-    if isinstance(value, tuple | list):
-        mark = _TUPLE if isinstance(value, tuple) else _LIST
+    if isinstance(value, tuple | list | set):
+        mark = _TUPLE if isinstance(value, tuple) else _LIST if isinstance(value, list) else _SET
         return [mark, *(_encode(item, keep) for item in value)]
     if isinstance(value, Mapping):
         return [_PAIRS, *([_encode(key, keep), _encode(item, keep)] for key, item in value.items())]
-    kind = type(value)
-    if dataclasses.is_dataclass(value) and kind.__module__.partition(".")[0] in OWN_ROOMS:
+    if dataclasses.is_dataclass(value) and own:
         names = [field.name for field in dataclasses.fields(value) if field.init]
         fields = {name: _encode(getattr(value, name), keep) for name in names}
         return [_DATACLASS, kind.__module__, kind.__qualname__, fields]
@@ -122,6 +127,8 @@ def _decode(tree: Any, arrays: Mapping[str, Any]) -> Any:
         return [_decode(item, arrays) for item in rest]
     if mark == _TUPLE:
         return tuple(_decode(item, arrays) for item in rest)
+    if mark == _SET:
+        return {_decode(item, arrays) for item in rest}
     if mark == _PAIRS:
         return {_decode(key, arrays): _decode(item, arrays) for key, item in rest}
     if mark == _COMPLEX:
@@ -133,18 +140,23 @@ def _decode(tree: Any, arrays: Mapping[str, Any]) -> Any:
 
         flavour, shape, data, indices, indptr = rest
         return getattr(sparse, flavour)((arrays[data], arrays[indices], arrays[indptr]), shape=tuple(shape))
+    if mark == _ENUM:
+        module, name, member = rest
+        return _own_class(module, name, "__members__")[member]
     if mark == _DATACLASS:
         module, name, fields = rest
-        return _rebuild(module, name, fields, arrays)
+        kind = _own_class(module, name, "__dataclass_fields__")
+        return kind(**{field: _decode(value, arrays) for field, value in fields.items()})
     raise ValueError(f"unknown mark {mark!r} in a cache entry")
 
 
-def _rebuild(module: str, name: str, fields: Mapping[str, Any], arrays: Mapping[str, Any]) -> Any:
+def _own_class(module: str, name: str, mark: str) -> Any:
+    """A class of the product that has what all of its kind have."""
     if module.partition(".")[0] not in OWN_ROOMS:
         raise ValueError(f"a cache entry names the foreign module {module}")
     kind: Any = import_module(module)
     for part in name.split("."):
         kind = getattr(kind, part)
-    if not (isinstance(kind, type) and hasattr(kind, "__dataclass_fields__")):
-        raise ValueError(f"a cache entry names {module}.{name}, which is no dataclass")
-    return kind(**{field: _decode(value, arrays) for field, value in fields.items()})
+    if not (isinstance(kind, type) and hasattr(kind, mark)):
+        raise ValueError(f"a cache entry names {module}.{name}, which is no dataclass or enum")
+    return kind

@@ -144,7 +144,7 @@ def _signed(cell: Share) -> str:
 
 
 def _peaks(compared: Compared) -> Iterator[str]:
-    yield "Resonances, and the error of the model in % and in standard deviations of the measurement:"
+    yield "Resonances, and the error of the model in % and in what the mean of the repeats scatters by:"
     yield "  structure     level   frequency [Hz]     error             damping     error"
     for peak in compared.peaks:
         frequency = _error(peak.frequency_error, peak.frequency, peak.frequency_deviation, 3)
@@ -171,7 +171,8 @@ def _peaks(compared: Compared) -> Iterator[str]:
         error = peak.frequency_error if what == "frequency" else peak.damping_error
         yield (
             f"  worst: the {what} of the {configuration(peak.free)} structure at {peak.level:g} N is "
-            f"{100 * abs(error):.3g} % too {'high' if error > 0 else 'low'} ({deviations:.3g} standard deviations)"
+            f"{100 * abs(error):.3g} % too {'high' if error > 0 else 'low'} ({deviations:.3g} times what the "
+            "repeats scatter by)"
         )
 
 

@@ -104,7 +104,7 @@ function drawResponse() {
   const layout = {
     font: FONT, height: panel.static ? 400 : 560, margin: { l: 78, r: 24, t: 12, b: 52 }, paper_bgcolor: "white", plot_bgcolor: "white", hovermode: "closest",
     xaxis: axis({ title: { text: "frequency [Hz]" }, anchor: panel.static ? "y" : "y2" }),
-    yaxis: axis({ title: { text: (panel.static ? "" : "amplitude ") + "[" + panel.unit + "]" }, type: panel.static ? "linear" : "log", domain: panel.static ? [0, 1] : [0.37, 1], ...(panel.static || !seen.length ? {} : { range: limits }),
+    yaxis: axis({ title: { text: (panel.static ? "" : "amplitude ") + "[" + panel.unit + "]" }, type: panel.static ? "linear" : "log", ...(panel.static ? {} : { dtick: "D2" }), domain: panel.static ? [0, 1] : [0.37, 1], ...(panel.static || !seen.length ? {} : { range: limits }),
       exponentformat: "power", minor: panel.static ? {} : { showgrid: true, gridcolor: "#f0f3f6" } }),
   };
   if (!panel.static) layout.yaxis2 = axis({ title: { text: "phase [deg]" }, domain: [0, 0.31] });

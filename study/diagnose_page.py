@@ -171,14 +171,14 @@ def _accepted(of: Round) -> list[dict[str, str]]:
     then = {} if of.best is None else factors(of, of.best)
     listed = []
     for each in of.setup.accepted:
-        value, deviation = now[each.name]
-        pull = (value - 1) / each.deviation
+        # How far it moved in the fit that the verdict is about.
+        pull = (then.get(each.name, now[each.name])[0] - 1) / each.deviation
         listed.append(
             {
                 "name": each.name,
                 "physics": each.physics,
                 "prior": f"1 ± {100 * each.deviation:.3g} %",
-                "now": _factor(value, deviation),
+                "now": _factor(*now[each.name]),
                 "then": "" if each.name not in then else _factor(*then[each.name]),
                 "pull": f"{pull:+.2f}",
                 "place": f"{50 + 50 * max(-1.0, min(1.0, pull / 3)):.1f}",
@@ -189,9 +189,9 @@ def _accepted(of: Round) -> list[dict[str, str]]:
 
 
 def _factor(value: float, deviation: float) -> str:
-    """With as many places as the deviation needs."""
+    """With its 95 % interval, and as many places as that needs."""
     places = 4 if deviation >= 5e-4 else 5
-    return f"{value:.{places}f} ± {deviation:.{places}f}"
+    return f"{value:.{places}f} ± {INTERVAL * deviation:.{places}f}"
 
 
 def _added(of: Round) -> list[dict[str, str]]:

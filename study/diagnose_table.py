@@ -155,7 +155,7 @@ def strengths(of: Round, refit: Refit) -> list[tuple[Effect, float, float]]:
 
 def _values(of: Round, refit: Refit) -> tuple[Values, dict[str, Values], Values]:
     calibrated = {
-        name: Written(value=float(f"{value:.6g}"), note=f"{deviation:.2g}")
+        name: Written(value=float(f"{value:.6g}"), note=f"{INTERVAL * deviation:.2g}")
         for name, (value, deviation) in factors(of, refit).items()
     }
     first = len(of.setup.accepted)
@@ -177,7 +177,7 @@ def _written(value: float, deviation: float, parameter: EffectParameter) -> Writ
     text = text_of(value, parameter)
     number, _, unit = text.partition(" ")
     size = dict(WRITTEN.get(parameter.unit, ())).get(unit, 1.0)
-    note = f"{deviation / size:.2g} {unit}".rstrip()
+    note = f"{INTERVAL * deviation / size:.2g} {unit}".rstrip()
     return Written(value=text if unit else float(number), note=note)
 
 

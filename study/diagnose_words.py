@@ -5,7 +5,7 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any
 
-from diagnosis.verdict import Finding
+from diagnosis.verdict import INTERVAL, Finding
 from study.diagnose_history import ADD, Errors, Step
 from study.diagnose_round import Round, errors
 from study.diagnose_stages import stages
@@ -132,7 +132,10 @@ def _verdict(of: Round) -> Iterator[str]:
 
 def _fitted(of: Round) -> Iterator[str]:
     before = of.diagnosis.before
-    named = [f"{name} x {value:.5g} +- {deviation:.2g}" for name, (value, deviation) in factors(of, before).items()]
+    named = [
+        f"{name} x {value:.5g} +- {INTERVAL * deviation:.2g}"
+        for name, (value, deviation) in factors(of, before).items()
+    ]
     yield f"Calibrated: {', '.join(named) or 'nothing is accepted'}"
     for effect, strength, deviation in strengths(of, before):
         yield f"Added: {effect.name}, {interval(strength, deviation, effect.parameters[0])}"

@@ -101,7 +101,7 @@ def run_parallel(
             return [outcomes[number] for number in range(len(tasks))]
         n_worker = workers or os.cpu_count() or 1
         modules = sorted({_reference(tasks[number].stage)[0] for number in missing})
-        with _kept(store) as kept, _single_threaded(), _workers(modules) as workers_by_task:
+        with _kept(store) as kept, single_threaded(), _workers(modules) as workers_by_task:
             while missing or workers_by_task:
                 for number in _admitted(tasks, missing, list(workers_by_task), n_worker, memory):
                     missing.remove(number)
@@ -180,7 +180,8 @@ def _start(running: dict[int, _Worker], number: int, task: Task, folder: Path | 
 
 
 @contextmanager
-def _single_threaded() -> Iterator[None]:
+def single_threaded() -> Iterator[None]:
+    """Processes that start within have one BLAS thread each."""
     before = {name: os.environ.get(name) for name in ONE_THREAD}
     os.environ.update(ONE_THREAD)
     try:

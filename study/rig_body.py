@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 
 from fe.assembly import assemble
 from fe.boundary import Support, supported_system
@@ -30,7 +31,7 @@ class ReducedBody:
 
     Parameters
     ----------
-    mesh, rom
+    rom
         In its place in the rig.
     least_scaled_jacobian
         Of its elements, 1 for a brick [-].
@@ -38,7 +39,6 @@ class ReducedBody:
         Of each held set of nodes, over the reduced coordinates.
     """
 
-    mesh: Mesh
     rom: ReducedModel
     least_scaled_jacobian: float
     reactions: Mapping[str, Reaction]
@@ -50,12 +50,7 @@ def reduced_body(model: RigModel, body: str) -> ReducedBody:
     mesh = model.meshes()[body]
     quality = check_quality(mesh)
     mass, stiffness = assemble(mesh, model.material)
-    held = HELD[body.partition("_")[0]]
-    if held:
-        system = supported_system(mesh, mass, stiffness, [Support(nodes=mesh.nodes(name)) for name in held])
-    else:
-        everything = np.arange(3 * mesh.n_node)
-        system = LinearSystem(mass=mass, damping=0 * mass, stiffness=stiffness, free=everything, n_node=mesh.n_node)
+    system = held_body(mesh, body, mass, stiffness)
     boundary = {name: system.rows(nodes) for name, nodes in mesh.node_sets.items()}
     version = importlib.metadata.version("stickslip")
     provenance = {"body": body, "stickslip": version, "model": repr(model)}
@@ -63,9 +58,9 @@ def reduced_body(model: RigModel, body: str) -> ReducedBody:
         rom = craig_bampton(system, boundary, model.modes_of(body), provenance)
     except RomError as error:
         raise RomError(f"{body}: {error}") from error
+    held = HELD[body.partition("_")[0]]
     reactions = {name: reaction(stiffness, mass, mesh.nodes(name), system.free) for name in held}
     return ReducedBody(
-        mesh=mesh,
         rom=rom,
         least_scaled_jacobian=float(quality.scaled_jacobian.min()),
         reactions={
@@ -73,3 +68,12 @@ def reduced_body(model: RigModel, body: str) -> ReducedBody:
             for name, each in reactions.items()
         },
     )
+
+
+def held_body(mesh: Mesh, body: str, mass: sp.csr_array, stiffness: sp.csr_array) -> LinearSystem:
+    """A body in full, on its supports."""
+    held = HELD[body.partition("_")[0]]
+    if held:
+        return supported_system(mesh, mass, stiffness, [Support(nodes=mesh.nodes(name)) for name in held])
+    everything = np.arange(3 * mesh.n_node)
+    return LinearSystem(mass=mass, damping=0 * mass, stiffness=stiffness, free=everything, n_node=mesh.n_node)

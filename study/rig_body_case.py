@@ -59,8 +59,8 @@ class DecouplerDimensions(CaseModel):
     lip_above_axis: Length = Decoupler.lip_above_axis
     pad_height_above_groove: Length = Decoupler.pad_height_above_groove
     plate_thickness: Length = Decoupler.plate_thickness
-    plate_below_lip: Length = Decoupler.plate_below_lip
     arm_angle: Angle = Decoupler.arm_angle
+    arms_meet: Length = Decoupler.arms_meet
     arm_thickness: Length = Decoupler.arm_thickness
     stub_length: Length = Decoupler.stub_length
     arm_length: Length = Decoupler.arm_length

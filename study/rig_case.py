@@ -17,6 +17,8 @@ from reduction.line_contact import Tangents
 from study import case_problem
 from study.blade_case import DampingTable, ElementName, MaterialTable
 from study.case import CaseModel, located
+from study.errors import CaseError, Problem
+from study.limits_case import LimitsTable
 from study.quantity import Angle, Force, Length, Ratio, Stiffness
 from study.rig_body_case import BladeDimensions, DamperDimensions, DecouplerDimensions
 from study.rig_model import RigModel
@@ -26,6 +28,8 @@ from study.solve_case import FrequencySweepTable
 OWN_TABLES = ("damper", "decoupler", "contact", "dead_weight")
 #: Sizes of elements [m]: finer ones fill any memory, coarser ones are longer than a contact line.
 FINEST, COARSEST = 1e-3, 10e-3
+#: Of ground lines [m]: wider ones are a slip of the unit, and would turn a damper by more than a linear model bears.
+WIDEST_GAP = 1e-4
 
 
 def _size(size: float) -> float:
@@ -45,7 +49,7 @@ def _inclination(angle: float) -> float:
 Modes = Annotated[int, Field(ge=0, le=2000, strict=True, examples=[30])]
 Positive = Annotated[Stiffness, Field(gt=0)]
 Friction = Annotated[Ratio, Field(ge=0, examples=[0.8])]
-Gap = Annotated[Length, Field(ge=0)]
+Gap = Annotated[Length, Field(ge=0, le=WIDEST_GAP)]
 Pull = Annotated[Force, Field(gt=0)]
 Inclination = Annotated[Angle, AfterValidator(_inclination)]
 
@@ -148,6 +152,7 @@ class RigCase(CaseModel):
     dead_weight: DeadWeightTable = DeadWeightTable()
     damping: DampingTable = DampingTable()
     sweep: RigSweepTable | None = None
+    limits: LimitsTable = LimitsTable()
 
 
 def is_rig_case(path: Path) -> bool:
@@ -158,6 +163,25 @@ def is_rig_case(path: Path) -> bool:
         return False
     # "contact" with double brackets is a list, of another case of `stickslip solve`.
     return "kind" in data or any(isinstance(data.get(table), dict) for table in OWN_TABLES)
+
+
+def refuse_rig(path: Path, remedy: str) -> None:
+    """For commands that are not for rigs.
+
+    Parameters
+    ----------
+    path
+        A case file.
+    remedy
+        What the user should do, in the imperative.
+
+    Raises
+    ------
+    CaseError
+        It is that of a rig.
+    """
+    if is_rig_case(path):
+        raise CaseError([Problem(file=str(path), line=0, key="", text=f"this is the case of a rig: {remedy}")])
 
 
 def rig_model(case: RigCase) -> RigModel:

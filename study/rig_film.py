@@ -7,10 +7,11 @@ import numpy as np
 from jaxtyping import Int
 from numpy.typing import NDArray
 
+from fe.whole_mesh import whole_mesh
 from geometry.rig import mating_pairs
 from study.figure.deflection_film import deflection_film
 from study.figure.station_picture import StationStates
-from study.rig_model import RigModel, whole_mesh
+from study.rig_model import RigModel
 from study.rig_pictures import AMPLITUDE, DRAWING_CODE
 from study.store import stage
 

@@ -3,9 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from fe.element import ELEMENTS
 from fe.material import Material
 from fe.mesh import Mesh
@@ -59,36 +56,6 @@ class RigModel:
             return self.n_mode
         kind = body.partition("_")[0]
         return max(count for name, count in self.n_mode.items() if name.partition("_")[0] == kind)
-
-
-def whole_mesh(meshes: Mapping[str, Mesh]) -> Mesh:
-    """Several bodies as one mesh, its nodes and cells in their order.
-
-    Returns
-    -------
-    A mesh with one cell set a body; its other sets are called "body.set".
-    """
-    cells: dict[str, list[NDArray[np.int64]]] = {}
-    node_sets: dict[str, NDArray[np.int64]] = {}
-    face_sets: dict[str, NDArray[np.int64]] = {}
-    cell_sets: dict[str, NDArray[np.int64]] = {}
-    node = cell = 0
-    for body, mesh in meshes.items():
-        for cell_type, nodes in mesh.cells.items():
-            cells.setdefault(cell_type, []).append(nodes + node)
-        node_sets |= {f"{body}.{name}": nodes + node for name, nodes in mesh.node_sets.items()}
-        face_sets |= {f"{body}.{name}": faces + np.array([cell, 0]) for name, faces in mesh.face_sets.items()}
-        cell_sets[body] = cell + np.arange(mesh.n_cell)
-        node += mesh.n_node
-        cell += mesh.n_cell
-    return Mesh(
-        points=np.concatenate([mesh.points for mesh in meshes.values()]),
-        # One element for all bodies: blocks of several types would change the order of the cells.
-        cells={cell_type: np.concatenate(blocks) for cell_type, blocks in cells.items()},
-        node_sets=node_sets,
-        face_sets=face_sets,
-        cell_sets=cell_sets,
-    )
 
 
 def mirror_image(body: str) -> str | None:

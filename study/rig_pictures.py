@@ -9,10 +9,11 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.mesh import Mesh
+from fe.whole_mesh import whole_mesh
 from geometry.rig import Rig, mating_pairs
 from study.figure.body_picture import bodies_picture, cut_picture
 from study.figure.mode_picture import mode_picture
-from study.rig_model import RIG_CODE, RigModel, whole_mesh
+from study.rig_model import RIG_CODE, RigModel
 from study.store import stage
 
 DRAWING_CODE = (*RIG_CODE, "study.figure", "study.rig_pictures")

@@ -10,21 +10,23 @@ from numpy.typing import NDArray
 
 from fe.dense_modes import dense_modes
 from fe.mesh_io import write_mesh
+from fe.whole_mesh import whole_mesh
 from geometry.errors import GeometryError
 from reduction.assembly import ReducedAssembly
 from reduction.assembly_io import save_assembly
 from reduction.joined import LinePair, joined
 from reduction.line_contact import Tangents
 from study.case import load_case, located
-from study.errors import MissingSoftware
+from study.errors import CaseError, MissingSoftware
 from study.output import replace_file
 from study.parallel import Task, run_parallel
 from study.rig_case import RigCase, rig_model
 from study.rig_joints import dead_weights, line_pairs
-from study.rig_model import RigModel, whole_mesh
+from study.rig_model import RigModel
 from study.rig_pictures import rig_pictures, stuck_mode_pictures
 from study.rig_reduction import RigReduction, reduction_tasks, together
 from study.rig_solid import rig_solid
+from study.rig_test_case import rig_test_case
 from study.run_context import RunContext
 
 #: Modes of the free blade and of the stuck rig that are reported, and stuck ones that are drawn.
@@ -60,7 +62,7 @@ class ReducedRig:
 
 
 def run_reduce_rig(path: Path, run: RunContext) -> ReducedRig:
-    """Reduce the rig of a case file and write STEP, mesh with modes, reduced assembly and pictures.
+    """Reduce the rig of a case file and write STEP, mesh with modes, reduced assembly, test case and pictures.
 
     Raises
     ------
@@ -76,8 +78,7 @@ def run_reduce_rig(path: Path, run: RunContext) -> ReducedRig:
         step, found = _computed(case, model, run)
     assembly = found.assembly
     frequency, shapes = stuck_modes(assembly, pairs, case.contact.sliding)
-    fields = assembly.displacement(shapes[:, :N_DRAWN])
-    displacement = np.moveaxis(np.concatenate(list(fields.values())), 2, 0)
+    displacement = assembly.on_whole_mesh(shapes[:, :N_DRAWN])
     files = {name: run.output / f"{path.stem}{name}" for name in (".step", ".vtu", "_rom.h5")}
     replace_file(files[".step"], step)
     named = {
@@ -85,13 +86,14 @@ def run_reduce_rig(path: Path, run: RunContext) -> ReducedRig:
     }
     write_mesh(whole_mesh(found.meshes), files[".vtu"], named)
     save_assembly(_titled(assembly, case.title), files["_rom.h5"])
+    tests = _test_case(path.stem, case, model, found, run)
     pictures = _drawn(path.stem, case.title, model, frequency[:N_DRAWN], displacement, run)
     return ReducedRig(
         reduction=found,
         blade_frequency=assembly.bodies["blade"].modes(N_BLADE).frequency,
         stuck_frequency=frequency[:N_STUCK],
         energy_share=energy_share(assembly, shapes[:, :N_STUCK]),
-        files=(*files.values(), *pictures),
+        files=(*files.values(), *tests, *pictures),
     )
 
 
@@ -100,9 +102,7 @@ def stuck_modes(
 ) -> tuple[Float[NDArray[np.float64], " r"], Float[NDArray[np.float64], "r r"]]:
     """Frequencies of the rig with all contacts closed and stuck [Hz], and mass-normalised shapes [kg^-1/2]."""
     modes = dense_modes(assembly.mass, joined(assembly, pairs, tangents=tangents).stuck)
-    shapes = modes.shapes / np.sqrt(modes.mu)
-    largest = shapes[np.abs(shapes).argmax(axis=0), np.arange(shapes.shape[1])]
-    return np.sqrt(modes.lambda_.clip(min=0)) / (2 * np.pi), shapes * np.sign(largest)
+    return np.sqrt(modes.lambda_.clip(min=0)) / (2 * np.pi), modes.mode_shapes
 
 
 def energy_share(
@@ -118,7 +118,8 @@ def energy_share(
 
 def _computed(case: RigCase, model: RigModel, run: RunContext) -> tuple[str, RigReduction]:
     """Text of the STEP file, and the reduction."""
-    reductions = reduction_tasks(model)
+    meshes = model.meshes()
+    reductions = reduction_tasks(model, meshes)
     solid = Task(stage=rig_solid, inputs={"rig": model.rig}, label="CAD solids", weight=SOLID_WORK)
     try:
         *bodies, step = run_parallel([*reductions, solid], run.store, run.progress, "meshes and reduction")
@@ -126,7 +127,7 @@ def _computed(case: RigCase, model: RigModel, run: RunContext) -> tuple[str, Rig
         # The dimensions are to blame, which stand in several tables: not the mesh.
         with located(case):
             raise error
-    return str(step.value), together(model, reductions, bodies)
+    return str(step.value), together(model, meshes, reductions, bodies)
 
 
 def _titled(assembly: ReducedAssembly, title: str) -> ReducedAssembly:
@@ -134,6 +135,20 @@ def _titled(assembly: ReducedAssembly, title: str) -> ReducedAssembly:
         body: replace(rom, provenance={"title": title, **rom.provenance}) for body, rom in assembly.bodies.items()
     }
     return ReducedAssembly(bodies=titled)
+
+
+def _test_case(stem: str, case: RigCase, model: RigModel, found: RigReduction, run: RunContext) -> list[Path]:
+    """Write what `stickslip compare` and `diagnose` take; a rig without rest under its dead weights has none."""
+    assert run.output is not None
+    try:
+        written = rig_test_case(case, model.rig, found, f"{stem}_test")
+    except CaseError as error:
+        run.warn(f"there is no test case: {error.problems[0].text}")
+        return []
+    files = [run.output / f"{stem}_test{suffix}" for suffix in (".toml", ".npz")]
+    replace_file(files[0], written.case)
+    replace_file(files[1], written.arrays)
+    return files
 
 
 def _drawn(

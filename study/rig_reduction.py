@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.mesh import Mesh
@@ -59,13 +60,13 @@ def reduce_rig(model: RigModel, store: Store, progress: Progress, title: str = "
     InvertedCell, RomError
         As the stages raise them.
     """
-    tasks = reduction_tasks(model)
-    return together(model, tasks, run_parallel(tasks, store, progress, title))
-
-
-def reduction_tasks(model: RigModel) -> list[Task]:
-    """One task for each body that is no mirror image."""
     meshes = model.meshes()
+    tasks = reduction_tasks(model, meshes)
+    return together(model, meshes, tasks, run_parallel(tasks, store, progress, title))
+
+
+def reduction_tasks(model: RigModel, meshes: Mapping[str, Mesh]) -> list[Task]:
+    """One task for each body that is no mirror image; the sizes of the meshes tell how long each takes."""
     return [
         Task(
             stage=reduced_body,
@@ -78,10 +79,11 @@ def reduction_tasks(model: RigModel) -> list[Task]:
     ]
 
 
-def together(model: RigModel, tasks: list[Task], outcomes: list[Outcome[ReducedBody]]) -> RigReduction:
+def together(
+    model: RigModel, meshes: Mapping[str, Mesh], tasks: list[Task], outcomes: list[Outcome[ReducedBody]]
+) -> RigReduction:
     """What the tasks of `reduction_tasks` found, with the mirror images, and with as many modes as were asked."""
     found = {str(task.inputs["body"]): outcome.value for task, outcome in zip(tasks, outcomes, strict=True)}
-    meshes = model.meshes()
     bodies = {
         body: found[body].rom if body in found else mirrored(found[mirror_image(body) or ""].rom, body)
         for body in BODIES
@@ -105,8 +107,7 @@ def _reactions(assembly: ReducedAssembly, body: str, own: Mapping[str, Reaction]
     rom, columns = assembly.bodies[body], assembly.columns(body)
     rows, across = np.ones((3, 1)), np.ones(rom.n_dof)
     if mirror_image(body) is not None:
-        rows[1] = -1.0
-        across[: rom.n_boundary][rom.boundary_direction == 1] = -1.0
+        rows[1], across = -1.0, _signs(rom)
 
     def over_all(part: NDArray[np.float64]) -> NDArray[np.float64]:
         found = np.zeros((3, assembly.n_dof))
@@ -122,8 +123,7 @@ def mirrored(rom: ReducedModel, body: str) -> ReducedModel:
 
     Displacements along y change their sign, on the boundary and on the mesh; the modal coordinates stay as they are.
     """
-    boundary, full = np.ones(rom.n_dof), np.where(rom.free % 3 == 1, -1.0, 1.0)
-    boundary[: rom.n_boundary][rom.boundary_direction == 1] = -1.0
+    boundary, full = _signs(rom), np.where(rom.free % 3 == 1, -1.0, 1.0)
     signs = np.outer(boundary, boundary)
     return replace(
         rom,
@@ -133,3 +133,10 @@ def mirrored(rom: ReducedModel, body: str) -> ReducedModel:
         recovery=full[:, None] * rom.recovery * boundary,
         provenance={**rom.provenance, "body": body},
     )
+
+
+def _signs(rom: ReducedModel) -> Float[NDArray[np.float64], " r"]:
+    """What a reflection at y = 0 multiplies the reduced coordinates by [-]."""
+    found = np.ones(rom.n_dof)
+    found[: rom.n_boundary][rom.boundary_direction == 1] = -1.0
+    return found

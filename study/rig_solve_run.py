@@ -90,9 +90,7 @@ def run_solve_rig(path: Path, run: RunContext) -> SolvedRig:
     labels = [each.curve.label for each in curves]
     files = [*solved.files, *draw_forces(path.stem, case.title, friction, labels, peaks, run)]
     # The last curve is that of the highest level: the film of its peak shows most.
-    motion = np.moveaxis(
-        np.concatenate(list(reduction.assembly.displacement(states[-1].coefficients.T).values())), 2, 0
-    )
+    motion = reduction.assembly.on_whole_mesh(states[-1].coefficients.T)
     files += draw_film(path.stem, case.title, model, labels[-1], states[-1].angular_frequency, motion, peaks[-1], run)
     return SolvedRig(
         solved=replace(solved, files=tuple(files)), rest=_at_rest(system), dampers=system.dampers, peaks=peaks

@@ -1,5 +1,6 @@
 """From a rig's case and its reduced bodies to what the solver takes: rest, loads, outputs and curves."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import cos, pi, sin
 
@@ -28,24 +29,37 @@ HISTORY = 0.9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class RigSystem:
+class RestingRig:
     """A rig under its dead weights.
 
     Parameters
     ----------
     joined
         Bodies and contacts, unloaded.
+    pull
+        Of the dead weight of each side, over all coordinates, shape (r,) [N].
     rest
         How the dead weights press the contacts.
     dampers
         How the contacts hold them, as rigid bodies.
-    model
-        What is solved.
     """
 
     joined: Joined
+    pull: Mapping[str, Row]
     rest: StaticState
     dampers: tuple[RigidBody, ...]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RigSystem(RestingRig):
+    """The same with what is solved.
+
+    Parameters
+    ----------
+    model
+        Loads, outputs and curves.
+    """
+
     model: SolveModel
 
 
@@ -67,7 +81,28 @@ def rig_system(case: RigCase, rig: Rig, reduction: RigReduction) -> RigSystem:
         No sweep; a damper that nothing holds, leaves its groove or finds no rest.
     """
     if case.sweep is None:
-        raise CaseError([_no_sweep(case)])
+        raise CaseError([no_sweep(case)])
+    resting = resting_rig(case, rig, reduction)
+    bodies, rest = resting.joined, resting.rest
+    system = vibrating(bodies, rest, case.damping.ratio, excitation(reduction))
+    model = SolveModel(
+        system=system,
+        outputs=_outputs(reduction),
+        curves=_curves(case.sweep, rest, bodies),
+        harmonics=case.sweep.harmonics,
+        n_sample=case.sweep.n_sample,
+    )
+    return RigSystem(joined=bodies, pull=resting.pull, rest=rest, dampers=resting.dampers, model=model)
+
+
+def resting_rig(case: RigCase, rig: Rig, reduction: RigReduction) -> RestingRig:
+    """The rig of a case under its dead weights.
+
+    Raises
+    ------
+    CaseError
+        A damper that nothing holds, leaves its groove or finds no rest.
+    """
     assembly = reduction.assembly
     with located(case, "contact"):
         bodies = joined(assembly, line_pairs(case, rig), tangents=case.contact.sliding)
@@ -77,22 +112,21 @@ def rig_system(case: RigCase, rig: Rig, reduction: RigReduction) -> RigSystem:
     )
     with located(case, "contact"):
         check_held(dampers)
+    pull = _pulls(case, rig, reduction)
     with located(case, "dead_weight"):
-        rest = bodies.rest(_pulled(case, rig, reduction))
-    force = np.zeros((2, assembly.n_dof), dtype=np.complex128)
-    force[1, assembly.rows("blade", "excitation", Y)] = 1.0
-    system = vibrating(bodies, rest, case.damping.ratio, force)
-    model = SolveModel(
-        system=system,
-        outputs=_outputs(reduction),
-        curves=_curves(case.sweep, rest, bodies),
-        harmonics=case.sweep.harmonics,
-        n_sample=case.sweep.n_sample,
-    )
-    return RigSystem(joined=bodies, rest=rest, dampers=dampers, model=model)
+        rest = bodies.rest(np.sum([*pull.values()], axis=0))
+    return RestingRig(joined=bodies, pull=pull, rest=rest, dampers=dampers)
 
 
-def _no_sweep(case: RigCase) -> Problem:
+def excitation(reduction: RigReduction) -> NDArray[np.complex128]:
+    """A harmonic force of 1 N at the blade's excitation point along y, shape (2, r) [N]."""
+    force = np.zeros((2, reduction.assembly.n_dof), dtype=np.complex128)
+    force[1, reduction.assembly.rows("blade", "excitation", Y)] = 1.0
+    return force
+
+
+def no_sweep(case: RigCase) -> Problem:
+    """A rig's case needs none to be reduced."""
     text = (
         "there is no [sweep], which says what to solve: give one, with from, to, levels and harmonics "
         "(docs/rig.md has an example)"
@@ -100,18 +134,17 @@ def _no_sweep(case: RigCase) -> Problem:
     return Problem(file="", line=0, key="sweep", text=text) if case.source is None else case.source.problem((), text)
 
 
-def _pulled(case: RigCase, rig: Rig, reduction: RigReduction) -> Row:
-    """The dead weights, spread over the lower half of the cylinders that their wires lie under [N]."""
-    load = np.zeros(reduction.assembly.n_dof)
-    points = named_points(rig)
+def _pulls(case: RigCase, rig: Rig, reduction: RigReduction) -> dict[str, Row]:
+    """The dead weight of each side, spread over the lower half of the cylinder that its wire lies under [N]."""
+    found, points = {}, named_points(rig)
     for side, weight in dead_weights(case).items():
         body, (sign, _) = f"damper_{side}", SIDES[side]
         mesh = reduction.meshes[body]
         cylinder = mesh.nodes("cylinder")
         below = cylinder[mesh.points[cylinder, 2] < rig.damper_axis]
         place = points[body]["dead_weight"] + np.array([0.0, sign * weight.shift, 0.0])
-        load += reduction.assembly.load(body, distributed_load(mesh, below, _pull(weight), place))
-    return load
+        found[side] = reduction.assembly.load(body, distributed_load(mesh, below, _pull(weight), place))
+    return found
 
 
 def _pull(weight: DeadWeight) -> Float[NDArray[np.float64], "3"]:
@@ -159,7 +192,7 @@ def _curves(sweep: RigSweepTable, rest: StaticState, bodies: Joined) -> tuple[Cu
 def _pushed(rest: StaticState, share: dict[str, float]) -> Row:
     """Sliders after a damper was pushed along its line: each contact keeps a share of its limit at rest."""
     found = []
-    for each, force in zip(rest.contacts, rest.normal, strict=True):
-        limit = each.friction_coefficient * force / each.tangential_stiffness
-        found.append(np.array([-share[each.name] * limit, *[0.0] * (len(each.tangents) - 1)]))
+    for each in rest.contacts:
+        first = -share[each.name] * (each.limit_at_rest / each.tangential_stiffness)
+        found.append(np.array([first, *[0.0] * (len(each.tangents) - 1)]))
     return np.concatenate(found)

@@ -11,5 +11,7 @@ RIG = CASES / "rig.toml"
 TABLE1 = (CASES / "table1_rig.toml", CASES / "table1_plain.toml")
 #: A chain of three masses whose end rubs on a wall; its matrices stand beside it.
 SOLVE = CASES / "solve_chain.toml"
+#: A blade with a wedge damper: the smallest system whose response depends on friction history; its matrices too.
+LIMITS = CASES / "wedge_damper.toml"
 #: The beam of the virtual test bench, beside its matrices; `study.beam_case` writes both.
 BEAM = CASES / "beam" / "beam.toml"

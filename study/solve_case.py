@@ -2,28 +2,19 @@
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from study.case import CaseModel
+from study.level import Level
+from study.limits_case import LimitsTable
 from study.quantity import Angle, CubicStiffness, Force, Frequency, Length, QuadraticDamping, Ratio, Stiffness
 from study.solve_place import PlaceTable
 
 #: Advice to who takes too few samples a period: so many at least, and so many for each harmonic.
 FEWEST_SAMPLES, SAMPLES_PER_HARMONIC = 128, 32
 MOST_HARMONICS, MOST_SAMPLES = 500, 65536
-#: Levels beyond these are mistakes; the arithmetic of a motion would overflow far beyond them.
-LEAST_LEVEL, MOST_LEVEL = 1e-12, 1e12
 
 Positive = Annotated[Stiffness, Field(gt=0)]
-
-
-def _in_range(level: float) -> float:
-    if not LEAST_LEVEL <= level <= MOST_LEVEL:
-        raise ValueError(f"must lie between {LEAST_LEVEL:g} and {MOST_LEVEL:g}: it scales the loads, so change those")
-    return level
-
-
-Level = Annotated[Ratio, Field(gt=0), AfterValidator(_in_range)]
 Name = Annotated[str, Field(min_length=1, max_length=60)]
 
 
@@ -192,6 +183,7 @@ class SolveCase(CaseModel):
     load: tuple[LoadTable, ...]
     output: tuple[OutputTable, ...]
     sweep: SweepTable
+    limits: LimitsTable = LimitsTable()
 
     @field_validator("load", "output", mode="before")
     @classmethod

@@ -26,6 +26,8 @@ CODE = (
     "study.solve_contact",
     "study.stuck_contacts",
     "study.solve_case",
+    "study.level",
+    "study.limits_case",
     "study.solve_place",
     "study.mistakes",
 )

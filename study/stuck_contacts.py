@@ -31,4 +31,4 @@ def stuck_at_rest(stiffness: Matrix, joints: Sequence[Joint]) -> Matrix:
 
 
 def _is_open(joint: Joint) -> bool:
-    return isinstance(joint, FrictionContact) and joint.preload - joint.normal_stiffness * joint.gap <= 0
+    return isinstance(joint, FrictionContact) and joint.force_at_rest <= 0

@@ -123,6 +123,14 @@ class TestStaticLoadTable(TestPlaceTable):
     force: Force
 
 
+class DeadWeightTable(TestPlaceTable):
+    """A constant force that presses lines; their pre-loads are those under it, so that it is not added to them."""
+
+    name: Name
+    force: Force
+    presses: Annotated[tuple[Name, ...], Field(min_length=1, examples=[["left"]])]
+
+
 class AcceptedTable(CaseModel):
     """Relative standard deviations of what every fit calibrates; 0 leaves one out as known."""
 
@@ -218,6 +226,7 @@ class TestCase(CaseModel):
     contact: tuple[ContactTable, ...] = ()
     load: tuple[TestLoadTable, ...]
     static_load: tuple[TestStaticLoadTable, ...] = ()
+    dead_weight: tuple[DeadWeightTable, ...] = ()
     accepted: AcceptedTable = AcceptedTable()
     numerical_error: NumericalErrorTable = NumericalErrorTable()
     harmonics: HarmonicsTable = HarmonicsTable()

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from correlation.errors import TestModelError
-from correlation.test_model import LineSensor, Sensor, TestModel
+from correlation.test_model import DeadWeight, LineSensor, Sensor, TestModel
 from reduction.errors import JointError
 from reduction.jointed_system import Friction, FrictionContact, Joint, JointedSystem
 from study.case import located
@@ -65,6 +65,7 @@ def model_of_case(case: TestCase, folder: Path) -> TestModel:
             joints += contact_joints(case, case.contact, number, structure.matrices)
     harmonic = _loads(case, where, static, mistakes)
     sensors = _sensors(case, where, mistakes)
+    weights = _dead_weights(case, where, mistakes)
     mistakes.raise_if_any()
     matrices, damping = structure.matrices, structure.matrices.damping
     with mistakes.at("damping"):
@@ -86,6 +87,7 @@ def model_of_case(case: TestCase, folder: Path) -> TestModel:
             dofs=structure.dofs,
             lines=lines,
             places=where.places,
+            dead_weights=weights,
             n_harmonic=case.harmonics.highest + 1,
             n_sample=case.harmonics.samples or 0,
         )
@@ -95,10 +97,11 @@ def _check_names(case: TestCase, mistakes: Mistakes) -> None:
     names = {
         "place": [table.name for table in case.place],
         "line": [table.name for table in case.line],
+        "dead_weight": [table.name for table in case.dead_weight],
         "sensor": [table.name for table in case.sensor],
         "line_sensor": [table.name for table in case.line_sensor],
     }
-    for kinds in (("place",), ("line",), ("sensor", "line_sensor")):
+    for kinds in (("place",), ("line", "dead_weight"), ("sensor", "line_sensor")):
         taken: dict[str, str] = {}
         for kind in kinds:
             for number, name in enumerate(names[kind]):
@@ -181,6 +184,19 @@ def _sensors(case: TestCase, where: Whereabouts, mistakes: Mistakes) -> list[Sen
                 )
             sensors.append(LineSensor(name=each.name, line=each.line, component=each.component, gain=each.gain))
     return sensors
+
+
+def _dead_weights(case: TestCase, where: Whereabouts, mistakes: Mistakes) -> dict[str, DeadWeight]:
+    found, lines = {}, [line.name for line in case.line]
+    for number, table in enumerate(case.dead_weight):
+        with mistakes.at("dead_weight", number):
+            for line in table.presses:
+                if line not in lines:
+                    raise TestModelError(
+                        f'presses: "{line}" is no line of the case: there are {", ".join(lines) or "none"}'
+                    )
+            found[table.name] = DeadWeight(row=table.force * where.row(table), lines=table.presses)
+    return found
 
 
 def _damping(case: TestCase, structure: TestStructure, joints: Sequence[Joint]) -> NDArray[np.float64]:

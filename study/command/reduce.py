@@ -1,15 +1,19 @@
 """``stickslip reduce``: from a case file to a reduced model."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from study.run_context import DEFAULTS, Answer, Options, Out, command_app
 
+if TYPE_CHECKING:
+    from study.blade_reduction import Reduction
+    from study.matrices_reduction import MatricesReduction
+
 app = command_app(
     "reduce",
-    """Reduce a blade, or the whole rig, by Craig-Bampton.
+    """Reduce a blade, the whole rig, or matrices of another program by Craig-Bampton.
 
     A blade: builds the CAD solid, meshes and clamps it, keeps excitation, response and contact nodes and the lowest
     fixed-interface modes. Writes the STEP file, the mesh (VTU), the reduced model (HDF5, docs/rom_file.md) and the
@@ -18,7 +22,10 @@ app = command_app(
 
     A rig (a case file with kind = "rig", docs/rig.md): the same for each of its five bodies. Writes the STEP assembly,
     the meshes with the first modes (VTU), the reduced assembly (HDF5) and pictures, and prints the frequencies of the
-    rig with all contacts stuck.""",
+    rig with all contacts stuck.
+
+    Matrices (kind = "matrices", docs/matrices.md): mass and stiffness from ANSYS, Nastran or MatrixMarket files. Writes
+    the reduced model, and compares reduced frequencies with full ones.""",
     examples=["stickslip reduce --out reduced", "stickslip reduce my_rig.toml --out mine --json"],
 )
 
@@ -31,11 +38,14 @@ def reduce(
     out: Out = Path("reduced"),
     options: Options = DEFAULTS,
 ) -> Answer:
-    """Reduce a blade or a rig."""
+    """Reduce a blade, a rig or matrices."""
+    from study.matrices_case import is_matrices_case
     from study.rig_case import is_rig_case
     from study.shipped import BLADE
 
     path = case or BLADE
+    if is_matrices_case(path):
+        return _matrices(path, out, options)
     return _rig(path, out, options) if is_rig_case(path) else _blade(path, out, options)
 
 
@@ -47,12 +57,39 @@ def _rig(path: Path, out: Path, options: Options) -> Answer:
     return Answer(document=rig_document(reduced), text=rig_text(reduced))
 
 
+def _matrices(path: Path, out: Path, options: Options) -> Answer:
+    from study.matrices_run import run_reduce_matrices
+
+    reduced = run_reduce_matrices(path, options.open(out))
+    files = [str(file) for file in reduced.files]
+    return Answer(
+        document={**_frequency_document(reduced.reduction), "files": files},
+        text="\n".join([*_frequency_lines(reduced.reduction), "", *files]),
+    )
+
+
 def _blade(path: Path, out: Path, options: Options) -> Answer:
     from study.reduce_run import run_reduce
 
     reduced = run_reduce(path, options.open(out))
     found = reduced.reduction
     lines = [
+        *_frequency_lines(found),
+        "",
+        f"  first, from the peak of the harmonic-balance response: {found.peak_natural:.5f} Hz",
+        "",
+        *map(str, reduced.files),
+    ]
+    document = {
+        **_frequency_document(found),
+        "hb_peak_hz": found.peak_natural,
+        "files": [str(file) for file in reduced.files],
+    }
+    return Answer(document=document, text="\n".join(lines))
+
+
+def _frequency_lines(found: "Reduction | MatricesReduction") -> list[str]:
+    return [
         f"{found.n_dof} degrees of freedom reduced to {found.rom.n_dof}",
         "",
         "  mode      full [Hz]   reduced [Hz]   estimated error",
@@ -62,18 +99,14 @@ def _blade(path: Path, out: Path, options: Options) -> Answer:
                 zip(found.frequency, found.rom_frequency, found.rom_error, strict=True), start=1
             )
         ),
-        "",
-        f"  first, from the peak of the harmonic-balance response: {found.peak_natural:.5f} Hz",
-        "",
-        *map(str, reduced.files),
     ]
-    document = {
+
+
+def _frequency_document(found: "Reduction | MatricesReduction") -> dict[str, Any]:
+    return {
         "n_dof": found.n_dof,
         "n_reduced": found.rom.n_dof,
         "frequency_hz": list(map(float, found.frequency)),
         "rom_frequency_hz": list(map(float, found.rom_frequency)),
         "rom_error": list(map(float, found.rom_error)),
-        "hb_peak_hz": found.peak_natural,
-        "files": [str(file) for file in reduced.files],
     }
-    return Answer(document=document, text="\n".join(lines))

@@ -28,10 +28,15 @@ def solve(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Compute response curves of a structure with joints."""
+    from study.matrices_case import is_matrices_case
     from study.rig_case import is_rig_case
     from study.shipped import SOLVE
 
     path = case or SOLVE
+    if is_matrices_case(path):
+        from study.matrices_run import refuse_to_solve
+
+        refuse_to_solve(path)
     if is_rig_case(path):
         from study.rig_solve_run import run_solve_rig
         from study.rig_solve_table import rig_solve_document, rig_solve_text

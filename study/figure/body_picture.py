@@ -10,8 +10,11 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.mesh import Mesh
-from study.figure.caption import DPI, INK, PALE, Layout, layout_for
+from fe.whole_mesh import whole_mesh
+from study.figure.caption import DPI, Layout, layout_for
+from study.figure.cut import behind
 from study.figure.film import Image, save_picture
+from study.figure.look import INK, PALE
 from study.figure.mode_scene import OVERSAMPLING, TOWARDS_EYE, Vectors, View, scene, view_of
 
 #: Colours of the bodies in the order in which they are given.
@@ -65,19 +68,13 @@ def cut_picture(
     stations
         Of the contact line, shape (n_station, 3) [m].
     """
-    halves = {name: [behind(mesh) for mesh in group] for name, group in bodies.items()}
+    halves = {name: [behind(mesh, x=0.0) for mesh in group] for name, group in bodies.items()}
     low, high = stations.min(axis=0) - AROUND, stations.max(axis=0) + AROUND
     corners = np.array([[0.0, y, z] for y in (low[1], high[1]) for z in (low[2], high[2])])
     near = view_of(corners, TOWARDS_CUT)
     everything = np.concatenate([mesh.points for group in halves.values() for mesh in group])
     depth = float(np.linalg.norm(everything - near.centre, axis=1).max())
     return _drawn(halves, Path(path), replace(near, depth=depth), (title, subtitle, note), stations)
-
-
-def behind(mesh: Mesh) -> Mesh:
-    """The cells on the side x < 0; all points stay, so that node numbers do."""
-    kept = {kind: nodes[mesh.points[nodes, 0].mean(axis=1) < 0] for kind, nodes in mesh.cells.items()}
-    return Mesh(points=mesh.points, cells=kept)
 
 
 def _drawn(
@@ -90,7 +87,9 @@ def _drawn(
     layout = layout_for(view.half_width / view.half_height)
     left, top, width, height = layout.body
     colours = list(COLOURS[: len(bodies)])
-    mesh, number = _together(bodies)
+    mesh = whole_mesh({f"{name} {k}": each for name, group in bodies.items() for k, each in enumerate(group)})
+    # Of the colour of each node.
+    number = np.repeat(np.arange(float(len(bodies))), [sum(each.n_node for each in group) for group in bodies.values()])
     with scene(mesh, number, (-0.5, len(bodies) - 0.5), colours, view, (width, height)) as drawn:
         if stations is not None:
             drawn.plotter.add_points(
@@ -104,22 +103,6 @@ def _drawn(
         picture[top : top + height, left : left + width] = drawn.image(mesh.points)
     save_picture(picture, file)
     return file
-
-
-def _together(bodies: Mapping[str, list[Mesh]]) -> tuple[Mesh, Float[NDArray[np.float64], " node"]]:
-    """All bodies as one mesh, and the number of the colour of each node."""
-    points, number = [], []
-    cells: dict[str, list[NDArray[np.int64]]] = {}
-    start = 0
-    for colour, group in enumerate(bodies.values()):
-        for mesh in group:
-            points.append(mesh.points)
-            number.append(np.full(mesh.n_node, float(colour)))
-            for kind, nodes in mesh.cells.items():
-                cells.setdefault(kind, []).append(nodes + start)
-            start += mesh.n_node
-    joined = {kind: np.concatenate(blocks) for kind, blocks in cells.items()}
-    return Mesh(points=np.concatenate(points), cells=joined), np.concatenate(number)
 
 
 def _furniture(layout: Layout, words: tuple[str, str, str], legend: Mapping[str, str], *, with_stations: bool) -> Image:

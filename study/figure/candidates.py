@@ -2,12 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from io import BytesIO
 
 import numpy as np
 
-from study.figure.heading import INK, PALE, add_heading
-from study.figure.response_curves import GRID
+from study.figure.heading import add_heading
+from study.figure.look import INK, PALE, open_box, png
 
 #: Named by the verdict, fitted, and to first order alone.
 NAMED, FITTED, EXPECTED = "#c2410c", "#1f4e79", "#c3ced9"
@@ -85,17 +84,13 @@ def candidates_figure(
     right.set_xlim(left=0, right=1.12 * 100 * max([before] + [each.held_out or 0.0 for each in candidates]))
     right.set_xlabel("held-out error [%]; dashed: without any of them")
     for axes in (left, right):
-        axes.grid(axis="x", color=GRID, linewidth=0.8)
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.set_axisbelow(True)
+        open_box(axes, grid="x")
     shown = {_colour(each) for each in candidates}
     words = {NAMED: "named by the verdict", FITTED: "fitted", EXPECTED: "to first order"}
     handles = [Patch(color=colour, label=label) for colour, label in words.items() if colour in shown]
     figure.legend(handles=handles, frameon=False, loc="outside lower left", ncols=len(handles))
     add_heading(figure, title, subtitle)
-    stream = BytesIO()
-    figure.savefig(stream, format="png")
-    return stream.getvalue()
+    return png(figure)
 
 
 def _colour(of: CandidateBar) -> str:

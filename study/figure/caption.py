@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-INK, PALE = "#101820", "#5d6772"
+from study.figure.look import INK, PALE
+
 #: Room above, below and to the right of the body in a picture of `HEIGHT` pixels; other sizes scale it.
 TOP, BOTTOM, RIGHT, LEFT = 128, 66, 200, 24
 HEIGHT = 1300

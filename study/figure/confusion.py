@@ -1,14 +1,14 @@
 """What was planted by what was named: a matrix of counts, shaded by the share of its row."""
 
 from collections.abc import Sequence
-from io import BytesIO
 from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Bool, Int
 from numpy.typing import NDArray
 
-from study.figure.heading import INK, PALE, add_heading
+from study.figure.heading import add_heading
+from study.figure.look import INK, PALE, png
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -71,9 +71,7 @@ def confusion_figure(
     axes.set_ylabel("planted (campaigns)", fontsize=10, color=PALE)
     _part(axes, count.shape, gaps)
     add_heading(figure, title, subtitle)
-    stream = BytesIO()
-    figure.savefig(stream, format="png")
-    return stream.getvalue()
+    return png(figure)
 
 
 def _shades(share: NDArray[np.float64], right: NDArray[np.bool_]) -> NDArray[np.float64]:

@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from io import BytesIO
 from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
+
+from study.figure.look import add_title, png
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -70,10 +71,8 @@ def contact_states_figure(panels: Sequence[Sequence[StatePanel]], *, title: str,
     there = {state for line in panels for panel in line for state in panel.states}
     patches = [Patch(color=colour, label=name) for name, colour in COLOURS.items() if name in there]
     figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False)
-    figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
-    stream = BytesIO()
-    figure.savefig(stream, format="png")
-    return stream.getvalue()
+    add_title(figure, title)
+    return png(figure)
 
 
 def _draw(axes: "Axes", panel: StatePanel) -> bool:

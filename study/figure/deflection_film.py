@@ -1,6 +1,5 @@
 """Films of an operating deflection: the bodies over one period, and beside them their contact stations from near by."""
 
-from collections.abc import Iterable
 from os import PathLike
 from pathlib import Path
 
@@ -10,14 +9,15 @@ from numpy.typing import NDArray
 
 from fe.mesh import Mesh
 from geometry.errors import InputError
-from study.errors import OutputError
 from study.figure.caption import Caption, Layout, furniture, layout_for
+from study.figure.deflection import enlargement
 from study.figure.exact_gif import save_exact_gif
-from study.figure.film import Image
+from study.figure.film import Image, Part, file_to_write, pasted
 from study.figure.line_states import STATES
-from study.figure.mode_picture import DEFLECTION, FILM_HEIGHT
+from study.figure.look import three_digits
+from study.figure.mode_picture import FILM_HEIGHT
 from study.figure.mode_scene import scene, view_of
-from study.figure.station_picture import Colouring, Part, StationStates, station_pictures
+from study.figure.station_picture import Colouring, StationStates, station_pictures
 
 Motion = Float[NDArray[np.float64], "frame node 3"]
 
@@ -71,16 +71,13 @@ def deflection_film(
     OutputError
         The file cannot be written.
     """
-    file = Path(path)
-    if file.suffix.lower() != ".gif":
-        raise InputError(f'{file} has the suffix "{file.suffix}": use .gif')
-    motion = _checked(mesh, displacement, amplitude)
+    file = file_to_write(path, (".gif",))
+    motion = _checked(mesh, displacement)
+    enlarged = enlargement(mesh, motion, amplitude)
     if stations is not None:
         _check_stations(mesh, motion, stations)
     reached = np.linalg.norm(motion, axis=2).max(axis=0)
     largest = float(reached.max())
-    wanted = DEFLECTION * float(np.ptp(mesh.points, axis=0).max()) if amplitude is None else amplitude
-    enlarged = wanted / largest if largest > 0 else 1.0
     unit, per_metre = ("mm", 1e3) if largest >= LARGE else ("um", 1e6)
     # Both pictures take their colours from all bodies, so that one bar serves both.
     limits = (0.0, per_metre * largest if largest > 0 else 1.0)
@@ -88,16 +85,13 @@ def deflection_film(
     caption = Caption(
         title=title,
         subtitle=subtitle,
-        note=f"Deflection drawn {_digits(enlarged)} times as large; grey lines: the bodies at rest",
+        note=f"Deflection drawn {three_digits(enlarged)} times as large; grey lines: the bodies at rest",
         label=f"Largest displacement in the period [{unit}]",
         limits=limits,
         colour_map=COLOUR_MAP,
     )
     film = _frames(mesh, mesh.points + enlarged * motion, colouring, caption, stations)
-    try:
-        save_exact_gif(film, file, keep=("white", *STATES.values()))
-    except OSError as error:
-        raise OutputError(f"{file} cannot be written ({error.strerror}): choose a folder that exists") from error
+    save_exact_gif(film, file, keep=("white", *STATES.values()))
     return file
 
 
@@ -120,20 +114,16 @@ def _frames(
         # Even, as `layout_for` makes it.
         whole = Layout(width=layout.width + 2 * ((near + 2 * gap) // 2), height=layout.height)
     canvas = furniture(whole, caption)
-    return [_pasted(canvas, own) for own in parts]
+    return [pasted(canvas, own) for own in parts]
 
 
-def _checked(mesh: Mesh, displacement: Motion, amplitude: float | None) -> Motion:
+def _checked(mesh: Mesh, displacement: Motion) -> Motion:
     motion = np.asarray(displacement, dtype=np.float64)
     if motion.ndim != 3 or len(motion) < 2 or motion.shape[1:] != (mesh.n_node, 3):
         raise InputError(
             f"displacement has the shape {motion.shape}, but the mesh has {mesh.n_node} nodes: "
             f"give (n_frame, {mesh.n_node}, 3) with at least 2 frames"
         )
-    if (lost := int((~np.isfinite(motion)).sum())) > 0:
-        raise InputError(f"displacement has {lost} values that are not finite: solve again")
-    if amplitude is not None and not (np.isfinite(amplitude) and amplitude > 0):
-        raise InputError(f"amplitude = {amplitude:g} m must be positive: leave it out for a tenth of the bodies' size")
     return motion
 
 
@@ -143,15 +133,3 @@ def _check_stations(mesh: Mesh, motion: Motion, stations: StationStates) -> None
     outside = stations.node[(stations.node < 0) | (stations.node >= mesh.n_node)]
     if outside.size:
         raise InputError(f"a station is at node {outside[0]}: the mesh has nodes 0 to {mesh.n_node - 1}")
-
-
-def _digits(value: float) -> str:
-    """Three digits, without an exponent."""
-    return f"{float(f'{value:.3g}'):,.10g}"
-
-
-def _pasted(canvas: Image, parts: Iterable[Part]) -> Image:
-    picture = canvas.copy()
-    for left, top, part in parts:
-        picture[top : top + part.shape[0], left : left + part.shape[1]] = part
-    return picture

@@ -8,7 +8,7 @@ from jaxtyping import UInt8
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from study.figure.film import RATE, Image
+from study.figure.film import Image, save_indexed
 
 #: Of a GIF.
 N_COLOUR = 256
@@ -27,6 +27,11 @@ def save_exact_gif(frames: list[Image], file: Path, keep: Iterable[str]) -> None
         The file.
     keep
         Colours that are exact; the others are those nearest to the frames' own.
+
+    Raises
+    ------
+    OutputError
+        It cannot be written.
     """
     from PIL import Image as Pillow
 
@@ -35,8 +40,7 @@ def save_exact_gif(frames: list[Image], file: Path, keep: Iterable[str]) -> None
     pictures = [Pillow.fromarray(nearest[frame @ WEIGHTS]) for frame in frames]
     for picture in pictures:
         picture.putpalette(palette.ravel().tolist())
-    first, *rest = pictures
-    first.save(file, save_all=True, append_images=rest, duration=1000 // RATE, loop=0, optimize=False, disposal=1)
+    save_indexed(pictures, file)
 
 
 def _palette(frames: list[Image], keep: Iterable[str]) -> UInt8[NDArray[np.uint8], "colour 3"]:

@@ -1,12 +1,12 @@
 """A frequency response function: amplitude and phase."""
 
-from io import BytesIO
-
 import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-LINE, GRID = "#0072b2", "#e5e7eb"
+from study.figure.look import add_title, open_box, png
+
+LINE = "#0072b2"
 
 
 def frequency_response_figure(
@@ -37,9 +37,6 @@ def frequency_response_figure(
     phase.set_xlabel("frequency [Hz]")
     phase.set_xlim(frequency[0], frequency[-1])
     for axes in (amplitude, phase):
-        axes.grid(color=GRID, linewidth=0.8)
-        axes.spines[["top", "right"]].set_visible(False)
-    figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
-    stream = BytesIO()
-    figure.savefig(stream, format="png")
-    return stream.getvalue()
+        open_box(axes)
+    add_title(figure, title)
+    return png(figure)

@@ -2,15 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from io import BytesIO
 from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from study.figure.heading import INK, add_heading
-from study.figure.response_curves import GRID, family_colours
+from study.figure.heading import add_heading
+from study.figure.look import INK, open_box, png
+from study.figure.response_curves import family_colours
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -108,9 +108,7 @@ def frf_overlay_figure(
         if last:
             lowest.set_xlabel("frequency [Hz]")
         for each in axes[row : row + step, column]:
-            each.grid(color=GRID, linewidth=0.8)
-            each.spines[["top", "right"]].set_visible(False)
-            each.set_axisbelow(True)
+            open_box(each)
     handles = [
         Line2D([], [], color=colour, linewidth=2, label=level) for colour, level in zip(colours, levels, strict=True)
     ]
@@ -129,9 +127,7 @@ def frf_overlay_figure(
     ]
     figure.legend(handles=handles, frameon=False, loc="outside lower left", ncols=len(handles))
     add_heading(figure, title, subtitle)
-    stream = BytesIO()
-    figure.savefig(stream, format="png")
-    return stream.getvalue()
+    return png(figure)
 
 
 def _amplitude(axes: "Axes", panel: OverlayPanel, colours: Sequence[str]) -> None:

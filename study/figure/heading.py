@@ -2,10 +2,11 @@
 
 from typing import TYPE_CHECKING
 
+from study.figure.look import INK, PALE
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-INK, PALE = "#101820", "#5d6772"
 #: Room above the axes, and what stands where in it [inches from the top].
 ROOM, TITLE, SUBTITLE, LEFT = 0.72, 0.12, 0.42, 0.12
 

@@ -2,19 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from io import BytesIO
 from typing import TYPE_CHECKING
 
-import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
-
-from study.figure.response_curves import GRID, family_colours
+from study.figure.look import add_title, open_box, png
+from study.figure.period_axis import Samples, closed
+from study.figure.response_curves import family_colours
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Samples = Float[NDArray[np.float64], " n"]
 LONGEST_LEGEND = 6
 
 
@@ -81,22 +77,17 @@ def hysteresis_figure(joints: Sequence[tuple[str, Sequence[Loop]]], *, title: st
             axes.set_xlabel("time / period")
             axes.set_xlim(0, 1)
     for axes in grid.flat:
-        axes.grid(color=GRID, linewidth=0.8)
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.set_axisbelow(True)
+        open_box(axes)
     handles, labels = grid[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), LONGEST_LEGEND), frameon=False)
-    figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
-    stream = BytesIO()
-    figure.savefig(stream, format="png")
-    return stream.getvalue()
+    add_title(figure, title)
+    return png(figure)
 
 
 def _draw(row: "Sequence[Axes]", loop: Loop, colour: str) -> None:
-    # A period ends where it began.
-    closed = np.r_[np.arange(len(loop.time)), 0]
-    time = np.r_[loop.time, 1.0]
-    row[0].plot(loop.displacement[closed] * 1e6, loop.force[closed], color=colour, linewidth=1.4, label=loop.label)
-    row[1].plot(time, loop.force[closed], color=colour, linewidth=1.4)
+    _, displacement = closed(loop.time, loop.displacement)
+    time, force = closed(loop.time, loop.force)
+    row[0].plot(displacement * 1e6, force, color=colour, linewidth=1.4, label=loop.label)
+    row[1].plot(time, force, color=colour, linewidth=1.4)
     if loop.normal is not None:
-        row[2].plot(time, loop.normal[closed], color=colour, linewidth=1.4)
+        row[2].plot(*closed(loop.time, loop.normal), color=colour, linewidth=1.4)

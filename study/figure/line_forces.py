@@ -2,27 +2,24 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from io import BytesIO
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
 
 from geometry.errors import InputError
-from study.figure.heading import INK, add_heading
-from study.figure.response_curves import GRID, LONGEST_LEGEND, family_colours
+from study.figure.heading import add_heading
+from study.figure.look import INK, open_box, png
+from study.figure.period_axis import Samples, closed, name_period, over_one_period, refuse_unequal
+from study.figure.response_curves import LONGEST_LEGEND, family_colours
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Samples = Float[NDArray[np.float64], " n"]
 #: Rows that still can be read on one page.
 MOST_ROWS = 4
 #: A line whose normal force is below this share of its largest one is open: there T / N means nothing.
 OPEN = 1e-6
 LINE = 1.4
-QUARTERS = {0.0: "0", 0.25: "0.25", 0.5: "0.5", 0.75: "0.75", 1.0: "1"}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,23 +57,6 @@ class LineForce:
         """|T| / N, shape (n,) [-]; NaN where the line is open."""
         closed = self.normal > OPEN * max(float(self.normal.max()), 0.0)
         return np.where(closed, np.abs(self.tangential) / np.where(closed, self.normal, 1.0), np.nan)
-
-
-def refuse_unequal(whose: str, time: Samples, **values: Samples) -> None:
-    """Refuse histories that do not have one value at each instant.
-
-    Raises
-    ------
-    InputError
-        With the name and the shape.
-    """
-    if time.ndim != 1 or time.size == 0:
-        raise InputError(f"time of {whose} has the shape {time.shape}: give (n,) with at least one instant")
-    for name, history in values.items():
-        if history.shape != time.shape:
-            raise InputError(
-                f"{name} of {whose} has the shape {history.shape}: give {time.shape}, one value an instant"
-            )
 
 
 def line_forces_figure(
@@ -125,9 +105,7 @@ def line_forces_figure(
         _limit(row[2], friction_coefficient[name])
         for axes, what in zip(row, ("tangential force", "normal force", "|T| / N"), strict=True):
             axes.set_title(f"{name}: {what}", fontsize=10, loc="left", color=INK)
-            axes.grid(color=GRID, linewidth=0.8)
-            axes.spines[["top", "right"]].set_visible(False)
-            axes.set_axisbelow(True)
+            open_box(axes)
         for axes, what in zip(row, ("T(t) [N]", "N(t) [N]", "|T| / N [-]"), strict=True):
             axes.set_ylabel(what, color=INK, labelpad=6)
     # From zero, where a line opens, and so far below it that a line on it is seen.
@@ -137,24 +115,11 @@ def line_forces_figure(
     _from_zero(grid[0, 2], float(np.nanmax(ratios)), 1.25)
     for axes in grid[-1]:
         over_one_period(axes)
+        name_period(axes)
     lines = [Line2D([], [], color=colour, linewidth=LINE, label=label) for label, colour in colours.items()]
     figure.legend(handles=lines, loc="outside lower center", ncols=min(len(labels), LONGEST_LEGEND), frameon=False)
     add_heading(figure, title, subtitle)
-    stream = BytesIO()
-    figure.savefig(stream, format="png")
-    return stream.getvalue()
-
-
-def over_one_period(axes: "Axes") -> None:
-    """Scale of a horizontal axis from the start of a period to its end."""
-    axes.set_xlabel("time / period", color=INK)
-    axes.set_xlim(0, 1)
-    axes.set_xticks(list(QUARTERS), list(QUARTERS.values()))
-
-
-def closed(time: Samples, values: Samples) -> tuple[Samples, Samples]:
-    """A history with its first value once more, a period later: a period ends where it began."""
-    return np.r_[time, time[0] + 1.0], np.r_[values, values[0]]
+    return png(figure)
 
 
 def _draw(row: "Sequence[Axes]", force: LineForce, colour: str) -> None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from io import BytesIO
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +10,9 @@ from numpy.typing import NDArray
 
 from geometry.errors import InputError
 from study.figure.contact_states import COLOURS
-from study.figure.heading import INK, add_heading
+from study.figure.heading import add_heading
+from study.figure.look import INK, png
+from study.figure.period_axis import name_period, over_one_period
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -114,7 +115,7 @@ def line_states_figure(
             _draw(axes, row[column])
             # Below it there may be a shorter row.
             if number == len(rows) - 1 or column >= len(rows[number + 1]):
-                axes.set_xlabel("time / period", color=INK)
+                name_period(axes)
             else:
                 axes.tick_params(labelbottom=False)
             if column == 0:
@@ -125,9 +126,7 @@ def line_states_figure(
     ]
     figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False)
     add_heading(figure, title, subtitle)
-    stream = BytesIO()
-    figure.savefig(stream, format="png")
-    return stream.getvalue()
+    return png(figure)
 
 
 def _draw(axes: "Axes", line: LineStates) -> None:
@@ -155,8 +154,7 @@ def _draw(axes: "Axes", line: LineStates) -> None:
         axes.set_yticks(range(1, n_station + 1))
     else:
         axes.yaxis.set_major_locator(MaxNLocator(6, integer=True))
-    axes.set_xlim(0, 1)
-    axes.set_xticks([0, 0.25, 0.5, 0.75, 1], ["0", "0.25", "0.5", "0.75", "1"])
+    over_one_period(axes)
     axes.tick_params(axis="y", length=0)
     axes.tick_params(labelsize=9, colors=INK)
     axes.spines[:].set_visible(False)

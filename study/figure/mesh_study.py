@@ -1,9 +1,9 @@
 """The mesh study as a figure: how far each row is from the published one, and how both element types converge."""
 
 from collections.abc import Sequence
-from io import BytesIO
 from typing import TYPE_CHECKING
 
+from study.figure.look import add_title, open_box, png
 from study.table1.study import MeshStudy, StudyRow
 
 if TYPE_CHECKING:
@@ -25,14 +25,10 @@ def mesh_study_figure(study: MeshStudy) -> bytes:
     errors, convergence = figure.subplots(1, 2, width_ratios=(1.15, 1))
     _draw_errors(errors, [row for row in study.rows if row.error is not None])
     _draw_convergence(convergence, study)
-    figure.suptitle(f"{study.case.title}: first natural frequency", x=0.01, ha="left", fontweight="bold")
+    add_title(figure, f"{study.case.title}: first natural frequency")
     for axes in (errors, convergence):
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.grid(axis="y", color="#e5e7eb", linewidth=0.8)
-        axes.set_axisbelow(True)
-    stream = BytesIO()
-    figure.savefig(stream, format="png")
-    return stream.getvalue()
+        open_box(axes, grid="y")
+    return png(figure)
 
 
 def _draw_errors(axes: "Axes", rows: Sequence[StudyRow]) -> None:

@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from io import BytesIO
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from study.figure.heading import INK, add_heading
+from study.figure.heading import add_heading
+from study.figure.look import INK, png
 
 NOTHING = "#e5e7eb"
 #: Ends of the steps of the scale [standard deviations]; below the second, noise explains it.
@@ -116,6 +116,4 @@ def misfit_map_figure(
     bar.set_label("difference over its standard deviation (rms of real and imaginary part); below 2, noise explains it")
     bar.outline.set_visible(False)
     add_heading(figure, title, subtitle)
-    stream = BytesIO()
-    figure.savefig(stream, format="png")
-    return stream.getvalue()
+    return png(figure)

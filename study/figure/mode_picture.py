@@ -1,6 +1,6 @@
 """Pictures and films of mode shapes: the body deformed, in colour, with its frequency."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from os import PathLike
@@ -13,9 +13,17 @@ from numpy.typing import NDArray
 
 from fe.mesh import Mesh
 from geometry.errors import InputError
-from study.errors import OutputError
 from study.figure.caption import HEIGHT, Caption, Layout, furniture, layout_for
-from study.figure.film import Image, require_film_writer, save_film, save_gif, save_picture
+from study.figure.deflection import enlargement
+from study.figure.film import (
+    Image,
+    file_to_write,
+    pasted,
+    require_film_writer,
+    save_film,
+    save_gif,
+    save_picture,
+)
 from study.figure.mode_scene import Scene, Vectors, scene, view_of
 
 Field = Literal["displacement", "von_mises"]
@@ -26,8 +34,6 @@ LABELS: dict[Field, tuple[str, str]] = {
     "displacement": ("Displacement", "viridis"),
     "von_mises": ("Von Mises stress", "plasma"),
 }
-#: Largest deflection drawn, as a part of the body's largest dimension.
-DEFLECTION = 0.10
 #: Least width and height of the body's place [pixels].
 SMALLEST = 100
 #: Height of a film [pixels]: less than a picture's, for its 32 frames weigh as much as many pictures.
@@ -87,14 +93,14 @@ def mode_picture(
     OutputError
         The file cannot be written.
     """
-    file = _file(path, (".png",))
+    file = file_to_write(path, (".png",))
     deflection = _deflection(mesh, displacement, amplitude)
     colours = _colours(mesh, displacement, field, values, unit)
     reached = np.concatenate([mesh.points, mesh.points + deflection])
     words = _words(frequency, title, deflection)
     with _stage(mesh, colours, reached, words, window_size, HEIGHT) as (canvas, place, drawn):
-        picture = _pasted(canvas, place, drawn.image(mesh.points + deflection))
-    _written(file, lambda: save_picture(picture, file))
+        picture = pasted(canvas, [(*place, drawn.image(mesh.points + deflection))])
+    save_picture(picture, file)
     return file
 
 
@@ -128,7 +134,7 @@ def mode_animation(
     InputError, MissingSoftware, OutputError
         As in `mode_picture`; also MissingSoftware for an MP4 without imageio-ffmpeg.
     """
-    file = _file(path, (".gif", ".mp4"))
+    file = file_to_write(path, (".gif", ".mp4"))
     if n_frame < 2:
         raise InputError(f"n_frame = {n_frame} frames show no motion: give at least 2")
     if is_film := file.suffix.lower() == ".mp4":
@@ -140,8 +146,10 @@ def mode_animation(
     with _stage(mesh, colours, reached, words, window_size, FILM_HEIGHT) as (canvas, place, drawn):
         # From the largest deflection on, so that a still preview shows the mode.
         phases = 2 * np.pi * np.arange(n_frame) / n_frame
-        frames = [_pasted(canvas, place, drawn.image(mesh.points + np.cos(phase) * deflection)) for phase in phases]
-    _written(file, lambda: save_film(frames, file) if is_film else save_gif(frames, file))
+        bodies = (drawn.image(mesh.points + np.cos(phase) * deflection) for phase in phases)
+        frames = [pasted(canvas, [(*place, body)]) for body in bodies]
+    save = save_film if is_film else save_gif
+    save(frames, file)
     return file
 
 
@@ -198,13 +206,7 @@ def _deflection(mesh: Mesh, displacement: Vectors, amplitude: float | None) -> V
     shape = np.asarray(displacement, dtype=np.float64)
     if shape.shape != (mesh.n_node, 3):
         raise InputError(f"displacement has the shape {shape.shape}, but the mesh has {mesh.n_node} nodes: give (n, 3)")
-    if not np.isfinite(shape).all():
-        raise InputError(f"displacement has {int((~np.isfinite(shape)).sum())} values that are not finite: solve again")
-    if amplitude is not None and not (np.isfinite(amplitude) and amplitude > 0):
-        raise InputError(f"amplitude = {amplitude:g} m must be positive: leave it out for a tenth of the body's length")
-    largest = np.linalg.norm(shape, axis=1).max()
-    wanted = DEFLECTION * np.ptp(mesh.points, axis=0).max() if amplitude is None else amplitude
-    return shape * (wanted / largest) if largest > 0 else shape
+    return shape * enlargement(mesh, shape, amplitude)
 
 
 def _colours(mesh: Mesh, displacement: Vectors, field: Field, values: NodeValues | None, unit: str | None) -> _Colours:
@@ -223,24 +225,3 @@ def _colours(mesh: Mesh, displacement: Vectors, field: Field, values: NodeValues
     low, high = min(0.0, float(shown.min())), float(shown.max())
     label = f"{name} / maximum [-]" if unit is None else f"{name} [{unit}]"
     return _Colours(values=shown, limits=(low, high if high > low else low + 1.0), label=label, colour_map=colour_map)
-
-
-def _pasted(canvas: Image, place: tuple[int, int], body: Image) -> Image:
-    left, top = place
-    picture = canvas.copy()
-    picture[top : top + body.shape[0], left : left + body.shape[1]] = body
-    return picture
-
-
-def _file(path: str | PathLike[str], suffixes: tuple[str, ...]) -> Path:
-    file = Path(path)
-    if file.suffix.lower() not in suffixes:
-        raise InputError(f'{file} has the suffix "{file.suffix}": use {" or ".join(suffixes)}')
-    return file
-
-
-def _written(file: Path, write: Callable[[], None]) -> None:
-    try:
-        write()
-    except OSError as error:
-        raise OutputError(f"{file} cannot be written ({error.strerror}): choose a folder that exists") from error

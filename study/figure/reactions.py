@@ -2,19 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from io import BytesIO
 from typing import Literal
 
-import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
-
 from geometry.errors import InputError
-from study.figure.heading import INK, PALE, add_heading
-from study.figure.line_forces import closed, over_one_period, refuse_unequal
-from study.figure.response_curves import GRID, LONGEST_LEGEND, family_colours
+from study.figure.heading import add_heading
+from study.figure.look import INK, PALE, open_box, png
+from study.figure.period_axis import Samples, closed, name_period, over_one_period, refuse_unequal
+from study.figure.response_curves import LONGEST_LEGEND, family_colours
 
-Samples = Float[NDArray[np.float64], " n"]
 #: Lines of the two cells, apart without colour.
 STYLES: dict[str, Literal["-", "--"]] = {"upper": "-", "lower": "--"}
 LINE = 1.5
@@ -93,10 +88,9 @@ def reactions_figure(
             )
     for name, axes in panels.items():
         axes.set_title(name, fontsize=10, loc="left", color=INK)
-        axes.grid(color=GRID, linewidth=0.8)
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.set_axisbelow(True)
+        open_box(axes)
         over_one_period(axes)
+        name_period(axes)
     row[0].set_ylabel(force_label, color=INK)
     cells = [Line2D([], [], color=PALE, linestyle=s, linewidth=LINE, label=f"{c} cell") for c, s in STYLES.items()]
     curves = [Line2D([], [], color=colour, linewidth=LINE + 1.5, label=label) for label, colour in colours.items()]
@@ -105,6 +99,4 @@ def reactions_figure(
     n_column = len(handles) if len(handles) <= LONGEST_LEGEND else -(-len(handles) // 2)
     figure.legend(handles=handles, loc="outside lower center", ncols=n_column, frameon=False)
     add_heading(figure, title, subtitle)
-    stream = BytesIO()
-    figure.savefig(stream, format="png")
-    return stream.getvalue()
+    return png(figure)

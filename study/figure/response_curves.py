@@ -2,17 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from io import BytesIO
 from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
+from study.figure.look import add_title, open_box, png
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-GRID, INK = "#e5e7eb", "#101820"
 #: Colours of an ordered family: the light end of the map would vanish on white.
 FIRST_COLOUR, LAST_COLOUR = 0.0, 0.82
 #: A legend longer than this stands beside the curves.
@@ -79,17 +79,13 @@ def response_curves_figure(
     lowest = min(float(curve.parameter.min()) for curve in curves)
     phase.set_xlim(lowest, max(float(curve.parameter.max()) for curve in curves))
     for axes in (amplitude, phase):
-        axes.grid(color=GRID, linewidth=0.8)
-        axes.spines[["top", "right"]].set_visible(False)
-        axes.set_axisbelow(True)
+        open_box(axes)
     if len(curves) > LONGEST_LEGEND:
         figure.legend(*amplitude.get_legend_handles_labels(), frameon=False, loc="outside right upper")
     else:
         amplitude.legend(frameon=False)
-    figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
-    stream = BytesIO()
-    figure.savefig(stream, format="png")
-    return stream.getvalue()
+    add_title(figure, title)
+    return png(figure)
 
 
 def _phase(response: Complex[NDArray[np.complex128], " p"]) -> Float[NDArray[np.float64], " p"]:

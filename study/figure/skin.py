@@ -12,14 +12,12 @@ from numpy.typing import NDArray
 
 from fe.element import ELEMENTS
 from fe.mesh import Mesh
+from study.figure.face_pattern import face_pattern
 
 #: Facets along the side of a quadratic face: enough that a quarter circle of two elements looks round.
 FACETS = 4
 #: An edge between two outer faces whose normals differ by more than this is an edge of the body [degrees].
 FEATURE_ANGLE = 25.0
-
-#: Corners of the reference square, then the middles of its sides.
-SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [0, -1], [1, 0], [0, 1], [-1, 0]], dtype=float)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -63,20 +61,20 @@ def skin_of(mesh: Mesh) -> Skin:
     n_point = 0
     # One number of facets for all, so that all edges have one number of points.
     n = FACETS if any(nodes.shape[1] > 4 for nodes in faces) else 1
-    local = np.linspace(-1, 1, n + 1)
-    grid = np.array([(u, v) for v in local for u in local])
-    index = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
-    facets = np.stack([index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]], axis=-1).reshape(-1, 4)
-    rim = np.stack([index[0], index[:, -1], index[-1, ::-1], index[::-1, 0]])
     for nodes in faces:
-        values, du, dv = _square_functions(nodes.shape[1], grid)
-        for weights, gathered in ((values, samples), (du, along_u), (dv, along_v)):
+        pattern = face_pattern(nodes.shape[1], n)
+        for weights, gathered in (
+            (pattern.value, samples),
+            (pattern.along_u, along_u),
+            (pattern.along_v, along_v),
+        ):
             gathered.append(_spread(weights, nodes, mesh.n_node))
-        start = n_point + len(grid) * np.arange(len(nodes))[:, None, None]
-        quads.append((facets + start).reshape(-1, 4))
-        edges.append((rim + start).reshape(-1, n + 1))
-        sides.append(np.stack([nodes[:, :4], np.roll(nodes[:, :4], -1, axis=1)], axis=-1).reshape(-1, 2))
-        n_point += len(grid) * len(nodes)
+        start = n_point + len(pattern.value) * np.arange(len(nodes))[:, None, None]
+        quads.append((pattern.facets + start).reshape(-1, 4))
+        edges.append((pattern.rims + start).reshape(-1, n + 1))
+        corners = nodes[:, : len(pattern.rims)]
+        sides.append(np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1).reshape(-1, 2))
+        n_point += len(pattern.value) * len(nodes)
     sample, u, v = (sp.csr_array(sp.vstack(parts)) for parts in (samples, along_u, along_v))
     every = Skin(
         sample=sample,
@@ -94,9 +92,13 @@ def outer_faces(mesh: Mesh) -> list[Int[NDArray[np.int64], "face node"]]:
     """Nodes of the faces that belong to one cell only, corners first and anticlockwise from outside, by cell type."""
     nodes_of, keys = [], []
     for cell_type, cells in mesh.cells.items():
-        nodes = np.concatenate([cells[:, list(face)] for face in ELEMENTS[cell_type].faces])
+        element = ELEMENTS[cell_type]
+        nodes = np.concatenate([cells[:, list(face)] for face in element.faces])
         nodes_of.append(nodes)
-        keys.append(np.sort(nodes[:, :4], axis=1))
+        key = np.full((len(nodes), 4), -1)
+        n_corner = sum(node < element.n_corner for node in element.faces[0])
+        key[:, :n_corner] = np.sort(nodes[:, :n_corner], axis=1)
+        keys.append(key)
     rows = np.ascontiguousarray(np.concatenate(keys)).view("V32").ravel()
     _, which, count = np.unique(rows, return_inverse=True, return_counts=True)
     is_outer = np.split(count[which] == 1, np.cumsum([len(nodes) for nodes in nodes_of])[:-1])
@@ -117,29 +119,6 @@ def _single_edges(
     # The mean of unit normals that differ by an angle a has the length cos(a / 2); a lone side is a rim.
     flatness = np.linalg.norm(total, axis=1) / count
     return first, (count == 1) | (flatness < np.cos(np.deg2rad(FEATURE_ANGLE) / 2))
-
-
-def _square_functions(n_node: int, at: Float[NDArray[np.float64], "point 2"]) -> tuple[NDArray[np.float64], ...]:
-    """Shape functions of a face with 4 or 8 nodes, and their two derivatives, each (n_point, n_node)."""
-    u, v = at[:, :1], at[:, 1:]
-    value, du, dv = np.empty((3, len(at), n_node))
-    corner = slice(0, 4)
-    a, b = SQUARE[corner].T
-    value[:, corner] = (1 + a * u) * (1 + b * v) / 4
-    du[:, corner] = a * (1 + b * v) / 4
-    dv[:, corner] = b * (1 + a * u) / 4
-    if n_node == 8:
-        for side, (a_side, b_side) in enumerate(SQUARE[4:], start=4):
-            if a_side == 0:
-                new = (1 - u**2) * (1 + b_side * v) / 2, -u * (1 + b_side * v), (1 - u**2) * b_side / 2
-            else:
-                new = (1 + a_side * u) * (1 - v**2) / 2, a_side * (1 - v**2) / 2, -v * (1 + a_side * u)
-            for array, column in zip((value, du, dv), new, strict=True):
-                array[:, side] = column.ravel()
-                # Each corner beside the side gives up half of what the middle takes.
-                for beside in (side - 4, (side - 3) % 4):
-                    array[:, beside] -= column.ravel() / 2
-    return value, du, dv
 
 
 def _spread(

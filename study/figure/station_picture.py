@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 
 from fe.mesh import Mesh
 from geometry.errors import InputError
-from study.figure.caption import DPI, INK
-from study.figure.film import Image
+from study.figure.caption import DPI
+from study.figure.cut import behind
+from study.figure.film import Image, Part
 from study.figure.line_states import STATES, refuse_unknown_states
+from study.figure.look import INK
 from study.figure.mode_scene import OVERSAMPLING, Scene, Vectors, View, scene, view_of
 from study.figure.off_screen import pyvista_off_screen
-
-#: A picture, and where it goes: left and top [pixels].
-Part = tuple[int, int, Image]
 
 #: Seen beyond the outermost stations, as a part of their extent [-] and at least so far [m].
 AROUND, LEAST_AROUND = 0.12, 0.008
@@ -127,7 +126,8 @@ def station_pictures(
     size = (width, min(round(width / aspect), height - above - below))
     top += (height - above - size[1] - below) // 2
     heading = _words((width, above), "Contact stations, bodies cut open", scale)
-    cut = _behind(mesh, float(mesh.points[stations.node, 0].mean()))
+    half = behind(mesh, float(mesh.points[stations.node, 0].mean()))
+    cut = half if half.n_cell else mesh
     found: list[list[Part]] = []
     with scene(cut, colouring.values, colouring.limits, colouring.colour_map, view, size) as drawn:
         dots = _Dots(drawn, view, mesh.points[stations.node])
@@ -182,12 +182,6 @@ def _view(everything: Vectors, reached: Vectors) -> View:
         half_height=tight.half_height + around,
         depth=float(np.linalg.norm(everything - tight.centre, axis=1).max()),
     )
-
-
-def _behind(mesh: Mesh, x: float) -> Mesh:
-    """The cells on the far side of a plane; all of them where none is there. All points stay."""
-    kept = {kind: nodes[mesh.points[nodes, 0].mean(axis=1) < x] for kind, nodes in mesh.cells.items()}
-    return Mesh(points=mesh.points, cells=kept) if any(len(nodes) for nodes in kept.values()) else mesh
 
 
 def _framed(picture: Image) -> Image:

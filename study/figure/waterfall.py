@@ -2,14 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from io import BytesIO
 from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from study.figure.heading import INK, PALE, add_heading
-from study.figure.response_curves import GRID
+from study.figure.heading import add_heading
+from study.figure.look import INK, PALE, open_box, png, three_digits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -76,14 +75,7 @@ def waterfall_figure(steps: Sequence[WaterfallStep], *, title: str, subtitle: st
         handles.append(Patch(facecolor="white", edgecolor=PALE, hatch="////", label="proposed"))
     figure.legend(handles=handles, frameon=False, loc="outside lower left", ncols=len(handles))
     add_heading(figure, title, subtitle)
-    stream = BytesIO()
-    figure.savefig(stream, format="png")
-    return stream.getvalue()
-
-
-def _shown(value: float) -> str:
-    """Three digits, without an exponent."""
-    return f"{float(f'{value:.3g}'):,.10g}"
+    return png(figure)
 
 
 def _bars(axes: "Axes", pairs: Sequence[tuple[float, float]], steps: Sequence[WaterfallStep]) -> None:
@@ -96,11 +88,9 @@ def _bars(axes: "Axes", pairs: Sequence[tuple[float, float]], steps: Sequence[Wa
                 bar.set(hatch="////", facecolor="white", edgecolor=colour, linewidth=1.2)
         # On white, so that the line of the noise does not strike a number through.
         axes.bar_label(
-            bars, labels=[_shown(height) for height in heights], fontsize=8, padding=3, color=INK, zorder=3,
+            bars, labels=[three_digits(height) for height in heights], fontsize=8, padding=3, color=INK, zorder=3,
             bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none"},
         )  # fmt: skip
     axes.set_xticks(place, [fill(step.name, FOLD) for step in steps], fontsize=9)
-    axes.grid(axis="y", color=GRID, linewidth=0.8)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.set_axisbelow(True)
+    open_box(axes, grid="y")
     axes.margins(y=0.12)

@@ -9,6 +9,7 @@ from study.figure.mesh_study import mesh_study_figure
 from study.figure.off_screen import require_egl
 from study.mode_files import picture_modes
 from study.output import replace_file
+from study.rig_case import refuse_rig
 from study.run_context import RunContext
 from study.shapes import Shapes, blade_shapes
 from study.table1.case import Table1Case
@@ -39,6 +40,8 @@ def write_report(cases: Sequence[Path], run: RunContext) -> Report:
     """
     assert run.output is not None
     require_egl()  # before anything is computed: the page needs its pictures
+    for path in cases:
+        refuse_rig(path, "table1 studies the mesh of a blade alone; give the case of one, with its [[model]] tables")
     loaded = [(path, load_case(path, Table1Case)) for path in cases]
     found = [(path, run_study(case, run, f"{case.title}: models")) for path, case in loaded]
     if found[0][1].worst_error > AIM:

@@ -1,6 +1,8 @@
 """What the tests of the commands share: a mesh study that takes seconds, and the shipped ones to spoil."""
 
 import os
+import subprocess
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
@@ -72,6 +74,27 @@ length_cap = "20 mm"
 subdivisions = [1, 2, 4]
 """
 
+#: A rig of a few thousand degrees of freedom: all that a case must say.
+SHORT_RIG = """\
+schema = 1
+kind = "rig"
+[material]
+young = "210 GPa"
+poisson = 0.3
+density = "7800 kg/m^3"
+[mesh]
+element = "hex8"
+size = "8 mm"
+[reduction]
+modes = 40
+[contact]
+kn = "8.5 N/um"
+kt = "4.6 N/um"
+mu = 0.8
+"""
+#: A command that takes longer hangs [s]: a slow machine is no error.
+TIMEOUT = 600
+
 
 def pytest_configure(config: pytest.Config) -> None:
     """Make the marker of this folder known."""
@@ -99,6 +122,29 @@ def case_text() -> dict[str, str]:
     """Text of case files by name: "coarse" runs in seconds, the others are shipped."""
     rig, plain = (path.read_text(encoding="utf-8") for path in TABLE1)
     return {"coarse": COARSE, "rig": rig, "plain": plain, "blade": BLADE.read_text(encoding="utf-8")}
+
+
+@pytest.fixture(scope="session")
+def short_rig() -> str:
+    """Text of a case file of a coarse rig, without a sweep."""
+    return SHORT_RIG
+
+
+@pytest.fixture(scope="session")
+def rig_command() -> Callable[..., "subprocess.CompletedProcess[str]"]:
+    """Runs ``stickslip`` with some words in a folder, with a cache there."""
+
+    def run(folder: Path, *words: str) -> "subprocess.CompletedProcess[str]":
+        return subprocess.run(
+            [sys.executable, "-m", "study", *words, "--cache", str(folder / "cache")],
+            cwd=folder,
+            capture_output=True,
+            text=True,
+            timeout=TIMEOUT,
+            check=False,
+        )
+
+    return run
 
 
 @pytest.fixture

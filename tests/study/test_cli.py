@@ -9,6 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from study import beam_case, console
+from study.cli import ExitCode, _guarded
+
 TIMEOUT = 60  # s; a hang is an error, a slow machine is none
 
 # A command that ends in every way there is. The real ones are exercised beside it.
@@ -225,3 +228,25 @@ def test_cache_tells_its_size_and_clears(environment: dict[str, str], tmp_path: 
 
 def _one() -> int:
     return 1
+
+
+def test_an_interruption_inside_compiled_code_is_one(capsys: pytest.CaptureFixture[str]) -> None:
+    # Machine code cannot raise: Python puts a SystemError around the KeyboardInterrupt.
+    def interrupted() -> None:
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as error:
+            raise SystemError("returned a result with an exception set") from error
+
+    with console.standard_output(as_json=False) as output:
+        assert _guarded(interrupted, ["solve"], output) == ExitCode.INTERRUPTED
+    assert "the same command goes on from there" in capsys.readouterr().err
+
+
+def test_the_beam_and_a_campaign_are_written_on_request(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[tuple[Path, int]] = []
+    monkeypatch.setattr("transient.bench.make_campaign", lambda folder, *, seed: asked.append((folder, seed)))
+    beam_case.main([str(tmp_path / "here")])
+    assert {file.name for file in (tmp_path / "here").iterdir()} == {"beam.toml", "beam.npz"}
+    beam_case.main([str(tmp_path / "there"), "--campaign", "9"])
+    assert asked == [(tmp_path / "there" / "campaign", 9)]

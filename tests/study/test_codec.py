@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from fe.system import LinearSystem
+from hbsolve.limits.local_search import Side
 from reduction.rom import ReducedModel
 from study.codec import JSON, NPZ, Codec
 from study.errors import Problem
@@ -92,3 +93,12 @@ def test_a_dataclass_of_the_product_is_rebuilt_and_a_foreign_name_is_refused(tmp
         (tmp_path / "tree.json").write_text(json.dumps(["dataclass", module, name, {"command": "true"}]))
         with pytest.raises(ValueError, match=r"foreign module|no dataclass"):
             JSON.load(tmp_path)
+
+
+def test_sets_and_enums_of_the_product_come_back_as_they_were(tmp_path: Path) -> None:
+    value = {(3, Side.LOWER), (4, Side.UPPER)}, {(3, Side.UPPER): (1.5, np.inf)}
+    NPZ.save(value, tmp_path)
+    back = NPZ.load(tmp_path)
+    assert back == value
+    # An integer would be equal to the side, and yet no side.
+    assert all(isinstance(key[1], Side) for part in back for key in part)

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from fe.element import HEX8, HEX20, Element
+from fe.element import ELEMENTS, HEX8, HEX20, TET10, Element
 from fe.hex_blocks import Block, mesh_blocks
 from fe.mesh import Mesh
 from geometry.errors import InputError
@@ -18,7 +18,7 @@ from study.figure.mode_picture import mode_animation, mode_picture
 from study.figure.off_screen import require_egl
 from study.figure.skin import outer_faces, skin_of
 
-BOTH = pytest.mark.parametrize("element", [HEX8, HEX20], ids=lambda element: element.name)
+EVERY = pytest.mark.parametrize("element", list(ELEMENTS.values()), ids=lambda element: element.name)
 
 
 def beam(element: Element) -> Mesh:
@@ -44,19 +44,21 @@ def pixels(path: Path) -> NDArray[np.int64]:
 # The skin, which needs no window.
 
 
-@BOTH
+@EVERY
 def test_a_box_has_its_six_sides_and_twelve_edges(element: Element) -> None:
     mesh = beam(element)
     skin = skin_of(mesh)
     counts = (2, 1, 6)
     sides = 2 * (counts[0] * counts[1] + counts[1] * counts[2] + counts[0] * counts[2])
-    assert sum(len(faces) for faces in outer_faces(mesh)) == sides
-    # Edges on a closed surface of quadrilaterals: half of four a face; features: four of each length.
-    assert len(skin.edges) == 2 * sides
+    # Tetrahedra cut each side of a brick into two triangles.
+    n_face, n_side = (sides, 4) if element.n_corner == 8 else (2 * sides, 3)
+    assert sum(len(faces) for faces in outer_faces(mesh)) == n_face
+    # Edges on a closed surface: half of those of all faces; features: four of each length.
+    assert len(skin.edges) == n_side * n_face / 2
     assert skin.is_feature.sum() == 4 * sum(counts)
 
 
-@BOTH
+@EVERY
 def test_a_linear_field_is_sampled_exactly_and_normals_point_outwards(element: Element) -> None:
     mesh = beam(element)
     skin = skin_of(mesh)
@@ -69,14 +71,15 @@ def test_a_linear_field_is_sampled_exactly_and_normals_point_outwards(element: E
     assert ((points - centre) * normals).sum(axis=1).min() > 0
 
 
-def test_quadratic_faces_follow_a_circle_closely() -> None:
+@pytest.mark.parametrize("element", [HEX20, TET10], ids=lambda element: element.name)
+def test_quadratic_faces_follow_a_circle_closely(element: Element) -> None:
     def shape(
         u: NDArray[np.float64], v: NDArray[np.float64], w: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         angle = np.pi / 2 * u
         return (1 + v) * np.cos(angle), (1 + v) * np.sin(angle), w
 
-    mesh = mesh_blocks([Block(shape=shape, counts=(2, 1, 1))], HEX20)
+    mesh = mesh_blocks([Block(shape=shape, counts=(2, 1, 1))], element)
     skin = skin_of(mesh)
     radius = np.hypot(*(skin.sample @ mesh.points).T[:2])[np.unique(skin.edges)]
     outer = radius[np.abs(radius - 2) < 0.2]
@@ -90,7 +93,7 @@ def test_quadratic_faces_follow_a_circle_closely() -> None:
 
 
 @pytest.mark.draws
-@BOTH
+@EVERY
 def test_a_picture_has_its_size_a_body_and_colours(element: Element, tmp_path: Path) -> None:
     mesh = beam(element)
     path = mode_picture(

@@ -2,7 +2,7 @@
 
 import json
 import subprocess
-import sys
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,10 +12,13 @@ import pytest
 import scipy.linalg
 from numpy.typing import NDArray
 
+from fe.dense_modes import dense_modes
 from fe.mesh_io import read_mesh
 from geometry.rig import Rig, mating_pairs
 from reduction.assembly import ReducedAssembly
 from reduction.assembly_io import load_assembly
+from reduction.jointed_system import FrictionContact
+from reduction.stuck import stuck_stiffness
 from study import parallel
 from study.blade_case import BladeCase
 from study.case import load_case
@@ -25,56 +28,29 @@ from study.progress import SilentProgress
 from study.rig_body import ReducedBody, reduced_body
 from study.rig_case import RigCase, is_rig_case, rig_model
 from study.rig_joints import dead_weights, line_pairs
-from study.rig_model import BODIES, RigModel, whole_mesh
+from study.rig_model import BODIES, RigModel
 from study.rig_reduce_run import run_reduce_rig
 from study.rig_reduction import RigReduction, mirrored, reduction_tasks, together
 from study.run_context import RunContext
 from study.shipped import BLADE, RIG
 from study.store import Outcome, Store
+from study.test_case_model import read_test_case
 
-TIMEOUT = 240  # s; a hang is an error, a slow machine is none
+RigCommand = Callable[..., "subprocess.CompletedProcess[str]"]
 N_MODE = 40
-SHORT = """\
-schema = 1
-kind = "rig"
-[material]
-young = "210 GPa"
-poisson = 0.3
-density = "7800 kg/m^3"
-[mesh]
-element = "hex8"
-size = "8 mm"
-[reduction]
-modes = 40
-[contact]
-kn = "8.5 N/um"
-kt = "4.6 N/um"
-mu = 0.8
-"""
 PICTURES = {"my_assembly.png", "my_contact.png", "my_mode1.png", "my_mode2.png", "my_mode3.png"}
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory: pytest.TempPathFactory, short_rig: str) -> Path:
     where = tmp_path_factory.mktemp("rig")
-    (where / "my.toml").write_text(SHORT, encoding="utf-8")
+    (where / "my.toml").write_text(short_rig, encoding="utf-8")
     return where
 
 
-def stickslip(folder: Path, *words: str) -> "subprocess.CompletedProcess[str]":
-    return subprocess.run(
-        [sys.executable, "-m", "study", *words, "--cache", str(folder / "cache")],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=TIMEOUT,
-        check=False,
-    )
-
-
 @pytest.fixture(scope="module")
-def document(folder: Path) -> dict[str, Any]:
-    done = stickslip(folder, "reduce", "my.toml", "--out", "out", "--json")
+def document(folder: Path, rig_command: RigCommand) -> dict[str, Any]:
+    done = rig_command(folder, "reduce", "my.toml", "--out", "out", "--json")
     assert done.returncode == 0, done.stderr
     return dict(json.loads(done.stdout))
 
@@ -92,7 +68,7 @@ def by_body(model: RigModel) -> dict[str, ReducedBody]:
 
 def test_the_command_writes_all_files_and_counts_what_it_kept(folder: Path, document: dict[str, Any]) -> None:
     names = {Path(file).name for file in document["files"]}
-    assert names - PICTURES == {"my.step", "my.vtu", "my_rom.h5"}
+    assert names - PICTURES == {"my.step", "my.vtu", "my_rom.h5", "my_test.toml", "my_test.npz"}
     assert {file.name for file in (folder / "out").iterdir()} == names
     assert "MANIFOLD_SOLID_BREP" in (folder / "out" / "my.step").read_text(encoding="utf-8")
     # Stations of two lines, excitation, response and two laser points; two lines and three points; a line and a point.
@@ -104,6 +80,27 @@ def test_the_command_writes_all_files_and_counts_what_it_kept(folder: Path, docu
     assert document["n_reduced"] == sum(row["n_kept"] + row["n_mode"] for row in bodies.values())
     assert document["n_dof"] == sum(row["n_dof"] for row in bodies.values())
     assert all(0.5 < row["least_scaled_jacobian"] <= 1 for row in bodies.values())
+
+
+def test_the_test_case_is_the_rig_at_rest(folder: Path, document: dict[str, Any]) -> None:
+    model = read_test_case(folder / "out" / "my_test.toml").model
+    system = model.system
+    assert tuple(model.lines) == ("left_blade", "left_decoupler", "right_blade", "right_decoupler")
+    assert model.preloads == ("left dead weight", "right dead weight")
+    # 20 Hz springs under the dampers beside their stuck modes of 200 Hz and more: half of (20 / 200)^2 at most.
+    stuck = np.sqrt(dense_modes(system.mass, stuck_stiffness(system.stiffness, system.joints)).lambda_) / (2 * np.pi)
+    np.testing.assert_allclose(stuck[:3], document["stuck_frequency_hz"][:3], rtol=(20 / 200) ** 2 / 2)
+    # The dampers hang at 20 Hz. Springs in their second tangents stay, which the blade's bending along y does not move.
+    alone = np.sqrt(dense_modes(system.mass, model.free().system.stiffness).lambda_) / (2 * np.pi)
+    # Their motions in the plane of y and z: two translations and a rotation of each.
+    assert np.count_nonzero(np.isclose(alone, 20.0, rtol=1e-3)) == 6
+    assert np.abs(alone / document["blade_frequency_hz"][0] - 1).min() < 1e-4
+    # Where contacts press with their pre-loads, the static load balances them but for what the tangents carry.
+    pushed = sum(each.preload * each.normal for each in system.joints if isinstance(each, FrictionContact))
+    assert 0 < np.linalg.norm(system.static - pushed) < 0.2 * np.linalg.norm(pushed)
+    weight = model.dead_weights["left dead weight"].row
+    assert np.linalg.norm(weight) > 0
+    assert not weight[[dof.body == "blade" for dof in model.dofs]].any()
 
 
 @pytest.mark.draws
@@ -174,7 +171,11 @@ def test_the_mesh_file_holds_all_bodies_and_the_drawn_modes(folder: Path, docume
 
 
 def test_a_second_run_and_one_with_other_contacts_start_no_process(
-    folder: Path, document: dict[str, Any], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    folder: Path,
+    document: dict[str, Any],
+    short_rig: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     def refuse(*_: object) -> None:
         raise AssertionError("something was computed again")
@@ -191,7 +192,7 @@ def test_a_second_run_and_one_with_other_contacts_start_no_process(
         raise MissingSoftware("this machine draws nothing")
 
     monkeypatch.setattr(off_screen, "require_egl", cannot_draw)
-    other = SHORT + '[contact.left_blade]\nkn = "4 N/um"\n[damping]\nratio = "1 %"\n'
+    other = short_rig + '[contact.left_blade]\nkn = "4 N/um"\n[damping]\nratio = "1 %"\n'
     (folder / "other.toml").write_text(other, encoding="utf-8")
     changed = run_reduce_rig(folder / "other.toml", run)
     springs = {name: Springs(normal=4e6) if name == "left_blade" else Springs() for name in mating_pairs(Rig())}
@@ -205,9 +206,10 @@ def test_a_second_run_and_one_with_other_contacts_start_no_process(
 
 
 def outcomes(model: RigModel, by_body: dict[str, ReducedBody]) -> RigReduction:
-    tasks = reduction_tasks(model)
+    meshes = model.meshes()
+    tasks = reduction_tasks(model, meshes)
     found = [Outcome(value=by_body[task.inputs["body"]], seconds=0.0, cached=True) for task in tasks]
-    return together(model, tasks, found)
+    return together(model, meshes, tasks, found)
 
 
 def test_a_mirror_image_is_what_its_own_reduction_gives(by_body: dict[str, ReducedBody]) -> None:
@@ -236,17 +238,6 @@ def test_modes_are_the_lowest_of_all_bodies_or_as_many_as_each_is_given(
     assert replace(model, n_mode=counts).modes_of("decoupler_right") == 4  # enough for its mirror image too
 
 
-def test_one_mesh_of_all_bodies_has_their_sets_where_they_were(model: RigModel) -> None:
-    meshes = model.meshes()
-    whole = whole_mesh(meshes)
-    assert whole.n_node == sum(mesh.n_node for mesh in meshes.values())
-    assert whole.n_cell == sum(mesh.n_cell for mesh in meshes.values())
-    for body, mesh in meshes.items():
-        for name in (*mesh.node_sets, *mesh.face_sets):
-            there, here = whole.points[whole.nodes(f"{body}.{name}")], mesh.points[mesh.nodes(name)]
-            np.testing.assert_array_equal(there, here)
-
-
 def test_a_short_case_is_the_shipped_one(folder: Path, model: RigModel) -> None:
     shipped = load_case(RIG, RigCase)
     full = rig_model(shipped)
@@ -270,12 +261,12 @@ def test_the_blade_of_the_rig_is_the_shipped_blade() -> None:
     assert rig_model(load_case(RIG, RigCase)).material == blade.material.material()
 
 
-def test_a_pair_and_a_side_override_what_is_common(tmp_path: Path) -> None:
+def test_a_pair_and_a_side_override_what_is_common(tmp_path: Path, short_rig: str) -> None:
     more = (
         '[contact.right_decoupler]\nkt = "2 N/um"\nmu = 0.5\ngap_end = "3 um"\n'
         '[dead_weight.left]\nforce = "40 N"\nshift = "-1 mm"\ninclination = "3 deg"\n'
     )
-    (tmp_path / "a.toml").write_text(SHORT + more, encoding="utf-8")
+    (tmp_path / "a.toml").write_text(short_rig + more, encoding="utf-8")
     case = load_case(tmp_path / "a.toml", RigCase)
     pairs, weights = {pair.name: pair for pair in line_pairs(case, Rig())}, dead_weights(case)
     assert tuple(pairs) == tuple(mating_pairs(Rig()))
@@ -336,6 +327,21 @@ def test_a_file_is_read_as_a_rig_if_it_has_a_kind_or_a_table_of_a_rig(tmp_path: 
         ),
         (
             "mu = 0.8",
+            'mu = 0.8\n[damper]\ncone_half_angle = "60 deg"',
+            r'damper\.cone_half_angle = "60 deg": the damper cannot be built: .* is not between 0\.05 and 45 deg',
+        ),
+        (
+            "mu = 0.8",
+            'mu = 0.8\n[decoupler]\ncone_half_angle = "9 deg"',
+            r'decoupler\.cone_half_angle = "9 deg": the rig cannot be built: .* they part by .* um along the line',
+        ),
+        (
+            "mu = 0.8",
+            'mu = 0.8\n[decoupler]\narms_meet = "20 mm"',
+            r'decoupler\.arms_meet = "20 mm": .* exceeds contact_length = 12 mm \(lower the one or raise the other',
+        ),
+        (
+            "mu = 0.8",
             'mu = 0.8\n[blade]\ncontact_length = "14 mm"',
             r'blade\.contact_length = "14 mm": the rig cannot be built: .* \(give all bodies the same\)',
         ),
@@ -345,11 +351,11 @@ def test_a_file_is_read_as_a_rig_if_it_has_a_kind_or_a_table_of_a_rig(tmp_path: 
     ],
 )
 def test_a_mistake_is_one_sentence_with_file_line_key_value_and_remedy(
-    tmp_path: Path, was: str, put: str, said: str
+    tmp_path: Path, short_rig: str, was: str, put: str, said: str
 ) -> None:
-    assert was in SHORT
+    assert was in short_rig
     file = tmp_path / "my.toml"
-    file.write_text(SHORT.replace(was, put, 1), encoding="utf-8")
+    file.write_text(short_rig.replace(was, put, 1), encoding="utf-8")
     with pytest.raises(CaseError, match=said):
         read_all(file)
 
@@ -360,12 +366,30 @@ def read_all(file: Path) -> None:
     dead_weights(case)
 
 
-def test_bodies_that_overlap_are_refused_by_the_command(tmp_path: Path) -> None:
+def test_bodies_that_overlap_are_refused_by_the_command(
+    tmp_path: Path, short_rig: str, rig_command: RigCommand
+) -> None:
     # A root block so thick that it reaches the lower arms, and contact so low that they reach it.
     blade = '[blade]\ncontact_height = "50 mm"\nroot_thickness = "200 mm"\n'
-    (tmp_path / "my.toml").write_text(SHORT + blade, encoding="utf-8")
-    done = stickslip(tmp_path, "reduce", "my.toml", "--out", "out", "--quiet")
+    (tmp_path / "my.toml").write_text(short_rig + blade, encoding="utf-8")
+    done = rig_command(tmp_path, "reduce", "my.toml", "--out", "out", "--quiet")
     assert done.returncode == 2
     assert "bodies overlap: blade and decoupler_left by" in done.stderr
     assert "my.toml:" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        ("modes", "this is the case of a rig: `stickslip reduce my.toml` computes and draws its modes"),
+        ("table1", "this is the case of a rig: table1 studies the mesh of a blade alone; give the case of one"),
+    ],
+)
+def test_commands_that_are_not_for_rigs_say_so_in_one_sentence(
+    folder: Path, rig_command: RigCommand, command: str, said: str
+) -> None:
+    done = rig_command(folder, command, "my.toml", "--out", "none")
+    assert done.returncode == 2
+    assert done.stderr.count(f"my.toml: {said}") == 1
+    assert len(done.stderr.strip().splitlines()) == 1

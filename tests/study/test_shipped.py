@@ -10,7 +10,7 @@ from fe.modal import modes
 from study.blade_case import BladeCase
 from study.blade_model import clamped
 from study.case import load_case
-from study.shipped import BLADE, CASES, RIG, SOLVE, TABLE1
+from study.shipped import BLADE, CASES, LIMITS, RIG, SOLVE, TABLE1
 from study.table1.case import Table1Case
 from study.table1.study import row_inputs
 
@@ -32,7 +32,7 @@ PUBLISHED = [
 
 
 def test_every_shipped_file_is_used() -> None:
-    assert {*TABLE1, BLADE, RIG, SOLVE} == set(CASES.glob("*.toml"))
+    assert {*TABLE1, BLADE, LIMITS, RIG, SOLVE} == set(CASES.glob("*.toml"))
 
 
 @BOTH

@@ -67,6 +67,11 @@ phase = "90 deg"
 [[static_load]]
 dof = 1
 force = "3 N"
+[[dead_weight]]
+name = "weight"
+row = "rows"
+force = "2 N"
+presses = ["left"]
 [accepted]
 kt = "7 %"
 E = 0
@@ -126,6 +131,8 @@ def test_all_that_the_file_says_is_in_the_model(folder: Path) -> None:
     np.testing.assert_array_equal(relative.row, [1, 0, -1])
     assert isinstance(line, LineSensor)
     np.testing.assert_array_equal(model.places["middle"], ROWS.mean(axis=0))
+    np.testing.assert_array_equal(model.dead_weights["weight"].row, 2 * ROWS.mean(axis=0))
+    assert model.preloads == ("weight",)
     assert [part.name for part in model.parts] == ["base", "tip"]
     np.testing.assert_array_equal(model.parts[1].stiffness, 0 * K)
     assert (model.n_harmonic, model.n_sample) == (4, 64)
@@ -199,6 +206,8 @@ MISTAKES = {
     "no stored row": ('name = "middle"\nrow = "rows"', 'name = "middle"\nrow = "row"', 'did you mean "rows"?'),
     "no place": ('place = "end"', 'place = "start"', 'place = "start" is none of the case'),
     "no line": ('line = "left"', 'line = "wall"', 'line = "wall" is none of the case: there are left'),
+    "nothing pressed": ('presses = ["left"]', 'presses = ["right"]', 'presses: "right" is no line of the case'),
+    "weight and line": ('name = "weight"', 'name = "left"', 'name = "left" is taken by line[0]: give each its own'),
     "name twice": ('name = "b"', 'name = "a"', 'name = "a" is taken by sensor[0]: give each its own'),
     "too few values": ('["2 N/um", "3 N/um"]', '["2 N/um", "3 N/um", "4 N/um"]', "has 3 values for 2 contacts"),
     "rows do not match": ('tangent = { row = "rows" }', "tangent = { dof = 1 }", "tangent has 1 rows, normal 2"),

@@ -1,0 +1,37 @@
+"""``stickslip limits``: the band of responses that unknown friction history can produce."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from study.run_context import DEFAULTS, Answer, Options, Out, command_app
+
+app = command_app(
+    "limits",
+    """Lower and upper limit of the steady response over all friction histories.
+
+    Takes a case of `stickslip solve`, a rig's too, and searches for the smallest and largest amplitude of an output, or
+    force of a contact, that the sliders' unknown start can lead to, at each frequency and level, in a process for each
+    core. Random histories test the limits. Writes netCDF, CSV and figures: the band, contact states, limits against
+    level. Each task is kept when it is done: after Ctrl-C or a crash the same command goes on from there. What
+    [limits] may hold stands in docs/solve_case.md. Without a case file: a blade with a wedge damper.""",
+    examples=["stickslip limits --out limited", "stickslip limits rig.toml --out limited --json"],
+)
+
+
+@app.default
+def limits(
+    case: Annotated[Path | None, Parameter(help="Case file.")] = None,
+    /,
+    *,
+    out: Out = Path("limited"),
+    options: Options = DEFAULTS,
+) -> Answer:
+    """Search for the limits of the response over all friction histories."""
+    from study.limits_run import run_limits
+    from study.limits_table import limits_document, limits_text
+    from study.shipped import LIMITS
+
+    limited = run_limits(case or LIMITS, options.open(out))
+    return Answer(document=limits_document(limited), text=limits_text(limited))

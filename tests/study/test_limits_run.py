@@ -1,0 +1,318 @@
+"""`stickslip limits` as a user runs it: limits known in closed form, and the same bits after SIGKILL."""
+
+import csv
+import json
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from hbsolve.limits.result import load_limits
+from study import cli
+from study.case import load_case
+from study.limits_run import run_limits
+from study.progress import SilentProgress
+from study.rig_case import RigCase, rig_model
+from study.rig_reduction import reduce_rig
+from study.rig_system import rig_system
+from study.run_context import Options
+from study.shipped import LIMITS
+from study.store import Store
+
+#: A mass on a spring, rubbing on a plate that nothing shakes: only the mean of the friction force depends on history.
+CASE = """\
+schema = 1
+title = "One mass"
+[model]
+file = "mass.npz"
+[[contact]]
+kind = "friction"
+name = "pad"
+tangent = { dof = 0 }
+normal = { dof = 1 }
+normal_stiffness = "1 N/um"
+tangential_stiffness = "0.3 N/um"
+friction_coefficient = 0.5
+preload = "20 N"
+[[load]]
+dof = 0
+amplitude = "1 N"
+[[output]]
+name = "mass"
+dof = 0
+[[output]]
+name = "speed"
+dof = 0
+quantity = "velocity"
+[sweep]
+parameter = "frequency"
+from = "150 Hz"
+to = "130 Hz"
+step = "8 Hz"
+harmonics = 1
+levels = [4, 1]
+[limits]
+population = 2
+samples = 4
+"""
+#: The plate is as stiff as the contact and yields to half of the pre-load.
+STIFFNESS, PAD, DAMPING, LIMIT = 1e6, 0.3e6, 20.0, 0.5 * 20.0 / 2
+
+
+class InThisProcess(Executor):
+    """Processes take longer to start than these searches."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
+        future: Future[Any] = Future()
+        future.set_result(fn(*args, **kwargs))
+        return future
+
+
+@pytest.fixture
+def home(at_home: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    np.savez(at_home / "mass.npz", M=np.eye(2), K=np.diag([STIFFNESS, 1e6]), C=np.diag([DAMPING, 20.0]))
+    monkeypatch.setattr("study.limits_run.process_pool", lambda _: InThisProcess())
+    return at_home
+
+
+def limits(home: Path, capfd: pytest.CaptureFixture[str], case: str) -> dict[str, Any]:
+    (home / "my.toml").write_text(case)
+    assert cli.main(["limits", "my.toml", "--out", "out", "--json"]) == 0
+    return json.loads(capfd.readouterr().out)
+
+
+def stuck_amplitude(frequency: float, level: float) -> float:
+    omega = 2 * np.pi * frequency
+    return level / abs(STIFFNESS + PAD - omega**2 + 1j * omega * DAMPING)
+
+
+def test_what_history_cannot_change_is_bounded_by_the_stuck_response_in_all_files(
+    home: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    document = limits(home, capfd, CASE)
+    names = {"my_limits.nc", "my_limits.csv", "my_limits.png", "my_limit_states.png", "my_limit_levels.png"}
+    assert {Path(file).name for file in document["files"]} == names == {each.name for each in Path("out").iterdir()}
+    found = load_limits("out/my_limits.nc")
+    # A step of 8 Hz at the most makes three equal ones; both lists ascend.
+    assert found.frequency == pytest.approx([130, 136 + 2 / 3, 143 + 1 / 3, 150], rel=1e-12)
+    assert found.level.tolist() == [1, 4]
+    exact = np.array([[stuck_amplitude(f, level) for f in found.frequency] for level in found.level])
+    # Newton's method stops at 1e-9 of the linear motion.
+    np.testing.assert_allclose(found.value, [exact, exact], rtol=1e-8)
+    with Path("out/my_limits.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    assert [float(row["upper [um]"]) for row in rows] == pytest.approx(1e6 * exact.ravel(), rel=1e-8)
+    assert {row["lower stick"] for row in rows} == {"1"}
+    first = document["levels"][0]
+    assert (first["upper"]["frequency_hz"], first["upper"]["at_end"]) == (150, True)
+    assert first["upper"]["value"] == pytest.approx(1e6 * stuck_amplitude(150, 1), rel=1e-8)
+
+
+def test_the_mean_of_a_friction_force_has_what_its_vibration_leaves_of_coulombs_limit(
+    home: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    table = 'objective = "static force"\ncontact = "pad"\nreach = "unbounded"\nfrequencies = ["140 Hz"]\n'
+    document = limits(home, capfd, CASE + table)
+    for told in document["levels"]:
+        most = LIMIT - PAD * stuck_amplitude(140, told["level"])
+        # The search stops where a step gains less than 1e-4; the highest instant lies between two of 128 samples.
+        assert told["upper"]["value"] == pytest.approx(most, rel=2e-4)
+        assert told["lower"]["value"] == pytest.approx(-most, rel=2e-4)
+    assert (document["reach_m"], document["unit"]) == (None, "N")
+    # One frequency has no curve over frequency.
+    assert {Path(file).suffix for file in document["files"]} == {".nc", ".csv", ".png"}
+    assert len(document["files"]) == 3
+
+
+def test_the_papers_limits_are_amplitudes_where_the_loss_factor_is_extreme(
+    home: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    table = 'objective = "loss factor"\noutput = "speed"\nfrequencies = ["140 Hz"]\nlevels = [2]\n'
+    document = limits(home, capfd, CASE + table)
+    exact = 1e3 * 2 * np.pi * 140 * stuck_amplitude(140, 2)
+    told = document["levels"][0]
+    assert document["unit"] == "mm/s"
+    assert [told[side]["value"] for side in ("lower", "upper")] == pytest.approx([exact, exact], rel=1e-8)
+    with Path("out/my_limits.csv").open() as stream:
+        row = next(csv.DictReader(stream))
+    assert float(row["upper loss factor"]) <= float(row["lower loss factor"])
+
+
+MISTAKES = [
+    ('output = "tip"\n', 'my.toml:34: limits.output = "tip": output is none of the case\'s: give one of "mass"'),
+    ('reach = "-1 um"\n', 'limits.reach = "-1 um": must be positive'),
+    ("reach = 3\n", 'limits.reach = 3: .*give a unit, e.g. "5 um"'),
+    ('step = "1 mHz"\n', 'limits.step = "1 mHz": .* 20001 points of each level: take at most 2000'),
+    ('frequencies = ["140 Hz"]\nfrom = "1 Hz"\n', "frequencies are a list of their own: remove them, or from"),
+    ('objective = "static force"\n', 'objective = "static force" needs contact = "NAME", a contact or a contact line'),
+    ('objective = "static force"\ncontact = "lid"\n', 'limits.contact = "lid": .* give one of "pad"'),
+    ('contact = "pad"\n', 'contact has no meaning with objective = "amplitude": remove it, or take'),
+    ('objective = "static force"\ncontact = "pad"\ndirection = "second tangential"\n', 'no direction 1: give -1'),
+    ('objective = "amplitud"\n', 'limits.objective = "amplitud": must be "amplitude"'),
+    ("levels = [1, 1]\n", "limits.levels = [1, 1]: 1 stands there twice: remove one"),
+    ("block = 0\n", "limits.block = 0: must be greater than or equal to 1"),
+    ("sample = 3\n", 'limits.sample: unknown key; did you mean "samples"?'),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("added", "message"), MISTAKES)
+def test_a_mistake_is_one_sentence_with_file_field_value_and_remedy(
+    home: Path, capsys: pytest.CaptureFixture[str], added: str, message: str
+) -> None:
+    (home / "my.toml").write_text(CASE + added)
+    assert cli.main(["limits", "my.toml", "--out", "out", "--quiet"]) == 2
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert shown.err.count("\n") == 1
+    # The pattern is plain text but for ".*".
+    assert re.search(".*".join(map(re.escape, message.split(".*"))), shown.err), shown.err
+
+
+def test_contacts_without_sliders_or_with_coupled_tangents_are_refused(
+    home: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = CASE.replace("tangent = { dof = 0 }", "tangent = { dof = 0 }\nsecond_tangent = { dof = 1 }").replace(
+        'preload = "20 N"', 'preload = "20 N"\nfriction = "coulomb"'
+    )
+    (home / "my.toml").write_text(text)
+    assert cli.main(["limits", "my.toml", "--out", "out", "--quiet"]) == 2
+    assert "my.toml:" in (shown := capsys.readouterr().err)
+    assert "the response limits cannot be searched for" in shown
+
+
+# A rig.
+
+RIG_TABLES = """\
+[sweep]
+from = "240 Hz"
+to = "250 Hz"
+harmonics = 1
+samples = 32
+levels = [0.01]
+[limits]
+objective = "static force"
+contact = "left_decoupler"
+direction = "normal"
+frequencies = ["250 Hz"]
+population = 2
+samples = 2
+"""
+
+
+def test_the_normal_force_of_a_rigs_line_at_rest_lies_between_the_limits_of_its_mean(
+    tmp_path: Path, short_rig: str, rig_command: Callable[..., "subprocess.CompletedProcess[str]"]
+) -> None:
+    (tmp_path / "rig.toml").write_text(short_rig + RIG_TABLES)
+    done = rig_command(tmp_path, "limits", "rig.toml", "--json")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)["levels"][0]
+    case = load_case(tmp_path / "rig.toml", RigCase)
+    model = rig_model(case)
+    system = rig_system(case, model.rig, reduce_rig(model, Store(tmp_path / "cache"), SilentProgress()))
+    names = [contact.name for contact in system.joined.contacts]
+    at_rest = sum(system.rest.normal[names.index(name)] for name in system.joined.lines["left_decoupler"])
+    # Rest is the centre of the box; a damper that was dragged by a few um lies otherwise in its groove.
+    assert told["lower"]["value"] < at_rest - 0.1
+    assert told["upper"]["value"] > at_rest + 0.1
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (RIG_TABLES, "", "there is no [sweep]"),
+        ('frequencies = ["250 Hz"]', 'step = "0.1 mHz"', 'limits.step = "0.1 mHz": '),
+    ],
+)
+def test_a_rigs_frequencies_are_checked_before_its_bodies_are_reduced(
+    at_home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], short_rig: str, old: str,
+    new: str, message: str,
+) -> None:  # fmt: skip
+    monkeypatch.setattr("study.limits_run.reduce_rig", lambda *_: pytest.fail("the rig was reduced"))
+    (at_home / "rig.toml").write_text((short_rig + RIG_TABLES).replace(old, new))
+    assert cli.main(["limits", "rig.toml", "--out", "out", "--quiet"]) == 2
+    assert message in capsys.readouterr().err
+
+
+# After SIGKILL.
+
+DRIVER = """\
+import os, signal, sys
+from pathlib import Path
+from study.kept_tasks import KeptTasks
+from study.limits_run import run_limits
+from study.run_context import Options
+
+log, last = Path(sys.argv[1]), int(sys.argv[2])
+keep = KeptTasks.__setitem__
+
+def counted(kept, task, result):
+    keep(kept, task, result)
+    with log.open("a") as stream:
+        stream.write(task + "\\n")
+    if len(log.read_text().splitlines()) == last:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+if __name__ == "__main__":
+    KeptTasks.__setitem__ = counted
+    out, cache = Path(sys.argv[3]), Path(sys.argv[4])
+    run_limits(Path("wedge.toml"), Options(quiet=True, cache=cache).open(out))
+"""
+WEDGE_TABLE = '[limits]\nfrom = "279 Hz"\nto = "287 Hz"\nstep = "2 Hz"\nlevels = [0.1, 0.4]\nsamples = 4\nblock = 3\n'
+
+
+def test_a_search_that_was_killed_repeats_no_finished_task_and_ends_with_the_same_bits(
+    at_home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = LIMITS.read_text().split("[limits]")[0].replace("harmonics = 5", "harmonics = 1")
+    (at_home / "wedge.toml").write_text(text.split("# What `stickslip limits`")[0] + WEDGE_TABLE + "population = 2\n")
+    (at_home / "wedge_damper.npz").write_bytes(LIMITS.with_suffix(".npz").read_bytes())
+    (at_home / "driver.py").write_text(DRIVER)
+
+    def start(log: str, last: int) -> tuple[int, list[str]]:
+        words = [sys.executable, "driver.py", log, str(last), "killed", "cache-killed"]
+        code = subprocess.run(words, cwd=at_home, timeout=600, check=False).returncode
+        return code, (at_home / log).read_text().splitlines()
+
+    # The whole search in this process, as an executor of the caller's may run it.
+    names: list[str] = []
+    monkeypatch.setattr("study.kept_tasks.KeptTasks.__setitem__", _noting(names))
+    options = Options(quiet=True, cache=at_home / "cache-whole")
+    whole = run_limits(at_home / "wedge.toml", options.open(at_home / "whole"), executor=InThisProcess())
+    half = len(names) // 2
+    code, first = start("first.txt", half)
+    assert code == -signal.SIGKILL
+    assert len(first) == half
+    assert not (at_home / "killed" / "wedge_limits.nc").exists()
+    code, second = start("second.txt", -1)
+    assert code == 0
+    assert len(names) == len(set(names))
+    assert sorted(first + second) == sorted(names)
+    with xr.open_dataset(at_home / "killed" / "wedge_limits.nc", engine="h5netcdf") as data:
+        for name, found in data.data_vars.items():
+            # NaN has equal bytes too.
+            assert found.values.tobytes() == np.asarray(getattr(whole.curves.limits, str(name))).tobytes(), name
+    killed, plain = ((at_home / folder / "wedge_limits.csv").read_bytes() for folder in ("killed", "whole"))
+    assert killed == plain
+    # Nothing is left of the unfinished search, and a third start finds the result.
+    assert not list((at_home / "killed").glob(".*"))
+    assert start("second.txt", -1) == (0, second)
+
+
+def _noting(names: list[str]) -> Callable[..., None]:
+    from study.kept_tasks import KeptTasks
+
+    keep = KeptTasks.__setitem__
+
+    def noted(kept: KeptTasks, task: str, result: object) -> None:
+        names.append(task)
+        keep(kept, task, result)
+
+    return noted
