@@ -13,7 +13,7 @@ from fe.assembly import assemble
 from fe.blade_mesher import mesh_blade
 from fe.boundary import Support, supported_system
 from fe.calculix_run import run_frequency, run_matrices
-from fe.element import HEX8, HEX20
+from fe.element import HEX8, HEX20, TET10
 from fe.material import STEEL
 from fe.mesh_rule import MeshRule
 from fe.modal import modes
@@ -23,7 +23,7 @@ from geometry.plain_blade import PlainBlade
 
 if __name__ == "__main__":
     print("| body | element | n | DOFs | mass | stiffness | ten frequencies | ours | CalculiX |\n|" + "---|" * 9)
-    for element in (HEX8, HEX20):
+    for element in (HEX8, HEX20, TET10):
         for n in (1, 3):
             plain = MeshRule(element=element, through_thickness=n, length_ratio=2.36, length_cap=0.005)
             rig = MeshRule(element=element, through_thickness=n, length_ratio=2.4, length_cap=0.02)

@@ -16,6 +16,7 @@ PYTHON is an interpreter that has pyHarm, which brings jax and jupyterlab along 
 """
 
 import argparse
+import copy
 import json
 import os
 import shutil
@@ -74,8 +75,10 @@ def processor_time(job: Callable[[], object], repeats: int) -> float:
     return min(rounds)
 
 
-def with_pyharm(problem: dict[str, Any], answers: Any) -> dict[str, Any]:
-    """Runs in the interpreter that has pyHarm; answers: coefficients of this package, shape (p, n_harmonic, r)."""
+def with_pyharm(problem: dict[str, Any], data: dict[str, Any], answers: Any) -> dict[str, Any]:
+    """Runs in the interpreter that has pyHarm; data: its input as this package exports it; answers: coefficients of
+    this package, shape (p, n_harmonic, r).
+    """
     import logging
 
     start = time.process_time()
@@ -89,23 +92,6 @@ def with_pyharm(problem: dict[str, Any], answers: Any) -> dict[str, Any]:
     ours = [packed(coefficients, w) for coefficients, w in zip(answers, omega, strict=True)]
 
     def study(solver: str, tolerance: float, count: int) -> Any:
-        connectors: dict[str, Any] = {
-            f"slider {i}": {
-                "type": "Jenkins",
-                "connect": {"chain": [int(i)]},
-                "dirs": [0],
-                "mu": 1.0,
-                "N0": float(problem["limit_force"]),
-                "k": float(problem["tangential_stiffness"]),
-            }
-            for i in problem["sliding"]
-        }
-        connectors["load"] = {
-            "type": "CosinusForcing",
-            "connect": {"chain": [n_mass - 1]},
-            "dirs": [0],
-            "amp": float(problem["force"]),
-        }
         step = float(omega[1] - omega[0])
         analysis = {
             "study": "frf",
@@ -124,17 +110,11 @@ def with_pyharm(problem: dict[str, Any], answers: Any) -> dict[str, Any]:
             "puls_sup": float(omega[count - 1] - step / 2),
             "verbose": False,
         }
-        matrices = {"M": problem["mass"], "C": problem["damping"], "K": problem["stiffness"]}
-        return Maestro(
-            {
-                "system": {"type": "Base", "nh": N_HARMONIC - 1, "nti": N_SAMPLE},
-                "substructures": {
-                    "chain": {"matrix": matrices, "ndofs": 1, "nnodes": n_mass, "nmodes": 0},
-                },
-                "connectors": connectors,
-                "analysis": {"curve": analysis},
-            }
-        )
+        # pyHarm changes what it is given.
+        given = copy.deepcopy(data) | {"analysis": {"curve": analysis}}
+        for part in given["substructures"].values():
+            part["matrix"] = {name: np.array(rows) for name, rows in part["matrix"].items()}
+        return Maestro(given)
 
     load = float(problem["force"])
     start = time.process_time()
@@ -196,6 +176,7 @@ def with_stickslip(problem: dict[str, Any]) -> dict[str, Any]:
     from hbsolve.contact.law import FORCE, JACOBIAN
     from hbsolve.steady_state import SteadyState, forces_at, residual, steady_state
     from reduction.jointed_system import JenkinsElement, JointedSystem, between
+    from reduction.pyharm import pyharm_input
 
     imported = time.process_time() - start
     n_mass = len(problem["mass"])
@@ -249,6 +230,7 @@ def with_stickslip(problem: dict[str, Any]) -> dict[str, Any]:
         "iterations": float(np.mean([state.iterations for state in states])),
         "amplitude": [state.amplitude(n_mass - 1) for state in states],
         "answers": np.array([state.coefficients for state in states]),
+        "pyharm": pyharm_input(system, omegas[0], omegas[-1], n_harmonic=N_HARMONIC, n_sample=N_SAMPLE),
     }
 
 
@@ -270,8 +252,10 @@ def work(package: str, folder: Path) -> None:
     if package == "stickslip":
         result = with_stickslip(problem)
         np.save(folder / "answers.npy", result.pop("answers"))
+        (folder / "input.json").write_text(json.dumps(result.pop("pyharm")))
     else:
-        result = with_pyharm(problem, np.load(folder / "answers.npy"))
+        data = json.loads((folder / "input.json").read_text())
+        result = with_pyharm(problem, data, np.load(folder / "answers.npy"))
     (folder / f"{package}.json").write_text(json.dumps(result))
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from fe.calculix_inp import NodeSpring
 from fe.calculix_run import run_frequency
 from fe.mesh import Mesh
+from fe.whole_mesh import whole_mesh
 from geometry.rig import Rig, mating_pairs
 from reduction.line_contact import station_stiffness
 from study.case import load_case
@@ -23,7 +24,7 @@ from study.progress import LineProgress
 from study.rig_body import HELD
 from study.rig_case import RigCase, rig_model
 from study.rig_joints import line_pairs
-from study.rig_model import BODIES, whole_mesh
+from study.rig_model import BODIES
 from study.rig_reduce_run import stuck_modes
 from study.rig_reduction import reduce_rig
 from study.shipped import RIG

@@ -63,7 +63,7 @@ def solved(rig: Rig, curve: Curve) -> tuple[ResponseBranch, float]:
 
 def cost(path: Path) -> None:
     """Processor time of 100 points on one core."""
-    print("\\n| friction | points | s a 100 points |\\n|---|---|---|")
+    print("\n| friction | points | s a 100 points |\n|---|---|---|")
     for tangents in ("along", "both"):
         rig = prepared(path, tangents)
         curves = rig.system.model.curves
@@ -80,7 +80,7 @@ def compare(path: Path) -> None:
     rig = prepared(path, "along")
     model = rig.system.model
     tip = model.outputs[0].row
-    print("\\n| curve | frequency [Hz] | H | harmonic balance [um] | time integration [um] | apart | periods |")
+    print("\n| curve | frequency [Hz] | H | harmonic balance [um] | time integration [um] | apart | periods |")
     print("|---|---|---|---|---|---|---|")
     for curve in model.curves:
         branch, _ = solved(rig, curve)

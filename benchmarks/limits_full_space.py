@@ -1,0 +1,200 @@
+"""One limit in the full space: harmonics and sliders are unknowns, the balance is a constraint (eqs 9-12).
+
+`trust_region` is closest to the paper's way: SciPy's trust-constr with forward differences of everything.
+`interior_point` gives IPOPT the exact first derivatives, and lets it build its second ones from them.
+Both are stopped by processor time; the first also once it holds a state as good as asked for with a small residual.
+"""
+
+import time
+from contextlib import suppress
+
+import numpy as np
+import scipy.optimize
+from numpy.typing import NDArray
+
+from hbsolve.aft import Start
+from hbsolve.contact.law import FORCE, PARAMETERS
+from hbsolve.limits.point import LimitPoint, Trial
+from hbsolve.parameter import spread
+from hbsolve.steady_state import forces_at, residual
+
+Real = NDArray[np.float64]
+
+#: A state counts as one with |R| below this share of the linear motion.
+FEASIBLE = 1e-4
+
+
+class Enough(Exception):
+    """Time is over, or the value is reached."""
+
+
+class FullSpace:
+    """Objective and constraint over z = (motion, sliders), all in units of the box."""
+
+    def __init__(self, point: LimitPoint, trial: Trial, seconds: float, wanted: float) -> None:
+        self.point, self.shape, self.unit = point, trial.x.shape, point.box.reach
+        self.began, self.seconds, self.wanted = time.process_time(), seconds, wanted
+        self.start = np.concatenate([trial.x.ravel(), trial.w]) / self.unit
+        self.n = trial.x.size
+        self.best = (0.0, np.inf)
+        nominal = point.box.nominal / self.unit
+        free = np.full(self.n, np.inf)
+        self.bounds = np.concatenate([-free, nominal - 1]), np.concatenate([free, nominal + 1])
+
+    @property
+    def spent(self) -> float:
+        return time.process_time() - self.began
+
+    def _state(self, z: Real) -> tuple[Real, Start]:
+        x, w = z[: self.n].reshape(self.shape) * self.unit, z[self.n :] * self.unit
+        return np.ascontiguousarray(x), Start(np.ascontiguousarray(w), np.zeros(len(w), dtype=np.int64))
+
+    def balance(self, z: Real) -> Real:
+        x, start = self._state(z)
+        point = self.point
+        forces = forces_at(point.balance, point.condensed.angular_frequency, x, start, FORCE)
+        R = residual(point.balance, point.condensed, x, forces)
+        size = float(np.linalg.norm(R)) / point.scale
+        value = point.measure.value(point.balance.level, x, forces.coefficients)
+        if size < FEASIBLE and value > self.best[0]:
+            self.best = value, size
+        if self.spent > self.seconds or self.best[0] >= self.wanted:
+            raise Enough
+        return R.ravel() / self.unit
+
+    def objective(self, z: Real) -> float:
+        x, start = self._state(z)
+        point = self.point
+        forces = forces_at(point.balance, point.condensed.angular_frequency, x, start, FORCE)
+        return -point.measure.value(point.balance.level, x, forces.coefficients) / self.unit
+
+    def _derivatives(self, z: Real) -> tuple[Real, Real, Real, Real]:
+        """Of g by x and by w, and of the objective by x and by g."""
+        x, start = self._state(z)
+        point = self.point
+        forces = forces_at(point.balance, point.condensed.angular_frequency, x, start, PARAMETERS)
+        d, nh = self.shape
+        first, count = point.balance.joint_of_direction
+        by_x = np.zeros((d, nh, d, nh))
+        for direction in range(d):
+            for other in range(count[direction]):
+                block = forces.jacobian[direction, :, other * nh : (other + 1) * nh]
+                by_x[direction, :, first[direction] + other] = block
+        sliders = point.balance.table.slider
+        joints = np.searchsorted(sliders, np.arange(sliders[-1]), side="right") - 1
+        by_w = np.array([spread(point.balance, int(j), forces.by_start[s]) for s, j in enumerate(joints)])
+        slopes = point.measure.slopes(point.balance.level, x, forces.coefficients)
+        return by_x.reshape(self.n, self.n), by_w.reshape(len(joints), self.n).T, slopes[0].ravel(), slopes[1].ravel()
+
+    def gradient(self, z: Real) -> Real:
+        by_x, by_w, slope_x, slope_g = self._derivatives(z)
+        return -np.concatenate([slope_x + slope_g @ by_x, slope_g @ by_w])
+
+    def jacobian(self, z: Real) -> Real:
+        by_x, by_w, *_ = self._derivatives(z)
+        d, nh = self.shape
+        both = np.hstack([by_x, by_w]).reshape(d, nh, -1)
+        out = np.empty_like(both)
+        A = self.point.condensed.receptance
+        out[:, 0] = A[0].real @ both[:, 0]
+        for k in range(1, (nh + 1) // 2):
+            moved = np.tensordot(A[k], both[:, 2 * k - 1] - 1j * both[:, 2 * k], 1)
+            out[:, 2 * k - 1], out[:, 2 * k] = moved.real, -moved.imag
+        found = out.reshape(self.n, -1)
+        found[:, : self.n] += np.eye(self.n)
+        return found
+
+
+def trust_region(point: LimitPoint, trial: Trial, seconds: float, wanted: float) -> tuple[float, float, float]:
+    """Value, |R| relative to the linear motion, and processor time [s]."""
+    space = FullSpace(point, trial, seconds, wanted)
+    constraint = scipy.optimize.NonlinearConstraint(space.balance, 0, 0, jac="2-point", hess=scipy.optimize.BFGS())
+    with suppress(Enough):
+        scipy.optimize.minimize(
+            space.objective,
+            space.start,
+            jac="2-point",
+            hess=scipy.optimize.BFGS(),
+            method="trust-constr",
+            constraints=[constraint],
+            bounds=scipy.optimize.Bounds(*space.bounds),
+        )
+    return *space.best, space.spent
+
+
+def interior_point(point: LimitPoint, trial: Trial, seconds: float, _wanted: float) -> tuple[float, float, float]:
+    """As `trust_region`, by IPOPT with exact first derivatives."""
+    import casadi
+
+    # IPOPT keeps the time itself: an error in what it calls is shown with all unknowns.
+    space = FullSpace(point, trial, np.inf, np.inf)
+    n, m = len(space.start), space.n
+
+    class Call(casadi.Callback):
+        """A function of z with its Jacobian."""
+
+        def __init__(self, name: str, rows: int, value: object, derivative: object) -> None:
+            casadi.Callback.__init__(self)
+            self.rows, self.value, self.derivative = rows, value, derivative
+            self.construct(name, {})
+
+        def get_n_in(self) -> int:
+            return 1
+
+        def get_n_out(self) -> int:
+            return 1
+
+        def get_sparsity_in(self, _: int) -> object:
+            return casadi.Sparsity.dense(n, 1)
+
+        def get_sparsity_out(self, _: int) -> object:
+            return casadi.Sparsity.dense(self.rows, 1)
+
+        def eval(self, given: list[object]) -> list[object]:
+            return [casadi.DM(self.value(np.array(given[0]).ravel()))]
+
+        def has_jacobian(self) -> bool:
+            return True
+
+        def get_jacobian(
+            self, name: str, _inputs: list[str], _outputs: list[str], options: dict[str, object]
+        ) -> object:
+            self.slope = Slope(name, self.rows, self.derivative, options)
+            return self.slope
+
+    class Slope(casadi.Callback):
+        def __init__(self, name: str, rows: int, value: object, options: dict[str, object]) -> None:
+            casadi.Callback.__init__(self)
+            self.rows, self.value = rows, value
+            self.construct(name, options)
+
+        def get_n_in(self) -> int:
+            return 2
+
+        def get_n_out(self) -> int:
+            return 1
+
+        def get_sparsity_in(self, which: int) -> object:
+            return casadi.Sparsity.dense(n, 1) if which == 0 else casadi.Sparsity(self.rows, 1)
+
+        def get_sparsity_out(self, _: int) -> object:
+            return casadi.Sparsity.dense(self.rows, n)
+
+        def eval(self, given: list[object]) -> list[object]:
+            return [casadi.DM(np.atleast_2d(self.value(np.array(given[0]).ravel())))]
+
+    held = Call("balance", m, space.balance, space.jacobian)
+    goal = Call("goal", 1, space.objective, space.gradient)
+    z = casadi.MX.sym("z", n)
+    options = {
+        "ipopt.hessian_approximation": "limited-memory",
+        "ipopt.print_level": 0,
+        "print_time": False,
+        "ipopt.max_cpu_time": seconds,
+        "ipopt.tol": 1e-6,
+        "error_on_fail": False,
+    }
+    solver = casadi.nlpsol("solver", "ipopt", {"x": z, "f": goal(z), "g": held(z)}, options)
+    with suppress(RuntimeError):
+        solver(x0=space.start, lbx=space.bounds[0], ubx=space.bounds[1], lbg=0, ubg=0)
+    return *space.best, space.spent

@@ -1,0 +1,190 @@
+"""Campaigns of measurements on a rig in which one effect is hidden: time integration of a reduced model of its own.
+
+The specimen is the rig of the case on another mesh, with parameters that are off the drawing. Each repeat is a set-up
+of its own: dead weights and frequency are a little off, and sliders start anywhere within their limits.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from reduction.joined import vibrating
+from reduction.jointed_system import CubicSpring, FrictionContact, JointedSystem
+from study.case import load_case
+from study.progress import LineProgress
+from study.rig_case import RigCase, rig_model
+from study.rig_reduction import RigReduction, reduce_rig
+from study.rig_system import excitation, resting_rig
+from study.rig_test_case import hanging, measured_places
+from study.store import Store, default_folder
+from transient.bench_campaign import (
+    FREQUENCY_JITTER,
+    HISTORY,
+    PARAMETER_DEVIATION,
+    PRELOAD_JITTER,
+    CampaignPoints,
+    Layout,
+    Sweep,
+    with_noise,
+    write_campaign,
+)
+from transient.bench_sweep import SweptBench
+
+#: Shares of the stuck bending frequency, and of the free one.
+JOINTED_GRID = (0.955, 0.972, 0.982, 0.988, 0.992, 0.995, 0.998, 1.0, 1.003, 1.008, 1.016, 1.03)
+FREE_GRID = (0.98, 0.99, 0.995, 0.9975, 0.999, 1.001, 1.0025, 1.005, 1.01, 1.02)
+#: Level of the free specimen [N]: without contacts it moves a hundred times as far.
+FREE_LEVEL = 0.1
+LINES = ("left_blade", "left_decoupler", "right_blade", "right_decoupler")
+SENSORS = ("tip", "excitation", "slot", "damper_left", "damper_right")
+
+
+@dataclass(frozen=True, kw_only=True)
+class HiddenEffect:
+    """What is planted.
+
+    Parameters
+    ----------
+    kind
+        "nothing", "mass" at the tip, "preload" of the left dead weight, or "cubic" at the tip.
+    strength
+        [kg, N, N/m^3].
+    """
+
+    kind: str
+    strength: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Specimen:
+    """A rig on a mesh of its own, and its parameters as factors on the drawing's."""
+
+    case: RigCase
+    reduction: RigReduction
+    factors: Mapping[str, float]
+
+
+def specimen(path: Path, size: float, random: np.random.Generator) -> Specimen:
+    """The rig of a case with elements of another size, as it is made.
+
+    Parameters
+    ----------
+    path
+        Of the case.
+    size
+        Of the elements [m].
+    random
+        Of its parameters.
+    """
+    case = load_case(path, RigCase)
+    case = case.model_copy(update={"mesh": case.mesh.model_copy(update={"size": size})})
+    reduction = reduce_rig(rig_model(case), Store(default_folder()), LineProgress())
+    factors = {name: 1 + sigma * random.standard_normal() for name, sigma in PARAMETER_DEVIATION.items()}
+    return Specimen(case=case, reduction=reduction, factors=factors)
+
+
+def systems(of: Specimen, effect: HiddenEffect, load: float) -> tuple[JointedSystem, JointedSystem]:
+    """The jointed and the free specimen of one set-up, whose dead weights are `load` times those of the drawing."""
+    contact, factors = of.case.contact, of.factors
+    contact = contact.model_copy(
+        update={
+            "kt": contact.kt * factors["tangential_stiffness"],
+            "kn": contact.kn * factors["normal_stiffness"],
+            "mu": contact.mu * factors["friction_coefficient"],
+        }
+    )
+    left = of.case.dead_weight.force + (effect.strength if effect.kind == "preload" else 0.0)
+    weight = of.case.dead_weight.model_copy(
+        update={
+            "force": of.case.dead_weight.force * load,
+            "left": of.case.dead_weight.left.model_copy(update={"force": left * load}),
+        }
+    )
+    case = of.case.model_copy(update={"contact": contact, "dead_weight": weight})
+    resting = resting_rig(case, rig_model(of.case).rig, of.reduction)
+    system = vibrating(
+        resting.joined, resting.rest, case.damping.ratio * factors["damping_ratio"], excitation(of.reduction)
+    )
+    young, bodies = factors["youngs_modulus"] - 1, resting.joined.bodies
+    # The bench knows a line by the first word of its contacts' names.
+    joints = [replace(each, name=each.name.replace(".", " ")) for each in system.joints]
+    jointed = replace(system, stiffness=system.stiffness + young * bodies, joints=joints)
+    free = replace(
+        system,
+        stiffness=(1 + young) * bodies + hanging(of.reduction),
+        joints=[],
+        static_load=np.zeros(len(bodies)),
+    )
+    tip = np.flatnonzero(measured_places(of.reduction)["tip"])[0]
+    if effect.kind == "mass":
+        # Boundary nodes have their x, y and z one after the other.
+        mass = np.array(system.mass)
+        mass[[tip - 1, tip, tip + 1], [tip - 1, tip, tip + 1]] += effect.strength
+        return replace(jointed, mass=mass), replace(free, mass=mass)
+    if effect.kind == "cubic":
+        spring = CubicSpring(
+            name="hidden spring", direction=measured_places(of.reduction)["tip"], stiffness=effect.strength
+        )
+        return replace(jointed, joints=[*jointed.joints, spring]), replace(free, joints=[spring])
+    return jointed, free
+
+
+def sweeps(of: Specimen, effect: HiddenEffect, points: CampaignPoints, random: np.random.Generator) -> Iterator[Sweep]:
+    """All sweeps of a campaign, free of noise."""
+    sensors = {name: row for name, row in measured_places(of.reduction).items() if name in SENSORS}
+    for repeat in range(1, points.n_repeat + 1):
+        load, shift, shift_free = 1 + random.standard_normal(3) * [PRELOAD_JITTER, FREQUENCY_JITTER, FREQUENCY_JITTER]
+        jointed, free = systems(of, effect, load)
+        for configuration, system, frequencies, factor, levels in (
+            ("jointed", jointed, points.frequencies, shift, points.levels),
+            ("free", free, points.free_frequencies, shift_free, (FREE_LEVEL,)),
+        ):
+            bench = SweptBench(system, sensors)
+            up = [float(each * factor) for each in frequencies]
+            count = sum(isinstance(joint, FrictionContact) for joint in system.joints)
+            for level in levels:
+                share = random.uniform(-HISTORY, HISTORY, count) if count else None
+                readings = bench.sweep([*up, *reversed(up)], level, share)
+                yield Sweep(configuration=configuration, repeat=repeat, level=float(level), readings=readings)
+
+
+def make_rig_campaign(
+    folder: Path, path: Path, size: float, *, seed: int, effect: HiddenEffect, points: CampaignPoints
+) -> Specimen:
+    """Measure a rig with a hidden effect and write the campaign's folder.
+
+    Parameters
+    ----------
+    folder
+        Where campaign.toml and its tables go.
+    path, size
+        Of the case, and of the specimen's elements [m].
+    seed
+        Of parameters, histories, jitter and noise.
+    effect, points
+        What is hidden, and where to measure.
+    """
+    streams = [np.random.default_rng(each) for each in np.random.SeedSequence(seed).spawn(3)]
+    made = specimen(path, size, streams[0])
+    measured = [
+        replace(sweep, readings=with_noise(sweep.readings, streams[2]))
+        for sweep in sweeps(made, effect, points, streams[1])
+    ]
+    write_campaign(folder, measured, points, Layout(title="Rig", sensors=SENSORS, lines=LINES, direction="y"))
+    return made
+
+
+def rig_points(stuck: float, free: float, n_repeat: int = 4) -> CampaignPoints:
+    """Where to measure a rig of these two frequencies [Hz]."""
+    return CampaignPoints(
+        levels=(1.0, 3.0, 5.0, 10.0),
+        frequencies=_near(stuck, JOINTED_GRID),
+        free_frequencies=_near(free, FREE_GRID),
+        n_repeat=n_repeat,
+    )
+
+
+def _near(frequency: float, grid: Sequence[float]) -> tuple[float, ...]:
+    return tuple(round(frequency * each, 2) for each in grid)

@@ -1,0 +1,125 @@
+"""How fine a rig's mesh has to be, and what its reduction loses: the blade, the stuck rig, and the reduced assembly.
+
+    python -m benchmarks.rig_convergence
+
+1. First frequency of the blade without contacts on nested meshes, each cell cut into 2 and 4 along each edge: limit and
+   observed order by Richardson's extrapolation.
+2. First bending frequency of the rig with all contacts stuck, all bodies in full, on meshes of several sizes and on a
+   nested pair. Stations are nodes, so that a contact's force acts at a point, beside which a body gives way without
+   limit as its mesh is refined: it has no limit, and falls slowly for ever.
+3. The reduced assembly of the case at 5 mm beside its bodies in full.
+
+Some minutes and 3 GB.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from benchmarks.rig_calculix import contact_springs, held
+from fe.assembly import assemble
+from fe.blade_mesher import mesh_blade
+from fe.boundary import Support, supported_system
+from fe.element import HEX20
+from fe.mesh import Mesh
+from fe.modal import modes
+from fe.rig_mesher import mesh_rig, rig_mesh
+from reduction.assembly_error import assembly_error
+from reduction.joined import joined
+from study.case import load_case
+from study.progress import SilentProgress
+from study.rig_body import held_body
+from study.rig_case import RigCase, rig_model
+from study.rig_joints import line_pairs
+from study.rig_model import BODIES, RigModel, whole_mesh
+from study.rig_reduction import reduce_rig
+from study.shipped import RIG
+from study.store import Store, default_folder
+from study.table1.limit import richardson
+
+#: Size of the coarsest of the nested meshes, and into how many its cells are cut [m, -].
+COARSE, CUTS = 10e-3, (1, 2, 4)
+#: Sizes of the rig's elements, and the coarser mesh of its nested pair [m].
+SIZES, NESTED = (5e-3, 3e-3, 2.5e-3), 8e-3
+#: Of the reduced assembly: size [m], modes, and frequencies between its resonances [Hz].
+REDUCED, N_MODE, BAND = 5e-3, 8, (50.0, 150.0, 200.0, 260.0, 350.0, 450.0, 600.0, 800.0, 1000.0, 1200.0)
+
+
+def free_blade(model: RigModel) -> None:
+    """Nested meshes of the blade."""
+    print("\n| cells cut into | degrees of freedom | blade without contacts [Hz] |\n|---|---|---|")
+    found = []
+    for cut in CUTS:
+        cells = rig_mesh(model.rig, HEX20, COARSE, cut)
+        mesh = mesh_blade(model.rig.blade, cells.blade, cells.pads)
+        system = held_body(mesh, "blade", *assemble(mesh, model.material))
+        found.append(float(modes(system, 1).frequency[0]))
+        print(f"| {cut} | {system.n_dof} | {found[-1]:.4f} |", flush=True)
+    limit = richardson(found, 2.0, 2)
+    print(f"\nLimit {limit.frequency:.3f} Hz, observed order {limit.order:.2f}. {limit.warning}")
+
+
+def first_bending(case: RigCase, model: RigModel, meshes: dict[str, Mesh]) -> tuple[float, int]:
+    """The first stuck mode that the exciter drives [Hz], and the number of degrees of freedom."""
+    whole = whole_mesh(meshes)
+    mass, stiffness = assemble(whole, model.material)
+    rows, columns, values = [], [], []
+    for spring in contact_springs(case, model.rig, whole):
+        dofs = np.concatenate([3 * spring.node + np.arange(3), 3 * spring.other + np.arange(3)])
+        along = np.concatenate([spring.direction, -np.asarray(spring.direction)])
+        rows.append(np.repeat(dofs, 6))
+        columns.append(np.tile(dofs, 6))
+        values.append(spring.stiffness * np.outer(along, along).ravel())
+    places = np.concatenate(rows), np.concatenate(columns)
+    stuck = sp.csr_array(stiffness + sp.coo_array((np.concatenate(values), places), shape=stiffness.shape))
+    system = supported_system(whole, mass, stuck, [Support(nodes=np.unique(held(whole)[:, 0]))])
+    found = modes(system, 4)
+    driven = system.rows(whole.nodes("blade.response"), (1,))
+    return float(found.frequency[np.abs(found.mode_shapes[driven]).sum(axis=0).argmax()]), system.n_dof
+
+
+def stuck_rig(case: RigCase, model: RigModel) -> None:
+    """Sizes, and a nested pair."""
+    print("\n| mesh | degrees of freedom | first bending, stuck [Hz] | beside the finest size |\n|---|---|---|---|")
+    sizes = {f"{1e3 * size:g} mm": mesh_rig(model.rig, rig_mesh(model.rig, HEX20, size)) for size in SIZES}
+    pair = {
+        f"{1e3 * NESTED:g} mm, cut into {cut}": mesh_rig(model.rig, rig_mesh(model.rig, HEX20, NESTED, cut))
+        for cut in CUTS[:2]
+    }
+    found = {}
+    for name, meshes in (sizes | pair).items():
+        found[name] = first_bending(case, model, {body: meshes[body] for body in BODIES})
+    finest, _ = found[f"{1e3 * SIZES[-1]:g} mm"]
+    for name, (frequency, n_dof) in found.items():
+        print(f"| {name} | {n_dof} | {frequency:.4f} | {frequency / finest - 1:+.3%} |", flush=True)
+
+
+def reduced_rig(case: RigCase, model: RigModel) -> None:
+    """The reduced assembly against the full one."""
+    model = replace(model, size=REDUCED)
+    reduction = reduce_rig(model, Store(default_folder()), SilentProgress())
+    assembly = reduction.assembly
+    systems = {body: held_body(mesh, body, *assemble(mesh, model.material)) for body, mesh in reduction.meshes.items()}
+    springs = joined(assembly, line_pairs(case, model.rig), tangents=case.contact.sliding).springs
+    found = assembly_error(systems, assembly, springs, N_MODE, np.array(BAND))
+    print(f"\n{reduction.n_dof} degrees of freedom reduced to {assembly.n_dof}, all contacts stuck\n")
+    print("| mode | full [Hz] | error of the reduced frequency | 1 - MAC |\n|---|---|---|---|")
+    rows = zip(found.frequency, found.frequency_error, found.mac, strict=True)
+    for number, (frequency, error, mac) in enumerate(rows, start=1):
+        print(f"| {number} | {frequency:.4f} | {error:.1e} | {1 - mac:.1e} |")
+    print("\n| frequency [Hz] | " + " | ".join(f"{each:g}" for each in found.receptance_frequency) + " |")
+    print("|---" * (len(found.receptance_frequency) + 1) + "|")
+    print("| error of the receptance | " + " | ".join(f"{each:.0e}" for each in found.receptance_error) + " |")
+
+
+def main() -> None:
+    case = load_case(RIG, RigCase)
+    model = rig_model(case)
+    free_blade(model)
+    stuck_rig(case, model)
+    reduced_rig(case, model)
+
+
+if __name__ == "__main__":
+    main()

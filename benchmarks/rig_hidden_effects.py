@@ -1,0 +1,135 @@
+"""The diagnosis on the rig: which effect is named where a mass, a dead weight or a cubic spring was hidden.
+
+    OMP_NUM_THREADS=1 python -m benchmarks.rig_hidden_effects [--folder FOLDER] [--seeds 3] [--only mass]
+
+The model is the rig of the shipped case with elements of `MODEL_SIZE`; what is measured is integrated in time on a
+reduced model of elements of `SPECIMEN_SIZE`, whose parameters are off the drawing. Campaigns and diagnoses that are
+there already are not made again.
+"""
+
+import argparse
+import json
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.rig_campaign import HiddenEffect, make_rig_campaign, rig_points
+from correlation.read_campaign import read_campaign
+from diagnosis.diagnose import diagnose
+from study.case import load_case
+from study.progress import LineProgress
+from study.rig_case import RigCase, rig_model
+from study.rig_reduction import reduce_rig
+from study.rig_test_case import rig_test_case
+from study.shipped import RIG
+from study.store import Store, default_folder
+from study.test_case_model import TestSetup, read_test_case
+
+#: Sizes of elements [m]: neither mesh is the other's refinement.
+MODEL_SIZE, SPECIMEN_SIZE = 0.003, 0.0025
+#: Modes of the model: up to three times the highest harmonic that it keeps.
+N_MODE = 60
+#: Frequencies of the drawing [Hz]: first bending with all contacts stuck, and without contacts.
+STUCK, FREE = 253.9, 122.2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Planted:
+    """An effect, and how the diagnosis calls it."""
+
+    effect: HiddenEffect
+    name: str
+    value: float
+
+
+def planted(force: float) -> list[Planted]:
+    """The three effects; `force` is that of the drawing's dead weight [N]."""
+    return [
+        Planted(effect=HiddenEffect(kind="mass", strength=4e-3), name="mass at tip", value=4e-3),
+        Planted(
+            effect=HiddenEffect(kind="preload", strength=-7.0),
+            name="pre-load by left dead weight",
+            value=1 - 7.0 / force,
+        ),
+        Planted(effect=HiddenEffect(kind="cubic", strength=1e13), name="cubic at tip", value=1e13),
+    ]
+
+
+def write_model(folder: Path, size: float) -> Path:
+    """The test case of the shipped rig with elements of a size."""
+    case = load_case(RIG, RigCase)
+    case = case.model_copy(
+        update={
+            "mesh": case.mesh.model_copy(update={"size": size}),
+            "reduction": case.reduction.model_copy(update={"modes": N_MODE}),
+        }
+    )
+    model = rig_model(case)
+    reduction = reduce_rig(model, Store(default_folder()), LineProgress())
+    written = rig_test_case(case, model.rig, reduction, "rig_test")
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "rig_test.npz").write_bytes(written.arrays)
+    (folder / "rig_test.toml").write_text(written.case, encoding="utf-8")
+    return folder / "rig_test.toml"
+
+
+def examine(case: Path, folder: Path, hidden: Planted, seed: int) -> dict[str, object]:
+    """Make a campaign, diagnose it, and keep what came out."""
+    record = folder / f"{hidden.effect.kind}_{seed}.json"
+    if record.is_file():
+        return dict(json.loads(record.read_text(encoding="utf-8")))
+    where, started = folder / f"{hidden.effect.kind}_{seed}", time.process_time()
+    if not (where / "campaign.toml").is_file():
+        make_rig_campaign(where, RIG, SPECIMEN_SIZE, seed=seed, effect=hidden.effect, points=rig_points(STUCK, FREE))
+    made = time.process_time()
+    campaign = read_campaign(where)
+    setup: TestSetup = read_test_case(case, campaign)
+    found = diagnose(campaign, setup.model, setup.accepted, setup.budget)
+    best = next((each for each in found.verdict.effects if each.effect is not None), None)
+    row = {
+        "planted": hidden.name,
+        "seed": seed,
+        "finding": found.verdict.finding.value,
+        "named": [each.effect.name for each in found.verdict.effects if each.effect is not None],
+        "ranking": [each.effect.name for each in found.refits if each.effect is not None],
+        "true": hidden.value,
+        "found": None if best is None else best.strength,
+        "deviation": None if best is None else best.deviation,
+        "held_error": [found.before.held_error, None if best is None else best.held_error],
+        "sentence": found.verdict.sentence,
+        "seconds": [made - started, time.process_time() - made],
+    }
+    record.write_text(json.dumps(row, indent=1) + "\n", encoding="utf-8")
+    return row
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """All effects with all seeds, a line each."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--folder", type=Path, default=Path("rig_hidden_effects"))
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--only", choices=["mass", "preload", "cubic"], help="one kind of effect")
+    given = parser.parse_args(words)
+    case = write_model(given.folder / "model", MODEL_SIZE)
+    print("| planted | seed | named | true | found | held-out error | made, diagnosed [CPU s] |")
+    print("|---|---|---|---|---|---|---|")
+    for seed in range(1, given.seeds + 1):
+        for hidden in planted(load_case(RIG, RigCase).dead_weight.force):
+            if given.only not in {None, hidden.effect.kind}:
+                continue
+            row = examine(case, given.folder, hidden, seed)
+            named = " or ".join(row["named"]) or row["finding"]
+            found = "-" if row["found"] is None else f"{row['found']:.4g} +- {row['deviation']:.2g}"
+            before, after = row["held_error"]
+            fell = f"{100 * before:.1f} %" + ("" if after is None else f" to {100 * after:.1f} %")
+            made, diagnosed = row["seconds"]
+            print(
+                f"| {hidden.name} | {seed} | {named} | {row['true']:.4g} | {found} | {fell} "
+                f"| {made:.0f}, {diagnosed:.0f} |",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main()

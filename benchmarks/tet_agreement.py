@@ -1,0 +1,152 @@
+"""The rig in tetrahedra against the rig in bricks: frequencies of the blade alone, and of the rig with contacts stuck.
+
+    OMP_NUM_THREADS=1 python -m benchmarks.tet_agreement [SIZE_IN_MM]
+
+Bricks have their contact stations on corner nodes. Tetrahedra come twice: cut from the bricks of the same mesher, with
+stations on corner nodes too, and from fTetWild, which knows CAD faces alone: there stations lie anywhere on the faces
+of cells, and are made coordinates by a change of variables (`fe.station_coordinates`).
+"""
+
+import sys
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fe.assembly import assemble
+from fe.boundary import Support, supported_system
+from fe.dense_modes import dense_modes
+from fe.face_integral import enclosed_volume, face_areas
+from fe.mesh import Mesh
+from fe.mesh_quality import cell_quality
+from fe.modal import modes
+from fe.station_coordinates import StationCoordinates, station_coordinates
+from fe.system import LinearSystem
+from fe.tet_mesher import TetRule, mesh_solid
+from geometry.rig import rig_parts
+from reduction.assembly import ReducedAssembly
+from reduction.craig_bampton import craig_bampton
+from reduction.joined import joined
+from reduction.rom import ReducedModel
+from study.case import load_case
+from study.rig_body import HELD
+from study.rig_case import RigCase, rig_model
+from study.rig_joints import line_pairs
+from study.rig_model import BODIES, RigModel, mirror_image
+from study.rig_reduction import mirrored
+from study.shipped import RIG
+
+#: Contact lines by kind of body, each with the face that it lies on.
+LINES = {
+    "blade": {"contact_positive": "groove_positive", "contact_negative": "groove_negative"},
+    "damper": {"contact_blade": "cone_blade", "contact_decoupler": "cone_decoupler"},
+    "decoupler": {"contact": "groove"},
+}
+#: Cells at the contact lines and the root, in parts of the size elsewhere.
+FINER = {"groove_positive": 0.5, "groove_negative": 0.5, "clamp": 0.7, "groove": 0.5}
+#: Fixed-interface modes of each body, and frequencies that are compared.
+N_MODE, COMPARED = 30, 8
+#: What the two elements may differ by in the first stuck frequency.
+ALLOWED = 3e-3
+
+#: Part of the largest motion at the excitation that counts as driven: dampers roll below the blade's first mode.
+SEEN = 0.01
+
+Bodies = dict[str, tuple[Mesh, StationCoordinates | None]]
+
+
+def from_mapped(model: RigModel) -> Bodies:
+    """Meshes with stations on nodes."""
+    return {body: (mesh, None) for body, mesh in model.meshes().items() if mirror_image(body) is None}
+
+
+def from_tetwild(model: RigModel, size: float) -> Bodies:
+    """Meshes of the CAD solids, with a line on what was checked of each."""
+    found: Bodies = {}
+    for body, part in rig_parts(model.rig).items():
+        if mirror_image(body) is not None:
+            continue
+        start = time.perf_counter()
+        near = {name: part_of * size for name, part_of in FINER.items() if name in part.faces}
+        mesh = mesh_solid(part, TetRule(size=size, near=near))
+        spent = time.perf_counter() - start
+        faces = LINES[body.partition("_")[0]]
+        lines = {name: line.stations for name, line in part.contact_lines.items() if name in faces}
+        place = station_coordinates(mesh, lines, faces, held=HELD[body.partition("_")[0]])
+        area = max(abs(face_areas(mesh, mesh.face_sets[name]).sum() / part.faces[name].area - 1) for name in part.faces)
+        quality = cell_quality(mesh)
+        print(
+            f"| {body} | {mesh.n_cell} | {3 * mesh.n_node} | {quality.scaled_jacobian.min():.2f} | "
+            f"{quality.determinant_ratio.min():.2f} | {area:.1e} | {enclosed_volume(mesh) / part.volume - 1:+.1e} | "
+            f"{spent:.0f} |",
+            flush=True,
+        )
+        found[body] = (place.mesh, place)
+    return found
+
+
+def reduced(model: RigModel, body: str, mesh: Mesh, place: StationCoordinates | None) -> ReducedModel:
+    """Craig-Bampton, with all named nodes kept."""
+    mass, stiffness = assemble(mesh, model.material)
+    if place is not None:
+        mass, stiffness = place.matrix(mass), place.matrix(stiffness)
+    held = [Support(nodes=mesh.nodes(name)) for name in HELD[body.partition("_")[0]]]
+    if held:
+        system = supported_system(mesh, mass, stiffness, held)
+    else:
+        everything = np.arange(3 * mesh.n_node)
+        system = LinearSystem(mass=mass, damping=0 * mass, stiffness=stiffness, free=everything, n_node=mesh.n_node)
+    rom = craig_bampton(system, {name: system.rows(nodes) for name, nodes in mesh.node_sets.items()}, N_MODE)
+    return rom if place is None else replace(rom, recovery=place.displacement(system, rom.recovery))
+
+
+def blade_frequencies(model: RigModel, mesh: Mesh) -> NDArray[np.float64]:
+    """Of the clamped blade without contacts [Hz]."""
+    clamp = [Support(nodes=mesh.nodes("clamp"))]
+    return modes(supported_system(mesh, *assemble(mesh, model.material), clamp), COMPARED).frequency
+
+
+def stuck_frequencies(case: RigCase, model: RigModel, bodies: Bodies) -> tuple[NDArray[np.float64], int]:
+    """Of the rig with all contacts stuck [Hz], and the place of the first one that a force on the blade drives."""
+    roms = {body: reduced(model, body, *bodies[body]) for body in bodies}
+    every = {body: roms[body] if body in roms else mirrored(roms[mirror_image(body) or ""], body) for body in BODIES}
+    assembly = ReducedAssembly(bodies=every)
+    stuck = joined(assembly, line_pairs(case, model.rig)).stuck
+    found = dense_modes(assembly.mass, stuck)
+    frequency = np.sqrt(found.lambda_.clip(min=0)) / (2 * np.pi)
+    driven = np.abs(found.shapes[assembly.rows("blade", "excitation", 1)] / np.sqrt(found.mu))[0]
+    first = np.flatnonzero(driven[:COMPARED] > SEEN * driven[:COMPARED].max())[0]
+    return frequency[:COMPARED], int(first)
+
+
+def main(size: float) -> None:
+    case = load_case(RIG, RigCase)
+    bricks = rig_model(case)
+    kinds: Mapping[str, Callable[[], Bodies]] = {
+        "hex20": lambda: from_mapped(bricks),
+        "tet10 cut from them": lambda: from_mapped(replace(bricks, element="tet10")),
+        "tet10 by fTetWild": lambda: from_tetwild(bricks, size),
+    }
+    print(f"Bricks of {1e3 * bricks.size:g} mm; fTetWild's cells of {1e3 * size:g} mm, half as long at the contacts.\n")
+    print("| body | cells | degrees of freedom | scaled Jacobian | det J / mean | worst area | volume | s |")
+    print("|---|---|---|---|---|---|---|---|", flush=True)
+    bodies = {kind: make() for kind, make in kinds.items()}
+    blade = {kind: blade_frequencies(bricks, found["blade"][0]) for kind, found in bodies.items()}
+    stuck = {kind: stuck_frequencies(case, bricks, found) for kind, found in bodies.items()}
+    for title, found in (("clamped blade", blade), ("rig, contacts stuck", {k: v for k, (v, _) in stuck.items()})):
+        print(f"\n| {title} | " + " | ".join(f"{kind} [Hz] | apart" for kind in found) + " |")
+        print("|---" * (1 + 2 * len(found)) + "|")
+        for number, expected in enumerate(found["hex20"]):
+            row = " | ".join(f"{each[number]:.3f} | {each[number] / expected - 1:+.2e}" for each in found.values())
+            print(f"| {number + 1} | {row} |", flush=True)
+    first = stuck["hex20"][1]
+    apart = stuck["tet10 by fTetWild"][0][first] / stuck["hex20"][0][first] - 1
+    print(f"\nFirst stuck frequency that a force on the blade drives: number {first + 1}, {apart:+.2e} apart.")
+    if abs(apart) > ALLOWED:
+        sys.exit(f"the two elements are more than {ALLOWED:.1%} apart")
+
+
+if __name__ == "__main__":
+    main(1e-3 * float(sys.argv[1]) if len(sys.argv) > 1 else 4e-3)

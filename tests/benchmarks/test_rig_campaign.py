@@ -1,0 +1,104 @@
+"""What is measured on a rig on the bench is what its test case predicts: written twice, once in time."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.rig_campaign import LINES, SENSORS, HiddenEffect, Specimen, systems
+from correlation.configuration import Configuration
+from correlation.test_model import TestModel
+from hbsolve.steady_state import steady_state
+from study.case import load_case
+from study.progress import SilentProgress
+from study.rig_case import RigCase, rig_model
+from study.rig_reduction import reduce_rig
+from study.rig_test_case import measured_places, rig_test_case
+from study.store import Store
+from study.test_case_model import read_test_case
+from transient.bench_campaign import PARAMETER_DEVIATION
+from transient.bench_sweep import Readings, SweptBench
+
+CASE = """\
+schema = 1
+kind = "rig"
+[material]
+young = "210 GPa"
+poisson = 0.3
+density = "7800 kg/m^3"
+[mesh]
+element = "hex8"
+size = "8 mm"
+[reduction]
+modes = 20
+[contact]
+kn = "8.5 N/um"
+kt = "4.6 N/um"
+mu = 0.8
+crowning = "2.5 um"
+[dead_weight]
+force = "55 N"
+[damping]
+ratio = "0.2 %"
+"""
+#: Far below the stuck resonance, and at a level at which nothing slips: there is no past to remember.
+FREQUENCY, LEVEL = 150.0, 0.5
+ORDER = [f"{line}_{component}" for line in LINES for component in "TN"]
+
+
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory: pytest.TempPathFactory) -> tuple[Specimen, TestModel]:
+    """A specimen without deviations, and the model of the same mesh."""
+    folder = tmp_path_factory.mktemp("rig")
+    (folder / "rig.toml").write_text(CASE, encoding="utf-8")
+    case = load_case(folder / "rig.toml", RigCase)
+    model = rig_model(case)
+    reduction = reduce_rig(model, Store(folder / "cache"), SilentProgress())
+    written = rig_test_case(case, model.rig, reduction, "rig_test")
+    (folder / "rig_test.npz").write_bytes(written.arrays)
+    (folder / "rig_test.toml").write_text(written.case, encoding="utf-8")
+    specimen = Specimen(case=case, reduction=reduction, factors=dict.fromkeys(PARAMETER_DEVIATION, 1.0))
+    return specimen, read_test_case(Path(folder / "rig_test.toml")).model
+
+
+def measured(specimen: Specimen, effect: HiddenEffect) -> Readings:
+    jointed, _ = systems(specimen, effect, 1.0)
+    sensors = {name: row for name, row in measured_places(specimen.reduction).items() if name in SENSORS}
+    # What the contacts carry at rest along their tangents is what the case starts from, too: none.
+    return SweptBench(jointed, sensors, steps_per_period=512).sweep([FREQUENCY], LEVEL, np.zeros(28), tolerance=1e-6)
+
+
+def predicted(model: TestModel) -> tuple[np.ndarray, np.ndarray]:
+    """Harmonic 1 of the motions, and harmonics 0 and 1 of the lines' forces."""
+    solver = Configuration.of(model, False, None)
+    state = steady_state(solver.balance.at_level(LEVEL), 2 * np.pi * FREQUENCY)
+    motion = solver.read(state, np.array(SENSORS), np.ones(len(SENSORS), dtype=np.int64))
+    force = [solver.read(state, np.array(ORDER), np.full(len(ORDER), k)) for k in (0, 1)]
+    return motion, np.array(force)
+
+
+def test_the_bench_measures_what_the_case_predicts(drawn: tuple[Specimen, TestModel]) -> None:
+    specimen, model = drawn
+    readings = measured(specimen, HiddenEffect(kind="nothing"))
+    motion, force = predicted(model)
+    # 512 steps a period of an almost linear motion: 1e-4 and better.
+    np.testing.assert_allclose(readings.motion[0, :, 0], motion, rtol=1e-3)
+    normal = slice(1, None, 2)
+    np.testing.assert_allclose(readings.force[0, normal, 0].real, force[0, normal].real, rtol=1e-3)
+    largest = np.abs(force[1]).max()
+    np.testing.assert_allclose(readings.force[0, :, 1], force[1], atol=2e-3 * largest)
+
+
+def test_a_lighter_dead_weight_is_the_effect_of_that_name(drawn: tuple[Specimen, TestModel]) -> None:
+    specimen, model = drawn
+    readings = measured(specimen, HiddenEffect(kind="preload", strength=-7.0))
+    before = measured(specimen, HiddenEffect(kind="nothing"))
+    _, force = predicted(model.pressed("left dead weight", 1 - 7 / 55))
+    _, nominal = predicted(model)
+    # The bench finds rest anew from unloaded bodies, the model moves on from the rest that it has: lines of the left
+    # lose an eighth of their normal force in both, those of the right next to nothing. What the tangents carry has
+    # another past in the two, some hundredths of a newton.
+    lost = (readings.force[0, 1::2, 0] - before.force[0, 1::2, 0]).real
+    np.testing.assert_allclose(lost, (force[0, 1::2] - nominal[0, 1::2]).real, rtol=0.05, atol=0.05)
+    assert (lost[:2] < -0.1 * nominal[0, 1:4:2].real).all()
+    assert (np.abs(lost[2:]) < 0.01 * nominal[0, 5::2].real).all()
