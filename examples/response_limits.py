@@ -1,0 +1,59 @@
+"""The band that friction history leaves open: a wedge damper at four levels, and the static forces of its contacts.
+
+Sticking contacts hold any tangential force within Coulomb's cone, so that tests that look the same differ. The limits
+are searched for and then frozen; random histories that had no part in the search stay between them.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from hbsolve.balance import HarmonicBalance
+from hbsolve.limits.fresh import fresh_histories
+from hbsolve.limits.objective import ContactForce, Output
+from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
+from study.case import load_case
+from study.figure.force_limits import ForceLimits, force_limits_figure
+from study.figure.limit_band import Band, limit_band_figure
+from study.shipped import LIMITS
+from study.solve_case import SolveCase
+from study.solve_model import solve_model
+
+LEVELS, FREQUENCIES, RESONANCE = [0.1, 0.4, 1.0, 4.0], np.linspace(259, 295, 13), 283.0
+SETTINGS = LimitSettings(population=8, sample=60)
+
+
+def main() -> None:
+    system = solve_model(load_case(LIMITS, SolveCase), LIMITS.parent).system
+    balance = HarmonicBalance(system=system, n_harmonic=4, n_sample=64)
+    problem = limit_problem(balance, Output(row=0))
+    limits = response_limits(problem, 2 * np.pi * FREQUENCIES, LEVELS, settings=SETTINGS)
+    fresh = fresh_histories(problem, limits, 60, seed=1)
+    print(f"sliders at most {1e6 * limits.reach:.2f} um from rest; upper over lower limit, widest:")
+    bands = []
+    for at, level in enumerate(LEVELS):
+        print(f"  level {level:g}: {(limits.upper[at] / limits.lower[at]).max():.2f}")
+        flags = {"jump": limits.jump[:, at], "repaired": limits.repaired[:, at]}
+        value, sampled = 1e6 * limits.value[:, at], 1e6 * fresh.value[at].T
+        bands.append(Band(label=f"level {level:g}", frequency=FREQUENCIES, value=value, sampled=sampled, **flags))
+    Path("limits.png").write_bytes(limit_band_figure(bands, title="Wedge damper", amplitude_label="blade [um]"))
+    panels, escaped = [], fresh.share_outside(1e-3)
+    for line in ("blade", "ground"):
+        for force, direction in (("T0", 0), ("N0", -1)):
+            both = [f"{line} 1", f"{line} 2"]
+            problem = limit_problem(balance, ContactForce(joints=both, direction=direction))
+            held = response_limits(problem, [2 * np.pi * RESONANCE], LEVELS, settings=SETTINGS)
+            left = fresh_histories(problem, held, 60, seed=2)
+            escaped = max(escaped, left.share_outside(1e-3))
+            names = {"line": line, "force": force, "level": held.level}
+            panels.append(ForceLimits(**names, value=held.value[:, :, 0], sampled=left.value[:, 0].T))
+    title = f"Wedge damper: static forces at {RESONANCE:g} Hz"
+    Path("static_forces.png").write_bytes(force_limits_figure(panels, title=title, sampled_label="random histories"))
+    print(f"histories outside by more than 0.1 %: {100 * escaped:.2f} % at most\nlimits.png, static_forces.png")
+    # The band is open where contacts slip, and hardly any history leaves it.
+    assert (limits.upper[1] / limits.lower[1]).max() > 1.1
+    assert escaped <= 0.01
+
+
+if __name__ == "__main__":
+    main()
