@@ -9,13 +9,19 @@ from geometry.decoupler import Decoupler, outline
 
 
 def volume(decoupler: Decoupler) -> float:
-    """Prism over the outline, and the pad less the groove's segments of circles [m^3]."""
+    """Prism over the outline, and the pad less its groove [m^3]."""
     y, z = np.array(outline(decoupler)).T
     area = abs(y @ np.roll(z, 1) - z @ np.roll(y, 1)) / 2
+    pad = (decoupler.top - decoupler.lip_above_axis) * decoupler.plate_front
+    return float((area + pad) * decoupler.width) - groove_volume(decoupler)
+
+
+def groove_volume(decoupler: Decoupler) -> float:
+    """What the groove takes from the pad: segments of circles [m^3]."""
     lip = decoupler.lip_above_axis
 
     def section(at: float) -> float:
         r = float(decoupler.groove_radius_at(np.array(at)))
-        return decoupler.width * (decoupler.top - lip) - r * r * acos(lip / r) + lip * sqrt(r * r - lip * lip)
+        return r * r * acos(lip / r) - lip * sqrt(r * r - lip * lip)
 
-    return float(area * decoupler.width + quad(section, 0.0, decoupler.plate_front, epsrel=1e-12)[0])
+    return float(quad(section, 0.0, decoupler.plate_front, epsrel=1e-12)[0])

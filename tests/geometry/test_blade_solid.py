@@ -189,7 +189,7 @@ def test_limiting_shapes_are_built_with_the_closed_form_volume(dimensions: dict[
     np.testing.assert_allclose(part.faces["clamp"].area, 2 * blade.root_chord * blade.root_height, rtol=AREA_TOLERANCE)
 
 
-@settings(max_examples=10, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.filter_too_much])
+@settings(max_examples=10, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
 @given(factors=st.fixed_dictionaries(dict.fromkeys((field.name for field in fields(Blade)), st.floats(0.6, 1.6))))
 def test_whatever_is_accepted_is_one_solid_of_the_closed_form_volume(factors: dict[str, float]) -> None:
     default = Blade()
