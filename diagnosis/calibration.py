@@ -45,7 +45,7 @@ class Fit:
     values
         Shape (p,).
     covariance
-        Of the values, from the curvature of chi^2, shape (p, p).
+        Of the values, from the curvature of chi^2, shape (p, p); wider once `diagnosis.straying` has seen to it.
     chi2
         With the priors' share.
     model, prediction
@@ -134,12 +134,16 @@ def calibrate(
                 break
     if exact and not fresh:
         jacobian = _jacobian(comparison, unknowns, here)
-    curvature = jacobian.T @ jacobian
-    covariance = np.linalg.pinv(curvature / np.outer(1 / size, 1 / size), hermitian=True) * np.outer(size, size)
     return Fit(
-        unknowns=unknowns, values=here.values, covariance=covariance, chi2=here.chi2, model=here.model,
+        unknowns=unknowns, values=here.values, covariance=inverse(jacobian, size), chi2=here.chi2, model=here.model,
         prediction=here.prediction, residual=here.residual, jacobian=jacobian,
     )  # fmt: skip
+
+
+def inverse(jacobian: Float[NDArray[np.float64], "m p"], size: Values) -> Float[NDArray[np.float64], "p p"]:
+    """Of the curvature of chi^2 / 2, in which numbers count as multiples of what matters of each."""
+    curvature = jacobian.T @ jacobian * np.outer(size, size)
+    return np.asarray(np.linalg.pinv(curvature, hermitian=True) * np.outer(size, size))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -16,6 +16,7 @@ from diagnosis.limits import Limits, linear_limits
 from diagnosis.localisation import Place, localise
 from diagnosis.refit import Refit, finalists, fitted, refit, shortlist, unchanged
 from diagnosis.screening import Score, screen
+from diagnosis.straying import widened
 from diagnosis.verdict import Verdict
 
 #: What is being done, and the share of the whole diagnosis that is done [-].
@@ -123,6 +124,11 @@ def diagnose(
     ranked = sorted(refits, key=lambda each: -support(arrangement, before, each))
     told("what is left", 0.9)
     verdict = decide(arrangement, listed, screened, before, ranked, places, found, keep)
+    told("intervals", 0.95)
+    best, named = (*verdict.effects, before)[0], [ranked.index(each) for each in verdict.effects]
+    fitted_all = [before, *ranked]
+    before, *ranked = keep("intervals", lambda: widened(campaign, arrangement, best, fitted_all))
+    verdict = replace(verdict, before=before, effects=tuple(ranked[place] for place in named))
     told("done", 1.0)
     return Diagnosis(
         arrangement=arrangement, catalogue=listed, scores=tuple(screened), before=before, refits=tuple(ranked),

@@ -131,7 +131,7 @@ def test_scores_are_of_all_candidates_and_limits_of_the_scores(heavy: Diagnosis)
 def test_steps_have_stable_names(heavy: Diagnosis, kept: Kept) -> None:
     refits = {f"refit of {each.effect.name}" for each in heavy.refits if each.effect is not None}
     fits = {f"fit of {score.effect.name}" for score in shortlist(heavy.scores)}
-    assert set(kept.asked) == {*STEPS, *fits, *refits, "what is left"}
+    assert set(kept.asked) == {*STEPS, *fits, *refits, "what is left", "intervals"}
     assert len(kept.asked) == len(set(kept.asked))
 
 

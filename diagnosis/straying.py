@@ -1,0 +1,83 @@
+"""How far a fit strays by chance: what becomes of it in campaigns that are drawn from the fitted model.
+
+The curvature of chi^2 tells that of a model that is linear, measured with an error that is normally distributed. What
+friction histories do is neither: a state that begins to slip in one repeat and sticks in the next moves an estimate by
+many of its standard deviations. So a few campaigns are drawn from the model, each history followed through stick and
+slip, and each fit is taken to each of them to first order.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy.typing import NDArray
+from scipy import stats
+
+from correlation.measurement import Campaign
+from correlation.observation import point_of_row
+from diagnosis.arrangement import Arrangement
+from diagnosis.calibration import Fit, inverse
+from diagnosis.comparison import Vector
+from diagnosis.refit import Refit
+from diagnosis.simulation import Simulation
+from diagnosis.verdict import INTERVAL
+
+#: Campaigns drawn, and the seed.
+DRAWS, SEED = 8, 1
+#: A deviation of so few draws may itself be too small: by Student's distribution an interval must be wider by this.
+FEW = float(stats.t.ppf(stats.norm.cdf(INTERVAL), DRAWS)) / INTERVAL
+
+
+def widened(campaign: Campaign, arrangement: Arrangement, best: Refit, refits: Sequence[Refit]) -> list[Refit]:
+    """Refits with the deviations that campaigns drawn from the best of them have, where those are larger.
+
+    Parameters
+    ----------
+    campaign, arrangement
+        Measurements beside the model.
+    best
+        The model that campaigns are drawn from.
+    refits
+        Fits of the same measurements.
+    """
+    strayed = _strayed(campaign, replace(arrangement, fit=best.fit))
+    return [replace(each, fit=taken_to(each.fit, strayed)) for each in refits]
+
+
+def _strayed(campaign: Campaign, arrangement: Arrangement) -> Float[NDArray[np.float64], "m n"]:
+    """Whitened differences between campaigns that are drawn from a model and what it predicts."""
+    simulation = Simulation(campaign=campaign, arrangement=arrangement, held_out=False)
+    generator = np.random.default_rng(SEED)
+    return np.column_stack([_residual(campaign, arrangement, simulation.read(generator)) for _ in range(DRAWS)])
+
+
+def _residual(campaign: Campaign, arrangement: Arrangement, value: NDArray[np.complex128]) -> Vector:
+    """Of the readings in the rows of a campaign's table; zero where there is none."""
+    train = arrangement.train
+    point = point_of_row(campaign, train.observed.points)
+    column = np.unique(campaign.measurement.repeat, return_inverse=True)[1]
+    read = np.isfinite(value) & (point >= 0)
+    total, count = np.zeros(train.observed.repeat.shape, dtype=np.complex128), np.zeros(train.observed.repeat.shape)
+    np.add.at(total, (point[read], column[read]), value[read])
+    np.add.at(count, (point[read], column[read]), 1.0)
+    taken = np.asarray((count > 0) & train.observed.taken)
+    mean = np.where(taken, total / np.maximum(count, 1.0), train.observed.mean[:, None])
+    drawn = train.features.of_repeats(mean, taken | ~np.any(taken, axis=1, keepdims=True))
+    predicted = train.features.of_values(arrangement.fit.prediction.value)
+    seen: Bool[NDArray[np.bool_], " k"] = np.any(taken, axis=1)
+    there = seen[train.features.row] & np.isfinite(predicted) & np.isfinite(drawn)
+    return train.whitening(np.where(there, drawn - predicted, 0.0))
+
+
+def taken_to(fit: Fit, strayed: Float[NDArray[np.float64], "m n"]) -> Fit:
+    """A fit with the deviations that it has over some whitened differences, where those are larger."""
+    m, size = len(strayed), fit.unknowns.size
+    data, prior = fit.jacobian[:m], fit.jacobian[m:]
+    shape = inverse(fit.jacobian, size)
+    moved = shape @ (data.T @ strayed)
+    # Priors stray as they say.
+    seen = (moved**2).mean(axis=1) + np.diag(shape @ (prior.T @ prior) @ shape)
+    known = np.diag(fit.covariance)
+    more = np.sqrt(np.maximum(FEW**2 * seen / np.where(known > 0, known, np.inf), 1.0))
+    return replace(fit, covariance=fit.covariance * np.outer(more, more))

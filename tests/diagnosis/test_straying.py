@@ -1,0 +1,85 @@
+"""Intervals of a fit: as wide as campaigns drawn from the model make its values stray, and never narrower."""
+
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from correlation.measurement import Campaign
+from correlation.nuisance import Budget
+from correlation.test_model import TestModel
+from diagnosis.accepted import accepted
+from diagnosis.arrangement import Arrangement, arrange
+from diagnosis.calibration import Fit, inverse
+from diagnosis.refit import unchanged
+from diagnosis.simulation import Simulation
+from diagnosis.straying import FEW, taken_to, widened
+
+
+@pytest.fixture(scope="module")
+def campaign(small: TestModel, paper: ModuleType) -> Campaign:
+    return paper.make_campaign(small, seed=5)
+
+
+@pytest.fixture(scope="module")
+def arrangement(small: TestModel, campaign: Campaign) -> Arrangement:
+    return arrange(campaign, small, accepted(small), Budget(frequency=1e-4, compliance=0.0))
+
+
+def deviations(fit: Fit, size: float, n: int = 4000) -> np.ndarray:
+    """Of a fit that is taken to differences of so many standard deviations."""
+    m = len(fit.residual) - len(fit.values)
+    return taken_to(fit, size * np.random.default_rng(1).standard_normal((m, n))).deviation
+
+
+def test_differences_as_large_as_expected_widen_an_interval_for_being_few_alone(arrangement: Arrangement) -> None:
+    fit = arrangement.fit
+    # A mean of 4000 squares is good to 2.2 %, its root to half of that: 5 of these.
+    np.testing.assert_allclose(deviations(fit, 1.0), FEW * fit.deviation, rtol=0.06)
+
+
+def test_differences_three_times_as_large_widen_what_data_and_not_priors_tell(arrangement: Arrangement) -> None:
+    fit = arrangement.fit
+    p = len(fit.values)
+    data, prior = fit.jacobian[:-p], fit.jacobian[-p:]
+    shape = inverse(fit.jacobian, fit.unknowns.size)
+    expected = FEW * np.sqrt(np.diag(shape @ (9 * data.T @ data + prior.T @ prior) @ shape))
+    assert (expected > fit.deviation).all()
+    np.testing.assert_allclose(deviations(fit, 3.0), expected, rtol=0.06)
+
+
+def test_smaller_differences_narrow_nothing(arrangement: Arrangement) -> None:
+    np.testing.assert_array_equal(deviations(arrangement.fit, 0.1), arrangement.fit.deviation)
+
+
+def test_correlations_stay_as_they_are(arrangement: Arrangement) -> None:
+    fit = arrangement.fit
+    wide = taken_to(fit, 3 * np.random.default_rng(2).standard_normal((len(fit.residual) - len(fit.values), 50)))
+    before, after = (each.covariance / np.outer(each.deviation, each.deviation) for each in (fit, wide))
+    np.testing.assert_allclose(after, before, rtol=1e-12)
+
+
+def test_values_of_drawn_campaigns_stray_as_the_interval_says(arrangement: Arrangement, campaign: Campaign) -> None:
+    before = unchanged(arrangement)
+    (wide,) = widened(campaign, arrangement, before, [before])
+    np.testing.assert_array_equal(wide.fit.values, before.fit.values)
+    assert wide.deviation >= before.deviation
+    assert (wide.fit.deviation >= before.fit.deviation).all()
+    # Here is little that a linear theory misses; the root of a mean of eight squares is good to a quarter, and five
+    # such deviations, with the factor for the few, are out of reach.
+    assert (wide.fit.deviation < FEW * (1 + 5 / 4) * before.fit.deviation).all()
+    (again,) = widened(campaign, arrangement, before, [before])
+    np.testing.assert_array_equal(again.fit.covariance, wide.fit.covariance)
+
+
+def test_what_is_held_out_is_not_read(arrangement: Arrangement, campaign: Campaign) -> None:
+    table, held = campaign.measurement, campaign.held_out
+    away = np.isin(table.repeat, held.repeats) | np.isin(table.level, held.levels)
+    assert away.any()
+    whole, part = (
+        Simulation(campaign=campaign, arrangement=arrangement, held_out=each).read(np.random.default_rng(1))
+        for each in (True, False)
+    )
+    assert np.isnan(part[away]).all()
+    assert np.isfinite(whole[away]).any()
+    assert np.isfinite(part[~away]).sum() == np.isfinite(whole[~away]).sum() > 0
