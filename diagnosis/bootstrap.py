@@ -33,8 +33,8 @@ from diagnosis.simulation import Simulation
 #: Draws that a layout deserves.
 TRIALS = 40
 #: What campaigns of a real structure gain beyond those drawn from its model: the model's error is not all in the
-#: budget. It is the ratio of both quantiles for 100 campaigns of the virtual bench without any effect.
-STRANGER = 1.4
+#: budget. With this ratio the limit was passed by 2 % of 200 campaigns of the virtual bench without any effect.
+STRANGER = 1.5
 
 
 @dataclass(frozen=True, kw_only=True)
