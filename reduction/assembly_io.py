@@ -46,13 +46,17 @@ def load_assembly(path: Path | str) -> ReducedAssembly:
     Raises
     ------
     RomError
-        The file is missing, is no reduced assembly, has another format version, or is cut short or damaged.
+        The file is missing, is no reduced assembly, has another format version, is cut short or damaged, or a
+        body holds what `reduction.rom_check` refuses.
     """
 
     def read(file: "h5py.File") -> ReducedAssembly:
         bodies = [group for _, group in sorted(file["bodies"].items())]
         if len(bodies) != file["bodies"].attrs["number"]:
             raise Damaged
-        return ReducedAssembly(bodies={str(group.attrs["name"]): read_rom(group) for group in bodies})
+        named = {str(group.attrs["name"]): group for group in bodies}
+        return ReducedAssembly(
+            bodies={name: read_rom(group, f'"{path}", body "{name}"') for name, group in named.items()}
+        )
 
     return FILE.load(path, read)

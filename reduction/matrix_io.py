@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from reduction.errors import MatrixError
 from reduction.npz_file import write_npz
 from reduction.rom import ReducedModel
+from reduction.rom_check import ASYMMETRY
 from reduction.rom_io import load_rom
-from reduction.rom_npz import ASYMMETRY, MARK, load_rom_npz
+from reduction.rom_npz import MARK, load_rom_npz
 from reduction.whole_file import write_whole
 
 Matrix = Float[NDArray[np.float64], "r r"]

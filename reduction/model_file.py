@@ -90,6 +90,8 @@ class ModelFile:
                 kind, kind_version = file.attrs.get("format"), file.attrs.get("format_version")
                 if kind == self.format and kind_version == self.version:
                     found = read(file)
+        except RomError:
+            raise  # a sentence of its own
         except Damaged as error:
             raise RomError(
                 f'"{path}" is damaged, its contents do not match their checksum: reduce the system again'

@@ -2,13 +2,16 @@
 
 import hashlib
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reduction.model_file import Damaged, ModelFile
 from reduction.rom import ReducedModel
+from reduction.rom_check import check_rom
 
 if TYPE_CHECKING:
     import h5py
@@ -43,15 +46,18 @@ def load_rom(path: Path | str) -> ReducedModel:
     Raises
     ------
     RomError
-        The file is missing, is no reduced model, has another format version, or is cut short or damaged.
+        The file is missing, is no reduced model, has another format version, is cut short or damaged, or holds what
+        `reduction.rom_check` refuses.
     """
-    return FILE.load(path, read_rom)
+    return FILE.load(path, lambda file: read_rom(file, f'"{path}"'))
 
 
 def write_rom(rom: ReducedModel, group: "h5py.Group") -> None:
     """Write a reduced model into a group of a file."""
     group.attrs["n_node"] = rom.n_node
-    group.attrs["sha256"] = _checksum(rom)
+    group.attrs["sha256"] = _checksum(
+        {name: getattr(rom, name) for name in (*_FLOAT, *_INTEGER)}, rom.n_node, rom.boundary_sets, rom.provenance
+    )
     for name in _FLOAT:
         group.create_dataset(name, data=getattr(rom, name), dtype="<f8")
     for name in _INTEGER:
@@ -63,37 +69,46 @@ def write_rom(rom: ReducedModel, group: "h5py.Group") -> None:
     group["provenance"] = json.dumps(dict(rom.provenance), ensure_ascii=False)
 
 
-def read_rom(group: "h5py.Group") -> ReducedModel:
+def read_rom(group: "h5py.Group", where: str) -> ReducedModel:
     """Read what `write_rom` wrote.
+
+    Parameters
+    ----------
+    group
+        Of an open file.
+    where
+        The file, and the body within it, as a message begins.
 
     Raises
     ------
     Damaged
         The contents do not match their checksum.
+    RomError
+        They do, but are no reduced model.
     """
     arrays: dict[str, Any] = {name: group[name][()] for name in (*_FLOAT, *_INTEGER)}
-    rom = ReducedModel(
-        **arrays,
-        boundary_sets={rows.attrs["name"]: rows[()] for _, rows in sorted(group["boundary_sets"].items())},
-        n_node=int(group.attrs["n_node"]),
-        provenance=json.loads(group["provenance"][()]),
-    )
-    if group.attrs["sha256"] != _checksum(rom):
+    sets = {str(rows.attrs["name"]): rows[()] for _, rows in sorted(group["boundary_sets"].items())}
+    n_node, provenance = group.attrs["n_node"], dict(json.loads(group["provenance"][()]))
+    if group.attrs["sha256"] != _checksum(arrays, int(n_node), sets, provenance):
         raise Damaged
-    return rom
+    rows_by_name = {name: rows.tolist() for name, rows in sets.items()}
+    check_rom(where, {**arrays, "n_node": np.asarray(n_node)}, rows_by_name, "reduce the system again")
+    return ReducedModel(**arrays, boundary_sets=sets, n_node=int(n_node), provenance=provenance)
 
 
-def _checksum(rom: ReducedModel) -> str:
-    """SHA-256 of all that the model holds, with the shapes, as hexadecimal digits."""
+def _checksum(
+    arrays: Mapping[str, NDArray[Any]], n_node: int, sets: Mapping[str, NDArray[Any]], provenance: Mapping[str, str]
+) -> str:
+    """SHA-256 of all that a model holds, with the shapes, as hexadecimal digits."""
     digest = hashlib.sha256()
     header = {
-        "n_node": rom.n_node,
-        "shapes": [getattr(rom, name).shape for name in (*_FLOAT, *_INTEGER)],
-        "boundary_sets": {name: rows.tolist() for name, rows in rom.boundary_sets.items()},
-        "provenance": dict(rom.provenance),
+        "n_node": n_node,
+        "shapes": [arrays[name].shape for name in (*_FLOAT, *_INTEGER)],
+        "boundary_sets": {name: rows.tolist() for name, rows in sets.items()},
+        "provenance": dict(provenance),
     }
     digest.update(json.dumps(header).encode())
     for name in (*_FLOAT, *_INTEGER):
-        values = getattr(rom, name)
+        values = arrays[name]
         digest.update(np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<")).data)
     return digest.hexdigest()

@@ -5,16 +5,15 @@ the first of rows by name. `reduction.matrix_io.load_matrices` reads it like any
 """
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from reduction.errors import RomError
 from reduction.npz_file import write_npz
 from reduction.rom import ReducedModel
+from reduction.rom_check import check_rom
 from reduction.whole_file import write_whole
 
 #: What tells a reduced model from plain matrices.
@@ -24,10 +23,7 @@ _ARRAYS = (
     "mass", "damping", "stiffness", "fixed_interface_frequency", "recovery", "boundary_node", "boundary_direction",
     "free",
 )  # fmt: skip
-_WHOLE = ("boundary_node", "boundary_direction", "free", "n_node")
 _AGAIN = "write it again with `save_rom_npz`"
-#: Relative asymmetry that still counts as round-off; the solver's own limit is the same.
-ASYMMETRY = 1e-9
 
 
 def save_rom_npz(rom: ReducedModel, path: Path | str) -> None:
@@ -57,7 +53,7 @@ def load_rom_npz(path: Path | str) -> ReducedModel:
     if not path.is_file():
         raise RomError(f'there is no reduced model "{path}": check its name, or write it with `save_rom_npz`')
     arrays, sets, provenance = _read(path)
-    _check(path, arrays, sets)
+    check_rom(f'"{path}"', arrays, sets, _AGAIN)
     return ReducedModel(
         **{name: arrays[name] for name in _ARRAYS},
         boundary_sets={name: np.array(rows, dtype=np.int64) for name, rows in sets.items()},
@@ -83,66 +79,3 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, list[int]], dict[str, s
         raise RomError(
             f'"{path}" ({path.stat().st_size} bytes) is cut short, damaged or no .npz file: {_AGAIN}'
         ) from error
-
-
-def _check(path: Path, arrays: Mapping[str, Any], sets: object) -> None:
-    for name, array in arrays.items():
-        kinds, wanted = ("iu", "whole") if name in _WHOLE else ("fiu", "real")
-        if array.dtype.kind not in kinds:
-            raise RomError(f'"{path}": {name} holds {array.dtype} instead of {wanted} numbers: {_AGAIN}')
-    _check_shapes(path, arrays)
-    for name, array in arrays.items():
-        bad = np.argwhere(~np.isfinite(array))
-        if len(bad):
-            place = tuple(int(each) for each in bad[0])
-            raise RomError(f'"{path}": {name} holds {array[place]} at {place}: give finite numbers')
-    for name in ("mass", "damping", "stiffness"):
-        _check_symmetric(path, name, arrays[name])
-    try:
-        np.linalg.cholesky(arrays["mass"])
-    except np.linalg.LinAlgError:
-        raise RomError(f'"{path}": the mass is not positive definite: check its units and signs') from None
-    n_node = int(arrays["n_node"])
-    for name, end in (("boundary_node", n_node), ("boundary_direction", 3), ("free", 3 * n_node)):
-        outside = arrays[name][(arrays[name] < 0) | (arrays[name] >= end)]
-        if len(outside):
-            raise RomError(f'"{path}": {name} holds {outside[0]}, but there are 0 to {end - 1}: {_AGAIN}')
-    _check_sets(path, sets, len(arrays["boundary_node"]))
-
-
-def _check_shapes(path: Path, arrays: Mapping[str, Any]) -> None:
-    r, b, n = (arrays[name].size for name in ("fixed_interface_frequency", "boundary_node", "free"))
-    r += b
-    wanted = {
-        "mass": (r, r), "damping": (r, r), "stiffness": (r, r), "recovery": (n, r), "free": (n,), "n_node": (),
-        "boundary_node": (b,), "boundary_direction": (b,), "fixed_interface_frequency": (r - b,),
-    }  # fmt: skip
-    for name, shape in wanted.items():
-        if arrays[name].shape != shape:
-            raise RomError(
-                f'"{path}": {name} has shape {arrays[name].shape}, but {r} coordinates, {b} of them boundary, '
-                f"need {shape}: {_AGAIN}"
-            )
-
-
-def _check_symmetric(path: Path, name: str, matrix: NDArray[np.float64]) -> None:
-    skew = np.abs(matrix - matrix.T)
-    if skew.size and skew.max() > ASYMMETRY * np.abs(matrix).max():
-        i, j = (int(each) for each in np.unravel_index(skew.argmax(), skew.shape))
-        raise RomError(
-            f'"{path}": {name} is not symmetric: entries ({i}, {j}) and ({j}, {i}) are {matrix[i, j]:g} and '
-            f"{matrix[j, i]:g}; write both halves of it"
-        )
-
-
-def _check_sets(path: Path, sets: object, n_boundary: int) -> None:
-    if not isinstance(sets, dict):
-        raise RomError(f'"{path}": its boundary_sets are no rows by name: {_AGAIN}')
-    for name, rows in sets.items():
-        if not isinstance(rows, list) or not all(type(row) is int for row in rows):
-            raise RomError(f'"{path}": boundary set "{name}" is {rows}: give rows as whole numbers')
-        outside = [row for row in rows if not 0 <= row < n_boundary]
-        if outside:
-            raise RomError(
-                f'"{path}": boundary set "{name}" names row {outside[0]}, but there are 0 to {n_boundary - 1}'
-            )

@@ -15,9 +15,10 @@ from reduction.rom_io import load_rom, save_rom
 
 def body(seed: int, n: int) -> ReducedModel:
     rng = np.random.default_rng(seed)
+    roots = {name: rng.standard_normal((n, n)) for name in ("mass", "damping", "stiffness")}
     return ReducedModel(
-        **{name: rng.standard_normal((n, n)) for name in ("mass", "damping", "stiffness")},
-        boundary_node=np.array([3]),
+        **{name: root @ root.T + np.eye(n) for name, root in roots.items()},
+        boundary_node=np.array([1]),
         boundary_direction=np.array([1]),
         boundary_sets={"contact": np.array([0])},
         fixed_interface_frequency=np.arange(1.0, n),

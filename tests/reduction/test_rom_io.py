@@ -1,11 +1,14 @@
 """A reduced model as a file: nothing lost, nothing damaged accepted."""
 
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
 import pytest
 
+from reduction.assembly import ReducedAssembly
+from reduction.assembly_io import load_assembly, save_assembly
 from reduction.errors import RomError
 from reduction.rom import ReducedModel
 from reduction.rom_io import load_rom, save_rom
@@ -22,22 +25,24 @@ ARRAYS = (
 )
 
 
-def model() -> ReducedModel:
+def model(**changed: Any) -> ReducedModel:
     rng = np.random.default_rng(0)
-    return ReducedModel(
-        mass=rng.standard_normal((5, 5)),
-        damping=rng.standard_normal((5, 5)),
-        stiffness=rng.standard_normal((5, 5)),
-        boundary_node=np.array([3, 3, 1]),
-        boundary_direction=np.array([1, 2, 1]),
-        boundary_sets={"slot left/upper": np.array([2, 0]), "Spitze äöü": np.array([0, 1]), ".": np.array([1])},
-        fixed_interface_frequency=np.array([1.0, np.pi]),
-        recovery=rng.standard_normal((9, 5)),
-        free=np.arange(3, 12),
-        n_node=4,
+    root = rng.standard_normal((5, 5))
+    whole: dict[str, Any] = {
+        "mass": root @ root.T + np.eye(5),
+        "damping": 0.1 * root @ root.T,
+        "stiffness": root.T @ root,
+        "boundary_node": np.array([3, 3, 1]),
+        "boundary_direction": np.array([1, 2, 1]),
+        "boundary_sets": {"slot left/upper": np.array([2, 0]), "Spitze äöü": np.array([0, 1]), ".": np.array([1])},
+        "fixed_interface_frequency": np.array([1.0, np.pi]),
+        "recovery": rng.standard_normal((9, 5)),
+        "free": np.arange(3, 12),
+        "n_node": 4,
         # Longer than an HDF5 attribute may be.
-        provenance={"case": "[blade]\n" * 10_000, "Prüfer": "µm", "a/b": ""},
-    )
+        "provenance": {"case": "[blade]\n" * 10_000, "Prüfer": "µm", "a/b": ""},
+    }
+    return ReducedModel(**whole | changed)
 
 
 @pytest.fixture
@@ -104,6 +109,42 @@ def test_damaged_numbers_are_named_as_such(saved: Path) -> None:
         file["stiffness"][2, 3] += 1e-12
     with pytest.raises(RomError, match=r"blade\.rom\.h5\" is damaged, its contents do not match their checksum"):
         load_rom(saved)
+
+
+def spoilt(name: str, place: tuple[int, ...], value: float) -> np.ndarray:
+    other = getattr(model(), name).copy()
+    other[place] = value
+    return other
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("damping", spoilt("damping", (0, 1), np.nan), r"damping holds nan at \(0, 1\): give finite numbers"),
+        ("recovery", spoilt("recovery", (2, 3), np.inf), r"recovery holds inf at \(2, 3\)"),
+        (
+            "stiffness",
+            spoilt("stiffness", (0, 1), 9.0),
+            r"stiffness is not symmetric: entries \(0, 1\) and \(1, 0\) are 9",
+        ),
+        ("mass", -model().mass, "mass is not positive definite: check its units"),
+        ("boundary_sets", {"tip": np.array([3])}, '"tip" names row 3, but there are 0 to 2'),
+        ("boundary_node", np.array([3, 99, 1]), "boundary_node holds 99, but there are 0 to 3"),
+        ("boundary_direction", np.array([1, 3, 1]), "boundary_direction holds 3, but there are 0 to 2"),
+        ("free", np.arange(4, 13), "free holds 12, but there are 0 to 11"),
+        ("n_node", 3, "boundary_node holds 3, but there are 0 to 2"),
+    ],
+)
+def test_a_whole_file_of_what_is_no_model_is_refused_with_file_and_body(
+    tmp_path: Path, name: str, value: Any, message: str
+) -> None:
+    wrong = model(**{name: value})  # its checksum is right
+    save_rom(wrong, tmp_path / "rom.h5")
+    with pytest.raises(RomError, match=rf'rom\.h5": .*{message}'):
+        load_rom(tmp_path / "rom.h5")
+    save_assembly(ReducedAssembly(bodies={"blade": model(), "damper": wrong}), tmp_path / "rig.h5")
+    with pytest.raises(RomError, match=rf'rig\.h5", body "damper": .*{message}'):
+        load_assembly(tmp_path / "rig.h5")
 
 
 def test_another_version_is_refused_with_both_versions(saved: Path) -> None:

@@ -1,0 +1,96 @@
+"""What a file of a reduced model may hold, whatever its format: one sentence for each mistake."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reduction.errors import RomError
+
+#: Relative asymmetry that still counts as round-off; the solver's own limit is the same.
+ASYMMETRY = 1e-9
+
+_WHOLE = ("boundary_node", "boundary_direction", "free", "n_node")
+
+
+def check_rom(where: str, arrays: Mapping[str, Any], sets: object, again: str) -> None:
+    """Refuse what is no reduced model.
+
+    Parameters
+    ----------
+    where
+        The file, and the body within it, as a message begins.
+    arrays
+        Those of `reduction.rom.ReducedModel` by name, ``n_node`` among them, as read.
+    sets
+        Rows of the boundary by name, as read.
+    again
+        How to write the file anew: the remedy.
+
+    Raises
+    ------
+    RomError
+        Arrays that are not real, finite or whole where they must be or do not fit together, a matrix that is not
+        symmetric, a mass that is not positive definite, or rows and nodes that are not there.
+    """
+    for name, array in arrays.items():
+        kinds, wanted = ("iu", "whole") if name in _WHOLE else ("fiu", "real")
+        if array.dtype.kind not in kinds:
+            raise RomError(f"{where}: {name} holds {array.dtype} instead of {wanted} numbers: {again}")
+    _check_shapes(where, arrays, again)
+    for name, array in arrays.items():
+        finite = np.isfinite(array)
+        if not finite.all():
+            place = tuple(int(each) for each in np.argwhere(~finite)[0])
+            raise RomError(f"{where}: {name} holds {array[place]} at {place}: give finite numbers")
+    for name in ("mass", "damping", "stiffness"):
+        _check_symmetric(where, name, arrays[name])
+    try:
+        np.linalg.cholesky(arrays["mass"])
+    except np.linalg.LinAlgError:
+        raise RomError(f"{where}: the mass is not positive definite: check its units and signs") from None
+    n_node = int(arrays["n_node"])
+    for name, end in (("boundary_node", n_node), ("boundary_direction", 3), ("free", 3 * n_node)):
+        outside = arrays[name][(arrays[name] < 0) | (arrays[name] >= end)]
+        if len(outside):
+            raise RomError(f"{where}: {name} holds {outside[0]}, but there are 0 to {end - 1}: {again}")
+    _check_sets(where, sets, len(arrays["boundary_node"]), again)
+
+
+def _check_shapes(where: str, arrays: Mapping[str, Any], again: str) -> None:
+    r, b, n = (arrays[name].size for name in ("fixed_interface_frequency", "boundary_node", "free"))
+    r += b
+    wanted = {
+        "mass": (r, r), "damping": (r, r), "stiffness": (r, r), "recovery": (n, r), "free": (n,), "n_node": (),
+        "boundary_node": (b,), "boundary_direction": (b,), "fixed_interface_frequency": (r - b,),
+    }  # fmt: skip
+    for name, shape in wanted.items():
+        if arrays[name].shape != shape:
+            raise RomError(
+                f"{where}: {name} has shape {arrays[name].shape}, but {r} coordinates, {b} of them boundary, "
+                f"need {shape}: {again}"
+            )
+
+
+def _check_symmetric(where: str, name: str, matrix: NDArray[np.float64]) -> None:
+    skew = np.abs(matrix - matrix.T)
+    if skew.size and skew.max() > ASYMMETRY * np.abs(matrix).max():
+        i, j = (int(each) for each in np.unravel_index(skew.argmax(), skew.shape))
+        raise RomError(
+            f"{where}: {name} is not symmetric: entries ({i}, {j}) and ({j}, {i}) are {matrix[i, j]:g} and "
+            f"{matrix[j, i]:g}; write both halves of it"
+        )
+
+
+def _check_sets(where: str, sets: object, n_boundary: int, again: str) -> None:
+    if not isinstance(sets, dict):
+        raise RomError(f"{where}: its boundary_sets are no rows by name: {again}")
+    for name, rows in sets.items():
+        if not isinstance(rows, list) or not all(type(row) is int for row in rows):
+            raise RomError(f'{where}: boundary set "{name}" is {rows}: give rows as whole numbers')
+        outside = [row for row in rows if not 0 <= row < n_boundary]
+        if outside:
+            raise RomError(
+                f'{where}: boundary set "{name}" names row {outside[0]}, but there are 0 to {n_boundary - 1}'
+            )
