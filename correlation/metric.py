@@ -4,7 +4,7 @@ Responses are complex amplitudes :math:`X` of :math:`e^{i \Omega t}` under a for
 """
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Bool, Complex, Float
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
@@ -25,8 +25,44 @@ def phase_error(measured: Response, predicted: Response) -> Metric:
     return np.angle(np.asarray(predicted) * np.conj(np.asarray(measured)))
 
 
+def around_peak(
+    frequency: Float[NDArray[np.float64], " f"], value: Complex[NDArray[np.complex128], " f"], beside: int = 0
+) -> Bool[NDArray[np.bool_], " f"]:
+    """Points of a peak, shape (f,): those above a third of its power, and at least its neighbours.
+
+    Parameters
+    ----------
+    frequency, value
+        See `resonance`.
+    beside
+        So many more points on either side, as far as there are [-].
+
+    Raises
+    ------
+    CampaignError
+        Fewer than three points, or the peak is at an end of the band.
+    """
+    order = np.argsort(frequency)
+    power = np.abs(value[order]) ** 2
+    peak = int(np.argmax(power))
+    if len(order) < 3 or peak in {0, len(order) - 1}:
+        raise CampaignError(
+            f"there is no resonance between {frequency.min():.6g} and {frequency.max():.6g} Hz: the response is "
+            "largest at an end; measure a wider band"
+        )
+    near = power >= power[peak] / 3
+    near[peak - 1 : peak + 2] = True
+    left = peak - int(np.argmin(near[peak::-1])) if not near[: peak + 1].all() else -1
+    right = peak + int(np.argmin(near[peak:])) if not near[peak:].all() else len(near)
+    found = np.zeros(len(order), dtype=bool)
+    found[order[max(left + 1 - beside, 0) : right + beside]] = True
+    return found
+
+
 def resonance(
-    frequency: Float[NDArray[np.float64], " f"], value: Complex[NDArray[np.complex128], " f"]
+    frequency: Float[NDArray[np.float64], " f"],
+    value: Complex[NDArray[np.complex128], " f"],
+    points: Bool[NDArray[np.bool_], " f"] | None = None,
 ) -> tuple[float, float]:
     r"""Resonance frequency [Hz] and damping ratio [-] of a peak.
 
@@ -41,30 +77,18 @@ def resonance(
         Rising or falling, shape (f,) [Hz].
     value
         Displacement per unit of force or at one level, shape (f,).
+    points
+        Which take part, three or more, shape (f,); those `around_peak` by default.
 
     Raises
     ------
     CampaignError
-        Fewer than three points, or the peak is at an end of the band.
+        Fewer than three points, the peak is at an end of the band, or what is there is no peak of one mode.
     """
     frequency, value = np.asarray(frequency, dtype=np.float64), np.asarray(value)
-    order = np.argsort(frequency)
-    frequency, power = frequency[order], np.abs(value[order]) ** 2
+    chosen = around_peak(frequency, value) if points is None else points
+    frequency, power, (a, b, c) = _parabola(frequency, value, chosen)
     peak = int(np.argmax(power))
-    if len(frequency) < 3 or peak in {0, len(frequency) - 1}:
-        raise CampaignError(
-            f"there is no resonance between {frequency.min():.6g} and {frequency.max():.6g} Hz: the response is "
-            "largest at an end; measure a wider band"
-        )
-    # Points above a third of the peak's power, and at least its neighbours.
-    near = power >= power[peak] / 3
-    near[peak - 1 : peak + 2] = True
-    left = peak - int(np.argmin(near[peak::-1])) if not near[: peak + 1].all() else -1
-    right = peak + int(np.argmin(near[peak:])) if not near[peak:].all() else len(near)
-    band = slice(left + 1, right)
-    x = (frequency[band] / frequency[peak]) ** 2
-    # Relative noise is alike at all points: that of 1 / power goes with 1 / power.
-    a, b, c = np.polyfit(x - 1, power[peak] / power[band], 2, w=power[band] / power[peak])
     centre, floor = 1 - b / (2 * a), c - b**2 / (4 * a)
     if a <= 0 or floor <= 0 or centre <= 0:
         raise CampaignError(
@@ -73,3 +97,34 @@ def resonance(
     # |1/X|^2 ~ (x0 - x)^2 + 4 zeta^2 x0 x = (x - centre)^2 + floor: at x = 0 it is x0^2.
     x0 = np.sqrt(centre**2 + floor / a)
     return float(frequency[peak] * np.sqrt(x0)), float(np.sqrt(floor / a / (2 * x0 * (x0 + centre))))
+
+
+def bent(
+    frequency: Float[NDArray[np.float64], " f"],
+    value: Complex[NDArray[np.complex128], " f"],
+    points: Bool[NDArray[np.bool_], " f"],
+) -> Float[NDArray[np.float64], " p"]:
+    """By how much |X| is above that of the one mode that fits best at the points that take part, shape (p,) [-].
+
+    It is nothing for one mode, and for three points.
+    """
+    frequency, power, parabola = _parabola(frequency, value, points)
+    peak = int(np.argmax(power))
+    x = (frequency / frequency[peak]) ** 2
+    return np.asarray((np.polyval(parabola, x - 1) * power / power[peak] - 1) / 2)
+
+
+def _parabola(
+    frequency: Float[NDArray[np.float64], " f"],
+    value: Complex[NDArray[np.complex128], " f"],
+    points: Bool[NDArray[np.bool_], " f"],
+) -> tuple[Float[NDArray[np.float64], " p"], Float[NDArray[np.float64], " p"], Float[NDArray[np.float64], "3"]]:
+    """Frequencies and |X|^2 of some points, and the parabola through 1 / |X|^2 over the squared frequency.
+
+    Frequency and power count from those of the highest point.
+    """
+    frequency, power = frequency[points], np.abs(value[points]) ** 2
+    peak = int(np.argmax(power))
+    x = (frequency / frequency[peak]) ** 2
+    # Relative noise is alike at all points: that of 1 / power goes with 1 / power.
+    return frequency, power, np.polyfit(x - 1, power[peak] / power, 2, w=power / power[peak])

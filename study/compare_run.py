@@ -227,6 +227,7 @@ def _peaks(sides: Sequence[Side]) -> tuple[PeakError, ...]:
     """Of the training levels from the training data, of the others from what is held out."""
     found: dict[tuple[bool, float], PeakError] = {}
     for side in sides:
-        for peak in peak_errors(side.comparison.observed, side.prediction.value):
+        of = side.comparison
+        for peak in peak_errors(of.observed, side.prediction.value, of.features, of.whitening):
             found.setdefault((peak.free, peak.level), peak)
     return tuple(found[key] for key in sorted(found))

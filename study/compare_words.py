@@ -11,7 +11,7 @@ from study.compare_run import Compared
 
 #: Below so many standard deviations a misfit is what noise makes.
 NOISE = 1.5
-#: A resonance fails beyond this: a few repeats tell their own scatter badly [standard deviations].
+#: A resonance fails beyond this: of some twenty, one is three off by chance [standard deviations].
 CLEAR_PEAK = 4.0
 #: Below, an error of the phase is not worth a word; static parts, and what the model lacks altogether, have none [deg].
 NO_PHASE = 0.05
@@ -144,7 +144,7 @@ def _signed(cell: Share) -> str:
 
 
 def _peaks(compared: Compared) -> Iterator[str]:
-    yield "Resonances, and the error of the model in % and in what the mean of the repeats scatters by:"
+    yield "Resonances, and the error of the model in % and, in brackets, in standard deviations:"
     yield "  structure     level   frequency [Hz]     error             damping     error"
     for peak in compared.peaks:
         frequency = _error(peak.frequency_error, peak.frequency, peak.frequency_deviation, 3)
@@ -171,8 +171,7 @@ def _peaks(compared: Compared) -> Iterator[str]:
         error = peak.frequency_error if what == "frequency" else peak.damping_error
         yield (
             f"  worst: the {what} of the {configuration(peak.free)} structure at {peak.level:g} N is "
-            f"{100 * abs(error):.3g} % too {'high' if error > 0 else 'low'} ({deviations:.3g} times what the "
-            "repeats scatter by)"
+            f"{100 * abs(error):.3g} % too {'high' if error > 0 else 'low'} ({deviations:.3g} standard deviations)"
         )
 
 

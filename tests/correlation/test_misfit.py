@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 from correlation.feature_vector import FeatureVector
 from correlation.misfit import AXES, Misfit, bands, misfit, shares, whole, worst, worst_cell
 from correlation.observation import Observation
-from correlation.peak_error import peak_errors
 from correlation.prediction import Points
 
 FREQUENCY, DAMPING = 100.0, 0.01
@@ -98,21 +97,3 @@ def test_no_amplitude_is_told_where_nothing_was_predicted() -> None:
         found = compared(seen, np.full(len(seen.points), np.nan + 0j))
     assert not found.clear.any()
     assert np.isnan(whole(found).amplitude_error)
-
-
-def test_errors_of_a_resonance_are_exact_for_one_degree_of_freedom() -> None:
-    seen = observed()
-    predicted = seen.points.level * response(seen.points.frequency, 1.003 * FREQUENCY, 1.2 * DAMPING)
-    found = peak_errors(seen, predicted)
-    assert [(peak.free, peak.level) for peak in found] == [(False, 1.0), (False, 2.0)]
-    for peak in found:
-        # The parabola of |1/X|^2 over the squared frequency is exact; round-off remains.
-        assert peak.frequency == pytest.approx(FREQUENCY, rel=1e-9)
-        assert peak.frequency_error == pytest.approx(0.003, abs=1e-8)
-        assert peak.damping_error == pytest.approx(0.2, abs=1e-6)
-
-
-def test_a_band_without_a_resonance_has_no_peak() -> None:
-    seen = observed()
-    below = seen.where(seen.points.frequency < 98)
-    assert peak_errors(below, below.value) == ()

@@ -1,0 +1,107 @@
+"""Errors of a resonance: exact for one mode, and their deviations as large as what they are off by chance."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from correlation.feature_vector import FeatureVector
+from correlation.observation import Observation
+from correlation.peak_error import PeakError, peak_errors
+from correlation.prediction import Points
+from correlation.whitening import Whitening
+
+FREQUENCY, DAMPING, REPEATS = 100.0, 0.01, 4
+#: Three of these points are the peak, and nine.
+COARSE, FINE = (FREQUENCY * np.linspace(0.95, 1.05, n) for n in (12, 80))
+
+
+def response(
+    frequency: NDArray[np.float64], resonance: float = FREQUENCY, damping: float = DAMPING, friction: float = 0.0
+) -> NDArray[np.complex128]:
+    """1 kg on a spring and a dashpot under 1 N; it slips on a wall whose force has the first harmonic `friction`.
+
+    D a = F cos phi and c omega a + friction = F sin phi (Den Hartog's, with the wall's first harmonic alone).
+    """
+    omega, natural = 2 * np.pi * frequency, 2 * np.pi * resonance
+    stiffness, dashpot = natural**2 - omega**2, 2 * damping * natural * omega
+    both = stiffness**2 + dashpot**2
+    amplitude = (np.sqrt((dashpot * friction) ** 2 + both * (1 - friction**2)) - dashpot * friction) / both
+    return np.asarray(amplitude * (stiffness * amplitude - 1j * (dashpot * amplitude + friction)))
+
+
+def observed(
+    exact: NDArray[np.complex128], grid: NDArray[np.float64], noise: float = 0.0, seed: int = 1
+) -> Observation:
+    points = Points(
+        free=np.zeros(len(grid), dtype=bool), level=np.ones(len(grid)), frequency=grid,
+        sensor=np.full(len(grid), "tip"), harmonic=np.ones(len(grid), dtype=int),
+    )  # fmt: skip
+    random, shape = np.random.default_rng(seed), (len(grid), REPEATS)
+    scatter = noise * (random.standard_normal(shape) + 1j * random.standard_normal(shape))
+    return Observation(
+        points=points,
+        repeat=exact[:, None] * (1 + scatter),
+        motion=np.ones(len(grid), dtype=bool),
+        taken=np.ones(shape, dtype=bool),
+    )
+
+
+def peak(seen: Observation, predicted: NDArray[np.complex128], noise: float = 1e-6, shift: float = 0.0) -> PeakError:
+    """With noise of a single repeat, a share of each modulus, and a shift of all frequencies in common."""
+    features = FeatureVector.of(seen.points, seen.value, seen.motion)
+    modulus = np.tile(np.abs(1 / seen.value), 2)
+    ends = [features.of_values(response(seen.points.frequency * (1 + each))) for each in (1e-6, -1e-6)]
+    modes = shift * (ends[0] - ends[1])[:, None] / 2e-6
+    (found,) = peak_errors(seen, predicted, features, Whitening(deviation=noise / 2 * modulus, modes=modes))
+    return found
+
+
+@pytest.mark.parametrize("grid", [COARSE, FINE], ids=["3 points", "9 points"])
+def test_errors_are_exact_for_one_degree_of_freedom(grid: NDArray[np.float64]) -> None:
+    found = peak(observed(response(grid), grid), response(grid, 1.0005 * FREQUENCY, 1.2 * DAMPING))
+    # The parabola of |1/X|^2 over the squared frequency is exact; round-off remains.
+    assert found.frequency == pytest.approx(FREQUENCY, rel=1e-9)
+    assert found.frequency_error == pytest.approx(0.0005, abs=1e-8)
+    assert found.damping_error == pytest.approx(0.2, abs=1e-6)
+
+
+@pytest.mark.parametrize("grid", [COARSE, FINE], ids=["3 points", "9 points"])
+def test_a_peak_scatters_by_its_deviation(grid: NDArray[np.float64]) -> None:
+    noise, exact = 0.01, response(grid)
+    found = [peak(observed(exact, grid, noise, seed), exact, noise) for seed in range(200)]
+    for errors in (
+        [(each.frequency - each.predicted_frequency) / each.frequency_deviation for each in found],
+        [(each.damping - each.predicted_damping) / each.damping_deviation for each in found],
+    ):
+        # 200 draws tell a standard deviation to 5 %, of which three are allowed; where noise bends a peak more than it
+        # does on average, the deviation is too large.
+        assert 0.7 < np.sqrt(np.mean(np.square(errors))) < 1.15
+
+
+def test_what_all_points_have_in_common_moves_the_frequency_alone() -> None:
+    shift, exact = 3e-4, response(FINE)
+    found = peak(observed(exact, FINE), exact, shift=shift)
+    # A peak moves as all frequencies do: but for what the damping adds of second order.
+    assert found.frequency_deviation == pytest.approx(shift * FREQUENCY, rel=1e-3)
+    assert found.damping_deviation < 1e-3 * found.damping
+
+
+@pytest.mark.parametrize("friction", [0.2, 0.4, 0.6])
+@pytest.mark.parametrize("step", [0.1, 0.2, 0.3, 0.5])
+def test_friction_that_bends_a_peak_of_few_points_is_no_error_of_the_damping(friction: float, step: float) -> None:
+    """The same friction and damping, only the resonance lies elsewhere between the points."""
+    seen = observed(response(COARSE, friction=friction), COARSE)
+    moved = FREQUENCY + step * (COARSE[1] - COARSE[0])
+    found = peak(seen, response(COARSE, moved, friction=friction))
+    off = abs(found.damping_error) * found.damping / found.damping_deviation
+    # The peak is no parabola, so that where the points lie shows in what is read of it: by up to 2 % of the damping
+    # here, thousands of deviations of the noise. Beside the parabola of five points that is one deviation or two.
+    assert off < 2
+
+
+def test_a_band_without_a_resonance_has_no_peak() -> None:
+    seen = observed(response(COARSE), COARSE)
+    below = seen.where(seen.points.frequency < 98)
+    features = FeatureVector.of(below.points, below.value, below.motion)
+    whitening = Whitening(deviation=np.ones(2 * len(below.points)))
+    assert peak_errors(below, below.value, features, whitening) == ()
