@@ -10,6 +10,7 @@ from correlation.measurement import Campaign, Suspicion
 from correlation.model_suspicion import conjugate_tests, suspicions_against, swapped_sensors
 from correlation.prediction import Points, Prediction, Predictor
 from correlation.test_model import TestModel
+from correlation.unit_suspicion import wrong_units
 from fe.dense_modes import dense_modes
 from study.stuck_contacts import stuck_at_rest
 
@@ -46,6 +47,7 @@ def all_suspicions(campaign: Campaign, model: TestModel, before: Prediction | No
         *jump_suspicions(campaign),
         *conjugate_tests(campaign, table, predicted),
         *swapped_sensors(campaign, table, predicted),
+        *wrong_units(campaign, points, predicted),
     )
 
 
