@@ -82,21 +82,23 @@ def peak_errors(
     Parameters
     ----------
     observed
-        Measurements, k points; their mean is read.
+        Measurements, k points. What is read is the inverse of the mean of F / X: the mean of X over repeats whose
+        resonances are a little apart is lower and broader than each of them.
     predicted
         At the same points, shape (k,).
     features, whitening
         Of the same points: what the deviations are made of.
     """
     points, found = observed.points, []
+    mean = features.values(features.of_repeats(observed.repeat, observed.taken))
     fundamental = observed.motion & (points.harmonic == 1)
     for free, level in sorted({(bool(a), float(b)) for a, b in zip(points.free, points.level, strict=True)}):
         here = fundamental & (points.free == free) & (points.level == level)
         if not here.any():
             continue
-        sensor = str(points.sensor[here][np.argmax(np.abs(observed.value[here]))])
+        sensor = str(points.sensor[here][np.argmax(np.abs(mean[here]))])
         rows = np.flatnonzero(here & (points.sensor == sensor))
-        frequency, value = points.frequency[rows], observed.value[rows]
+        frequency, value = points.frequency[rows], mean[rows]
         try:
             chosen, own = _points(frequency, value, predicted[rows])
             measured = resonance(frequency, value, chosen)

@@ -30,8 +30,10 @@ WORTH_DRAWING = 0.05
 ABOUT = {
     "frf": "response per newton of the exciting force, and its phase",
     "harmonics": "amplitudes of the higher harmonics",
-    "forces": "amplitudes of the contact forces, summed over each line; static parts with their sign",
+    "forces": "amplitudes of the contact forces, summed over each line",
 }
+#: Said where static parts are drawn: their lines need not meet the points.
+HISTORY = "; static parts, with their sign, are what loading has left in contacts that stick: lines begin at rest"
 
 
 def pictures(
@@ -65,7 +67,7 @@ def pictures(
                     [panel for _, panel in chosen],
                     levels=words,
                     title=f"{title}: {kind} of the {name} structure" if kind != "frf" else f"{title}, {name}",
-                    subtitle=ABOUT[kind],
+                    subtitle=ABOUT[kind] + (HISTORY if any(panel.is_static for _, panel in chosen) else ""),
                     columns=columns,
                     with_phase=kind == "frf",
                 )

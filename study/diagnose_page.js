@@ -3,6 +3,8 @@ const INK = "#18222d", PALE = "#5d6b7a", GRID = "#e2e7ec", TRAINING = "#9fb3c8",
 const FONT = { family: 'system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif', size: 13, color: INK };
 // Measurements are nobody else's business: without the button that sends a chart to a server.
 const CONFIG = { responsive: true, displaylogo: false, showSendToCloud: false, modeBarButtonsToRemove: ["sendChartToCloud", "sendDataToCloud", "lasso2d", "select2d", "autoScale2d"] };
+// Middle of each of two bars from the middle of their group, with the gap between groups that is set below.
+const GAP = 0.34, BAR = (1 - GAP) / 4;
 const DASHES = ["dot", "dash", "solid"], WIDTHS = [1.2, 1.4, 2.0];
 const byId = (id) => document.getElementById(id);
 const axis = (more) => ({ gridcolor: GRID, zeroline: false, linecolor: "#9aa5b1", ticks: "outside", tickcolor: "#9aa5b1", ticklen: 4, automargin: true, tickfont: { size: 12 }, ...more, ...(more.title ? { title: { ...more.title, font: { size: 13 } } } : {}) });
@@ -23,17 +25,25 @@ function drawWaterfall() {
     type: "bar", x, y: steps.map((step) => scale * step[key]), name, xaxis, yaxis, showlegend: show, legendgroup: name,
     marker: { color: steps.map((step) => (step.proposed ? "white" : colour)), line: { color: colour, width: 1.5 },
       pattern: { shape: steps.map((step) => (step.proposed ? "/" : "")), fillmode: "overlay", fgcolor: steps.map(() => colour), size: 7, solidity: 0.3 } },
-    text: steps.map((step) => label(scale * step[key])), textposition: "outside", cliponaxis: false,
     hovertemplate: "%{y:.4g}<extra>" + name + "</extra>",
   });
   const ticks = { tickvals: x, ticktext: steps.map((step) => folded(step.name)), ticks: "", showgrid: false };
   const all = steps.flatMap((step) => [step.training_chi2, step.held_out_chi2]).filter((value) => value > 0);
   const most = Math.log10(Math.max(2, ...all)), least = Math.log10(Math.min(0.5, ...all) / 1.3);
+  // Numbers stand over their bars, and none on the line of the noise.
+  const foot = (value) => (value < 1 && Math.log10(value) > -0.08 * (most - least) ? 1 : value);
+  const numbers = (key, scale, side, xaxis, yaxis, at) => ({
+    type: "scatter", mode: "text", x: x.map((each) => each + side * BAR), y: steps.map((step) => at(scale * step[key])), xaxis, yaxis,
+    text: steps.map((step) => label(scale * step[key])), textposition: "top center", textfont: { size: 12, color: INK }, cliponaxis: false, showlegend: false, hoverinfo: "skip",
+  });
+  const same = (value) => value;
   Plotly.newPlot("waterfall", [
     bars("training", 100, "training data", TRAINING, "x", "y", true), bars("held_out", 100, "held-out data", HELD, "x", "y", true),
     bars("training_chi2", 1, "training data", TRAINING, "x2", "y2", false), bars("held_out_chi2", 1, "held-out data", HELD, "x2", "y2", false),
+    numbers("training", 100, -1, "x", "y", same), numbers("held_out", 100, 1, "x", "y", same),
+    numbers("training_chi2", 1, -1, "x2", "y2", foot), numbers("held_out_chi2", 1, 1, "x2", "y2", foot),
   ], {
-    font: FONT, height: 370, margin: { l: 66, r: 52, t: 34, b: 14 + 17 * Math.max(...steps.map((step) => folded(step.name).split("<br>").length)) }, barmode: "group", bargap: 0.34, bargroupgap: 0.06,
+    font: FONT, height: 370, margin: { l: 66, r: 52, t: 34, b: 14 + 17 * Math.max(...steps.map((step) => folded(step.name).split("<br>").length)) }, barmode: "group", bargap: GAP, bargroupgap: 0.06,
     paper_bgcolor: "white", plot_bgcolor: "white", legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom" },
     xaxis: axis({ domain: [0, 0.47], ...ticks }), xaxis2: axis({ domain: [0.555, 1], anchor: "y2", ...ticks }),
     yaxis: axis({ title: { text: "relative error [%]" }, rangemode: "tozero", ticks: "" }),
@@ -82,6 +92,7 @@ function choices() {
 function drawResponse() {
   const { panels, levels, stages, colours } = DATA.curves, panel = panels[shown.panel], traces = [];
   const first = DASHES.length - stages.length;
+  byId("history").hidden = !panel.static;
   for (const group of panel.groups) {
     if (!shown.levels[group.level]) continue;
     const colour = colours[group.level], name = levels[group.level];

@@ -65,22 +65,27 @@ class Row:
 
 
 def rows(of: Round) -> list[Row]:
-    """All candidates, those fitted in earnest first, best first; what was added before is none any more."""
+    """All candidates, each by its fall of chi^2: those named first, then those fitted in earnest, then the others.
+
+    What was added before is none any more.
+    """
     found, verdict = of.diagnosis, of.diagnosis.verdict
     added = {each.effect.name for each in of.setup.added}
     scores = {score.effect.name: score for score in found.scores if score.effect.name not in added}
     refits = {refit.effect.name: refit for refit in found.refits if refit.effect and refit.effect.name not in added}
-    order = [*dict.fromkeys([*(e.effect.name for e in verdict.effects if e.effect is not None), *refits, *scores])]
-    named = {each.effect.name for each in verdict.effects if each.effect is not None}
-    best = scores.get(order[0]) if order else None
-    return [
+    named = [each.effect.name for each in verdict.effects if each.effect is not None]
+    best = scores.get(next(iter([*named, *refits, *scores]), ""))
+    listed = [
         _row(
-            scores[name], refits.get(name), best, verdict.detectable.get(name, np.inf), name in named,
-            found.before.fit.chi2,
+            score, refits.get(name), best, verdict.detectable.get(name, np.inf), name in named, found.before.fit.chi2
         )
-        for name in order
-        if name in scores
+        for name, score in scores.items()
     ]  # fmt: skip
+
+    def place(row: Row) -> tuple[bool, bool, float]:
+        return not row.named, row.gain is None, -(row.expected if row.gain is None else row.gain)
+
+    return sorted(listed, key=place)
 
 
 def digits(value: float, count: int) -> str:

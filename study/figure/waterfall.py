@@ -18,6 +18,10 @@ TRAINING, HELD_OUT = "#9fb3c8", "#1f4e79"
 #: Words of a step are folded beyond so many characters.
 FOLD = 16
 WIDTH = 0.38
+#: Height of a number over its bar, as a share of the axes.
+LABEL = 0.075
+#: chi^2 a number of noise [-].
+NOISE = 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,15 +63,22 @@ def waterfall_figure(steps: Sequence[WaterfallStep], *, title: str, subtitle: st
 
     figure = Figure(figsize=(max(9.0, 2.6 * len(steps) + 2.0), 4.9), layout="constrained", dpi=150)
     left, right = figure.subplots(1, 2)
-    _bars(left, [(100 * step.training, 100 * step.held_out) for step in steps], steps)
+    relative = [(100 * step.training, 100 * step.held_out) for step in steps]
+    _bars(left, relative, steps)
     left.set_ylabel("relative error of fundamentals [%]")
-    _bars(right, [(step.training_chi2, step.held_out_chi2) for step in steps], steps)
+    pairs = [(step.training_chi2, step.held_out_chi2) for step in steps]
+    _bars(right, pairs, steps)
     right.set_yscale("log")
-    values = [value for step in steps for value in (step.training_chi2, step.held_out_chi2) if value > 0]
+    values = [value for pair in pairs for value in pair if value > 0]
     right.set_ylim(min(0.5, *values) / 1.2, 2.2 * max(2.0, *values))
-    right.axhline(1.0, color=INK, linewidth=0.9, linestyle=(0, (4, 3)))
+    # No number lies on the line of the noise.
+    lowest, highest = np.log10(right.get_ylim())
+    reach = 10 ** (-LABEL * (highest - lowest)) * NOISE
+    _labels(left, relative)
+    _labels(right, pairs, [tuple(NOISE if reach < value < NOISE else value for value in pair) for pair in pairs])
+    right.axhline(NOISE, color=INK, linewidth=0.9, linestyle=(0, (4, 3)))
     right.text(
-        1.01, 1.0, "noise", transform=right.get_yaxis_transform(), ha="left", va="center", fontsize=8, color=PALE
+        1.01, NOISE, "noise", transform=right.get_yaxis_transform(), ha="left", va="center", fontsize=8, color=PALE
     )
     right.set_ylabel("chi² a number [-]")
     handles = [Patch(color=TRAINING, label="training data"), Patch(color=HELD_OUT, label="held-out data")]
@@ -86,11 +97,18 @@ def _bars(axes: "Axes", pairs: Sequence[tuple[float, float]], steps: Sequence[Wa
         for bar, step in zip(bars, steps, strict=True):
             if step.proposed:
                 bar.set(hatch="////", facecolor="white", edgecolor=colour, linewidth=1.2)
-        # On white, so that the line of the noise does not strike a number through.
-        axes.bar_label(
-            bars, labels=[three_digits(height) for height in heights], fontsize=8, padding=3, color=INK, zorder=3,
-            bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none"},
-        )  # fmt: skip
     axes.set_xticks(place, [fill(step.name, FOLD) for step in steps], fontsize=9)
     open_box(axes, grid="y")
     axes.margins(y=0.12)
+
+
+def _labels(
+    axes: "Axes", pairs: Sequence[tuple[float, float]], feet: Sequence[tuple[float, ...]] | None = None
+) -> None:
+    """Numbers over the bars, or higher."""
+    for place, (pair, foot) in enumerate(zip(pairs, feet or pairs, strict=True)):
+        for side, (value, at) in enumerate(zip(pair, foot, strict=True)):
+            axes.annotate(
+                three_digits(value), (place + (side - 0.5) * WIDTH, at), xytext=(0, 3), textcoords="offset points",
+                ha="center", va="bottom", fontsize=8, color=INK, zorder=3,
+            )  # fmt: skip
