@@ -24,8 +24,8 @@ def in_words(compared: Compared) -> str:
     table = compared.campaign.measurement
     levels = ", ".join(f"{level:g}" for level in compared.campaign.levels)
     lines = [
-        f"{compared.title} beside {compared.campaign.title}: {len(compared.campaign.sensors)} sensors, {levels} N, "
-        f"{len(np.unique(table.repeat))} repeats",
+        f"{side_by_side(compared.title, compared.campaign.title)}: {len(compared.campaign.sensors)} sensors, "
+        f"{levels} N, {len(np.unique(table.repeat))} repeats",
         "",
     ]
     lines += _calibrated(compared)
@@ -62,6 +62,11 @@ def document(compared: Compared) -> dict[str, Any]:
         ],
         "files": [str(file) for file in compared.files],
     }
+
+
+def side_by_side(case: str, campaign: str) -> str:
+    """Titles of a case and of what was measured: once, if they are called the same."""
+    return " beside ".join(dict.fromkeys([case, campaign]))
 
 
 def _sides(compared: Compared) -> Mapping[str, Misfit]:

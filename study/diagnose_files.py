@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from study.compare_words import side_by_side
 from study.diagnose_history import History
 from study.diagnose_page import page, set_in_type
 from study.diagnose_round import Round
@@ -27,7 +28,7 @@ def contents(of: Round, history: History, case: Path) -> dict[str, bytes]:
         Its file.
     """
     steps, found = waterfall(of, history), rows(of)[:MOST]
-    title = " beside ".join(dict.fromkeys([of.setup.title, of.campaign.title]))  # once, if they are called the same
+    title = side_by_side(of.setup.title, of.campaign.title)
     stem = f"{case.stem}_diagnosis"
     files = {f"{stem}.html": page(of, history).encode()}
     files[f"{stem}_waterfall.png"] = waterfall_figure(steps, title=title, subtitle=falls(steps))
@@ -47,6 +48,7 @@ def contents(of: Round, history: History, case: Path) -> dict[str, bytes]:
             threshold=of.diagnosis.limits.gain,
             before=of.diagnosis.before.held_error,
             title=title,
-            subtitle=f"candidates by what they explain; chance seldom exceeds {of.diagnosis.limits.gain:.3g} (dashed)",
+            subtitle="candidates, those named and fitted first; chance seldom exceeds "
+            f"{of.diagnosis.limits.gain:.3g} (dashed)",
         )
     return files

@@ -46,7 +46,8 @@ def page(of: Round, history: History) -> str:
     falling = waterfall(of, history)
     drawn = {
         "waterfall": [vars(step) for step in falling],
-        "curves": curves(of, found),
+        # Three kinds of lines are as many as an eye can follow.
+        "curves": curves(of, list(dict.fromkeys([found[0], before, after]))),
         "maps": maps(of, [before, after]),
         "mapNames": [before.name, after.name],
         "steps": list(STEPS),
@@ -71,6 +72,7 @@ def page(of: Round, history: History) -> str:
         places=[_place(place) for place in of.diagnosis.places],
         accepted=_accepted(of),
         added=_added(of),
+        holds=bool(of.setup.added or of.setup.calibrated),
         best=None if of.best is None or of.best.effect is None else of.best.effect.name,
         untestable=of.diagnosis.catalogue.untestable,
         history=[_step(step) for step in history.steps],
@@ -178,6 +180,7 @@ def _accepted(of: Round) -> list[dict[str, str]]:
                 "name": each.name,
                 "physics": each.physics,
                 "prior": f"1 ± {100 * each.deviation:.3g} %",
+                "case": f"{of.setup.calibrated.get(each.name, 1.0):.4f}",
                 "now": _factor(*now[each.name]),
                 "then": "" if each.name not in then else _factor(*then[each.name]),
                 "pull": f"{pull:+.2f}",
@@ -204,6 +207,7 @@ def _added(of: Round) -> list[dict[str, str]]:
         listed.append(
             {
                 "name": effect.name,
+                "case": set_in_type(interval(float(of.setup.added[number].values[0]), 0.0, parameter)),
                 "now": set_in_type(interval(strength, deviation, parameter)),
                 "then": "" if later is None else set_in_type(interval(later[1], later[2], parameter)),
             }

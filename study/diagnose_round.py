@@ -1,8 +1,8 @@
 """One round of diagnosis of a case, each expensive step kept, so that it goes on where it was interrupted."""
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -23,6 +23,7 @@ from study import fingerprint
 from study.compare_run import Side
 from study.diagnose_history import Errors
 from study.diagnose_limits import is_measured, layout, layout_key, limits_for, measured_limits
+from study.diagnose_progress import phases
 from study.diagnose_steps import step
 from study.progress import Progress, SilentProgress
 from study.store import Store
@@ -35,8 +36,6 @@ T = TypeVar("T")
 MODEL = ("study.test_case_model", "study.test_case_system", "study.solve_contact", "study.stuck_contacts")
 #: Code that a kept step depends on.
 ROOMS = ("correlation", "diagnosis", "hbsolve", "reduction", "study.model_suspicions", *MODEL)
-#: About what a round takes when nothing is known of earlier ones [s].
-EXPECTED = 40.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -117,7 +116,7 @@ def diagnose_case(
     limits = limits_for(setup, campaign, without)
     if limits is None and trials:
         limits = bootstrap(setup, campaign, without, trials, keep, store, progress, announce)
-    with _reported(progress) as report:
+    with phases(progress, partial(holds, store, setup, campaign, without)) as shown:
         diagnosis = diagnose(
             campaign,
             setup.model,
@@ -127,8 +126,8 @@ def diagnose_case(
             without=without,
             extra=own_effects(setup.effects),
             limits=limits,
-            keep=keep,
-            report=report,
+            keep=shown.watched(keep),
+            report=shown.report,
         )
         drawn = keep("as drawn", lambda: as_drawn(diagnosis.arrangement, setup.model))
     return Round(setup=setup, campaign=campaign, diagnosis=diagnosis, drawn=drawn, keep=keep)
@@ -220,14 +219,23 @@ def kept(store: Store, setup: TestSetup, campaign: Campaign, without: Sequence[s
     """What looks steps up in a store, under a fingerprint of all that they depend on; limits only judge them."""
     if store.folder is None:
         return computed
-    inputs = {"setup": replace(setup, title=""), "campaign": campaign, "without": without}
-    key = fingerprint.key("diagnosis", _content(inputs), ROOMS)
+    key = _key(setup, campaign, without)
 
     def keep(name: str, make: Callable[[], T]) -> T:
         found: T = store.run(step, key, name, make)
         return found
 
     return keep
+
+
+def holds(store: Store, setup: TestSetup, campaign: Campaign, without: Sequence[str], name: str) -> bool:
+    """Whether a step of a round is in a store."""
+    return store.folder is not None and store.holds(step, _key(setup, campaign, without), name, dict)
+
+
+def _key(setup: TestSetup, campaign: Campaign, without: Sequence[str]) -> str:
+    inputs = {"setup": replace(setup, title=""), "campaign": campaign, "without": without}
+    return fingerprint.key("diagnosis", _content(inputs), ROOMS)
 
 
 def _content(inputs: dict[str, Any]) -> dict[str, Any]:
@@ -240,21 +248,3 @@ def _at_levels(added: Added, known: Catalogue) -> Added:
         return replace(added, effect=known.effect(added.effect.name))
     except EffectError:
         return added  # These tests say nothing about it, yet it is there.
-
-
-@contextmanager
-def _reported(progress: Progress) -> Iterator[Callable[[str, float], None]]:
-    """The whole as one step with its time left, what is being done as steps within."""
-    with progress.step("diagnosis", expected=EXPECTED) as whole, ExitStack() as inner:
-        doing = ""
-
-        def report(what: str, share: float) -> None:
-            nonlocal doing
-            if what != doing:
-                inner.close()
-                if share < 1:
-                    inner.enter_context(progress.step(what))
-                doing = what
-            whole(share, 1.0)
-
-        yield report

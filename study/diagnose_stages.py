@@ -1,4 +1,4 @@
-"""The stages of a model on its way to the measurements: as drawn, calibrated, with each effect."""
+"""The stages of a model on its way to the measurements: as drawn, as the case says, fitted, with each effect."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,19 +26,23 @@ class Stage:
 
 
 def stages(of: Round) -> list[Stage]:
-    """As drawn; as it is now; with the effect that is named, if one is."""
-    added = [each.effect.name for each in of.setup.added]
-    now = "calibrated" if not added else f"calibrated, with {' and '.join(added)}"
+    """As drawn; if the case holds fitted values, as it says; fitted in this round; with the effect that is named.
+
+    Each is tested on the held-out data in the same way, with the covariance of this round.
+    """
+    found = [Stage(name="as drawn", refit=of.drawn)]
+    present = of.diagnosis.before
+    if of.setup.added or of.setup.calibrated:
+        found += [
+            Stage(name="as the case says", refit=of.keep("as it is", lambda: as_it_is(of))),
+            Stage(name="fitted anew", refit=present),
+        ]
+    else:
+        found.append(Stage(name="calibrated", refit=present))
     best = of.best
     if best is not None and best.effect is not None:
-        # What is proposed is measured against a fit of the same sort.
-        present = of.diagnosis.before
-        proposed = [Stage(name=f"with {best.effect.name}", refit=best)]
-    else:
-        # Where nothing is proposed, the case as its file says is shown, as `stickslip compare` shows it.
-        present = of.diagnosis.before if not added else of.keep("as it is", lambda: as_it_is(of))
-        proposed = []
-    return [Stage(name="as drawn", refit=of.drawn), Stage(name=now, refit=present), *proposed]
+        found.append(Stage(name=f"with {best.effect.name}", refit=best))
+    return found
 
 
 def as_it_is(of: Round) -> Refit:
@@ -47,10 +51,9 @@ def as_it_is(of: Round) -> Refit:
 
 
 def waterfall(of: Round, history: History) -> list[WaterfallStep]:
-    """Errors of each step: those that the history knows, the model as it is now, and what is proposed."""
-    shown = [errors(stage.refit) for stage in stages(of)]
-    now = shown[1]
-    steps = [_step("as drawn", shown[0])]
+    """Errors of each step: those that the history knows, the model fitted in this round, and what is proposed."""
+    now = errors(of.diagnosis.before)
+    steps = [_step("as drawn", errors(of.drawn))]
     told = history.last_diagnosis
     known = [step for step in history.standing if step.after is not None and step.drawn is not None]
     present = [each.effect.name for each in of.setup.added]
@@ -67,7 +70,7 @@ def waterfall(of: Round, history: History) -> list[WaterfallStep]:
         rest = [name for name in present if name not in [step.effect for step in known[:-1]]]
         steps.append(_step("".join(f"+ {name} " for name in rest).strip(), now))
     if of.best is not None and of.best.effect is not None:
-        steps.append(_step(f"+ {of.best.effect.name}", shown[-1], proposed=True))
+        steps.append(_step(f"+ {of.best.effect.name}", errors(of.best), proposed=True))
     return steps
 
 

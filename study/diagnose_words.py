@@ -6,6 +6,7 @@ from textwrap import fill
 from typing import Any
 
 from diagnosis.verdict import INTERVAL, Finding
+from study.compare_words import side_by_side
 from study.diagnose_history import ADD, Errors, Step
 from study.diagnose_round import Round, errors
 from study.diagnose_stages import stages
@@ -13,6 +14,15 @@ from study.diagnose_table import Row, beyond, digits, factors, interval, rows, s
 
 #: Candidates and places that the terminal shows; the files hold all.
 MOST, MOST_PLACES = 10, 3
+#: Said where the case holds values of an earlier fit.
+ANEW = (
+    "Every diagnosis fits all of these anew; what the case holds is in brackets, and stays there until the next "
+    "stickslip add."
+)
+SETTLED = (
+    "A held-out error is told once pre-load and frequency of the held-out repeats have settled within their scatter, "
+    "weighed by the covariance of its round: the same values had another one in the round before."
+)
 ADVICE = {
     Finding.MISSING: 'stickslip add "{effect}" writes it into the case; --auto does so by itself',
     Finding.AMBIGUOUS: 'stickslip add "{effect}" takes one of them all the same; tests that tell them apart are better',
@@ -37,14 +47,24 @@ def headline(of: Round) -> str:
     named = [row for row in rows(of) if row.named]
     if not named or verdict.finding not in {Finding.MISSING, Finding.AMBIGUOUS}:
         return verdict_in_words(of)
+    # In the order of the verdict: the first is the best, of which the errors are told.
+    order = [each.effect.name for each in verdict.effects if each.effect is not None]
+    named.sort(key=lambda row: order.index(row.effect.name))
     listed = " or ".join(f"{row.effect.name} ({row.in_words})" for row in named)
-    fall = (
-        f"the held-out error falls from {100 * of.diagnosis.before.held_error:.3g} to "
-        f"{100 * verdict.effects[0].held_error:.3g} %"
-    )
+    fall = held_out_falls(errors(of.diagnosis.before), errors(verdict.effects[0]))
     if verdict.finding is Finding.AMBIGUOUS:
         return f"{listed} is missing, and these tests cannot tell which: {fall}."
     return f"{listed} is missing: {fall}."
+
+
+def held_out_falls(before: Errors, after: Errors) -> str:
+    """By how much what is held out is met better; what a weak effect changes, the relative error may not show."""
+    error, then = (f"{100 * each.held_out:.3g}" for each in (before, after))
+    if error != then and before.held_out > after.held_out:
+        return f"the held-out error falls from {error} to {then} %"
+    stays = f"stays {then} %" if error == then else f"goes from {error} to {then} %"
+    chi2 = [digits(each.held_out_chi2, 3) for each in (before, after)]
+    return f"held-out chi^2 a number falls from {chi2[0]} to {chi2[1]} (the held-out error {stays})"
 
 
 def advice(of: Round) -> str:
@@ -77,12 +97,18 @@ def document(of: Round) -> dict[str, Any]:
         "limits": vars(found.limits),
         "errors": {"drawn": errors(of.drawn).document, "before": errors(found.before).document},
         "calibrated": {
-            name: {"factor": factor, "deviation": deviation}
+            name: {"factor": factor, "deviation": deviation, "in_case": of.setup.calibrated.get(name)}
             for name, (factor, deviation) in factors(of, found.before).items()
         },
         "added": [
-            {"effect": effect.name, "strength": strength, "deviation": deviation, "unit": effect.parameters[0].unit}
-            for effect, strength, deviation in strengths(of, found.before)
+            {
+                "effect": effect.name,
+                "strength": strength,
+                "deviation": deviation,
+                "unit": effect.parameters[0].unit,
+                "in_case": float(was.values[0]),
+            }
+            for (effect, strength, deviation), was in zip(strengths(of, found.before), of.setup.added, strict=True)
         ],
         "candidates": [_row_document(row) for row in rows(of)],
         "places": [
@@ -123,7 +149,7 @@ def step_in_words(step: Step, case: Path) -> str:
 
 
 def _verdict(of: Round) -> Iterator[str]:
-    yield f"{of.setup.title} beside {of.campaign.title}"
+    yield side_by_side(of.setup.title, of.campaign.title)
     yield ""
     yield headline(of)
     yield f"  {chance(of)}"
@@ -131,18 +157,24 @@ def _verdict(of: Round) -> Iterator[str]:
 
 
 def _fitted(of: Round) -> Iterator[str]:
-    before = of.diagnosis.before
+    before, held = of.diagnosis.before, of.setup.calibrated
     named = [
-        f"{name} x {value:.5g} +- {INTERVAL * deviation:.2g}"
+        f"{name} x {value:.5g} +- {INTERVAL * deviation:.2g}" + (f" (case: {held.get(name, 1.0):.5g})" if held else "")
         for name, (value, deviation) in factors(of, before).items()
     ]
     yield f"Calibrated: {', '.join(named) or 'nothing is accepted'}"
-    for effect, strength, deviation in strengths(of, before):
-        yield f"Added: {effect.name}, {interval(strength, deviation, effect.parameters[0])}"
+    for (effect, strength, deviation), was in zip(strengths(of, before), of.setup.added, strict=True):
+        parameter = effect.parameters[0]
+        now = interval(strength, deviation, parameter)
+        yield f"Added: {effect.name}, {now} (case: {interval(float(was.values[0]), 0.0, parameter)})"
+    if held or of.setup.added:
+        yield from fill(ANEW, 118, initial_indent="  ", subsequent_indent="  ").splitlines()
     steps = [(stage.name, errors(stage.refit)) for stage in stages(of)]
     width = max(len(name) for name, _ in steps)
     for name, each in steps:
         yield f"  {name:<{width}}  {errors_in_words(each)}"
+    if held or of.setup.added:
+        yield from fill(SETTLED, 118, initial_indent="  ", subsequent_indent="  ").splitlines()
 
 
 def _candidates(of: Round) -> Iterator[str]:

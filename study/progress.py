@@ -41,6 +41,9 @@ class Progress(Protocol):
     def step(self, name: str, *, expected: float | None = None) -> AbstractContextManager[Report]:
         """A named step; with no reports, time left is what it took last time, or `expected` [s]."""
 
+    def kept(self, name: str) -> None:
+        """A step whose result was kept from an earlier run."""
+
 
 class SilentProgress:
     """Shows nothing."""
@@ -50,6 +53,9 @@ class SilentProgress:
         """Do nothing."""
         del name, expected
         yield lambda _done, _total: None
+
+    def kept(self, name: str) -> None:
+        """Do nothing."""
 
 
 class Durations:
@@ -137,6 +143,10 @@ class LineProgress:
         if seconds >= WORTH_SHOWING:
             self._line(f"{indent}{name}: done in {spoken(seconds)}")
 
+    def kept(self, name: str) -> None:
+        """Say so."""
+        self._line(f"{'  ' * self._depth}{name}: kept")
+
     def _line(self, text: str) -> None:
         self._stream.write(f"{text}\n")
         self._stream.flush()
@@ -188,6 +198,14 @@ class BarProgress:
                 bars.stop()
                 self._bars = None
         self._durations.remember(name, seconds)
+
+    def kept(self, name: str) -> None:
+        """Say so."""
+        bars = self._bars or self._start()
+        bars.console.print(f"{'  ' * self._depth}{name}: kept", style="dim", markup=False, highlight=False)
+        if self._depth == 0:
+            bars.stop()
+            self._bars = None
 
     def _start(self) -> "RichBars":
         from study.progress_bar import bars
