@@ -1,0 +1,74 @@
+"""Time left of a diagnosis is that of what is still to be made; what is kept is called so."""
+
+import io
+from collections.abc import Callable
+from typing import Any
+
+from diagnosis.diagnose import LONG, USUAL
+from study.diagnose_progress import phases
+from study.progress import LineProgress
+
+PARTS = ("screening", "fits", "tests", "places", "left")
+
+
+class Clock:
+    """Time that passes when told to."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def shown(known: dict[str, float], found: set[str]) -> list[str]:
+    """Lines of a round whose steps take so long [s], some of them kept; each is a fifth of it."""
+    clock, stream = Clock(), io.StringIO()
+
+    def keep(name: str, make: Callable[[], Any]) -> Any:
+        return None if name in found else make()
+
+    with phases(LineProgress(stream, clock=clock), found.__contains__) as of:
+        look = of.watched(keep)
+        for number, (name, seconds) in enumerate(known.items()):
+            of.report(name, number / len(known))
+
+            def make(seconds: float = seconds) -> None:
+                clock.now += seconds
+
+            look(name, make)
+        of.report("done", 1.0)
+    return stream.getvalue().splitlines()
+
+
+STEPS = {"arrangement": 20.0, "scores": 20.0, "fits": 20.0, "places": 20.0, "left": 20.0}
+
+
+def test_a_round_of_which_nothing_is_kept_counts_all_of_it() -> None:
+    lines = shown(STEPS, set())
+    assert lines[0] == "diagnosis ... about 1 min 30 s"
+    assert "diagnosis: 20 %, about 1 min 20 s left" in lines
+    assert "diagnosis: 80 %, about 20 s left" in lines
+    assert not any("kept" in line for line in lines)
+
+
+def test_what_is_kept_is_called_so_and_does_not_shorten_the_time_left() -> None:
+    lines = shown(STEPS, {"arrangement", "scores"})
+    # Not what a whole round takes: that is not what is ahead.
+    assert lines[:2] == ["  arrangement: kept", "  scores: kept"]
+    # Three steps of five are left; after one of them two remain, 40 s.
+    assert "diagnosis, from the fits on: 33 %, about 40 s left" in lines
+    assert "  fits: done in 20 s" in lines
+
+
+def test_a_round_that_is_kept_as_a_whole_takes_no_time() -> None:
+    lines = shown(STEPS, set(STEPS))
+    assert lines == [f"  {name}: kept" for name in STEPS]
+
+
+def test_shares_of_a_round_rise() -> None:
+    for shares in (USUAL, LONG):
+        values = [getattr(shares, part) for part in PARTS]
+        assert values == sorted(values)
+        assert 0 < values[0] < values[-1] < 1
+        assert shares.between("fits", "tests", 0.5) == (shares.fits + shares.tests) / 2

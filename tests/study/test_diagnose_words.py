@@ -1,0 +1,81 @@
+"""What a diagnosis says of values that are fitted anew, of weak effects, and of its candidates' order."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from correlation.read_campaign import read_campaign
+from study.compare_words import side_by_side
+from study.diagnose_add import add
+from study.diagnose_files import contents
+from study.diagnose_history import Errors, history_of
+from study.diagnose_round import diagnose_case
+from study.diagnose_run import diagnose_file
+from study.diagnose_stages import stages
+from study.diagnose_table import rows
+from study.diagnose_words import document, held_out_falls, in_words
+from study.test_case_model import read_test_case
+
+TwoMasses = Callable[..., Path]
+ERRORS = Errors(training=0.02, held_out=0.0233, training_chi2=0.822, held_out_chi2=0.775)
+
+
+def test_a_round_with_an_added_effect_says_what_the_case_holds_and_what_it_fits_anew(two_masses: TwoMasses) -> None:
+    case, folder = two_masses({"mass at tip": 0.006}), Path("campaign")
+    campaign = read_campaign(folder)
+    first = diagnose_file(case, campaign, folder).last
+    assert "(case:" not in in_words(first)
+    assert [stage.name for stage in stages(first)] == ["as drawn", "calibrated", "with mass at tip"]
+    add(case, "mass at tip")
+    setup = read_test_case(case, campaign)
+    # As if it had been edited: the case holds another mass than the one that fits.
+    held = replace(setup, added=(replace(setup.added[0], values=(0.0055,)),))
+    later = diagnose_case(held, campaign)
+    words = in_words(later)
+    assert later.diagnosis.before.fit.values[len(setup.accepted)] == pytest.approx(0.006, rel=0.02)
+    assert "(case: 5.5 g)" in words
+    assert f"(case: {setup.calibrated['zeta']:.5g})" in words
+    assert "Every diagnosis fits all of these anew; what the case holds is in brackets" in words
+    names = {stage.name: stage.refit for stage in stages(later)}
+    assert list(names) == ["as drawn", "as the case says", "fitted anew"]
+    assert names["fitted anew"].fit.chi2 < names["as the case says"].fit.chi2 < names["as drawn"].fit.chi2
+    (told,) = document(later)["added"]
+    assert told["in_case"] == 0.0055
+    page = contents(later, history_of(case), case)["chain_diagnosis.html"].decode()
+    assert "<th>in the case</th><th>fitted anew</th>" in page
+    assert "<td>5.5 g</td>" in page
+
+
+def test_candidates_stand_by_their_fall_of_chi2_the_named_and_the_fitted_first(two_masses: TwoMasses) -> None:
+    case, folder = two_masses({"mass at tip": 0.006}), Path("campaign")
+    listed = rows(diagnose_case(read_test_case(case, campaign := read_campaign(folder)), campaign))
+    fitted = [row for row in listed if row.gain is not None]
+    assert listed[0].named
+    assert listed[: len(fitted)] == fitted
+    for part in (fitted[1:], listed[len(fitted) :]):
+        gains = [row.expected if row.gain is None else row.gain for row in part]
+        assert gains == sorted(gains, reverse=True)
+    assert len(listed) > len(fitted) > 1
+
+
+@pytest.mark.parametrize(
+    ("held_out", "chi2", "said"),
+    [
+        (0.00807, 0.72, "the held-out error falls from 2.33 to 0.807 %"),
+        (0.02331, 0.758, "held-out chi^2 a number falls from 0.775 to 0.758 (the held-out error stays 2.33 %)"),
+        (
+            0.0241,
+            0.758,
+            "held-out chi^2 a number falls from 0.775 to 0.758 (the held-out error goes from 2.33 to 2.41 %)",
+        ),
+    ],
+)
+def test_an_error_is_said_to_fall_only_if_it_does(held_out: float, chi2: float, said: str) -> None:
+    assert held_out_falls(ERRORS, replace(ERRORS, held_out=held_out, held_out_chi2=chi2)) == said
+
+
+def test_titles_that_are_alike_are_told_once() -> None:
+    assert side_by_side("Beam", "Beam") == "Beam"
+    assert side_by_side("Beam", "Tests of May") == "Beam beside Tests of May"
