@@ -1,6 +1,12 @@
 """What can be wrong with a model that is compared with measurements, and with the measurements."""
 
+from collections.abc import Callable
+from typing import TypeVar
+
 from geometry.errors import InputError
+
+T = TypeVar("T")
+U = TypeVar("U")
 
 
 class TestModelError(InputError):
@@ -11,3 +17,33 @@ class TestModelError(InputError):
 
 class CampaignError(InputError):
     """A campaign folder that cannot be used; the message names the file, the field, the value and the remedy."""
+
+
+class Mistakes:
+    """Mistakes of a campaign that do not follow from each other, to be told together."""
+
+    def __init__(self) -> None:
+        self._found: list[str] = []
+
+    def of(self, make: Callable[[], T], instead: U) -> T | U:
+        """What is made; its mistake is noted, and something else given instead."""
+        try:
+            return make()
+        except CampaignError as error:
+            self._found.append(str(error))
+            return instead
+
+    def add(self, sentence: str) -> None:
+        """Note one."""
+        self._found.append(sentence)
+
+    def tell(self) -> None:
+        """Stop if there are any.
+
+        Raises
+        ------
+        CampaignError
+            With all of them, a line each.
+        """
+        if self._found:
+            raise CampaignError("\n".join(dict.fromkeys(self._found)))

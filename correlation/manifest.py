@@ -5,15 +5,16 @@ Each value is checked once, here; the message of a mistake names file, key, valu
 
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from correlation.errors import CampaignError
+from correlation.errors import CampaignError, Mistakes
 from correlation.measurement import (
     COMPONENTS,
     CONFIGURATIONS,
@@ -32,6 +33,7 @@ SCHEMA = 1
 TIME_SIGNS = {"exp(+i omega t)": 1, "exp(i omega t)": 1, "exp(-i omega t)": -1}
 #: Peak amplitude of one unit.
 PEAK_OF = {"peak": 1.0, "rms": math.sqrt(2.0), "peak to peak": 0.5}
+CONVENTIONS = ("convention", "units")
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 
@@ -86,49 +88,69 @@ def read_manifest(folder: Path) -> Manifest:
     Raises
     ------
     CampaignError
-        It is missing, no TOML, or holds a key or value that cannot be used.
+        It is missing, no TOML, or holds keys or values that cannot be used: all of them, a line each.
     """
     root = TomlTable(file=MANIFEST, values=_toml(folder))
     schema = root.take("schema", int)
     if schema != SCHEMA:
         raise root.problem("schema", f"this version of stickslip reads schema = {SCHEMA}")
-    records = root.tables("record", required=False)
-    tests = root.tables("test", required=not records)
-    # Time records alone need no convention of amplitudes.
-    convention, units = (root.table(key, required=bool(tests)) for key in ("convention", "units"))
+    told = Mistakes()
+    records = told.of(lambda: root.tables("record", required=False), ())
+    tables = told.of(lambda: root.tables("test", required=not records), ())
     time_sign, peak, level_factor, frequency_factor = 1, 1.0, 1.0, 1.0
-    if tests:
-        time_sign = TIME_SIGNS[convention.choice("time", TIME_SIGNS)]
-        peak = PEAK_OF[convention.choice("amplitude", PEAK_OF)]
-        level_factor = units.converted("level", lambda unit: si_factor(str(unit), "N")) * peak
-        frequency_factor = units.converted("frequency", lambda unit: si_factor(str(unit), "Hz"))
+    # Time records alone need no convention of amplitudes.
+    convention, units = (told.of(partial(root.table, key, required=bool(tables)), None) for key in CONVENTIONS)
+    if tables and convention is not None:
+        time_sign = TIME_SIGNS[told.of(partial(convention.choice, "time", TIME_SIGNS), next(iter(TIME_SIGNS)))]
+        peak = PEAK_OF[told.of(partial(convention.choice, "amplitude", PEAK_OF), "peak")]
+    if tables and units is not None:
+        level_factor = told.of(partial(units.converted, "level", partial(_factor, "N")), 1.0) * peak
+        frequency_factor = told.of(partial(units.converted, "frequency", partial(_factor, "Hz")), 1.0)
+    sensors = [told.of(partial(_sensor, table), None) for table in told.of(lambda: root.tables("sensor"), ())]
+    tests = [told.of(partial(_test, table), None) for table in tables]
+    entries = [told.of(partial(_record, table), None) for table in records]
     manifest = Manifest(
-        title=root.take("title", str, ""),
+        title=told.of(lambda: root.take("title", str, ""), ""),
         time_sign=time_sign,
         peak=peak,
         level_factor=level_factor,
         frequency_factor=frequency_factor,
-        sensors=tuple(_sensor(table) for table in root.tables("sensor")),
-        files=tuple(table.take("file", str) for table in tests),
-        tests=tuple(
-            Test(name=table.take("name", str), configuration=table.choice("configuration", CONFIGURATIONS))
-            for table in tests
-        ),
-        records=tuple(_record(table) for table in records),
-        held_out=_held_out(root.table("held_out", required=False), level_factor),
+        sensors=tuple(each for each in sensors if each is not None),
+        tests=tuple(each[0] for each in tests if each is not None),
+        files=tuple(each[1] for each in tests if each is not None),
+        records=tuple(each for each in entries if each is not None),
+        held_out=told.of(lambda: _held_out(root.table("held_out", required=False), level_factor), HeldOut()),
     )
-    for table in (root, convention, units, *tests, *records):
-        table.finish()
+    for table in (root, convention, units):
+        if table is not None:
+            told.of(table.finish, None)
     names = {
         "sensor": [each.name for each in manifest.sensors],
         "test": [each.name for each in manifest.tests],
         "record": [each.name for each in manifest.records],
     }
     for kind, given in names.items():
-        for name in given:
-            if given.count(name) > 1:
-                raise root.problem(kind, f'two are called "{name}"; give each a name of its own', show=False)
+        told.of(partial(_check_names, root, kind, given), None)
+    told.tell()
     return manifest
+
+
+def _factor(wanted: str, unit: object) -> float:
+    return si_factor(str(unit), wanted)
+
+
+def _check_names(root: TomlTable, kind: str, given: Sequence[str]) -> None:
+    for name in given:
+        if given.count(name) > 1:
+            raise root.problem(kind, f'two are called "{name}"; give each a name of its own', show=False)
+
+
+def _test(table: TomlTable) -> tuple[Test, str]:
+    """A test, and its file."""
+    file = table.take("file", str)
+    test = Test(name=table.take("name", str), configuration=table.choice("configuration", CONFIGURATIONS))
+    table.finish()
+    return test, file
 
 
 def _sensor(table: TomlTable) -> MeasuredSensor:
@@ -172,13 +194,15 @@ def _record(table: TomlTable) -> RecordEntry:
     for column, unit in units.items():
         if not isinstance(unit, str):
             raise table.problem("units", f'the unit of "{column}" must be text, e.g. {column} = "m"')
-    return RecordEntry(
+    entry = RecordEntry(
         name=table.take("name", str),
         file=table.take("file", str),
         units=units,
         force=table.take("force", str, None),
         held_out=table.take("held_out", bool, False),
     )
+    table.finish()
+    return entry
 
 
 def _held_out(table: TomlTable, level_factor: float) -> HeldOut:

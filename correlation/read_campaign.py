@@ -1,11 +1,12 @@
 """A campaign folder: its manifest, its tables, its time records, and whether they fit together."""
 
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from correlation.errors import CampaignError
+from correlation.errors import CampaignError, Mistakes
 from correlation.manifest import MANIFEST, Manifest, read_manifest
 from correlation.measurement import Campaign, Measurement, same_level
 from correlation.read_csv import read_csv, sorting
@@ -29,20 +30,28 @@ def read_campaign(folder: Path) -> Campaign:
     Raises
     ------
     CampaignError
-        One sentence with file, line or key, value and remedy.
+        One sentence with file, line or key, value and remedy; several that do not follow from each other, a line each.
     """
     folder = Path(folder)
     manifest = read_manifest(folder)
     measurement = _tables(folder, manifest)
-    _check_sensors(manifest, measurement)
-    _check_held_out(manifest, measurement)
-    records = tuple(
-        read_time_record(
-            folder / entry.file, name=entry.name, units=entry.units, force=entry.force, held_out=entry.held_out
+    told = Mistakes()
+    for number in range(len(manifest.sensors)):
+        told.of(partial(_check_sensor, manifest, measurement, number), None)
+    told.of(partial(_check_held_out, manifest, measurement), None)
+    found = [
+        told.of(
+            partial(
+                read_time_record, folder / entry.file,
+                name=entry.name, units=entry.units, force=entry.force, held_out=entry.held_out,
+            ),
+            None,
         )
         for entry in manifest.records
-    )
-    _check_records(manifest, records)
+    ]  # fmt: skip
+    records = tuple(each for each in found if each is not None)
+    told.of(partial(_check_records, manifest, records), None)
+    told.tell()
     campaign = Campaign(
         title=manifest.title,
         folder=folder,
@@ -59,30 +68,31 @@ def _tables(folder: Path, manifest: Manifest) -> Measurement:
     tests: dict[str, list[str]] = {}
     for test, file in zip(manifest.tests, manifest.files, strict=True):
         tests.setdefault(file, []).append(test.name)
-    tables = [read_csv(folder / file, manifest, names) for file, names in tests.items()]
+    told = Mistakes()
+    found = [told.of(partial(read_csv, folder / file, manifest, names), None) for file, names in tests.items()]
+    told.tell()
+    tables = [each for each in found if each is not None]
     columns = [each.name for each in fields(Measurement)]
     measurement = Measurement(
         **{name: np.concatenate([[], *(getattr(table, name) for table in tables)]) for name in columns}
     )
     for number, (test, file) in enumerate(zip(manifest.tests, manifest.files, strict=True)):
         if not (measurement.test == number).any():
-            raise CampaignError(
-                f'{file}: has no rows of test "{test.name}"; add them, or remove the test in {MANIFEST}'
-            )
+            told.add(f'{file}: has no rows of test "{test.name}"; add them, or remove the test in {MANIFEST}')
+    told.tell()
     return measurement.where(sorting(measurement)) if len(tables) > 1 else measurement
 
 
-def _check_sensors(manifest: Manifest, measurement: Measurement) -> None:
+def _check_sensor(manifest: Manifest, measurement: Measurement, number: int) -> None:
+    sensor, rows = manifest.sensors[number], measurement.sensor == number
     recorded = {name for record in manifest.records for name in record.units}
-    for number, sensor in enumerate(manifest.sensors):
-        rows = measurement.sensor == number
-        if not rows.any() and sensor.name not in recorded:
-            raise CampaignError(
-                f'{MANIFEST}: sensor "{sensor.name}" has no rows in {", ".join(dict.fromkeys(manifest.files))}; '
-                "add them, or remove the sensor"
-            )
-        for test in np.unique(measurement.test[rows]):
-            _check_constant(manifest, measurement, int(test), number)
+    if not rows.any() and sensor.name not in recorded:
+        raise CampaignError(
+            f'{MANIFEST}: sensor "{sensor.name}" has no rows in {", ".join(dict.fromkeys(manifest.files))}; '
+            "add them, or remove the sensor"
+        )
+    for test in np.unique(measurement.test[rows]):
+        _check_constant(manifest, measurement, int(test), number)
 
 
 def _check_constant(manifest: Manifest, measurement: Measurement, test: int, sensor: int) -> None:

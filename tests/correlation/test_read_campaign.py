@@ -239,6 +239,45 @@ def test_a_bad_manifest_is_refused_with_its_key(tmp_path: Path, old: str, new: s
     assert "\n" not in str(caught.value)
 
 
+def test_mistakes_of_a_manifest_are_told_together(tmp_path: Path) -> None:
+    wrong = {
+        'amplitude = "peak"': 'amplitude = "pk"', 'level = "N"': 'level = "kg"', '"displacement"': '"displacment"',
+        '"150 mm"': '"150"', 'configuration = "free"': 'configuration = "fre"', "title": "titel",
+    }  # fmt: skip
+    manifest = MANIFEST
+    for old, new in wrong.items():
+        manifest = manifest.replace(old, new, 1)
+    with pytest.raises(CampaignError) as caught:
+        read_campaign(campaign_folder(tmp_path, manifest))
+    told = str(caught.value).split("\n")
+    keys = ("convention.amplitude", "units.level", "sensor[1].quantity", "sensor[2].coor", "test[2].config", "titel")
+    assert [key in line for key, line in zip(keys, told, strict=True)] == [True] * len(keys)
+
+
+def test_mistakes_of_several_tables_are_told_together(tmp_path: Path) -> None:
+    folder = campaign_folder(tmp_path, stepped=with_row(3, real="1,5".replace(",", ";")))
+    (folder / "free.csv").unlink()
+    with pytest.raises(CampaignError) as caught:
+        read_campaign(folder)
+    first, second = str(caught.value).split("\n")
+    assert first.startswith('stepped.csv:4: real = "1;5" is no number')
+    assert second.startswith("free.csv: there is no such file")
+
+
+def test_dead_channels_and_what_is_not_measured_are_told_together(tmp_path: Path) -> None:
+    dead = [row if ",tip," not in row else ",".join([*row.split(",")[:8], "0.25", "0", "um"]) for row in rows()]
+    manifest = MANIFEST.replace("repeats = [2]", "repeats = [7]").replace(
+        "[[test]]", '[[sensor]]\nname = "top"\nquantity = "displacement"\ndirection = "z"\nplace = "top"\n[[test]]', 1
+    )
+    with pytest.raises(CampaignError) as caught:
+        read_campaign(campaign_folder(tmp_path, manifest, dead))
+    told = str(caught.value).split("\n")
+    assert len(told) == 3
+    assert '"tip" reads 2.5e-07+0j m' in told[0]
+    assert 'sensor "top" has no rows' in told[1]
+    assert "held_out.repeats = 7 was not measured" in told[2]
+
+
 def test_a_folder_without_manifest_is_refused(tmp_path: Path) -> None:
     with pytest.raises(CampaignError, match=r"there is no campaign\.toml in .*give the folder of a campaign"):
         read_campaign(tmp_path)
