@@ -71,11 +71,8 @@ def waterfall_figure(steps: Sequence[WaterfallStep], *, title: str, subtitle: st
     right.set_yscale("log")
     values = [value for pair in pairs for value in pair if value > 0]
     right.set_ylim(min(0.5, *values) / 1.2, 2.2 * max(2.0, *values))
-    # No number lies on the line of the noise.
-    lowest, highest = np.log10(right.get_ylim())
-    reach = 10 ** (-LABEL * (highest - lowest)) * NOISE
     _labels(left, relative)
-    _labels(right, pairs, [tuple(NOISE if reach < value < NOISE else value for value in pair) for pair in pairs])
+    _labels(right, pairs, [tuple(label_foot(value, *right.get_ylim()) for value in pair) for pair in pairs])
     right.axhline(NOISE, color=INK, linewidth=0.9, linestyle=(0, (4, 3)))
     right.text(
         1.01, NOISE, "noise", transform=right.get_yaxis_transform(), ha="left", va="center", fontsize=8, color=PALE
@@ -87,6 +84,20 @@ def waterfall_figure(steps: Sequence[WaterfallStep], *, title: str, subtitle: st
     figure.legend(handles=handles, frameon=False, loc="outside lower left", ncols=len(handles))
     add_heading(figure, title, subtitle)
     return png(figure)
+
+
+def label_foot(value: float, lowest: float, highest: float) -> float:
+    """Where the number of a bar stands on an axis of logarithms: on the bar, but never on the line of the noise.
+
+    Parameters
+    ----------
+    value
+        Height of the bar.
+    lowest, highest
+        Ends of the axis.
+    """
+    reach = NOISE * (lowest / highest) ** LABEL
+    return NOISE if reach < value < NOISE else value
 
 
 def _bars(axes: "Axes", pairs: Sequence[tuple[float, float]], steps: Sequence[WaterfallStep]) -> None:
