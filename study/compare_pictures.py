@@ -33,7 +33,9 @@ ABOUT = {
     "forces": "amplitudes of the contact forces, summed over each line",
 }
 #: Said where static parts are drawn: their lines need not meet the points.
-HISTORY = "; static parts, with their sign, are what loading has left in contacts that stick: lines begin at rest"
+HISTORY = (
+    "contact forces, summed over each line; static parts stem from a history that no test records, and need not agree"
+)
 
 
 def pictures(
@@ -67,7 +69,7 @@ def pictures(
                     [panel for _, panel in chosen],
                     levels=words,
                     title=f"{title}: {kind} of the {name} structure" if kind != "frf" else f"{title}, {name}",
-                    subtitle=ABOUT[kind] + (HISTORY if any(panel.is_static for _, panel in chosen) else ""),
+                    subtitle=HISTORY if any(panel.is_static for _, panel in chosen) else ABOUT[kind],
                     columns=columns,
                     with_phase=kind == "frf",
                 )
@@ -169,7 +171,13 @@ def _panels(
                     line=scale * lines[drawn],
                 )
             )
-        label = sensor if per_level else f"{sensor}, harmonic {harmonic}" if harmonic else f"{sensor}, static"
+        label = (
+            sensor
+            if per_level
+            else f"{sensor}, harmonic {harmonic}"
+            if harmonic
+            else f"{sensor}, static (predicted from rest)"
+        )
         unit = f"{unit}/N" if per_level else unit
         panels.append(((sensor, harmonic), OverlayPanel(label=label, unit=unit, curves=curves, is_static=not harmonic)))
     return panels

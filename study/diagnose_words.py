@@ -145,6 +145,8 @@ def step_in_words(step: Step, case: Path) -> str:
     lines = [f'{case}: "{step.effect}" ({values}) added' if step.what == ADD else f'{case}: "{step.effect}" taken back']
     if step.before is not None and step.after is not None:
         lines += [f"  before  {errors_in_words(step.before)}", f"  after   {errors_in_words(step.after)}"]
+        if step.what == ADD:
+            lines.append("  as its diagnosis fitted it; the next diagnosis fits all values anew")
     return "\n".join([*lines, "", *step.diff])
 
 

@@ -8,7 +8,7 @@ from diagnosis.diagnose import LONG, USUAL
 from study.diagnose_progress import phases
 from study.progress import LineProgress
 
-PARTS = ("screening", "fits", "tests", "places", "left")
+PARTS = ("screening", "fits", "tests", "places", "left", "intervals")
 
 
 class Clock:
