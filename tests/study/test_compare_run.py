@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
@@ -18,6 +19,7 @@ from correlation.write_campaign import write_campaign
 from study import cli
 from study.compare_run import compare
 from study.compare_words import in_words
+from study.model_suspicions import all_suspicions
 from study.shipped import BEAM
 from study.test_case_model import TestSetup, read_test_case
 from transient.bench import make_campaign
@@ -171,6 +173,19 @@ def test_swapped_cables_and_angular_frequencies_are_flagged() -> None:
     found = compare(setup(), replace(campaign, measurement=table))
     (suspicion,) = [each for each in found.suspicions if "rad/s" in each.sentence]
     assert "2 pi times the model's resonance" in suspicion.sentence
+
+
+def test_millimetres_in_one_test_are_flagged() -> None:
+    campaign = measured_from_the_model()
+    table = campaign.measurement
+    value = np.where((table.test == 1) & (table.sensor == 1), 1e3, 1.0) * table.value
+    spoilt = replace(campaign, measurement=replace(table, value=value))
+    (found,) = all_suspicions(spoilt, setup().model)
+    assert found.where == 'test "free", sensor "mid"'
+    # Three digits, of the median of noise of half a per cent.
+    one = r"(0\.99\d|1|1\.01) times"
+    evidence = rf"the other sensors of the same runs {one}, and itself {one} in test \"stepped\""
+    assert re.search(rf"it reads 1,000 times what the model says, {evidence}: are its values in mm", found.sentence)
 
 
 def test_a_sensor_is_placed_by_its_coordinates() -> None:
