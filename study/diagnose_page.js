@@ -29,6 +29,7 @@ function drawWaterfall() {
   });
   const ticks = { tickvals: x, ticktext: steps.map((step) => folded(step.name)), ticks: "", showgrid: false };
   const all = steps.flatMap((step) => [step.training_chi2, step.held_out_chi2]).filter((value) => value > 0);
+  const highest = 100 * Math.max(...steps.flatMap((step) => [step.training, step.held_out]).filter((value) => value >= 0));
   const most = Math.log10(Math.max(2, ...all)), least = Math.log10(Math.min(0.5, ...all) / 1.3);
   // Numbers stand over their bars, and none on the line of the noise.
   const foot = (value) => (value < 1 && Math.log10(value) > -0.08 * (most - least) ? 1 : value);
@@ -46,7 +47,7 @@ function drawWaterfall() {
     font: FONT, height: 370, margin: { l: 66, r: 52, t: 34, b: 14 + 17 * Math.max(...steps.map((step) => folded(step.name).split("<br>").length)) }, barmode: "group", bargap: GAP, bargroupgap: 0.06,
     paper_bgcolor: "white", plot_bgcolor: "white", legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom" },
     xaxis: axis({ domain: [0, 0.47], ...ticks }), xaxis2: axis({ domain: [0.555, 1], anchor: "y2", ...ticks }),
-    yaxis: axis({ title: { text: "relative error [%]" }, rangemode: "tozero", ticks: "" }),
+    yaxis: axis({ title: { text: "relative error [%]" }, range: [0, 1.1 * highest], ticks: "" }),
     yaxis2: axis({ title: { text: "χ² a number" }, anchor: "x2", type: "log", range: [least, most + 0.12 * (most - least)], dtick: 1, ticks: "", exponentformat: "power" }),
     shapes: [{ type: "line", xref: "x2 domain", yref: "y2", x0: 0, x1: 1, y0: 1, y1: 1, layer: "below", line: { color: PALE, width: 1.2, dash: "dash" } }],
     annotations: [{ xref: "x2 domain", yref: "y2", x: 1, y: 0, yanchor: "middle", xanchor: "left", xshift: 5, text: "noise", showarrow: false, font: { size: 11, color: PALE } }],
