@@ -79,7 +79,7 @@ class Phases:
 
 
 @contextmanager
-def phases(progress: Progress, holds: Callable[[str], bool]) -> Iterator[Phases]:
+def phases(progress: Progress, holds: Callable[[str], bool], number: int = 1) -> Iterator[Phases]:
     """The round as one step with its time left, its phases as steps within.
 
     Parameters
@@ -88,9 +88,12 @@ def phases(progress: Progress, holds: Callable[[str], bool]) -> Iterator[Phases]
         Where to.
     holds
         Whether a step of the round is kept.
+    number
+        Of the round: what took minutes before the first effect was added takes much less after it.
     """
     called = next((called for step, called in CALLED.items() if not holds(step)), KEPT)
-    with progress.step(called, expected=EXPECTED if called == CALLED["arrangement"] else None) as whole:
+    expected = EXPECTED if called == CALLED["arrangement"] else None
+    with progress.step(called if number == 1 else f"{called}, round {number}", expected=expected) as whole:
         shown = Phases(progress, whole)
         try:
             yield shown

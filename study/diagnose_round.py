@@ -116,7 +116,7 @@ def diagnose_case(
     limits = limits_for(setup, campaign, without)
     if limits is None and trials:
         limits = bootstrap(setup, campaign, without, trials, keep, store, progress, announce)
-    with phases(progress, partial(holds, store, setup, campaign, without)) as shown:
+    with phases(progress, partial(holds, store, setup, campaign, without), len(setup.added) + 1) as shown:
         diagnosis = diagnose(
             campaign,
             setup.model,
