@@ -1,5 +1,7 @@
 """Places on the surface of a mesh that are no nodes: the face that carries each, and its shape functions there."""
 
+from typing import TypeAlias
+
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Float, Int
@@ -22,6 +24,20 @@ APART = 0.02
 TOUCHING = 1e-12
 #: Steps of Gauss and Newton: on faces as flat as these the third is round-off.
 STEPS = 8
+
+
+def named_faces(mesh: Mesh, line: str, face_set: str) -> Faces:
+    """Faces of the set that a line or a point lies on.
+
+    Raises
+    ------
+    MeshError
+        The mesh has no such set.
+    """
+    if face_set not in mesh.face_sets:
+        known = ", ".join(sorted(mesh.face_sets)) or "none"
+        raise MeshError(f'the line "{line}" lies on the face set "{face_set}", but the mesh has {known}')
+    return mesh.face_sets[face_set]
 
 
 def station_weights(mesh: Mesh, name: str, faces: Faces, stations: Places) -> sp.csr_array:
@@ -50,6 +66,38 @@ def station_weights(mesh: Mesh, name: str, faces: Faces, stations: Places) -> sp
     MeshError
         No faces, or a place that is on none of them.
     """
+    rows, columns, values = [], [], []
+    for number, (element, local, nodes, at) in enumerate(_carriers(mesh, name, faces, stations)):
+        on_face = list(element.faces[local])
+        rows.append(np.full(len(on_face), number))
+        columns.append(nodes[on_face])
+        values.append(element.shape(at[None])[0, on_face])
+    weights = sp.coo_array(
+        (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(len(stations), mesh.n_node)
+    )
+    return sp.csr_array(weights)
+
+
+def station_normals(mesh: Mesh, name: str, faces: Faces, stations: Places) -> Float[NDArray[np.float64], "station 3"]:
+    """Unit normals out of the body of the faces that carry the places, shape (n_station, 3) [-].
+
+    Arguments and errors as in `station_weights`.
+    """
+    found = np.empty((len(stations), 3))
+    for number, (element, local, nodes, at) in enumerate(_carriers(mesh, name, faces, stations)):
+        _, along = face_frame(element, local)
+        u, v = np.einsum("aj,tj,ai->ti", element.gradient(at[None])[0], along, mesh.points[nodes])
+        normal = np.cross(u, v)
+        found[number] = normal / np.linalg.norm(normal)
+    return found
+
+
+#: The element of a face's cell, the local face, the nodes of the cell, and the place in reference coordinates.
+Carrier: TypeAlias = tuple[Element, int, Int[NDArray[np.int64], " node"], Float[NDArray[np.float64], " 3"]]
+
+
+def _carriers(mesh: Mesh, name: str, faces: Faces, stations: Places) -> list[Carrier]:
+    """What carries each place."""
     if not len(faces):
         raise MeshError(f'"{name}": there is no face that could carry it, so name the face that it lies on')
     ends = np.cumsum([len(cells) for cells in mesh.cells.values()])
@@ -61,24 +109,18 @@ def station_weights(mesh: Mesh, name: str, faces: Faces, stations: Places) -> sp
         hosts.append((ELEMENTS[cell_type], int(local), cells[cell - (ends[block] - len(cells))]))
     middles = np.stack([mesh.points[nodes[list(element.faces[local])]].mean(axis=0) for element, local, nodes in hosts])
     near = cKDTree(middles).query(stations, k=min(CANDIDATES, len(hosts)))[1].reshape(len(stations), -1)
-    rows, columns, values = [], [], []
+    found: list[Carrier] = []
     for number, (place, tried) in enumerate(zip(stations, near.tolist(), strict=True)):
         distance, at, best = _carrier(mesh, hosts, tried, place)
         element, local, nodes = hosts[best]
-        on_face = list(element.faces[local])
-        size = float(np.ptp(mesh.points[nodes[on_face]], axis=0).max())
+        size = float(np.ptp(mesh.points[nodes[list(element.faces[local])]], axis=0).max())
         if distance > APART * size:
             raise MeshError(
                 f'station {number + 1} of "{name}" is {distance * 1e6:.3g} um from the nearest face of the mesh: mesh '
                 "with smaller cells there, or check that it lies on the body"
             )
-        rows.append(np.full(len(on_face), number))
-        columns.append(nodes[on_face])
-        values.append(element.shape(at[None])[0, on_face])
-    weights = sp.coo_array(
-        (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(len(stations), mesh.n_node)
-    )
-    return sp.csr_array(weights)
+        found.append((element, local, nodes, at))
+    return found
 
 
 def _carrier(

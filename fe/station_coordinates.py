@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from fe.errors import MeshError
-from fe.host_face import Places, station_weights
+from fe.host_face import Places, named_faces, station_weights
 from fe.mesh import Mesh
 from fe.system import LinearSystem
 
@@ -79,7 +79,7 @@ def station_coordinates(
     """
     taken = {int(node) for name in (*mesh.node_sets, *held) for node in mesh.nodes(name)}
     weights = [
-        station_weights(mesh, name, _faces(mesh, name, faces[name]), places) for name, places in stations.items()
+        station_weights(mesh, name, named_faces(mesh, name, faces[name]), places) for name, places in stations.items()
     ]
     every = sp.csr_array(sp.vstack(weights))
     pivots = _pivots(every, taken)
@@ -94,13 +94,6 @@ def station_coordinates(
     return StationCoordinates(
         mesh=replace(mesh, node_sets={**mesh.node_sets, **sets}), to_nodes=_to_nodes(every, pivots, block)
     )
-
-
-def _faces(mesh: Mesh, line: str, face_set: str) -> Int[NDArray[np.int64], "k 2"]:
-    if face_set not in mesh.face_sets:
-        known = ", ".join(sorted(mesh.face_sets)) or "none"
-        raise MeshError(f'the line "{line}" lies on the face set "{face_set}", but the mesh has {known}')
-    return mesh.face_sets[face_set]
 
 
 def _pivots(weights: sp.csr_array, taken: set[int]) -> Int[NDArray[np.int64], " station"]:

@@ -5,7 +5,7 @@ is given to a CAD face, its nodes are moved onto faces, edges and corners, then 
 measured: the area of every named face and the volume must be those of the solid.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from math import isfinite
 
@@ -64,6 +64,19 @@ class TetRule:
             if not (isfinite(size) and size > 0):
                 raise MeshError(f"tetrahedra: {what} = {size * 1e3:g} mm is not positive: 3 mm is a usual value")
 
+    def check_names(self, part: str, faces: Collection[str]) -> None:
+        """Refuse a size near a face that a part has not.
+
+        Raises
+        ------
+        MeshError
+            With the faces there are.
+        """
+        unknown = [name for name in self.near if name not in faces]
+        if unknown:
+            known = ", ".join(sorted(faces)) or "none"
+            raise MeshError(f'{part}: a cell size is given near the face "{unknown[0]}", but the part has {known}')
+
 
 def mesh_solid(part: Part, rule: TetRule) -> Mesh:
     """Mesh a part.
@@ -89,10 +102,7 @@ def mesh_solid(part: Part, rule: TetRule) -> Mesh:
     MeshError
         A size near a face that the part has not, a solid that cannot be filled, or a mesh that does not follow it.
     """
-    unknown = [name for name in rule.near if name not in part.faces]
-    if unknown:
-        known = ", ".join(sorted(part.faces)) or "none"
-        raise MeshError(f'{part.name}: a cell size is given near the face "{unknown[0]}", but the part has {known}')
+    rule.check_names(part.name, part.faces)
     smallest = min([rule.size, *rule.near.values()])
     skin = SolidSkin(part.solid)
     facets = skin.facets(DEFLECTION * smallest)

@@ -1,0 +1,184 @@
+"""Contact lines on the surface of a mesh: between two points of a named face, or along the edge of two faces."""
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+
+from fe.element import ELEMENTS
+from fe.errors import MeshError
+from fe.host_face import Faces, named_faces, station_normals
+from fe.mesh import Mesh
+from geometry.interface import N_STATION, ContactLine, straight_contact_line
+from geometry.part import Point
+
+#: Straight pieces that each side of a cell is measured with: 1e-5 of the length of an eighth of a circle.
+PIECES = 32
+#: Part of a line's direction in the surface below which it stands square to it: of the digits, half.
+SQUARE = 1e-8
+
+Places = Float[NDArray[np.float64], "station 3"]
+#: First corner, last corner and the node between, or -1 where sides are straight.
+Sides = Int[NDArray[np.int64], "side 3"]
+
+
+def line_between(mesh: Mesh, name: str, on: str, ends: tuple[Point, Point], n_station: int = N_STATION) -> ContactLine:
+    """Evenly spaced stations on the straight line between two points of a face; its normals are those of the mesh.
+
+    Parameters
+    ----------
+    mesh
+        The mesh.
+    name
+        What the line is called.
+    on
+        The face set that it lies on.
+    ends
+        Its first and last point [m].
+    n_station
+        Number of stations, ends included [-].
+
+    Raises
+    ------
+    MeshError
+        A face that the mesh has not, two ends that are one point, or a station beside the face.
+    GeometryError
+        Fewer than two stations.
+    """
+    start, end = (np.asarray(point, dtype=np.float64) for point in ends)
+    if not np.linalg.norm(end - start) > 0:
+        raise MeshError(f'the line "{name}" begins where it ends: give two points')
+    # Frames are found below; the evenly spaced stations and their lengths are those of any straight line.
+    plain = straight_contact_line(
+        name=name, start=start, end=end, normal=np.zeros(3), across=np.zeros(3), n_station=n_station
+    )
+    along = np.tile((end - start) / np.linalg.norm(end - start), (n_station, 1))
+    return _framed(mesh, name, on, plain.stations, along, plain.tributary_length)
+
+
+def line_along_edge(
+    mesh: Mesh, name: str, on: tuple[str, str], n_station: int = N_STATION, start: Point | None = None
+) -> ContactLine:
+    """Evenly spaced stations on the edge in which two faces meet; normals are those of the first.
+
+    The line runs anticlockwise about the first face, seen from outside. One that closes, as the rim of a bore does,
+    begins at its point nearest to the start, with no station twice.
+
+    Parameters
+    ----------
+    mesh
+        The mesh.
+    name
+        What the line is called.
+    on
+        Two face sets.
+    n_station
+        Number of stations [-].
+    start
+        An open line begins at its end that is nearer to this point, if one is given [m].
+
+    Raises
+    ------
+    MeshError
+        A face that the mesh has not; faces that do not meet, or meet in several edges; fewer than two stations.
+    """
+    if n_station < 2:
+        raise MeshError(f'the line "{name}" cannot have {n_station} stations: give 2 or more')
+    first, second = (_sides(mesh, named_faces(mesh, name, face_set)) for face_set in on)
+    shared = first[_member(first, second)]
+    what = f'the line "{name}": the faces "{on[0]}" and "{on[1]}"'
+    if not len(shared):
+        raise MeshError(f"{what} do not meet: name two that share an edge")
+    ordered, is_closed = _chain(shared, what)
+    if start is not None and not is_closed:
+        far, near = (np.linalg.norm(mesh.points[ordered[k, c]] - start) for k, c in ((0, 0), (-1, 1)))
+        if near < far:
+            ordered = ordered[::-1, [1, 0, 2]]
+    if is_closed:
+        corners = mesh.points[ordered[:, 0]]
+        begin = np.lexsort(corners.T[::-1])[0] if start is None else np.linalg.norm(corners - start, axis=1).argmin()
+        ordered = np.roll(ordered, -int(begin), axis=0)
+    places, along, lengths = _spaced(mesh, ordered, n_station, is_closed=is_closed)
+    return _framed(mesh, name, on[0], places, along, lengths)
+
+
+def _framed(
+    mesh: Mesh, name: str, on: str, places: Places, along: Places, lengths: Float[NDArray[np.float64], " station"]
+) -> ContactLine:
+    normal = station_normals(mesh, name, named_faces(mesh, name, on), places)
+    tangent = along - (along * normal).sum(axis=1, keepdims=True) * normal
+    size = np.linalg.norm(tangent, axis=1, keepdims=True)
+    if not (size > SQUARE).all():
+        raise MeshError(f'the line "{name}" stands square to the face "{on}": give two points of that face')
+    tangent /= size
+    return ContactLine(
+        name=name,
+        stations=places,
+        normal=normal,
+        tangents=np.stack([tangent, np.cross(normal, tangent)], axis=1),
+        tributary_length=lengths,
+    )
+
+
+def _sides(mesh: Mesh, faces: Faces) -> Sides:
+    """Sides of faces, each in the sense of its face."""
+    found, start = [np.empty((0, 3), dtype=np.int64)], 0
+    for cell_type, cells in mesh.cells.items():
+        element = ELEMENTS[cell_type]
+        for local, nodes in enumerate(element.faces):
+            here = (faces[:, 0] >= start) & (faces[:, 0] < start + len(cells)) & (faces[:, 1] == local)
+            on = cells[faces[here, 0] - start][:, list(nodes)]
+            n_corner = sum(node < element.n_corner for node in nodes)
+            for k in range(n_corner):
+                middle = on[:, n_corner + k] if on.shape[1] > n_corner else np.full(len(on), -1)
+                found.append(np.column_stack([on[:, k], on[:, (k + 1) % n_corner], middle]))
+        start += len(cells)
+    return np.concatenate(found)
+
+
+def _member(sides: Sides, others: Sides) -> NDArray[np.bool_]:
+    known = {frozenset(pair) for pair in others[:, :2].tolist()}
+    return np.array([frozenset(pair) in known for pair in sides[:, :2].tolist()], dtype=bool)
+
+
+def _chain(sides: Sides, what: str) -> tuple[Sides, bool]:
+    """Sides one after the other, and whether the last one meets the first."""
+    after = {int(side[0]): k for k, side in enumerate(sides)}
+    ends = sorted(set(sides[:, 0].tolist()) - set(sides[:, 1].tolist()))
+    nodes, which = np.unique(sides[:, :2], return_inverse=True)
+    pairs = which.reshape(-1, 2)
+    graph = sp.coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(nodes), len(nodes)))
+    n_edge = connected_components(graph, directed=False)[0]
+    if n_edge > 1 or len(after) < len(sides):
+        raise MeshError(f"{what} meet in {max(n_edge, 2)} edges: split the faces, or give the line by two points")
+    node = ends[0] if ends else int(sides[0, 0])
+    order: list[int] = []
+    while node in after and len(order) < len(sides):
+        order.append(after[node])
+        node = int(sides[order[-1], 1])
+    return sides[order], not ends
+
+
+def _spaced(
+    mesh: Mesh, sides: Sides, n_station: int, *, is_closed: bool
+) -> tuple[Places, Places, Float[NDArray[np.float64], " station"]]:
+    """Places evenly along the sides, directions there, and the length that each stands for [m]."""
+    first, last = mesh.points[sides[:, 0]], mesh.points[sides[:, 1]]
+    middle = np.where(sides[:, 2:] >= 0, mesh.points[sides[:, 2]], (first + last) / 2)
+    at = np.linspace(0, 1, PIECES + 1)
+    curve = np.stack([(1 - at) * (1 - 2 * at), 4 * at * (1 - at), at * (2 * at - 1)], axis=1)
+    points = np.einsum("pc,csi->spi", curve, np.stack([first, middle, last]))
+    pieces = np.linalg.norm(np.diff(points, axis=1), axis=2).ravel()
+    way = np.concatenate([[0.0], np.cumsum(pieces)])
+    wanted = way[-1] * (np.arange(n_station) / n_station if is_closed else np.linspace(0, 1, n_station))
+    parameter = np.interp(wanted, way, np.arange(len(way)) / PIECES)
+    side = np.minimum(parameter.astype(np.int64), len(sides) - 1)
+    t = (parameter - side)[:, None]
+    a, m, b = first[side], middle[side], last[side]
+    places = (1 - t) * (1 - 2 * t) * a + 4 * t * (1 - t) * m + t * (2 * t - 1) * b
+    along = (4 * t - 3) * a + 4 * (1 - 2 * t) * m + (4 * t - 1) * b
+    lengths = np.full(n_station, way[-1] / (n_station if is_closed else n_station - 1))
+    if not is_closed:
+        lengths[[0, -1]] /= 2
+    return places, along / np.linalg.norm(along, axis=1, keepdims=True), lengths
