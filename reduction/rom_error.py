@@ -125,9 +125,9 @@ def _new_directions(
     block: Float[NDArray[np.float64], "i k"], known: Float[NDArray[np.float64], "i m"], mass: sp.csr_array
 ) -> Float[NDArray[np.float64], "i l"]:
     """M-orthonormal basis of what the columns of a block add to the span of M-orthonormal known shapes."""
-    block = _unit(block, mass)
+    block = _unit(block, mass, 0.0)  # of any length: small bodies have short shapes
     for _ in range(2):  # twice is enough: the first pass leaves round-off of the removed part, the second none
-        block = _unit(block - known @ (known.T @ (mass @ block)), mass)
+        block = _unit(block - known @ (known.T @ (mass @ block)), mass, NEW_DIRECTION)
         gram = block.T @ (mass @ block)
         size, direction = np.linalg.eigh((gram + gram.T) / 2)
         kept = size > DEPENDENT
@@ -135,8 +135,10 @@ def _new_directions(
     return block
 
 
-def _unit(block: Float[NDArray[np.float64], "i k"], mass: sp.csr_array) -> Float[NDArray[np.float64], "i l"]:
-    """Columns of unit length in the mass norm, without those that are next to nothing."""
+def _unit(
+    block: Float[NDArray[np.float64], "i k"], mass: sp.csr_array, least: float
+) -> Float[NDArray[np.float64], "i l"]:
+    """Columns of unit length in the mass norm, without those that are no longer than `least`."""
     length = np.sqrt(np.einsum("ik,ik->k", block, mass @ block))
-    kept = length > NEW_DIRECTION
+    kept = length > least
     return np.asarray(block[:, kept] / length[kept])

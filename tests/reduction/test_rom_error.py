@@ -1,5 +1,6 @@
 """The estimated truncation error against the true one."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -101,6 +102,17 @@ def test_a_model_with_all_modes_has_no_error() -> None:
     assert np.all(rom_error(system, rom, 10) < 1e-12)  # round-off of a square root near one
     whole = craig_bampton(system, {"all": np.arange(30)})
     np.testing.assert_array_equal(rom_error(system, whole, 3), 0)
+
+
+def test_the_estimate_does_not_depend_on_units_or_size() -> None:
+    system = STRUCTURES["uniform"]
+    # As of a screw in metres: shapes that its inertia makes have 1e-20 of the length of those of the membrane.
+    small = replace(system, mass=sp.csr_array(1e-9 * system.mass), stiffness=sp.csr_array(1e8 * system.stiffness))
+    rows = {"boundary": np.arange(5)}
+    found = [rom_error(each, craig_bampton(each, rows, 10), 5) for each in (system, small)]
+    assert found[0].min() > FROM
+    # Settled to a tenth, each.
+    np.testing.assert_allclose(found[1], found[0], rtol=0.1)
 
 
 def test_rigid_body_motions_have_no_error() -> None:
