@@ -1,0 +1,166 @@
+r"""What a reduction will take of the machine's memory, before it is taken.
+
+The factor is the part that no shape of the problem tells at once. A body is a row of levels, the neighbours of
+neighbours of one end; with w degrees of freedom in a level, n in all, nested dissection leaves about
+
+.. math:: n_L = c \, n \, w^{3/4}
+
+entries in it (George 1973: n log n in the plane, n^(4/3) in a cube, where w = n^(2/3); the power and c are fitted to
+blades, cubes and plates of bricks and tetrahedra between 14,000 and 113,000). `benchmarks/memory_estimate.py` compares
+the estimate with measured peaks.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Int
+from numpy.typing import NDArray
+
+from fe.mesh import Mesh
+from fe.sparse_solver import Backend, default_backend
+from reduction.errors import RomError
+
+#: Measured peaks lie within this factor of the estimate, either way.
+FACTOR = 1.5
+#: Entries of the factor over n w^(3/4).
+FILL = 3.1
+#: Bytes of an entry of the factor: itself, and a quarter for the work arrays of PARDISO. SuperLU keeps both triangles,
+#: each with indices, and its minimum degree ordering leaves more.
+FACTOR_BYTES = {Backend.PARDISO: 10.0, Backend.SUPERLU: 60.0}
+#: Copies of the stiffness, of 12 bytes an entry, that stand beside the system at the peak: blocks of both matrices, the
+#: upper triangle, the solver's own.
+COPIES = 4.9
+#: Columns of the length of the system: of a mode, its share of Lanczos' basis and the recovery; of a boundary degree of
+#: freedom, its constraint mode before and after it is sorted in.
+PER_MODE, PER_BOUNDARY = 4.5, 1.5
+#: Mass and stiffness of the mesh and of its free part, 12 bytes an entry each.
+SYSTEM_COPIES = 4.0
+ENTRY = 12.0
+
+#: Of tetrahedra of ten nodes: degrees of freedom in the cube of their size (60 to 80 where fTetWild makes smaller cells
+#: than asked for), levels along an edge, entries in a row.
+DOFS_PER_CUBE, LEVELS_PER_CELL, TET10_ROW = 40.0, 2.0, 78.0
+
+#: Where Linux says what a control group may take and has taken, in its second and in its first version.
+CGROUP = (("memory.max", "memory.current"), ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"))
+
+
+def reduction_memory(matrix: sp.csr_array, n_boundary: int, n_mode: int) -> float:
+    """Bytes that reducing a system takes beside the system itself.
+
+    Parameters
+    ----------
+    matrix
+        Its stiffness, shape (n, n).
+    n_boundary, n_mode
+        Degrees of freedom that are kept, and fixed-interface modes [-].
+    """
+    return _bytes(matrix.shape[0], matrix.nnz, _level_width(matrix), n_boundary, n_mode)
+
+
+def mesh_memory(mesh: Mesh, n_boundary: int, n_mode: int) -> float:
+    """Bytes that assembling and reducing a mesh take together, found without assembling it."""
+    ends, columns = [], []
+    for cells in mesh.cells.values():
+        ends.append(np.full(len(cells), cells.shape[1]))
+        columns.append(cells.ravel())
+    start = np.concatenate([[0], np.cumsum(np.concatenate(ends))])
+    used = np.concatenate(columns)
+    belongs = sp.csr_array((np.ones(len(used), dtype=np.int32), used, start), shape=(len(start) - 1, mesh.n_node))
+    graph = sp.csr_array(belongs.T @ belongs)
+    n_entry = 9 * graph.nnz
+    reduced = _bytes(3 * mesh.n_node, n_entry, 3 * _level_width(graph), n_boundary, n_mode)
+    return reduced + SYSTEM_COPIES * ENTRY * n_entry
+
+
+def tetrahedra_memory(volume: float, longest: float, size: float, n_boundary: int, n_mode: int) -> float:
+    """Bytes that a solid in tetrahedra of ten nodes takes at least, before there is a mesh.
+
+    Parameters
+    ----------
+    volume, longest
+        Of the solid, and the longest side of the box around it [m^3, m].
+    size
+        Of the cells [m].
+    n_boundary, n_mode
+        As in `reduction_memory`.
+    """
+    n_dof = DOFS_PER_CUBE * volume / size**3
+    width = n_dof / max(1.0, LEVELS_PER_CELL * longest / size)
+    n_entry = TET10_ROW * n_dof
+    return _bytes(n_dof, n_entry, width, n_boundary, n_mode) + SYSTEM_COPIES * ENTRY * n_entry
+
+
+def refuse_beyond_memory(needed: float, what: str) -> None:
+    """Refuse what would not fit.
+
+    Parameters
+    ----------
+    needed
+        As the functions above estimate it [byte].
+    what
+        Begins the sentence, such as "reducing 300000 degrees of freedom".
+
+    Raises
+    ------
+    RomError
+        More than what is free.
+    """
+    free = available_memory()
+    if needed > free:
+        raise RomError(
+            f"{what} takes about {needed / 1e9:.3g} GB of memory, but {free / 1e9:.3g} GB are free: take larger "
+            "elements, keep fewer modes or boundary degrees of freedom, or take a larger machine"
+        )
+
+
+def available_memory(system: Path = Path("/")) -> float:
+    """Bytes that this process can take without swapping: of the machine, and of the control group it runs in.
+
+    Parameters
+    ----------
+    system
+        Root of the files in which Linux says so; where they are not, there is no limit.
+    """
+    found = [float("inf")]
+    meminfo = system / "proc/meminfo"
+    if meminfo.is_file():
+        values = dict(line.split(":") for line in meminfo.read_text(encoding="ascii").splitlines() if ":" in line)
+        found.append(1024.0 * int(values["MemAvailable"].split()[0]))
+    for limit, usage in CGROUP:
+        files = [system / "sys/fs/cgroup" / name for name in (limit, usage)]
+        if all(file.is_file() for file in files):
+            most, taken = (file.read_text(encoding="ascii").strip() for file in files)
+            found.append(float("inf") if most == "max" else float(most) - float(taken))
+    return min(found)
+
+
+def _bytes(n_dof: float, n_entry: float, width: float, n_boundary: int, n_mode: int) -> float:
+    filled = min(FILL * n_dof * float(width) ** 0.75, n_dof * (n_dof + 1) / 2)
+    factor = FACTOR_BYTES[default_backend()] * filled
+    columns = 8.0 * n_dof * (PER_MODE * n_mode + PER_BOUNDARY * n_boundary)
+    return float(factor + COPIES * ENTRY * n_entry + columns)
+
+
+def _level_width(graph: sp.csr_array) -> float:
+    """Mean number of rows in a level, seen from one end of the body."""
+    n_row = graph.shape[0]
+    last = np.zeros(1, dtype=np.int64)
+    for _ in range(2):  # the farthest row from anywhere is an end
+        n_level, last, seen = _levels(graph, last[:1])
+    # Parts that nothing joins to the first have levels of their own.
+    return float((seen if seen > n_row / 2 else n_row) / n_level)
+
+
+def _levels(graph: sp.csr_array, front: Int[NDArray[np.int64], " k"]) -> tuple[int, Int[NDArray[np.int64], " k"], int]:
+    """Number of levels from a row on, the last of them, and how many rows they hold."""
+    seen = np.zeros(graph.shape[0], dtype=bool)
+    n_level, last = 0, front
+    while front.size:
+        seen[front] = True
+        n_level, last = n_level + 1, front
+        near = np.zeros_like(seen)
+        near[graph[front].indices] = True
+        front = np.flatnonzero(near & ~seen)
+    return n_level, last, int(seen.sum())
