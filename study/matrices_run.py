@@ -14,9 +14,10 @@ from fe.imported_matrices import ImportedMatrices, ImportedSystem, Rows
 from fe.matrix_file import require_file
 from reduction.rom_io import save_rom
 from study.case import load_case, located
+from study.compared_reduction import ComparedReduction
 from study.errors import CaseError
 from study.matrices_case import UNITS, MatricesCase
-from study.matrices_reduction import MatricesReduction, imported_matrices, reduced_matrices
+from study.matrices_reduction import imported_matrices, reduced_matrices
 from study.mistakes import Mistakes
 from study.output import replace_file
 from study.run_context import RunContext
@@ -26,7 +27,7 @@ from study.run_context import RunContext
 class ReducedMatrices:
     """What the command reports: the reduction and its files."""
 
-    reduction: MatricesReduction
+    reduction: ComparedReduction
     files: tuple[Path, ...]
 
 

@@ -172,7 +172,7 @@ def test_a_second_run_finds_everything_kept(home: Path, monkeypatch: pytest.Monk
     def fail(*_: object, **__: object) -> None:
         raise AssertionError
 
-    monkeypatch.setattr("study.matrices_reduction.craig_bampton", fail)
+    monkeypatch.setattr("study.compared_reduction.craig_bampton", fail)
     monkeypatch.setattr("study.matrices_reduction.read_matrices", fail)
     assert stickslip("reduce", "beam.toml", "--out", "again") == 0
     assert (home / "again" / "beam_rom.h5").exists()

@@ -1,0 +1,124 @@
+"""A linear system reduced, damped, and compared with itself in full; what holds it may be nothing."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+
+from fe.damping import damped, rayleigh_damping
+from fe.errors import SupportError
+from fe.modal import STRAINLESS, modes
+from fe.system import LinearSystem
+from reduction.craig_bampton import craig_bampton
+from reduction.memory_estimate import reduction_memory, refuse_beyond_memory
+from reduction.rom import ReducedModel
+from reduction.rom_error import rom_error
+
+#: Frequencies that are compared.
+N_FREQUENCY = 10
+#: In a free structure, a frequency below this share of the highest compared one is no measure for a shift.
+RIGID = 1e-4
+#: Share of the first elastic eigenvalue that, times the mass, makes the stiffness of a free structure definite.
+SHIFT = 0.1
+#: Least shift as a share of the largest ratio of stiffness to mass on the diagonals: above round-off.
+LEAST_SHIFT = 1e-11
+#: Round-off in the strain of one rigid motion of a structure over that of another, at most.
+MARGIN = 10.0
+
+Frequencies = Float[NDArray[np.float64], " m"]
+Rows = Int[NDArray[np.int64], " k"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ComparedReduction:
+    """A reduced model and how good it is.
+
+    Parameters
+    ----------
+    rom
+        The reduced model.
+    frequency, rom_frequency
+        The first ones (ten at most), full and reduced, shape (m,) [Hz]; rigid-body motions are 0.
+    rom_error
+        Estimated relative truncation error of each reduced frequency, shape (m,) [-].
+    """
+
+    rom: ReducedModel
+    frequency: Frequencies
+    rom_frequency: Frequencies
+    rom_error: Frequencies
+
+    @property
+    def n_dof(self) -> int:
+        """Free degrees of freedom of the full model [-]."""
+        return len(self.rom.free)
+
+
+def compared_reduction(
+    system: LinearSystem,
+    boundary: Mapping[str, Rows],
+    n_mode: int,
+    damping_ratio: float | None,
+    provenance: Mapping[str, str],
+) -> ComparedReduction:
+    """Reduce, damp and compare with the full system.
+
+    Parameters
+    ----------
+    system
+        What the supports leave free.
+    boundary
+        Its rows by name.
+    n_mode
+        Fixed-interface modes [-].
+    damping_ratio
+        Of Rayleigh damping on the first elastic mode [-]; None keeps the damping of the system.
+    provenance
+        Travels with the reduced model.
+
+    Raises
+    ------
+    RomError
+        It would take more memory than is free, or the boundary leaves the interior loose.
+    """
+    n_boundary = sum(len(rows) for rows in boundary.values())
+    needed = reduction_memory(system.stiffness, n_boundary, n_mode)
+    refuse_beyond_memory(needed, f"reducing {system.n_dof} degrees of freedom to {n_boundary} and {n_mode} modes")
+    rom = craig_bampton(system, boundary, n_mode, provenance)
+    n_compared = min(N_FREQUENCY, rom.n_dof)
+    reduced = rom.modes(n_compared).frequency
+    try:
+        full = modes(system, n_compared).frequency
+    except SupportError:
+        full = _free_frequency(system, reduced)
+        reduced = np.where(full > 0, reduced, 0.0)
+    if damping_ratio is not None and reduced.any():
+        system = damped(system, rayleigh_damping(damping_ratio, float(reduced[reduced > 0][0])))
+        projected = rom.recovery.T @ (system.damping @ rom.recovery)
+        rom = replace(rom, damping=(projected + projected.T) / 2)
+    return ComparedReduction(
+        rom=rom,
+        frequency=full,
+        rom_frequency=reduced,
+        rom_error=np.where(reduced > 0, rom_error(system, rom, n_compared), 0.0),
+    )
+
+
+def _free_frequency(system: LinearSystem, reduced: Frequencies) -> Frequencies:
+    """Frequencies of a structure that nothing holds, by a shift; 0 of motions without strain [Hz]."""
+    stiff, heavy = system.stiffness.diagonal(), system.mass.diagonal()
+    elastic = reduced[reduced > RIGID * reduced[-1]]
+    shift = max(
+        LEAST_SHIFT * float((stiff / heavy).max()),
+        SHIFT * (2 * np.pi * float(elastic[0])) ** 2 if len(elastic) else 0.0,
+    )
+    found = modes(replace(system, stiffness=sp.csr_array(system.stiffness + shift * system.mass)), len(reduced))
+    shapes = found.mode_shapes
+    strain = np.einsum("nm,nm->m", shapes, system.stiffness @ shapes)
+    share = strain / np.einsum("nm,n,nm->m", shapes, stiff, shapes)
+    # The first motion is rigid, for the stiffness was found singular: what strain it has is round-off.
+    rigid = share <= max(STRAINLESS, MARGIN * abs(share[0]))
+    return np.where(rigid, 0.0, np.sqrt((found.angular_frequency**2 - shift).clip(min=0)) / (2 * np.pi))
