@@ -9,11 +9,11 @@ from study.run_context import DEFAULTS, Answer, Options, Out, command_app
 
 if TYPE_CHECKING:
     from study.blade_reduction import Reduction
-    from study.matrices_reduction import MatricesReduction
+    from study.compared_reduction import ComparedReduction
 
 app = command_app(
     "reduce",
-    """Reduce a blade, the whole rig, or matrices of another program by Craig-Bampton.
+    """Reduce a blade, the whole rig, your own part, or matrices of another program by Craig-Bampton.
 
     A blade: builds the CAD solid, meshes and clamps it, keeps excitation, response and contact nodes and the lowest
     fixed-interface modes. Writes the STEP file, the mesh (VTU), the reduced model (HDF5, docs/rom_file.md) and the
@@ -23,6 +23,10 @@ app = command_app(
     A rig (a case file with kind = "rig", docs/rig.md): the same for each of its five bodies. Writes the STEP assembly,
     the meshes with the first modes (VTU), the reduced assembly (HDF5) and pictures, and prints the frequencies of the
     rig with all contacts stuck.
+
+    Your own part (kind = "step" or "mesh", docs/own_part.md): a STEP file, filled with tetrahedra, or a mesh file, with
+    named faces, points and contact lines. Writes the mesh with the first modes (VTU), the reduced model, tables of
+    frequencies and stations, and pictures.
 
     Matrices (kind = "matrices", docs/matrices.md): mass and stiffness from ANSYS, Nastran or MatrixMarket files. Writes
     the reduced model, and compares reduced frequencies with full ones.""",
@@ -38,14 +42,17 @@ def reduce(
     out: Out = Path("reduced"),
     options: Options = DEFAULTS,
 ) -> Answer:
-    """Reduce a blade, a rig or matrices."""
+    """Reduce a blade, a rig, a part or matrices."""
     from study.matrices_case import is_matrices_case
+    from study.part_case import part_kind
     from study.rig_case import is_rig_case
     from study.shipped import BLADE
 
     path = case or BLADE
     if is_matrices_case(path):
         return _matrices(path, out, options)
+    if part_kind(path) is not None:
+        return _part(path, out, options)
     return _rig(path, out, options) if is_rig_case(path) else _blade(path, out, options)
 
 
@@ -65,6 +72,33 @@ def _matrices(path: Path, out: Path, options: Options) -> Answer:
     return Answer(
         document={**_frequency_document(reduced.reduction), "files": files},
         text="\n".join([*_frequency_lines(reduced.reduction), "", *files]),
+    )
+
+
+def _part(path: Path, out: Path, options: Options) -> Answer:
+    from study.part_run import run_reduce_part
+
+    reduced = run_reduce_part(path, options.open(out))
+    found, mesh = reduced.reduction, reduced.mesh
+    files = [str(file) for file in reduced.files]
+    return Answer(
+        document={
+            **_frequency_document(found),
+            "n_node": mesh.n_node,
+            "n_element": mesh.n_cell,
+            "least_scaled_jacobian": reduced.least_scaled_jacobian,
+            "mended": list(reduced.notes),
+            "boundary": {name: len(rows) for name, rows in found.rom.boundary_sets.items()},
+            "files": files,
+        },
+        text="\n".join(
+            [
+                f"{mesh.n_cell} elements, worst scaled Jacobian {reduced.least_scaled_jacobian:.2f}",
+                *_frequency_lines(found),
+                "",
+                *files,
+            ]
+        ),
     )
 
 
@@ -88,7 +122,7 @@ def _blade(path: Path, out: Path, options: Options) -> Answer:
     return Answer(document=document, text="\n".join(lines))
 
 
-def _frequency_lines(found: "Reduction | MatricesReduction") -> list[str]:
+def _frequency_lines(found: "Reduction | ComparedReduction") -> list[str]:
     return [
         f"{found.n_dof} degrees of freedom reduced to {found.rom.n_dof}",
         "",
@@ -102,7 +136,7 @@ def _frequency_lines(found: "Reduction | MatricesReduction") -> list[str]:
     ]
 
 
-def _frequency_document(found: "Reduction | MatricesReduction") -> dict[str, Any]:
+def _frequency_document(found: "Reduction | ComparedReduction") -> dict[str, Any]:
     return {
         "n_dof": found.n_dof,
         "n_reduced": found.rom.n_dof,

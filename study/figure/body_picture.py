@@ -99,13 +99,17 @@ def _drawn(
                 render_points_as_spheres=True,
                 lighting=False,
             )
-        picture = _furniture(layout, words, dict(zip(bodies, colours, strict=True)), with_stations=stations is not None)
+        picture = furniture_with_legend(
+            layout, words, dict(zip(bodies, colours, strict=True)), with_stations=stations is not None
+        )
         picture[top : top + height, left : left + width] = drawn.image(mesh.points)
     save_picture(picture, file)
     return file
 
 
-def _furniture(layout: Layout, words: tuple[str, str, str], legend: Mapping[str, str], *, with_stations: bool) -> Image:
+def furniture_with_legend(
+    layout: Layout, words: tuple[str, str, str], legend: Mapping[str, str], *, with_stations: bool
+) -> Image:
     """The picture without the bodies: words, and a legend where other pictures have a colour bar."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

@@ -1,0 +1,99 @@
+"""A part's mesh with its named faces in colours, and the stations that stay physical as dots."""
+
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+
+from fe.element import ELEMENTS
+from fe.mesh import Mesh
+from study.figure.body_picture import STATION_COLOUR, STATION_SIZE, furniture_with_legend
+from study.figure.caption import layout_for
+from study.figure.face_pattern import face_pattern
+from study.figure.film import save_picture
+from study.figure.mode_scene import OVERSAMPLING, TOWARDS_EYE, Vectors, scene, view_of
+from study.figure.skin import FACETS, outer_faces
+
+Faces = Int[NDArray[np.int64], "_ 2"]
+
+#: Of faces without a name, and of named ones in turn.
+PLAIN = "#d5dae0"
+COLOURS = ("#7fa6c9", "#e0903c", "#9bb48c", "#c58ba8", "#c9b458", "#6fbcb2", "#b58463", "#8f83c4")
+
+
+def named_faces_picture(
+    mesh: Mesh,
+    faces: Mapping[str, Faces],
+    stations: Vectors,
+    path: str | PathLike[str],
+    *,
+    title: str,
+    towards_eye: Float[NDArray[np.float64], "3"] = TOWARDS_EYE,
+) -> Path:
+    """Draw a mesh into a PNG file.
+
+    Parameters
+    ----------
+    mesh
+        The part.
+    faces
+        Cell and local face of the faces of each name.
+    stations
+        Places that are marked, shape (station, 3) [m].
+    path
+        The file.
+    title
+        First line above.
+    towards_eye
+        From the body.
+
+    Raises
+    ------
+    MissingSoftware
+        No picture can be drawn on this machine.
+    """
+    view = view_of(mesh.points, towards_eye)
+    layout = layout_for(view.half_width / view.half_height)
+    left, top, width, height = layout.body
+    colours = [PLAIN, *(COLOURS[k % len(COLOURS)] for k in range(len(faces)))]
+    limits = (-0.5, len(colours) - 0.5)
+    words = (title, "Mesh and named faces", f"{mesh.n_node} nodes, {mesh.n_cell} elements")
+    with scene(mesh, np.zeros(mesh.n_node), limits, colours, view, (width, height)) as drawn:
+        drawn.surface.point_data["value"] = _numbers(mesh, faces)
+        if len(stations):
+            drawn.plotter.add_points(
+                stations + 2 * drawn.lift,
+                color=STATION_COLOUR,
+                point_size=STATION_SIZE * OVERSAMPLING,
+                render_points_as_spheres=True,
+                lighting=False,
+            )
+        legend = dict(zip(faces, colours[1:], strict=True))
+        picture = furniture_with_legend(layout, words, legend, with_stations=bool(len(stations)))
+        picture[top : top + height, left : left + width] = drawn.image(mesh.points)
+    save_picture(picture, Path(path))
+    return Path(path)
+
+
+def _numbers(mesh: Mesh, faces: Mapping[str, Faces]) -> Float[NDArray[np.float64], " point"]:
+    """Number of the name of each point of the skin: those of one face have points of their own."""
+    name_of: dict[tuple[int, ...], int] = {}
+    for number, named in enumerate(faces.values(), start=1):
+        start = 0
+        for cell_type, cells in mesh.cells.items():
+            element = ELEMENTS[cell_type]
+            for cell, local in named[(named[:, 0] >= start) & (named[:, 0] < start + len(cells))].tolist():
+                corners = [node for node in element.faces[local] if node < element.n_corner]
+                name_of[tuple(sorted(cells[cell - start, corners].tolist()))] = number
+            start += len(cells)
+    groups = outer_faces(mesh)
+    n = FACETS if any(nodes.shape[1] > 4 for nodes in groups) else 1
+    found = []
+    for nodes in groups:
+        pattern = face_pattern(nodes.shape[1], n)
+        keys = np.sort(nodes[:, : len(pattern.rims)], axis=1).tolist()
+        found.append(np.repeat([float(name_of.get(tuple(key), 0)) for key in keys], len(pattern.value)))
+    return np.concatenate(found)

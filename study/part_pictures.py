@@ -1,0 +1,32 @@
+"""Pictures of a part's mesh as a stage: its named faces in colour, from both sides."""
+
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+
+from fe.mesh import Mesh
+from study.figure.named_faces import named_faces_picture
+from study.store import stage
+
+#: From the body towards the eye, in each picture.
+VIEWS = {"faces.png": (0.80, -0.62, 0.36), "faces_behind.png": (-0.80, 0.62, -0.36)}
+
+
+@stage("pictures of a part", rooms=("fe", "study.figure", "study.part_pictures"))
+def face_pictures(
+    mesh: Mesh,
+    faces: Mapping[str, Int[NDArray[np.int64], "_ 2"]],
+    stations: Float[NDArray[np.float64], "station 3"],
+    title: str,
+) -> dict[str, NDArray[np.uint8]]:
+    """Draw "faces.png" and "faces_behind.png"; bytes of each file by name."""
+    with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
+        folder, found = Path(name), {}
+        for file, towards_eye in VIEWS.items():
+            named_faces_picture(mesh, faces, stations, folder / file, title=title, towards_eye=np.array(towards_eye))
+            found[file] = np.frombuffer((folder / file).read_bytes(), dtype=np.uint8)
+        return found

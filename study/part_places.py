@@ -1,0 +1,202 @@
+"""Where the supports, points, lines and sets of a part's case are on its mesh."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.errors import MeshError
+from fe.face_integral import outer_faces
+from fe.host_face import named_faces, station_normals
+from fe.mesh import Mesh
+from fe.station_coordinates import station_coordinates
+from fe.surface_line import line_along_edge, line_between
+from geometry.errors import InputError
+from geometry.interface import ContactLine
+from study.errors import CaseError
+from study.mistakes import Mistakes
+from study.part_case import TRANSLATIONS, LineTable, PartTables
+from study.part_stages import Kept
+
+#: The face set on which points lie that name none.
+SURFACE = "the surface"
+#: What the tables of a case that name a boundary are called.
+NAMING = ("point", "line", "boundary")
+
+Vectors = Float[NDArray[np.float64], "station 3"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Places:
+    """A part's mesh with what its case names.
+
+    Parameters
+    ----------
+    mesh
+        With a node set for each name that stays physical: nodes, or the pivots of stations.
+    to_nodes
+        Nodal displacements from coordinates; None where all that is kept are nodes.
+    supports
+        What is held.
+    boundary
+        What stays physical, by name.
+    lines
+        Stations with their frames, by name; of a point, its one station has no tangents (zeros) and no length.
+    """
+
+    mesh: Mesh
+    to_nodes: sp.csr_array | None
+    supports: tuple[Kept, ...]
+    boundary: dict[str, Kept]
+    lines: dict[str, ContactLine]
+
+
+@contextmanager
+def at_key(case: PartTables, *path: str | int) -> Iterator[None]:
+    """Give a mistake the key of the case that it belongs to, with its value."""
+    try:
+        yield
+    except CaseError:
+        raise
+    except InputError as error:
+        if case.source is None:
+            raise
+        raise CaseError([case.source.problem(path, str(error))]) from error
+
+
+def check_names(case: PartTables, known: frozenset[str], what: str) -> None:
+    """Refuse names that mean nothing, and boundary names that are there twice, before anything is computed.
+
+    Parameters
+    ----------
+    case
+        The case.
+    known
+        Sets that there are.
+    what
+        Whose they are, such as "the case names".
+
+    Raises
+    ------
+    CaseError
+        With all of them.
+    """
+    mistakes = Mistakes(case)
+
+    def check(name: str, *path: str | int) -> None:
+        with mistakes.at(), at_key(case, *path):
+            if name not in known:
+                raise MeshError(f'there is no "{name}": {what} {", ".join(sorted(known)) or "none"}')
+
+    taken: set[str] = set()
+    for table in NAMING:
+        for number, entry in enumerate(getattr(case, table)):
+            with mistakes.at(), at_key(case, table, number, "name"):
+                if entry.name in taken:
+                    raise MeshError(f'"{entry.name}" is taken: give each point, line and boundary its own')
+            taken.add(entry.name)
+            if entry.on is not None:
+                check(entry.on, table, number, "on")
+            for name in (entry.edge or ()) if isinstance(entry, LineTable) else ():
+                check(name, table, number, "edge")
+    for number, support in enumerate(case.support):
+        for name in support.on:
+            check(name, "support", number, "on")
+    if not taken:
+        with mistakes.at():
+            raise MeshError("nothing stays physical: name a [[point]], [[line]] or [[boundary]] to act and look at")
+    mistakes.raise_if_any()
+
+
+def places(case: PartTables, mesh: Mesh) -> Places:
+    """Find everything on the mesh.
+
+    Raises
+    ------
+    CaseError
+        With every mistake: points beside the part, lines that are none, sets of one name that say different things, and
+        stations too close for the mesh.
+    """
+    mistakes = Mistakes(case)
+    mesh = replace(mesh, face_sets={**mesh.face_sets, SURFACE: outer_faces(mesh)})
+    supports, boundary, lines, faces = [], {}, {}, {}
+    for number, support in enumerate(case.support):
+        with mistakes.at(), at_key(case, "support", number, "on"):
+            nodes = np.unique(np.concatenate([_nodes(mesh, name) for name in support.on]))
+            supports.append(Kept(nodes=nodes, directions=support.numbers))
+    for number, kept in enumerate(case.boundary):
+        with mistakes.at(), at_key(case, "boundary", number, "on"):
+            nodes = _nodes(mesh, kept.on)
+            boundary[kept.name] = Kept(nodes=nodes, directions=_numbers(kept.directions))
+    for number, point in enumerate(case.point):
+        with mistakes.at(), at_key(case, "point", number, "at"):
+            faces[point.name] = point.on or SURFACE
+            lines[point.name] = _single(mesh, point.name, faces[point.name], np.array([point.at]))
+    for number, table in enumerate(case.line):
+        with mistakes.at("line", number):
+            faces[table.name] = table.on or (table.edge or ("",))[0]
+            lines[table.name] = _line(mesh, table)
+    mistakes.raise_if_any()
+    sets = {name: kept.nodes for name, kept in boundary.items()}
+    bare = replace(mesh, node_sets=sets)
+    to_nodes = None
+    if lines:
+        held = np.unique(np.concatenate([each.nodes for each in supports] or [np.zeros(0, dtype=np.int64)]))
+        stations = {name: line.stations for name, line in lines.items()}
+        with mistakes.at():
+            found = station_coordinates(replace(bare, node_sets={**sets, "held": held}), stations, faces)
+            bare, to_nodes = replace(bare, node_sets={**sets, **_pivots(found.mesh, lines)}), found.to_nodes
+        mistakes.raise_if_any()
+        for name in lines:
+            directions = next((point.directions for point in case.point if point.name == name), TRANSLATIONS)
+            boundary[name] = Kept(nodes=bare.node_sets[name], directions=_numbers(directions))
+    kept_faces = {name: part for name, part in bare.face_sets.items() if name != SURFACE}
+    return Places(
+        mesh=replace(bare, face_sets=kept_faces),
+        to_nodes=to_nodes,
+        supports=tuple(supports),
+        boundary=boundary,
+        lines=lines,
+    )
+
+
+def _pivots(mesh: Mesh, lines: dict[str, ContactLine]) -> dict[str, NDArray[np.int64]]:
+    return {name: mesh.node_sets[name] for name in lines}
+
+
+def _numbers(directions: tuple[str, ...]) -> tuple[int, ...]:
+    return tuple(TRANSLATIONS.index(each) for each in directions)
+
+
+def _nodes(mesh: Mesh, name: str) -> NDArray[np.int64]:
+    """Nodes of a set: those of a node set in its order."""
+    if name not in mesh.node_sets:
+        return mesh.nodes(name)
+    if name in mesh.face_sets:
+        alone = Mesh(points=mesh.points, cells=mesh.cells, face_sets={name: mesh.face_sets[name]})
+        if not np.array_equal(alone.nodes(name), mesh.nodes(name)):
+            raise MeshError(
+                f'two sets are called "{name}", one of nodes and one of faces, which hold different nodes: rename one'
+            )
+    return mesh.node_sets[name]
+
+
+def _single(mesh: Mesh, name: str, on: str, at: Vectors) -> ContactLine:
+    normal = station_normals(mesh, name, named_faces(mesh, name, on), at)
+    return ContactLine(
+        name=name, stations=at, normal=normal, tangents=np.zeros((1, 2, 3)), tributary_length=np.zeros(1)
+    )
+
+
+def _line(mesh: Mesh, table: LineTable) -> ContactLine:
+    start = None if table.start is None else np.array(table.start)
+    if table.edge is not None:
+        return line_along_edge(mesh, table.name, table.edge, table.stations, start)
+    assert table.on is not None
+    assert start is not None
+    assert table.end is not None
+    return line_between(mesh, table.name, table.on, (start, np.array(table.end)), table.stations)

@@ -1,0 +1,205 @@
+"""``stickslip reduce`` of a user's own part, from a STEP or a mesh file: to what ``stickslip solve`` takes."""
+
+import importlib.metadata
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fe.material import Material
+from fe.mesh import Mesh
+from fe.mesh_io import read_mesh, write_mesh
+from fe.mesh_quality import cell_quality
+from fe.tet_mesher import TetRule
+from geometry.face_selector import FaceSelector
+from geometry.step_io import check_complete
+from reduction.memory_estimate import mesh_memory, refuse_beyond_memory, tetrahedra_memory
+from reduction.rom_io import save_rom
+from study.case import load_case, located
+from study.compared_reduction import ComparedReduction
+from study.errors import CaseError, MissingSoftware, Problem
+from study.mode_files import picture_modes
+from study.output import replace_file
+from study.part_case import MeshCase, PartTables, StepCase, part_kind
+from study.part_pictures import face_pictures
+from study.part_places import Places, at_key, check_names, places
+from study.part_stages import PartReduction, named_areas, part_matrices, reduced_part, solid_summary, step_mesh
+from study.part_table import frequency_table, station_table
+from study.run_context import RunContext
+
+#: Until a run knows better: seconds of fTetWild for each cell, with about so many cells in the cube of their size; of
+#: assembly and of reduction for each degree of freedom [s].
+CELL_SECONDS, CELLS_PER_CUBE = 4e-3, 16.0
+ASSEMBLY_SECONDS, REDUCTION_SECONDS = 3e-5, 2e-4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ReducedPart:
+    """What the command reports.
+
+    Parameters
+    ----------
+    reduction
+        The reduced model beside the full one.
+    mesh
+        The mesh.
+    least_scaled_jacobian
+        Of its cells [-].
+    notes
+        What was mended in the file, a clause each.
+    files
+        Written ones.
+    """
+
+    reduction: ComparedReduction
+    mesh: Mesh
+    least_scaled_jacobian: float
+    notes: tuple[str, ...]
+    files: tuple[Path, ...]
+
+
+def run_reduce_part(path: Path, run: RunContext) -> ReducedPart:
+    """Mesh, assemble and reduce the part of a case file, and write mesh, reduced model, tables and pictures.
+
+    Raises
+    ------
+    CaseError
+        With the mistakes of the case: a file that cannot be used, faces that are not there, a mesh that does not
+        follow its solid, places beside the part, supports that leave it loose, more than the machine's memory.
+    """
+    assert run.output is not None
+    case = load_case(path, part_kind(path) or StepCase)
+    with located(case, "material"):
+        material = case.material.material()
+    mesh, notes = _step(case, path.parent, run) if isinstance(case, StepCase) else _file(case, path.parent)
+    found = places(case, mesh)
+    reduced = _reduced(case, material, found, run)
+    stem, compared = path.stem, reduced.compared
+    files = {name: run.output / f"{stem}{name}" for name in (".vtu", "_rom.h5", "_frequencies.csv", "_stations.csv")}
+    shapes = reduced.shapes
+    modes = {f"mode {k + 1}: {f:.6g} Hz": shapes.displacement[k] for k, f in enumerate(shapes.frequency)}
+    write_mesh(found.mesh, files[".vtu"], modes)
+    save_rom(compared.rom, files["_rom.h5"])
+    replace_file(files["_frequencies.csv"], frequency_table(compared))
+    replace_file(files["_stations.csv"], station_table(found.lines))
+    drawn = _drawn(case, stem, found, reduced, run)
+    return ReducedPart(
+        reduction=compared,
+        mesh=found.mesh,
+        least_scaled_jacobian=float(cell_quality(found.mesh).scaled_jacobian.min()),
+        notes=notes,
+        files=(*files.values(), *drawn),
+    )
+
+
+def _step(case: StepCase, folder: Path, run: RunContext) -> tuple[Mesh, tuple[str, ...]]:
+    """The tetrahedra of a STEP file, and what was mended in it."""
+    file = folder / case.file
+    with at_key(case, "file"):
+        check_complete(file)
+    selectors: dict[str, list[FaceSelector]] = {}
+    for number, face in enumerate(case.face):
+        with located(case, "face", number):
+            selectors.setdefault(face.name, []).append(face.selector())
+    check_names(case, frozenset(selectors), "the faces of this case are")
+    with located(case, "mesh"):
+        rule = TetRule(size=case.mesh.size, near=case.mesh.near)
+    with at_key(case, "mesh", "near"):
+        rule.check_names(file.name, selectors)
+    with at_key(case, "file"), run.progress.step("reading the solid"):
+        solid = run.store.run(solid_summary, file)
+    for note in solid.healing:
+        run.note(f"{file}: {note}")
+    with located(case, "face"):
+        run.store.run(named_areas, file, selectors)
+    n_boundary = 3 * (len(case.point) + sum(line.stations for line in case.line))
+    with at_key(case, "mesh", "size"):
+        needed = tetrahedra_memory(solid.volume, solid.longest, rule.size, n_boundary, case.reduction.modes)
+        refuse_beyond_memory(needed, f"a part of {solid.volume * 1e6:.3g} cm^3 in cells of {rule.size * 1e3:g} mm")
+    seconds = CELL_SECONDS * CELLS_PER_CUBE * solid.volume / rule.size**3
+    with located(case, "mesh"), run.progress.step("tetrahedra", expected=seconds):
+        return run.store.run(step_mesh, file, selectors, rule), solid.healing
+
+
+def _file(case: MeshCase, folder: Path) -> tuple[Mesh, tuple[str, ...]]:
+    """The mesh of a file."""
+    with at_key(case, "file"):
+        mesh = read_mesh(folder / case.file, case.length_unit)
+    check_names(case, frozenset({*mesh.node_sets, *mesh.face_sets}), f"the sets of {case.file} are")
+    return mesh, ()
+
+
+def _reduced(case: PartTables, material: Material, found: Places, run: RunContext) -> PartReduction:
+    mesh, n_mode = found.mesh, case.reduction.modes
+    n_boundary = sum(len(kept.nodes) * len(kept.directions) for kept in found.boundary.values())
+    n_dof = 3 * mesh.n_node
+    with located(case):
+        refuse_beyond_memory(
+            mesh_memory(mesh, n_boundary, n_mode), f"reducing a mesh of {n_dof} degrees of freedom to {n_boundary}"
+        )
+    with located(case), run.progress.step("matrices", expected=ASSEMBLY_SECONDS * n_dof):
+        matrices = run.store.run(part_matrices, mesh, material)
+    with located(case), run.progress.step("reduction", expected=REDUCTION_SECONDS * n_dof):
+        return run.store.run(
+            reduced_part,
+            mesh=mesh,
+            material=material,
+            matrices=matrices,
+            to_nodes=found.to_nodes,
+            supports=found.supports,
+            boundary=found.boundary,
+            n_mode=n_mode,
+            damping_ratio=None if case.damping is None else case.damping.ratio,
+            provenance={
+                "title": case.title,
+                "stickslip": importlib.metadata.version("stickslip"),
+                "file": case.file,
+                "material": repr(material),
+            },
+        )
+
+
+def _drawn(case: PartTables, stem: str, found: Places, reduced: PartReduction, run: RunContext) -> list[Path]:
+    """Write the pictures; a machine that cannot draw has all the rest."""
+    assert run.output is not None
+    used = [name for support in case.support for name in support.on]
+    used += [name for entry in (*case.line, *case.point, *case.boundary) for name in _on(entry)]
+    if isinstance(case, StepCase):
+        used += [face.name for face in case.face]
+    stations = np.concatenate([line.stations for line in found.lines.values()] or [np.zeros((0, 3))])
+    files = []
+    try:
+        with run.progress.step("pictures of the mesh"):
+            faces = {name: found.mesh.face_sets[name] for name in dict.fromkeys(used) if name in found.mesh.face_sets}
+            pictures = run.store.run(face_pictures, found.mesh, faces, stations, case.title)
+        for name, content in pictures.items():
+            files.append(run.output / f"{stem}_{name}")
+            replace_file(files[-1], content.tobytes())
+        files += [file for file, _ in picture_modes(reduced.shapes, stem, run)]
+    except MissingSoftware as error:
+        run.warn(f"there are no pictures: {error}")
+    return files
+
+
+def _on(entry: object) -> list[str]:
+    on, edge = getattr(entry, "on", None), getattr(entry, "edge", None)
+    return [name for name in (on, *(edge or ())) if name is not None]
+
+
+def refuse_part(path: Path, remedy: str) -> None:
+    """For commands that are not for parts.
+
+    Parameters
+    ----------
+    path
+        A case file.
+    remedy
+        What the user should do, in the imperative.
+
+    Raises
+    ------
+    CaseError
+        It is that of a part.
+    """
+    if part_kind(path) is not None:
+        raise CaseError([Problem(file=str(path), line=0, key="", text=f"this is the case of a part: {remedy}")])
