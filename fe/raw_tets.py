@@ -26,6 +26,8 @@ points, cells = pytetwild.tetrahedralize(
 )[:2]
 numpy.savez("cells.npz", points=points, cells=cells)
 """
+#: The mesher.
+MODULE = "pytetwild"
 #: Longest wait [s]: the blade with cells of 2.5 mm takes two minutes.
 TIME_LIMIT = 3600.0
 
@@ -66,7 +68,7 @@ def raw_tetrahedra(
     MeshError
         It could not fill the surface.
     """
-    if importlib.util.find_spec("pytetwild") is None:
+    if importlib.util.find_spec(MODULE) is None:
         raise InputError(
             'tetrahedra need pytetwild, which is not installed: pip install "stickslip[tets]", or mesh with hexahedra'
         )

@@ -9,7 +9,7 @@ This is a change of variables and no constraint: the frequencies stay as they ar
 :math:`u_s` keeps the motion of the contact itself.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -82,7 +82,8 @@ def station_coordinates(
         station_weights(mesh, name, named_faces(mesh, name, faces[name]), places) for name, places in stations.items()
     ]
     every = sp.csr_array(sp.vstack(weights))
-    pivots = _pivots(every, taken)
+    labels = [f'station {k + 1} of "{name}"' for name, places in stations.items() for k in range(len(places))]
+    pivots = _pivots(every, taken, labels)
     block = every[:, pivots].toarray()
     if np.linalg.cond(block) > DEPENDENT:
         raise MeshError(
@@ -96,7 +97,7 @@ def station_coordinates(
     )
 
 
-def _pivots(weights: sp.csr_array, taken: set[int]) -> Int[NDArray[np.int64], " station"]:
+def _pivots(weights: sp.csr_array, taken: set[int], labels: Sequence[str]) -> Int[NDArray[np.int64], " station"]:
     """A node of its own for each station, those of the largest weights in all."""
     nodes = np.setdiff1d(weights.indices, np.array(sorted(taken), dtype=np.int64))
     size = np.abs(weights[:, nodes].toarray())
@@ -107,7 +108,7 @@ def _pivots(weights: sp.csr_array, taken: set[int]) -> Int[NDArray[np.int64], " 
     if size[station, column].min() < SMALL:
         worst = int(size[station, column].argmin())
         raise MeshError(
-            f"no node can give up its place to station {worst + 1}, for those around it are held, named or given to "
+            f"no node can give up its place to {labels[worst]}, for those around it are held, named or given to "
             "others: mesh with smaller cells there"
         )
     return np.asarray(nodes[column])

@@ -13,6 +13,7 @@ from study.blade_model import blade_model, mesh_size
 from study.case import load_case, located
 from study.figure.off_screen import require_egl
 from study.mode_files import picture_modes
+from study.part_case import refuse_part
 from study.quantity import DENSITY, LENGTH, PRESSURE, Dimension, read_quantity
 from study.rig_case import refuse_rig
 from study.run_context import RunContext
@@ -62,6 +63,7 @@ def run_modes(
     if film_of is not None and not 1 <= film_of <= n_mode:
         raise InputError(f"--film {film_of} is none of the {n_mode} modes: give 1 to {n_mode}")
     if source.suffix == ".toml":
+        refuse_part(source, f"`stickslip reduce {source}` computes and draws its modes")
         refuse_rig(source, f"`stickslip reduce {source}` computes and draws its modes, with all contacts stuck")
         case = load_case(source, BladeCase)
         model = blade_model(case, element=case.mesh.element, through_thickness=case.mesh.elements_through_thickness)

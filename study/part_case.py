@@ -14,6 +14,7 @@ from geometry.face_selector import FaceSelector
 from geometry.interface import N_STATION
 from study.blade_case import DampingTable, MaterialTable
 from study.case import CaseModel
+from study.errors import CaseError, Problem
 from study.quantity import LENGTH, Area, Length
 from study.solve_case import Name
 
@@ -165,6 +166,25 @@ def part_kind(path: Path) -> type[StepCase] | type[MeshCase] | None:
     except (OSError, ValueError, RecursionError):
         return None
     kind = data.get("kind")
-    if kind == "mesh":
+    if kind == "mesh" or (kind != "step" and "length_unit" in data):
         return MeshCase
     return StepCase if kind == "step" or isinstance(data.get("file"), str) else None
+
+
+def refuse_part(path: Path, remedy: str) -> None:
+    """For commands that are not for parts.
+
+    Parameters
+    ----------
+    path
+        A case file.
+    remedy
+        What the user should do, in the imperative.
+
+    Raises
+    ------
+    CaseError
+        It is that of a part.
+    """
+    if part_kind(path) is not None:
+        raise CaseError([Problem(file=str(path), line=0, key="", text=f"this is the case of a part: {remedy}")])

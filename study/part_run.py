@@ -17,7 +17,7 @@ from reduction.memory_estimate import mesh_memory, refuse_beyond_memory, tetrahe
 from reduction.rom_io import save_rom
 from study.case import load_case, located
 from study.compared_reduction import ComparedReduction
-from study.errors import CaseError, MissingSoftware, Problem
+from study.errors import MissingSoftware
 from study.mode_files import picture_modes
 from study.output import replace_file
 from study.part_case import MeshCase, PartTables, StepCase, part_kind
@@ -184,22 +184,3 @@ def _drawn(case: PartTables, stem: str, found: Places, reduced: PartReduction, r
 def _on(entry: object) -> list[str]:
     on, edge = getattr(entry, "on", None), getattr(entry, "edge", None)
     return [name for name in (on, *(edge or ())) if name is not None]
-
-
-def refuse_part(path: Path, remedy: str) -> None:
-    """For commands that are not for parts.
-
-    Parameters
-    ----------
-    path
-        A case file.
-    remedy
-        What the user should do, in the imperative.
-
-    Raises
-    ------
-    CaseError
-        It is that of a part.
-    """
-    if part_kind(path) is not None:
-        raise CaseError([Problem(file=str(path), line=0, key="", text=f"this is the case of a part: {remedy}")])

@@ -29,6 +29,7 @@ def solve(
 ) -> Answer:
     """Compute response curves of a structure with joints."""
     from study.matrices_case import is_matrices_case
+    from study.part_case import refuse_part
     from study.rig_case import is_rig_case
     from study.shipped import SOLVE
 
@@ -37,6 +38,7 @@ def solve(
         from study.matrices_run import refuse_to_solve
 
         refuse_to_solve(path)
+    refuse_part(path, f"`stickslip reduce {path}` makes the model that a case of `stickslip solve` names")
     if is_rig_case(path):
         from study.rig_solve_run import run_solve_rig
         from study.rig_solve_table import rig_solve_document, rig_solve_text

@@ -1,0 +1,376 @@
+"""`stickslip reduce` of a user's own part: a bar as mesh and as STEP file, against its own full model."""
+
+import csv
+import importlib.util
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fe.assembly import assemble
+from fe.boundary import Support, supported_system
+from fe.calculix_run import find_ccx, run_frequency
+from fe.element import HEX8, HEX20, TET10
+from fe.face_integral import face_areas
+from fe.hex_blocks import Block, mesh_blocks
+from fe.host_face import station_weights
+from fe.material import STEEL
+from fe.mesh import Mesh
+from fe.mesh_io import read_mesh, write_mesh
+from fe.modal import modes
+from reduction.rom_io import load_rom
+from study.cli import main
+
+needs_tetwild = pytest.mark.skipif(
+    importlib.util.find_spec("pytetwild") is None, reason="pytetwild is not installed: pip install stickslip[tets]"
+)
+MATERIAL = (
+    f'[material]\nyoung = "{STEEL.young:g} Pa"\npoisson = {STEEL.poisson}\ndensity = "{STEEL.density:g} kg/m^3"\n'
+)
+REST = f"""
+{MATERIAL}
+[[support]]
+on = ["foot"]
+[[point]]
+name = "tip"
+at = ["7 mm", "3 mm", "60 mm"]
+[[line]]
+name = "rub"
+on = "top"
+from = ["2 mm", "5 mm", "60 mm"]
+to = ["18 mm", "5 mm", "60 mm"]
+stations = 3
+[[line]]
+name = "rim"
+edge = ["top", "side"]
+stations = 4
+[reduction]
+modes = 12
+[damping]
+ratio = "1 %"
+"""
+MESH_CASE = f"""\
+schema = 1
+kind = "mesh"
+title = "Bar"
+file = "bar.inp"
+length_unit = "m"
+{REST}
+[[boundary]]
+name = "middle"
+on = "belt"
+directions = ["x", "y"]
+"""
+STEP_CASE = f"""\
+schema = 1
+kind = "step"
+title = "Bar"
+file = "bar.step"
+[mesh]
+size = "6 mm"
+[[face]]
+name = "foot"
+normal = [0, 0, -1]
+[[face]]
+name = "top"
+at = ["2 mm", "5 mm", "60 mm"]
+[[face]]
+name = "side"
+normal = [0, -1, 0]
+{REST}
+"""
+
+
+def stickslip(*words: str) -> int:
+    return main([*words, "--quiet"])
+
+
+def bar(element: str = "tet10") -> Mesh:
+    """20 x 10 x 60 mm in blocks of 5 mm, with faces and a belt of four corner nodes."""
+    kind = {each.name: each for each in (HEX8, HEX20, TET10)}[element]
+    block = Block(
+        shape=lambda u, v, w: (0.02 * u, 0.01 * v, 0.06 * w),
+        counts=(4, 2, 12),
+        faces={"w0": "foot", "w1": "top", "v0": "side"},
+    )
+    mesh = mesh_blocks([block], kind)
+    corners = [[0, 0, 0.03], [0.02, 0, 0.03], [0.02, 0.01, 0.03], [0, 0.01, 0.03]]
+    belt = [int(np.linalg.norm(mesh.points - corner, axis=1).argmin()) for corner in np.array(corners)]
+    return Mesh(points=mesh.points, cells=mesh.cells, face_sets=mesh.face_sets, node_sets={"belt": np.array(belt)})
+
+
+@pytest.fixture
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with the case and its mesh; no pictures, which take longer than all the rest."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr("study.part_run._drawn", lambda *_: [])
+    write_mesh(bar(), tmp_path / "bar.inp")
+    (tmp_path / "bar.toml").write_text(MESH_CASE)
+    return tmp_path
+
+
+def document(capfd: pytest.CaptureFixture[str], *words: str) -> dict:
+    capfd.readouterr()
+    assert stickslip(*words, "--json") == 0
+    return json.loads(capfd.readouterr().out)
+
+
+def full_frequency(mesh: Mesh, n: int) -> np.ndarray:
+    system = supported_system(mesh, *assemble(mesh, STEEL), [Support(nodes=mesh.nodes("foot"))])
+    return modes(system, n).frequency
+
+
+@pytest.mark.parametrize("element", ["tet10", "hex20"])
+def test_frequencies_are_those_of_the_mesh_and_the_reduced_ones_lie_above(
+    home: Path, capfd: pytest.CaptureFixture[str], element: str
+) -> None:
+    write_mesh(bar(element), home / "bar.inp")
+    found = document(capfd, "reduce", "bar.toml", "--out", "out")
+    full = np.array(found["frequency_hz"])
+    # Stations are a change of variables: two solutions by Lanczos agree to 1e-10, twice the digits of an eigenvalue.
+    np.testing.assert_allclose(full, full_frequency(bar(element), 10), rtol=1e-8)
+    excess = np.array(found["rom_frequency_hz"]) / full - 1
+    assert excess.min() > -1e-9
+    # Twelve modes of a stubby bar.
+    assert excess[:6].max() < 1e-2
+    estimate = np.array(found["rom_error"])
+    assert (estimate[:6] > excess[:6] / 3).all()  # what `rom_error` promises
+    assert found["boundary"] == {"middle": 8, "tip": 3, "rub": 9, "rim": 12}
+    with (home / "out" / "bar_frequencies.csv").open() as stream:
+        rows = [float(row["full_hz"]) for row in csv.DictReader(stream)]
+    np.testing.assert_allclose(rows, full, rtol=1e-8)  # nine digits
+    assert load_rom(home / "out" / "bar_rom.h5").modes(1).damping_ratio[0] == pytest.approx(0.01, rel=1e-9)
+
+
+def test_what_is_recovered_moves_at_the_stations_as_their_coordinates_say(home: Path) -> None:
+    assert stickslip("reduce", "bar.toml", "--out", "out") == 0
+    rom = load_rom(home / "out" / "bar_rom.h5")
+    mesh = read_mesh(home / "out" / "bar.vtu")
+    motion = rom.displacement(np.eye(rom.n_dof)[:, : rom.n_boundary])
+    with (home / "out" / "bar_stations.csv").open() as stream:
+        table = list(csv.DictReader(stream))
+    assert [row["name"] for row in table] == ["tip"] + 3 * ["rub"] + 4 * ["rim"]
+    for name in ("tip", "rub", "rim"):
+        rows = [row for row in table if row["name"] == name]
+        at = np.array([[float(row[axis]) for axis in "xyz"] for row in rows])
+        weights = station_weights(mesh, name, mesh.face_sets["top"], at)
+        moved = np.einsum("sn,nim->sim", weights.toarray(), motion).reshape(3 * len(rows), -1)
+        own = np.eye(rom.n_boundary)[rom.rows(name)]
+        # Round-off of a change of variables whose condition is below 1e3.
+        np.testing.assert_allclose(moved, own, atol=1e-10)
+        assert sum(float(row["length"]) for row in rows) == pytest.approx({"tip": 0, "rub": 0.016, "rim": 0.02}[name])
+        normal = [[float(row[f"normal_{axis}"]) for axis in "xyz"] for row in rows]
+        np.testing.assert_allclose(normal, np.tile([0, 0, 1.0], (len(rows), 1)), atol=1e-12)
+
+
+def test_the_set_of_a_mesh_is_kept_in_its_order_and_directions(home: Path) -> None:
+    assert stickslip("reduce", "bar.toml", "--out", "out") == 0
+    rom = load_rom(home / "out" / "bar_rom.h5")
+    rows = rom.rows("middle")
+    np.testing.assert_array_equal(rom.boundary_node[rows][::2], bar().node_sets["belt"])
+    np.testing.assert_array_equal(rom.boundary_direction[rows], [0, 1] * 4)
+
+
+def test_a_part_that_nothing_holds_keeps_its_six_rigid_motions(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (home / "bar.toml").write_text(MESH_CASE.replace('[[support]]\non = ["foot"]\n', ""))
+    found = document(capfd, "reduce", "bar.toml", "--out", "out")
+    assert found["frequency_hz"][:6] == found["rom_frequency_hz"][:6] == [0.0] * 6
+    np.testing.assert_allclose(found["rom_frequency_hz"][6:8], found["frequency_hz"][6:8], rtol=1e-2)
+
+
+def test_a_second_run_computes_nothing_and_other_modes_no_matrices(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert stickslip("reduce", "bar.toml", "--out", "out") == 0
+
+    def fail(*_: object, **__: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr("study.part_stages.assemble", fail)
+    (home / "bar.toml").write_text(MESH_CASE.replace("modes = 12", "modes = 6"))
+    assert stickslip("reduce", "bar.toml", "--out", "out") == 0
+    (home / "bar.toml").write_text(MESH_CASE)
+    monkeypatch.setattr("study.compared_reduction.craig_bampton", fail)
+    assert stickslip("reduce", "bar.toml", "--out", "again") == 0
+    assert (home / "again" / "bar_rom.h5").exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('file = "bar.inp"', 'file = "no.inp"', 'bar.toml:4: file = "no.inp": mesh file no.inp does not exist'),
+        ('kind = "mesh"', 'kind = "msh"', 'kind = "msh": must be "mesh"'),
+        ('length_unit = "m"', 'length_unit = "kg"', 'length_unit = "kg"'),
+        ('length_unit = "m"', "length_unit = 1", "is the unit of the coordinates in the file"),
+        (
+            'on = ["foot"]',
+            'on = ["hand"]',
+            'support[0].on = ["hand"]: there is no "hand": the sets of bar.inp are belt',
+        ),
+        ('name = "rub"', 'name = "tip"', 'line[0].name = "tip": "tip" is taken'),
+        ('"7 mm", "3 mm", "60 mm"', '"7 mm", "3 mm", "61 mm"', "point[0].at"),
+        ('edge = ["top", "side"]', 'edge = ["top", "foot"]', 'the faces "top" and "foot" do not meet'),
+        ('edge = ["top", "side"]', 'edge = ["top", "top"]', 'edge names "top" twice'),
+        ('on = "top"\nfrom', "from", "give a face with two of its points"),
+        ("stations = 3", "stations = 30", "no node can give up its place to station "),
+        ('on = "belt"', 'on = "foot"', 'all nodes of "middle" are held'),
+        (
+            'on = ["foot"]',
+            'on = ["foot"]\ndirections = ["z"]',
+            "the supports leave the body free in translation along x",
+        ),
+        ("modes = 12", "modes = -1", "reduction.modes"),
+        ('young = "2.1e+11 Pa"', 'young = "-1 Pa"', "material.young"),
+    ],
+)
+def test_mistakes_are_told_with_file_and_key(
+    home: Path, capfd: pytest.CaptureFixture[str], old: str, new: str, said: str
+) -> None:
+    assert old in MESH_CASE
+    (home / "bar.toml").write_text(MESH_CASE.replace(old, new))
+    assert stickslip("reduce", "bar.toml", "--out", "out") == 2
+    assert said in capfd.readouterr().err
+
+
+def test_a_part_without_anything_physical_and_other_commands_are_refused(
+    home: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    bare = MESH_CASE.split("[[support]]")[0]
+    (home / "bar.toml").write_text(bare)
+    assert stickslip("reduce", "bar.toml", "--out", "out") == 2
+    assert "nothing stays physical: name a [[point]]" in capfd.readouterr().err
+    for command in ("modes", "solve"):
+        assert stickslip(command, "bar.toml", "--out", "out") == 2
+        assert "this is the case of a part" in capfd.readouterr().err
+
+
+def test_more_than_the_memory_is_refused_before_it_is_taken(
+    home: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("reduction.memory_estimate.available_memory", lambda: 1e6)
+    monkeypatch.setattr("study.part_stages.assemble", None)
+    assert stickslip("reduce", "bar.toml", "--out", "out") == 2
+    said = capfd.readouterr().err
+    assert "GB of memory, but 0.001 GB are free: take larger elements" in said
+
+
+def test_the_reduced_part_is_solved_by_the_names_of_its_points(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    first = document(capfd, "reduce", "bar.toml", "--out", "out")["rom_frequency_hz"][0]
+    solve = f"""schema = 1
+[model]
+file = "out/bar_rom.h5"
+[[load]]
+at = "tip"
+direction = "y"
+amplitude = "1 N"
+[[output]]
+name = "tip"
+at = "rub"
+station = 1
+direction = [0, 1, 0]
+[sweep]
+parameter = "frequency"
+from = "{0.99 * first} Hz"
+to = "{1.01 * first} Hz"
+step = "{first / 2000} Hz"
+harmonics = 1
+"""
+    (home / "solve.toml").write_text(solve)
+    (curve,) = document(capfd, "solve", "solve.toml", "--out", "solved")["curves"]
+    # The peak lies a factor sqrt(1 - 2 zeta^2) below the frequency, between points 1/2000 apart.
+    assert curve["peak_frequency_hz"] == pytest.approx(first, rel=2e-3)
+
+
+# STEP files, written by the CAD kernel from plain boxes.
+
+
+def write_step(path: Path, *boxes: tuple[float, float, float]) -> None:
+    """Boxes of 20 x 10 x 60 mm with their corners there [mm]."""
+    import cadquery as cq
+
+    made = [cq.Solid.makeBox(20, 10, 60).translate(cq.Vector(*corner)) for corner in boxes]
+    cq.exporters.export(cq.Workplane(cq.Compound.makeCompound(made) if len(made) > 1 else made[0]), str(path))
+
+
+@pytest.fixture
+def cad(home: Path) -> Path:
+    write_step(home / "bar.step", (0, 0, 0))
+    (home / "bar.toml").write_text(STEP_CASE)
+    return home
+
+
+@needs_tetwild
+def test_a_step_file_is_meshed_and_reduced_and_calculix_finds_the_same_on_that_mesh(
+    cad: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # A mistake that shows on the mesh alone: what was finished before is kept.
+    (cad / "bar.toml").write_text(STEP_CASE.replace('"18 mm", "5 mm", "60 mm"', '"18 mm", "5 mm", "66 mm"'))
+    assert stickslip("reduce", "bar.toml", "--out", "out") == 2
+    assert 'station 2 of "rub" is 3e+03 um from the nearest face' in capfd.readouterr().err
+
+    def fail(*_: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr("study.part_stages.mesh_solid", fail)
+    (cad / "bar.toml").write_text(STEP_CASE)
+    found = document(capfd, "reduce", "bar.toml", "--out", "out")
+    assert found["boundary"] == {"tip": 3, "rub": 9, "rim": 12}
+    assert found["least_scaled_jacobian"] > 0.02
+    # Tetrahedra of 6 mm against such of 5 mm cut from bricks: both a few parts in a thousand too stiff.
+    np.testing.assert_allclose(found["frequency_hz"][:6], full_frequency(bar(), 6), rtol=5e-3)
+    mesh = read_mesh(cad / "out" / "bar.vtu")
+    assert face_areas(mesh, mesh.face_sets["side"]).sum() == pytest.approx(0.02 * 0.06, rel=1e-9)
+    if find_ccx() is not None:
+        held = mesh.nodes("foot")
+        fixed = np.column_stack([np.repeat(held, 3), np.tile([0, 1, 2], len(held))])
+        # As in test_calculix_witness: the digits of the deck and the condition of the stiffness.
+        np.testing.assert_allclose(found["frequency_hz"][:6], run_frequency(mesh, STEEL, fixed, 6), rtol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"bar.step"', '"no.step"', 'bar.toml:4: file = "no.step": the STEP file no.step cannot be read'),
+        ('"bar.step"', '"bar.toml"', 'file = "bar.toml": bar.toml is not a complete STEP file: export it again'),
+        ("normal = [0, 0, -1]", "normal = [0, 1, -1]", 'no face of bar.step fits "foot"'),
+        ("normal = [0, 0, -1]", "normal = [0, 0, 0]", "face[0].normal"),
+        ("normal = [0, 0, -1]", "normal = [0, 0, 1]", 'is in "foot" and in "top": say more precisely'),
+        ("normal = [0, 0, -1]", 'colour = "red"', 'colour = "red"'),
+        ("normal = [0, 0, -1]", 'step_name = "A"', 'no face of bar.step fits "foot" (name = A)'),
+        ('size = "6 mm"', 'size = "0 mm"', "mesh.size"),
+        ('size = "6 mm"', 'size = "1 um"', "GB are free: take larger elements"),
+        ('size = "6 mm"', 'size = "6 mm"\nnear = { bore = "1 mm" }', 'near the face "bore", but the part has foot'),
+        ('on = ["foot"]', 'on = ["hand"]', 'there is no "hand": the faces of this case are foot, side, top'),
+    ],
+)
+def test_mistakes_of_a_step_case_are_told_before_anything_is_meshed(
+    cad: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, old: str, new: str, said: str
+) -> None:
+    monkeypatch.setattr("study.part_stages.mesh_solid", None)
+    assert old in STEP_CASE
+    (cad / "bar.toml").write_text(STEP_CASE.replace(old, new))
+    assert stickslip("reduce", "bar.toml", "--out", "out") == 2
+    assert said in capfd.readouterr().err
+
+
+def test_open_shells_and_overlapping_solids_are_refused_with_the_place_in_the_case(
+    cad: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    import cadquery as cq
+
+    write_step(cad / "bar.step", (0, 0, 0), (0, 0, 50))
+    assert stickslip("reduce", "bar.toml", "--out", "out") == 2
+    said = capfd.readouterr().err
+    assert 'bar.toml:4: file = "bar.step": bar.step holds 2 solids, of which number 1 and 2 overlap by 2e+03' in said
+    faces = [face for face in cq.Solid.makeBox(20, 10, 60).Faces() if face.Center().z < 59]
+    cq.exporters.export(cq.Workplane(cq.Compound.makeCompound(faces)), str(cad / "bar.step"))
+    assert stickslip("reduce", "bar.toml", "--out", "out") == 2
+    assert 'file = "bar.step": bar.step holds an open surface, 4 edges' in capfd.readouterr().err
+
+
+def test_without_pytetwild_one_sentence_says_what_to_install(
+    cad: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("fe.raw_tets.MODULE", "no_such_module")
+    assert stickslip("reduce", "bar.toml", "--out", "out") == 2
+    assert 'pytetwild, which is not installed: pip install "stickslip[tets]"' in capfd.readouterr().err
