@@ -134,7 +134,11 @@ def _refuse_other_solids(file_mesh: FileMesh, source: str) -> None:
     foreign = {t: n for t, n in count.items() if _is_solid(t) and t not in ELEMENTS and n}
     if foreign:
         listed = ", ".join(f"{n} {cell_type}" for cell_type, n in foreign.items())
-        raise MeshError(f"mesh file {source} has cells that are not supported ({listed}): remesh with {wanted} only")
+        # Between linear hexahedra they are what a mesher fills corners with.
+        why = ", which are far too stiff in bending" if set(foreign) <= {"wedge", "pyramid"} else ""
+        raise MeshError(
+            f"mesh file {source} has cells that are not supported ({listed}{why}): remesh with {wanted} only"
+        )
     if not any(count.get(cell_type) for cell_type in ELEMENTS):
         listed = ", ".join(f"{n} {cell_type}" for cell_type, n in count.items() if n) or "no cells at all"
         raise MeshError(f"mesh file {source} has no solid cells ({listed}): export the volume mesh, {wanted}")

@@ -144,7 +144,7 @@ def _nodes(deck: _Deck, block: _Block) -> None:
     deck.points.append(table[:, 1:])
     deck.node_labels.append(labels)
     if "NSET" in block.parameters:
-        _members(deck.node_sets, block.parameters["NSET"]).append(labels)
+        _members(deck, deck.node_sets, block.parameters["NSET"], block.keyword).append(labels)
 
 
 def _elements(deck: _Deck, block: _Block) -> None:
@@ -160,14 +160,12 @@ def _elements(deck: _Deck, block: _Block) -> None:
     deck.blocks.append((cell_type, table[:, 1:]))
     deck.cell_labels.append(table[:, 0])
     if "ELSET" in block.parameters:
-        _members(deck.cell_sets, block.parameters["ELSET"]).append(table[:, 0])
+        _members(deck, deck.cell_sets, block.parameters["ELSET"], block.keyword).append(table[:, 0])
 
 
 def _set(deck: _Deck, block: _Block) -> None:
     sets = deck.node_sets if block.keyword == "NSET" else deck.cell_sets
-    if block.keyword not in block.parameters:
-        raise deck.damaged(f"a *{block.keyword} has no name, so give it one: *{block.keyword}, {block.keyword}=NAME")
-    members = _members(sets, block.parameters[block.keyword])
+    members = _members(deck, sets, block.parameters.get(block.keyword, ""), block.keyword)
     if "GENERATE" in block.parameters:
         for line in block.lines:
             first, last, *step = (int(entry) for entry in line.rstrip(",").split(","))
@@ -183,11 +181,13 @@ def _set(deck: _Deck, block: _Block) -> None:
 def _surface(deck: _Deck, block: _Block) -> None:
     name = block.parameters.get("NAME", "")
     if block.parameters.get("TYPE", "ELEMENT").upper() == "NODE":
-        members = _members(deck.node_sets, name)
+        members = _members(deck, deck.node_sets, name, block.keyword)
         for entry in (line.split(",")[0].strip() for line in block.lines):
             members.extend([np.array([int(entry)])] if entry.isdigit() else _known_set(deck, deck.node_sets, entry))
         return
-    faces = _members(deck.face_sets, name)
+    faces = _members(deck, deck.face_sets, name, block.keyword)
+    if faces:
+        raise deck.damaged(f'the surface "{name}" is defined twice, so rename one')
     for line in block.lines:
         entry, label = ([*map(str.strip, line.split(",")), ""])[:2]
         if label.upper() not in LABELS:
@@ -197,7 +197,11 @@ def _surface(deck: _Deck, block: _Block) -> None:
         faces.extend(np.column_stack([part, np.full(len(part), LABELS.index(label.upper()))]) for part in cells)
 
 
-def _members(sets: dict[str, list[NDArray[np.int64]]], name: str) -> list[NDArray[np.int64]]:
+def _members(deck: _Deck, sets: dict[str, list[NDArray[np.int64]]], name: str, keyword: str) -> list[NDArray[np.int64]]:
+    """Of a set by its name; a second one of the same name adds to the first, as in those programs."""
+    if not name:
+        parameter = {"SURFACE": "NAME", "NODE": "NSET", "ELEMENT": "ELSET"}.get(keyword, keyword)
+        raise deck.damaged(f"a set of *{keyword} has no name, so give it one: *{keyword}, {parameter}=NAME")
     spelt = next((known for known in sets if known.upper() == name.upper()), name)
     return sets.setdefault(spelt, [])
 

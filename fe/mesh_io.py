@@ -1,5 +1,7 @@
 """Mesh files in and out: VTK unstructured grid (.vtu), Abaqus and CalculiX deck (.inp), Gmsh mesh (.msh).
 
+Nastran bulk data (.bdf, .nas) is read alone.
+
 What each format carries:
 
 ======  =============  ==========================  =========================  =======================
@@ -8,13 +10,14 @@ format  cell sets      face sets                   node sets                  fi
 .vtu    yes            yes                         yes                        yes
 .inp    ``*ELSET``     ``*SURFACE``                ``*NSET``                  no
 .msh    phys. volumes  phys. surfaces              phys. points               written, not read
+.bdf    properties     shells on solid elements    ``SET1``, ``SPC1``         no
 ======  =============  ==========================  =========================  =======================
 
 Sets without members survive in no format. Files carry no unit of length: say it when reading; files written here are in
 metres.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 
@@ -22,6 +25,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from fe.bdf_file import read_bdf
 from fe.calculix_inp import mesh_text
 from fe.errors import MeshError
 from fe.file_mesh import solid_mesh
@@ -31,7 +35,8 @@ from fe.mesh_quality import check_quality
 from fe.msh_file import read_msh, write_msh
 from fe.vtu_file import read_vtu, write_vtu
 
-READERS = {".vtu": read_vtu, ".inp": read_inp, ".msh": read_msh}
+READERS = {".vtu": read_vtu, ".inp": read_inp, ".msh": read_msh, ".bdf": read_bdf, ".nas": read_bdf}
+WRITTEN = (".inp", ".msh", ".vtu")
 
 
 def read_mesh(path: str | PathLike[str], length_unit_in_metre: float = 1.0) -> Mesh:
@@ -44,7 +49,7 @@ def read_mesh(path: str | PathLike[str], length_unit_in_metre: float = 1.0) -> M
     Parameters
     ----------
     path
-        File whose suffix is .vtu, .inp or .msh.
+        File whose suffix is .vtu, .inp, .msh, .bdf or .nas.
     length_unit_in_metre
         Unit of the coordinates in the file [m]: 0.001 for a mesh in millimetres.
 
@@ -58,7 +63,7 @@ def read_mesh(path: str | PathLike[str], length_unit_in_metre: float = 1.0) -> M
     file = Path(path)
     if not (np.isfinite(length_unit_in_metre) and length_unit_in_metre > 0):
         raise MeshError(f"length unit {length_unit_in_metre} m must be positive: 0.001 stands for millimetres")
-    reader = READERS[_suffix(file)]
+    reader = READERS[_suffix(file, sorted(READERS))]
     if not file.is_file():
         raise MeshError(f"mesh file {file} does not exist: check its path")
     try:
@@ -94,7 +99,7 @@ def write_mesh(
         An unknown suffix, a field or a set name that the format cannot carry, or a file that cannot be written.
     """
     file = Path(path)
-    suffix = _suffix(file)
+    suffix = _suffix(file, WRITTEN)
     fields = {} if point_data is None else dict(point_data)
     for name, values in fields.items():
         if len(values) != mesh.n_node:
@@ -120,9 +125,9 @@ def write_mesh(
         ) from error
 
 
-def _suffix(file: Path) -> str:
+def _suffix(file: Path, suffixes: Sequence[str]) -> str:
     suffix = file.suffix.lower()
-    if suffix not in READERS:
-        known = ", ".join(sorted(READERS))
+    if suffix not in suffixes:
+        known = ", ".join(suffixes)
         raise MeshError(f'mesh file {file} has the suffix "{file.suffix}", which is unknown: use one of {known}')
     return suffix

@@ -8,7 +8,7 @@ from typing import Any
 
 from fe.errors import MeshError
 
-FORMATS = {"vtu": "VTK unstructured grid (.vtu)", "gmsh": "Gmsh mesh (.msh)"}
+FORMATS = {"vtu": "VTK unstructured grid (.vtu)", "gmsh": "Gmsh mesh (.msh)", "nastran": "Nastran bulk data (.bdf)"}
 
 
 def read_with_meshio(path: Path, file_format: str) -> Any:
@@ -19,7 +19,7 @@ def read_with_meshio(path: Path, file_format: str) -> Any:
     path
         The file.
     file_format
-        "vtu" or "gmsh": meshio's guess from ".msh" would be ANSYS.
+        "vtu", "gmsh" or "nastran": meshio's guess from ".msh" would be ANSYS.
 
     Raises
     ------

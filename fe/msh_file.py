@@ -4,6 +4,7 @@ Written here because meshio allows one physical group a volume, while cell sets 
 """
 
 import contextlib
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -42,6 +43,7 @@ def read_msh(path: Path) -> FileMesh:
         The file cannot be read.
     """
     _refuse_version(path)
+    _refuse_double_names(path)
     with _entities_without_group_allowed():
         found = read_with_meshio(path, "gmsh")
     blocks = tuple((block.type, np.asarray(block.data, dtype=np.int64)) for block in found.cells)
@@ -156,6 +158,18 @@ def _refuse_version(path: Path) -> None:
     version = second[0].decode("ascii", "replace")
     if version not in VERSIONS:
         raise MeshError(f"mesh file {path} is of MSH version {version}: save it with Gmsh as version 4.1 or 2.2")
+
+
+def _refuse_double_names(path: Path) -> None:
+    """Of two groups of one name meshio keeps the last and says nothing."""
+    text = path.read_bytes()
+    block = text.partition(b"$PhysicalNames")[2].partition(b"$EndPhysicalNames")[0]
+    found = re.findall(r'^\s*(\d+)\s+\d+\s+"([^"]*)"', block.decode("utf-8", "replace"), re.MULTILINE)
+    names = [name for _, name in found]
+    for name in names:
+        if names.count(name) > 1:
+            kinds = " and a ".join(DIMENSION_NAMES[int(dimension)] for dimension, other in found if other == name)
+            raise MeshError(f'mesh file {path} has several physical groups called "{name}" (a {kinds}): rename one')
 
 
 def _without_repeats(mesh: Mesh) -> dict[str, Int[NDArray[np.int64], " _"]]:

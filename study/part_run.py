@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fe.element import HEX8
 from fe.material import Material
 from fe.mesh import Mesh
 from fe.mesh_io import read_mesh, write_mesh
@@ -71,7 +72,7 @@ def run_reduce_part(path: Path, run: RunContext) -> ReducedPart:
     case = load_case(path, part_kind(path) or StepCase)
     with located(case, "material"):
         material = case.material.material()
-    mesh, notes = _step(case, path.parent, run) if isinstance(case, StepCase) else _file(case, path.parent)
+    mesh, notes = _step(case, path.parent, run) if isinstance(case, StepCase) else _file(case, path.parent, run)
     found = places(case, mesh)
     reduced = _reduced(case, material, found, run)
     stem, compared = path.stem, reduced.compared
@@ -121,10 +122,12 @@ def _step(case: StepCase, folder: Path, run: RunContext) -> tuple[Mesh, tuple[st
         return run.store.run(step_mesh, file, selectors, rule), solid.healing
 
 
-def _file(case: MeshCase, folder: Path) -> tuple[Mesh, tuple[str, ...]]:
+def _file(case: MeshCase, folder: Path, run: RunContext) -> tuple[Mesh, tuple[str, ...]]:
     """The mesh of a file."""
     with at_key(case, "file"):
         mesh = read_mesh(folder / case.file, case.length_unit)
+    if HEX8.cell_type in mesh.cells:
+        run.warn(f"{case.file} has hexahedra of 8 nodes, which are too stiff in bending: prefer those of 20 nodes")
     check_names(case, frozenset({*mesh.node_sets, *mesh.face_sets}), f"the sets of {case.file} are")
     return mesh, ()
 
