@@ -21,10 +21,9 @@ from geometry.rig import Rig, mating_pairs
 from reduction.line_contact import station_stiffness
 from study.case import load_case
 from study.progress import LineProgress
-from study.rig_body import HELD
 from study.rig_case import RigCase, rig_model
 from study.rig_joints import line_pairs
-from study.rig_model import BODIES
+from study.rig_model import BODIES, HELD
 from study.rig_reduce_run import stuck_modes
 from study.rig_reduction import reduce_rig
 from study.shipped import RIG

@@ -31,19 +31,13 @@ from reduction.craig_bampton import craig_bampton
 from reduction.joined import joined
 from reduction.rom import ReducedModel
 from study.case import load_case
-from study.rig_body import HELD
 from study.rig_case import RigCase, rig_model
 from study.rig_joints import line_pairs
-from study.rig_model import BODIES, RigModel, mirror_image
+from study.rig_model import BODIES, HELD, RigModel, mirror_image
 from study.rig_reduction import mirrored
+from study.rig_tetrahedra import LINES
 from study.shipped import RIG
 
-#: Contact lines by kind of body, each with the face that it lies on.
-LINES = {
-    "blade": {"contact_positive": "groove_positive", "contact_negative": "groove_negative"},
-    "damper": {"contact_blade": "cone_blade", "contact_decoupler": "cone_decoupler"},
-    "decoupler": {"contact": "groove"},
-}
 #: Cells at the contact lines and the root, in parts of the size elsewhere.
 FINER = {"groove_positive": 0.5, "groove_negative": 0.5, "clamp": 0.7, "groove": 0.5}
 #: Fixed-interface modes of each body, and frequencies that are compared.

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -14,6 +15,8 @@ from fe.errors import MeshError
 Points = Float[NDArray[np.float64], "node 3"]
 #: An axis named "_" may differ from one array to the next.
 Cells = Int[NDArray[np.int64], "_ _"]
+#: The fields that are maps.
+_MAPS = ("cells", "node_sets", "face_sets", "cell_sets")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -52,7 +55,7 @@ class Mesh:
         points = np.array(self.points, dtype=np.float64, order="C")
         points.setflags(write=False)
         object.__setattr__(self, "points", points)
-        for name in ("cells", "node_sets", "face_sets", "cell_sets"):
+        for name in _MAPS:
             frozen = {key: _read_only(value) for key, value in getattr(self, name).items()}
             object.__setattr__(self, name, MappingProxyType(frozen))
         for cell_type, nodes in self.cells.items():
@@ -76,6 +79,10 @@ class Mesh:
                 raise MeshError(f'face set "{name}" has shape {faces.shape}, but each face is a cell and a local face')
             _refuse_outside(f'face set "{name}"', "cell", faces[:, 0], self.n_cell)
             _refuse_outside(f'face set "{name}"', "local face", faces[:, 1], n_face)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Read-only maps travel to no other process.
+        return _rebuilt, (self.points, *(dict(getattr(self, name)) for name in _MAPS))
 
     @property
     def n_node(self) -> int:
@@ -117,6 +124,10 @@ class Mesh:
                 found.append(nodes[cells][:, list(corners)].ravel())
             start += len(nodes)
         return np.unique(np.concatenate(found))
+
+
+def _rebuilt(points: Points, *maps: Mapping[str, Any]) -> Mesh:
+    return Mesh(points=points, **dict(zip(_MAPS, maps, strict=True)))
 
 
 def _refuse_outside(who: str, kind: str, numbers: NDArray[np.int64], count: int) -> None:

@@ -44,6 +44,13 @@ class StationCoordinates:
     mesh: Mesh
     to_nodes: sp.csr_array
 
+    @property
+    def places(self) -> Float[NDArray[np.float64], "node 3"]:
+        """Where each coordinate is: nodes, and stations in place of their pivots, shape (n_node, 3) [m]."""
+        # Places move with the body as its points do: those of nodes are T times those of the coordinates.
+        found = sp.linalg.spsolve(sp.csc_array(self.to_nodes), self.mesh.points.ravel())
+        return np.asarray(found).reshape(-1, 3)
+
     def matrix(self, of_nodes: sp.csr_array) -> sp.csr_array:
         """A mass or stiffness in the new coordinates, T^T A T, symmetric to the last bit."""
         found = sp.csr_array(self.to_nodes.T @ of_nodes @ self.to_nodes)

@@ -2,7 +2,7 @@
 
 import importlib.metadata
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -16,13 +16,11 @@ from fe.system import LinearSystem
 from reduction.craig_bampton import craig_bampton
 from reduction.errors import RomError
 from reduction.rom import ReducedModel
-from study.rig_model import RIG_CODE, RigModel
+from study.rig_model import HELD, RIG_CODE, RigModel
 from study.store import stage
 
 #: The code that a reduced body depends on.
 RIG_REDUCTION_CODE = (*RIG_CODE, "reduction", "study.rig_body")
-#: Sets of nodes that are held, by kind of body; contact alone holds the dampers.
-HELD = {"blade": ("clamp",), "damper": (), "decoupler": ("cell_upper", "cell_lower")}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -50,7 +48,11 @@ def reduced_body(model: RigModel, body: str) -> ReducedBody:
     mesh = model.meshes()[body]
     quality = check_quality(mesh)
     mass, stiffness = assemble(mesh, model.material)
-    system = held_body(mesh, body, mass, stiffness)
+    place = model.tetrahedra.get(body)
+    if place is None:
+        system = held_body(mesh, body, mass, stiffness)
+    else:
+        system = held_body(mesh, body, place.matrix(mass), place.matrix(stiffness))
     boundary = {name: system.rows(nodes) for name, nodes in mesh.node_sets.items()}
     version = importlib.metadata.version("stickslip")
     provenance = {"body": body, "stickslip": version, "model": repr(model)}
@@ -58,6 +60,8 @@ def reduced_body(model: RigModel, body: str) -> ReducedBody:
         rom = craig_bampton(system, boundary, model.modes_of(body), provenance)
     except RomError as error:
         raise RomError(f"{body}: {error}") from error
+    if place is not None:
+        rom = replace(rom, recovery=place.displacement(system, rom.recovery))
     held = HELD[body.partition("_")[0]]
     reactions = {name: reaction(stiffness, mass, mesh.nodes(name), system.free) for name in held}
     return ReducedBody(

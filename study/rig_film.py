@@ -26,7 +26,7 @@ def rig_film(
 ) -> NDArray[np.uint8]:
     """Bytes of the film."""
     whole = whole_mesh(model.meshes())
-    nodes = [whole.nodes(f"{pair.other}.{pair.other_line.name}") for pair in mating_pairs(model.rig).values()]
+    nodes = [whole.node_sets[f"{pair.other}.{pair.other_line.name}"] for pair in mating_pairs(model.rig).values()]
     stations = StationStates(node=np.concatenate(nodes), states=status)
     with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
         file = deflection_film(

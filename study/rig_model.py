@@ -1,18 +1,21 @@
 """The finite-element model of a rig: what its reduction depends on, and nothing else."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from fe.element import ELEMENTS
 from fe.material import Material
 from fe.mesh import Mesh
 from fe.rig_mesher import RigMesh, mesh_rig, rig_mesh
+from fe.station_coordinates import StationCoordinates
 from geometry.rig import Rig, placements
 
 #: The code that a model of a rig depends on, for the stages that compute with one.
 RIG_CODE = ("geometry", "fe", "study.rig_model")
 #: The bodies of a rig by name, in the order of its meshes.
 BODIES = tuple(placements(Rig()))
+#: Sets of nodes that are held, by kind of body; contact alone holds the dampers.
+HELD = {"blade": ("clamp",), "damper": (), "decoupler": ("cell_upper", "cell_lower")}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,11 +29,13 @@ class RigModel:
     material
         Of all bodies.
     element
-        Name of the element, "hex8" or "hex20".
+        Name of the element, "hex8", "hex20" or "tet10".
     size
         Length of the elements' edges, about [m].
     n_mode
         Fixed-interface modes of all bodies together, the lowest first, or of each body by name [-].
+    tetrahedra
+        Meshes by body that were made before, see `study.rig_tetrahedra`; none where bricks are made, or cut.
     """
 
     rig: Rig
@@ -38,6 +43,7 @@ class RigModel:
     element: str
     size: float
     n_mode: int | Mapping[str, int]
+    tetrahedra: Mapping[str, StationCoordinates] = field(default_factory=dict, repr=False)
 
     @property
     def cells(self) -> RigMesh:
@@ -47,6 +53,8 @@ class RigModel:
 
     def meshes(self) -> dict[str, Mesh]:
         """All bodies in their places, in the order of `BODIES`."""
+        if self.tetrahedra:
+            return {body: self.tetrahedra[body].mesh for body in BODIES}
         found = mesh_rig(self.rig, self.cells)
         return {body: found[body] for body in BODIES}
 

@@ -16,6 +16,7 @@ from reduction.assembly import ReducedAssembly
 from reduction.assembly_io import save_assembly
 from reduction.joined import LinePair, joined
 from reduction.line_contact import Tangents
+from reduction.memory_estimate import available_memory
 from study.case import load_case, located
 from study.errors import CaseError, MissingSoftware
 from study.output import replace_file
@@ -27,6 +28,7 @@ from study.rig_pictures import rig_pictures, stuck_mode_pictures
 from study.rig_reduction import RigReduction, reduction_tasks, together
 from study.rig_solid import rig_solid
 from study.rig_test_case import rig_test_case
+from study.rig_tetrahedra import in_tetrahedra
 from study.run_context import RunContext
 
 #: Modes of the free blade and of the stuck rig that are reported, and stuck ones that are drawn.
@@ -75,6 +77,7 @@ def run_reduce_rig(path: Path, run: RunContext) -> ReducedRig:
     pairs = line_pairs(case, model.rig)
     dead_weights(case)  # sound here, so that no later command refuses what was reduced
     with located(case, "mesh"):
+        model = in_tetrahedra(model, run.store, run.progress)
         step, found = _computed(case, model, run)
     assembly = found.assembly
     frequency, shapes = stuck_modes(assembly, pairs, case.contact.sliding)
@@ -122,7 +125,9 @@ def _computed(case: RigCase, model: RigModel, run: RunContext) -> tuple[str, Rig
     reductions = reduction_tasks(model, meshes)
     solid = Task(stage=rig_solid, inputs={"rig": model.rig}, label="CAD solids", weight=SOLID_WORK)
     try:
-        *bodies, step = run_parallel([*reductions, solid], run.store, run.progress, "meshes and reduction")
+        *bodies, step = run_parallel(
+            [*reductions, solid], run.store, run.progress, "meshes and reduction", memory=available_memory()
+        )
     except GeometryError as error:
         # The dimensions are to blame, which stand in several tables: not the mesh.
         with located(case):

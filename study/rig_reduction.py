@@ -1,7 +1,7 @@
 """From a rig's model to its reduced assembly."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -9,12 +9,15 @@ from numpy.typing import NDArray
 
 from fe.mesh import Mesh
 from fe.reaction import Reaction
+from fe.station_coordinates import StationCoordinates
 from reduction.assembly import ReducedAssembly, lowest_modes, truncated
+from reduction.memory_estimate import available_memory, mesh_memory, refuse_beyond_memory
 from reduction.rom import ReducedModel
 from study.parallel import Task, run_parallel
 from study.progress import Progress
 from study.rig_body import ReducedBody, reduced_body
 from study.rig_model import BODIES, RigModel, mirror_image
+from study.rig_tetrahedra import in_tetrahedra
 from study.store import Outcome, Store
 
 
@@ -32,17 +35,24 @@ class RigReduction:
         By body [-].
     reactions
         By body and held set of nodes, over all coordinates of the assembly.
+    stations
+        By body, where stations lie between nodes.
     """
 
     meshes: Mapping[str, Mesh]
     assembly: ReducedAssembly
     least_scaled_jacobian: Mapping[str, float]
     reactions: Mapping[str, Mapping[str, Reaction]]
+    stations: Mapping[str, StationCoordinates] = field(default_factory=dict)
 
     @property
     def n_dof(self) -> int:
         """Free degrees of freedom of all bodies in full [-]."""
         return sum(len(rom.free) for rom in self.assembly.bodies.values())
+
+    def places(self, body: str) -> Float[NDArray[np.float64], "node 3"]:
+        """Where each coordinate of a body is: nodes, or stations in place of nodes, shape (n_node, 3) [m]."""
+        return self.stations[body].places if body in self.stations else self.meshes[body].points
 
 
 def reduce_rig(model: RigModel, store: Store, progress: Progress, title: str = "reduction of the rig") -> RigReduction:
@@ -60,23 +70,39 @@ def reduce_rig(model: RigModel, store: Store, progress: Progress, title: str = "
     InvertedCell, RomError
         As the stages raise them.
     """
+    model = in_tetrahedra(model, store, progress)
     meshes = model.meshes()
     tasks = reduction_tasks(model, meshes)
-    return together(model, meshes, tasks, run_parallel(tasks, store, progress, title))
+    outcomes = run_parallel(tasks, store, progress, title, memory=available_memory())
+    return together(model, meshes, tasks, outcomes)
 
 
 def reduction_tasks(model: RigModel, meshes: Mapping[str, Mesh]) -> list[Task]:
-    """One task for each body that is no mirror image; the sizes of the meshes tell how long each takes."""
-    return [
-        Task(
-            stage=reduced_body,
-            inputs={"model": model, "body": body},
-            label=f"reduction of {body.partition('_')[0]}",
-            weight=meshes[body].n_node / 1e3,
+    """One task for each body that is no mirror image; the sizes of the meshes tell how long each takes.
+
+    Raises
+    ------
+    RomError
+        A body that takes more memory than there is.
+    """
+    tasks = []
+    for body in BODIES:
+        if mirror_image(body) is not None:
+            continue
+        mesh, kind = meshes[body], body.partition("_")[0]
+        n_boundary = 3 * sum(len(nodes) for nodes in mesh.node_sets.values())
+        memory = mesh_memory(mesh, n_boundary, model.modes_of(body))
+        refuse_beyond_memory(memory, f"reducing the {kind} of {3 * mesh.n_node} degrees of freedom")
+        tasks.append(
+            Task(
+                stage=reduced_body,
+                inputs={"model": model, "body": body},
+                label=f"reduction of {kind}",
+                weight=mesh.n_node / 1e3,
+                memory=memory,
+            )
         )
-        for body in BODIES
-        if mirror_image(body) is None
-    ]
+    return tasks
 
 
 def together(
@@ -98,6 +124,7 @@ def together(
         meshes=meshes,
         assembly=assembly,
         least_scaled_jacobian={body: found[mirror_image(body) or body].least_scaled_jacobian for body in BODIES},
+        stations=model.tetrahedra,
         reactions={body: _reactions(assembly, body, found[mirror_image(body) or body].reactions) for body in BODIES},
     )
 

@@ -15,6 +15,7 @@ from study.rig_forces import RigForces, rig_forces
 from study.rig_joints import dead_weights, line_pairs
 from study.rig_reduction import reduce_rig
 from study.rig_system import RigSystem, rig_system
+from study.rig_tetrahedra import in_tetrahedra
 from study.run_context import RunContext
 from study.solve_result import main_harmonic
 from study.solve_run import Solved, solved_curves
@@ -76,6 +77,7 @@ def run_solve_rig(path: Path, run: RunContext) -> SolvedRig:
     model = rig_model(case)
     weights = dead_weights(case)
     with located(case, "mesh"):
+        model = in_tetrahedra(model, run.store, run.progress)
         reduction = reduce_rig(model, run.store, run.progress)
     system = rig_system(case, model.rig, reduction)
     asked = system.model

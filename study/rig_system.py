@@ -107,8 +107,7 @@ def resting_rig(case: RigCase, rig: Rig, reduction: RigReduction) -> RestingRig:
     with located(case, "contact"):
         bodies = joined(assembly, line_pairs(case, rig), tangents=case.contact.sliding)
     dampers = tuple(
-        rigid_body(assembly, f"damper_{side}", reduction.meshes[f"damper_{side}"].points, bodies.springs)
-        for side in SIDES
+        rigid_body(assembly, f"damper_{side}", reduction.places(f"damper_{side}"), bodies.springs) for side in SIDES
     )
     with located(case, "contact"):
         check_held(dampers)

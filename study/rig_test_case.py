@@ -146,7 +146,7 @@ def _dofs(reduction: RigReduction) -> dict[str, np.ndarray]:
         bodies += [body] * r
         nodes += [*map(int, rom.boundary_node), *[0] * (r - b)]
         directions += [*("xyz"[int(axis)] for axis in rom.boundary_direction), *["modal"] * (r - b)]
-        coordinates += [*reduction.meshes[body].points[rom.boundary_node], *np.full((r - b, 3), np.nan)]
+        coordinates += [*reduction.places(body)[rom.boundary_node], *np.full((r - b, 3), np.nan)]
     return {
         "dof_body": np.array(bodies),
         "dof_node": np.array(nodes),
