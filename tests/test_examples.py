@@ -1,5 +1,6 @@
 """Every example runs as it stands, checks itself against theory, and is short."""
 
+import importlib.util
 import os
 import subprocess
 import sys
@@ -19,7 +20,7 @@ SHOWN = {
     "geometry_to_rom.py", "mode_shape_screenshot.py", "forced_response.py", "blade_with_friction.py",
     "find_the_missing_effect.py", "own_effect.py", "silverbox.py", "rig_forced_response.py",
     "import_matrices.py",
-    "response_limits.py",
+    "response_limits.py", "own_step_to_rom.py",
 }  # fmt: skip
 #: Those that take minutes run where STICKSLIP_SLOW is set; tests of their rooms take the same steps on less data.
 SLOW = {"find_the_missing_effect.py"}
@@ -40,6 +41,8 @@ def test_an_example_runs_and_is_short(path: Path, tmp_path: Path) -> None:
             require_egl()
         except MissingSoftware as reason:
             pytest.skip(str(reason))
+    if "tet_mesher" in text and importlib.util.find_spec("pytetwild") is None:
+        pytest.skip("pytetwild is not installed: pip install stickslip[tets]")
     if path.name in SLOW and not os.environ.get("STICKSLIP_SLOW"):
         pytest.skip("takes minutes: set STICKSLIP_SLOW=1 to run it")
     timeout = SLOW_TIMEOUT if path.name in SLOW else TIMEOUT
