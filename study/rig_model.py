@@ -54,7 +54,7 @@ class RigModel:
     def meshes(self) -> dict[str, Mesh]:
         """All bodies in their places, in the order of `BODIES`."""
         if self.tetrahedra:
-            return {body: self.tetrahedra[body].mesh for body in BODIES}
+            return {body: self.tetrahedra[body].mesh for body in BODIES if body in self.tetrahedra}
         found = mesh_rig(self.rig, self.cells)
         return {body: found[body] for body in BODIES}
 
