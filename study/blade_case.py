@@ -18,6 +18,7 @@ from study.quantity import Angle, Density, Length, Pressure, Ratio
 
 Count = Annotated[int, Field(ge=1, le=1000, strict=True)]
 ElementName = Literal["hex8", "hex20", "tet10"]
+BrickName = Literal["hex8", "hex20"]
 RootName = Literal["full", "relaxed"]
 
 ELEMENT_BY_NAME = {element.name: element for element in ELEMENTS.values()}

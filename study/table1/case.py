@@ -7,8 +7,8 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
 from study.blade_case import (
     BladeTables,
+    BrickName,
     Count,
-    ElementName,
     PadTable,
     PlainBladeTable,
     RootName,
@@ -26,7 +26,7 @@ class ModelTable(CaseModel):
     """One row: a mesh, a clamp, and the published frequency if there is one."""
 
     model: Count
-    element: ElementName
+    element: BrickName
     elements_through_thickness: Count
     root: RootName
     paper: Frequency | None = None
@@ -44,7 +44,7 @@ class PredictionTable(CaseModel):
 class LimitTable(CaseModel):
     """Nested meshes for the extrapolated limit: a coarse base, and how often it is subdivided."""
 
-    element: ElementName = "hex20"
+    element: BrickName = "hex20"
     elements_through_thickness: Count = 1
     length_cap: Length
     subdivisions: tuple[Count, Count, Count] = (1, 2, 4)

@@ -13,8 +13,10 @@ from fe.mesh_quality import cell_quality
 from fe.station_coordinates import StationCoordinates, station_coordinates
 from geometry.errors import InputError
 from geometry.rig import Rig, mating_pairs, named_points
+from study.blade_case import MeshTable
 from study.progress import SilentProgress
 from study.rig_body import reduced_body
+from study.rig_case import RigMeshTable
 from study.rig_model import RigModel
 from study.rig_tetrahedra import LINES, body_tetrahedra, in_tetrahedra, mirrored_tetrahedra
 from study.store import Store
@@ -98,3 +100,8 @@ def rigid(place: StationCoordinates, node: np.ndarray, direction: np.ndarray, n:
     motion = np.zeros(n)
     motion[: len(node)] = np.cross([1.0, 0, 0], place.places[node])[np.arange(len(node)), direction]
     return motion
+
+
+def test_the_cases_of_blades_and_rigs_take_tetrahedra() -> None:
+    assert MeshTable(element="tet10", length_ratio=2.0, length_cap="8 mm").rule("tet10", 2).element is TET10
+    assert RigMeshTable(element="tet10", size="4 mm").element == "tet10"
