@@ -1,6 +1,5 @@
 """The case file of imported matrices: files, supports, retained degrees of freedom. It says ``kind = "matrices"``."""
 
-import tomllib
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -11,6 +10,7 @@ from fe.imported_matrices import Units
 from fe.matrix_file import MatrixSource
 from study.blade_case import DampingTable
 from study.case import CaseModel
+from study.case_head import case_head
 from study.solve_case import Name
 
 FileName = Annotated[str, Field(min_length=1, examples=["stiffness.mtx"])]
@@ -91,8 +91,5 @@ class MatricesCase(CaseModel):
 
 def is_matrices_case(path: Path) -> bool:
     """Whether a file is meant as the case of matrices, by kind or table of files; one that cannot be read is none."""
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8").removeprefix("\ufeff"))
-    except (OSError, ValueError, RecursionError):
-        return False
+    data = case_head(path)
     return data.get("kind") == "matrices" or isinstance(data.get("files"), dict)

@@ -31,18 +31,7 @@ def reduced_matrices(
 ) -> ComparedReduction:
     """Reduce, damp and compare with the full system.
 
-    Parameters
-    ----------
-    system
-        What the supports leave free.
-    boundary
-        Its rows by name.
-    n_mode
-        Fixed-interface modes [-].
-    damping_ratio
-        Of Rayleigh damping on the first elastic mode [-]; None keeps the damping of the system.
-    provenance
-        Travels with the reduced model.
+    Arguments are those of `compared_reduction`.
 
     Raises
     ------

@@ -3,7 +3,6 @@
 Both say what holds the part, which points, lines and sets stay physical, and how far it is reduced.
 """
 
-import tomllib
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -14,7 +13,7 @@ from geometry.face_selector import FaceSelector
 from geometry.interface import N_STATION
 from study.blade_case import DampingTable, MaterialTable
 from study.case import CaseModel
-from study.errors import CaseError, Problem
+from study.case_head import case_head, other_case
 from study.quantity import LENGTH, Area, Length
 from study.solve_case import Name
 
@@ -161,10 +160,7 @@ class MeshCase(PartTables):
 
 def part_kind(path: Path) -> type[StepCase] | type[MeshCase] | None:
     """Which case of a part a file is, by its kind or its file; None for all others, and for what cannot be read."""
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8").removeprefix("\ufeff"))
-    except (OSError, ValueError, RecursionError):
-        return None
+    data = case_head(path)
     kind = data.get("kind")
     if kind == "mesh" or (kind != "step" and "length_unit" in data):
         return MeshCase
@@ -172,19 +168,6 @@ def part_kind(path: Path) -> type[StepCase] | type[MeshCase] | None:
 
 
 def refuse_part(path: Path, remedy: str) -> None:
-    """For commands that are not for parts.
-
-    Parameters
-    ----------
-    path
-        A case file.
-    remedy
-        What the user should do, in the imperative.
-
-    Raises
-    ------
-    CaseError
-        It is that of a part.
-    """
+    """Refuse the case of a part, for commands that are not for parts; `remedy` is as in `other_case`."""
     if part_kind(path) is not None:
-        raise CaseError([Problem(file=str(path), line=0, key="", text=f"this is the case of a part: {remedy}")])
+        raise other_case(path, "a part", remedy)

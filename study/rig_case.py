@@ -3,7 +3,6 @@
 A file with a top-level `kind`, or with a table that only a rig has, is read as that of a rig; all others as a blade's.
 """
 
-import tomllib
 from collections.abc import Mapping
 from math import pi
 from pathlib import Path
@@ -17,7 +16,7 @@ from reduction.line_contact import Tangents
 from study import case_problem
 from study.blade_case import DampingTable, ElementName, MaterialTable
 from study.case import CaseModel, located
-from study.errors import CaseError, Problem
+from study.case_head import case_head, other_case
 from study.limits_case import LimitsTable
 from study.quantity import Angle, Force, Length, Ratio, Stiffness
 from study.rig_body_case import BladeDimensions, DamperDimensions, DecouplerDimensions
@@ -157,10 +156,7 @@ class RigCase(CaseModel):
 
 def is_rig_case(path: Path) -> bool:
     """Whether a file is meant as the case of a rig; one that cannot be read is none, and `load_case` says why."""
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8").removeprefix("\ufeff"))
-    except (OSError, ValueError, RecursionError):
-        return False
+    data = case_head(path)
     # "contact" with double brackets is a list, of another case of `stickslip solve`.
     return "kind" in data or any(isinstance(data.get(table), dict) for table in OWN_TABLES)
 
@@ -181,7 +177,7 @@ def refuse_rig(path: Path, remedy: str) -> None:
         It is that of a rig.
     """
     if is_rig_case(path):
-        raise CaseError([Problem(file=str(path), line=0, key="", text=f"this is the case of a rig: {remedy}")])
+        raise other_case(path, "a rig", remedy)
 
 
 def rig_model(case: RigCase) -> RigModel:
