@@ -66,7 +66,7 @@ def raw_tetrahedra(
     InputError
         pytetwild is not installed.
     MeshError
-        It could not fill the surface.
+        It could not fill the surface, or not in time.
     """
     if importlib.util.find_spec(MODULE) is None:
         raise InputError(
@@ -85,14 +85,19 @@ def raw_tetrahedra(
             bg_tets=cells.astype(np.int32),
             bg_values=values,
         )
-        done = subprocess.run(
-            [sys.executable, "-c", WORKER],
-            cwd=folder,
-            capture_output=True,
-            text=True,
-            timeout=TIME_LIMIT,
-            check=False,
-        )
+        try:
+            done = subprocess.run(
+                [sys.executable, "-c", WORKER],
+                cwd=folder,
+                capture_output=True,
+                text=True,
+                timeout=TIME_LIMIT,
+                check=False,
+            )
+        except subprocess.TimeoutExpired as error:
+            raise MeshError(
+                f"filling the solid with cells of {1e3 * size:g} mm took more than {TIME_LIMIT:g} s: give larger cells"
+            ) from error
         result = Path(folder) / "cells.npz"
         if not result.is_file():
             said = " ".join(done.stderr.split())[-200:]

@@ -24,6 +24,8 @@ from study.part_stages import Kept
 
 #: The face set on which points lie that name none.
 SURFACE = "the surface"
+#: The node set of all that is held, while stations look for nodes that can give up their place.
+HELD = "what is held"
 #: What the tables of a case that name a boundary are called.
 NAMING = ("point", "line", "boundary")
 
@@ -148,7 +150,7 @@ def places(case: PartTables, mesh: Mesh) -> Places:
         held = np.unique(np.concatenate([each.nodes for each in supports] or [np.zeros(0, dtype=np.int64)]))
         stations = {name: line.stations for name, line in lines.items()}
         with mistakes.at():
-            found = station_coordinates(replace(bare, node_sets={**sets, "held": held}), stations, faces)
+            found = station_coordinates(replace(bare, node_sets={**sets, HELD: held}), stations, faces)
             bare, to_nodes = replace(bare, node_sets={**sets, **_pivots(found.mesh, lines)}), found.to_nodes
         mistakes.raise_if_any()
         for name in lines:

@@ -120,6 +120,13 @@ def test_without_pytetwild_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -
         mesh_solid(plate(), TetRule(size=0.005))
 
 
+def test_a_mesher_that_does_not_end_is_stopped_with_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fe.raw_tets.TIME_LIMIT", 0.01)
+    monkeypatch.setattr("fe.raw_tets.WORKER", "import time; time.sleep(60)")
+    with pytest.raises(MeshError, match=r"with cells of 5 mm took more than 0\.01 s: give larger cells"):
+        mesh_solid(plate(), TetRule(size=0.005))
+
+
 @pytest.mark.parametrize("size", [0.0, -1e-3, float("nan"), float("inf")])
 def test_a_size_that_is_none_is_refused(size: float) -> None:
     with pytest.raises(MeshError, match=r"tetrahedra: size = .* mm is not positive: 3 mm"):

@@ -1,0 +1,45 @@
+"""More memory than there is: blades, rigs and matrices are refused before it is taken, with both numbers."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from fe.material import STEEL
+from fe.system import LinearSystem
+from geometry.rig import Rig
+from reduction.errors import RomError
+from study.blade_case import BladeCase
+from study.blade_model import blade_model
+from study.blade_reduction import reduce_blade
+from study.case import load_case
+from study.compared_reduction import compared_reduction
+from study.rig_model import RigModel
+from study.rig_reduction import reduction_tasks
+from study.shipped import BLADE
+
+
+@pytest.fixture(autouse=True)
+def little(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nearly no memory, and nothing that would take any."""
+    monkeypatch.setattr("reduction.memory_estimate.available_memory", lambda: 1e3)
+    monkeypatch.setattr("study.blade_reduction.modes", None)
+    monkeypatch.setattr("study.compared_reduction.craig_bampton", None)
+
+
+def test_a_blade_is_refused() -> None:
+    model = blade_model(load_case(BLADE, BladeCase), element="hex8", through_thickness=1)
+    with pytest.raises(RomError, match=r"reducing \d+ degrees of freedom to 48 and modes takes about .* GB are free"):
+        reduce_blade(model)
+
+
+def test_a_rig_is_refused_by_its_body() -> None:
+    model = RigModel(rig=Rig(), material=STEEL, element="hex8", size=0.006, n_mode=10)
+    with pytest.raises(RomError, match=r"reducing the blade of \d+ degrees of freedom takes about .* GB are free"):
+        reduction_tasks(model, model.meshes())
+
+
+def test_matrices_are_refused() -> None:
+    unit = sp.csr_array(sp.eye_array(30))
+    system = LinearSystem(mass=unit, damping=0 * unit, stiffness=unit, free=np.arange(30), n_node=10)
+    with pytest.raises(RomError, match=r"reducing 30 degrees of freedom to 3 and 5 modes takes about .* GB are free"):
+        compared_reduction(system, {"kept": np.arange(3)}, 5, None, {})

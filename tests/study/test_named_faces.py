@@ -1,0 +1,46 @@
+"""The picture of a part's named faces: each colour where its face is seen, and nowhere else."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+from fe.element import TET10
+from fe.hex_blocks import Block, mesh_blocks
+from study.errors import MissingSoftware
+from study.figure.named_faces import COLOURS, named_faces_picture
+from study.figure.off_screen import require_egl
+
+
+def near(picture: NDArray[np.uint8], colour: str) -> int:
+    """Pixels of a hue, in any light, left of the legend."""
+    wanted = np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)], dtype=float)
+    body = picture[:, : int(0.75 * picture.shape[1])].reshape(-1, 3).astype(float)
+    own, other = body - body.mean(axis=1, keepdims=True), wanted - wanted.mean()
+    size = np.linalg.norm(own, axis=1)
+    return int(((own @ other > 0.985 * size * np.linalg.norm(other)) & (size > 0.5 * np.linalg.norm(other))).sum())
+
+
+def test_faces_are_seen_from_their_side_alone(tmp_path: Path) -> None:
+    try:
+        require_egl()
+    except MissingSoftware as reason:
+        pytest.skip(str(reason))
+    block = Block(
+        shape=lambda u, v, w: (0.02 * u, 0.02 * v, 0.03 * w), counts=(2, 2, 3), faces={"u1": "front", "w0": "foot"}
+    )
+    mesh = mesh_blocks([block], TET10)
+    station = np.array([[0.02, 0.01, 0.015]])
+    eye = np.array([0.8, -0.62, 0.36])
+    seen = {}
+    for side, towards_eye in (("front", eye), ("back", -eye)):
+        file = named_faces_picture(
+            mesh, mesh.face_sets, station, tmp_path / f"{side}.png", title="Block", towards_eye=towards_eye
+        )
+        picture = np.asarray(Image.open(file).convert("RGB"))
+        seen[side] = [near(picture, colour) for colour in COLOURS[:2]]
+    # A face takes a tenth of the picture and more; edges and smoothing leave some pixels of any hue.
+    assert min(seen["front"][0], seen["back"][1]) > 20_000
+    assert max(seen["front"][1], seen["back"][0]) < 2_000
