@@ -18,19 +18,19 @@ from jaxtyping import Int
 from numpy.typing import NDArray
 
 from fe.mesh import Mesh
-from fe.sparse_solver import Backend, default_backend
+from fe.sparse_solver import default_backend
 from reduction.errors import RomError
 
 #: Measured peaks lie within this factor of the estimate, either way.
 FACTOR = 1.5
 #: Entries of the factor over n w^(3/4).
-FILL = 3.1
-#: Bytes of an entry of the factor: itself, and a quarter for the work arrays of PARDISO. SuperLU keeps both triangles,
-#: each with indices, and its minimum degree ordering leaves more.
-FACTOR_BYTES = {Backend.PARDISO: 10.0, Backend.SUPERLU: 60.0}
+FILL = 2.6
+#: Bytes of an entry of the factor, by the name of the back end: itself, and a quarter for work arrays. SuperLU keeps both
+#: triangles with their indices.
+FACTOR_BYTES = {"pardiso": 10.0, "cholmod": 10.0, "superlu": 20.0}
 #: Copies of the stiffness, of 12 bytes an entry, that stand beside the system at the peak: blocks of both matrices, the
 #: upper triangle, the solver's own.
-COPIES = 4.9
+COPIES = 4.0
 #: Columns of the length of the system: of a mode, its share of Lanczos' basis and the recovery; of a boundary degree of
 #: freedom, its constraint mode before and after it is sorted in.
 PER_MODE, PER_BOUNDARY = 4.5, 1.5
@@ -138,7 +138,7 @@ def available_memory(system: Path = Path("/")) -> float:
 
 def _bytes(n_dof: float, n_entry: float, width: float, n_boundary: int, n_mode: int) -> float:
     filled = min(FILL * n_dof * float(width) ** 0.75, n_dof * (n_dof + 1) / 2)
-    factor = FACTOR_BYTES[default_backend()] * filled
+    factor = FACTOR_BYTES[default_backend().value] * filled
     columns = 8.0 * n_dof * (PER_MODE * n_mode + PER_BOUNDARY * n_boundary)
     return float(factor + COPIES * ENTRY * n_entry + columns)
 
