@@ -25,8 +25,8 @@ from reduction.errors import RomError
 FACTOR = 1.5
 #: Entries of the factor over n w^(3/4).
 FILL = 2.6
-#: Bytes of an entry of the factor, by the name of the back end: itself, and a quarter for work arrays. SuperLU keeps both
-#: triangles with their indices.
+#: Bytes of an entry of the factor, by the name of the back end: itself, and a quarter for work arrays. SuperLU keeps
+#: both triangles with their indices.
 FACTOR_BYTES = {"pardiso": 10.0, "cholmod": 10.0, "superlu": 20.0}
 #: Copies of the stiffness, of 12 bytes an entry, that stand beside the system at the peak: blocks of both matrices, the
 #: upper triangle, the solver's own.
