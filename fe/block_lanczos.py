@@ -10,7 +10,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.linalg.blas import dgemm
 
-from fe.sparse_solver import Factor
+from fe.factor import Factor
+from fe.node_matrix import block_product
 
 Matrix = NDArray[np.float64]
 
@@ -124,7 +125,7 @@ class _KrylovBasis:
 
     def __init__(self, factor: Factor, mass: sp.csr_array, capacity: int, seed: int) -> None:
         n = mass.shape[0]
-        self._factor, self._mass = factor, mass
+        self._factor, self._times_mass = factor, block_product(mass)
         self._random = np.random.default_rng(seed)
         self._vectors = np.empty((n, min(n, capacity)), order="F")
         self._next = self._mass_next = np.empty((n, 0), order="F")
@@ -178,8 +179,8 @@ class _KrylovBasis:
         n_column = min(n_column, n - self.size - width)
         if n_column <= 0:
             return
-        fresh = self._solve(self._mass @ self._random.standard_normal((n, n_column)))
-        fresh /= np.sqrt(np.einsum("nk,nk->k", fresh, self._mass @ fresh))
+        fresh = self._solve(self._times_mass(self._random.standard_normal((n, n_column))))
+        fresh /= np.sqrt(np.einsum("nk,nk->k", fresh, self._times_mass(fresh)))
         for _ in range(2):
             fresh, _part = self._without(fresh)
         mixing = self._orthonormalise(np.asfortranarray(np.hstack([self._next, fresh])), 1.0)
@@ -215,7 +216,7 @@ class _KrylovBasis:
         if not column.size:  # BLAS refuses to do nothing
             return column, np.empty((self.size, 0))
         Q = self._vectors[:, : self.size]
-        part = dgemm(1.0, Q, np.asfortranarray(self._mass @ column), trans_a=1)
+        part = dgemm(1.0, Q, self._times_mass(column), trans_a=1)
         return np.asarray(dgemm(-1.0, Q, part, 1.0, column, overwrite_c=1)), np.asarray(part)
 
     def _orthonormalise(self, column: Matrix, scale: float) -> Matrix:
@@ -227,7 +228,7 @@ class _KrylovBasis:
             if not column.shape[1] or (worst > 0.1 and is_clean):
                 break
             if stale > STALE:
-                product, stale = np.asfortranarray(self._mass @ column), 1.0
+                product, stale = self._times_mass(column), 1.0
             gram = dgemm(1.0, column, product, trans_a=1)
             length = np.sqrt(np.diag(gram).clip(min=np.finfo(float).tiny))
             value, U = scipy.linalg.eigh((gram + gram.T) / 2 / np.outer(length, length))

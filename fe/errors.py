@@ -17,3 +17,7 @@ class SupportError(InputError):
 
 class MatrixFileError(InputError):
     """A file of sparse matrices, or of their degrees of freedom, that cannot be used."""
+
+
+class BackendError(InputError):
+    """A library for sparse matrices that was asked for and is not installed."""

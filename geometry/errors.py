@@ -8,7 +8,7 @@
         ├── fe.errors.MeshError
         │   └── fe.errors.InvertedCell
         ├── fe.errors.SupportError
-        ├── fe.errors.MatrixFileError
+        ├── fe.errors.{MatrixFileError, BackendError}
         ├── reduction.errors.{RomError, JointError, MatrixError, ExchangeError}
         ├── hbsolve.errors.{ForceError, ModelError, PeakError, BalanceError}
         ├── transient.errors.TransientError

@@ -11,7 +11,7 @@ from fe.sparse_solver import Factor
 BLOCK = 64
 
 
-def constraint_modes(factor: Factor, stiffness_interior_boundary: sp.csr_array) -> Float[NDArray[np.float64], "i b"]:
+def constraint_modes(factor: Factor, stiffness_boundary_interior: sp.csr_array) -> Float[NDArray[np.float64], "i b"]:
     r"""Interior displacement for a unit displacement of each boundary degree of freedom, no force on the interior.
 
     .. math:: \Psi = -K_{ii}^{-1} K_{ib}
@@ -20,8 +20,8 @@ def constraint_modes(factor: Factor, stiffness_interior_boundary: sp.csr_array) 
     ----------
     factor
         Of the interior stiffness K_ii.
-    stiffness_interior_boundary
-        K_ib, shape (i, b) [N/m].
+    stiffness_boundary_interior
+        K_bi = K_ib^T, shape (b, i) [N/m].
 
     Returns
     -------
@@ -31,10 +31,9 @@ def constraint_modes(factor: Factor, stiffness_interior_boundary: sp.csr_array) 
     ----------
     Craig and Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6 (1968), eq. 5.
     """
-    n_interior, n_boundary = stiffness_interior_boundary.shape
-    shapes = np.empty((n_interior, n_boundary))
-    columns = sp.csc_array(stiffness_interior_boundary)
+    n_boundary, n_interior = stiffness_boundary_interior.shape
+    shapes = np.empty((n_interior, n_boundary), order="F")
     for first in range(0, n_boundary, BLOCK):
         block = slice(first, min(first + BLOCK, n_boundary))
-        shapes[:, block] = -factor.solve(columns[:, block].toarray())
+        shapes[:, block] = -factor.solve(stiffness_boundary_interior[block].toarray().T)
     return shapes

@@ -11,7 +11,7 @@ from fe.system import LinearSystem
 from reduction.constraint_modes import constraint_modes
 from reduction.errors import RomError
 from reduction.fixed_interface_modes import fixed_interface_modes, loose_interior
-from reduction.partition import Partition, Rows, partition
+from reduction.partition import Partition, Rows, interior, partition
 from reduction.rom import ReducedModel
 
 Matrix = Float[NDArray[np.float64], "r r"]
@@ -85,19 +85,21 @@ def _basis(
 ) -> tuple[Float[NDArray[np.float64], "n r"], Float[NDArray[np.float64], " m"]]:
     """T on the rows of the system, and the eigenvalues of the fixed-interface modes [rad^2/s^2]."""
     b, i, n_boundary = rows.boundary, rows.interior, len(rows.boundary)
-    recovery = np.zeros((system.n_dof, n_boundary + n_mode))
+    # Column after column in memory, as the shapes come; pages that nothing has touched yet cost nothing.
+    recovery = np.zeros((system.n_dof, n_boundary + n_mode), order="F")
     recovery[b, np.arange(n_boundary)] = 1.0
     lambda_ = np.zeros(0)
     if len(i):
-        stiffness_interior = system.stiffness[i]
-        stiffness = stiffness_interior[:, i]
+        stiffness = interior(system.stiffness, rows)
         try:
             factor = factorise(stiffness)
         except SingularMatrix as error:
             raise RomError(loose_interior(len(i))) from error
         if n_mode:
-            lambda_, recovery[i, n_boundary:] = fixed_interface_modes(system.mass[i][:, i], stiffness, n_mode, factor)
-        recovery[i, :n_boundary] = constraint_modes(factor, stiffness_interior[:, b])
+            lambda_, recovery[i, n_boundary:] = fixed_interface_modes(
+                interior(system.mass, rows), stiffness, n_mode, factor
+            )
+        recovery[i, :n_boundary] = constraint_modes(factor, system.stiffness[b][:, i])
     return recovery, lambda_
 
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 from jaxtyping import Int
 from numpy.typing import NDArray
 
@@ -59,6 +60,11 @@ def partition(system: LinearSystem, boundary: Mapping[str, Rows]) -> Partition:
         interior=np.flatnonzero(place < 0),
         boundary_sets={name: place[np.asarray(rows).ravel()] for name, rows in boundary.items()},
     )
+
+
+def interior(matrix: sp.csr_array, rows: Partition) -> sp.csr_array:
+    """The part of a matrix of the system that belongs to the interior, shape (i, i)."""
+    return sp.csr_array(matrix[rows.interior][:, rows.interior])
 
 
 def _check(name: str, rows: Rows, n_dof: int) -> None:

@@ -1,6 +1,5 @@
 """What the tests of this room share: every element and every factorisation there is, a box to be distorted inside."""
 
-import importlib.util
 from collections.abc import Callable
 
 import numpy as np
@@ -9,7 +8,7 @@ import pytest
 from fe.element import ELEMENTS, Element
 from fe.hex_blocks import Block, mesh_blocks
 from fe.mesh import Mesh
-from fe.sparse_solver import Backend
+from fe.sparse_solver import Backend, is_available
 
 BoxMesher = Callable[..., Mesh]
 #: The six walls of a box, in the order of the axes: face sets of every box mesh.
@@ -27,8 +26,8 @@ def element(request: pytest.FixtureRequest) -> Element:
 def backend(request: pytest.FixtureRequest) -> Backend:
     """Each factorisation in turn, as far as it is installed."""
     found: Backend = request.param
-    if found is Backend.PARDISO and importlib.util.find_spec("pypardiso") is None:
-        pytest.skip("PARDISO's wheel is not installed (x86-64 only)")
+    if not is_available(found):
+        pytest.skip(f"{found.value} is not installed")
     return found
 
 

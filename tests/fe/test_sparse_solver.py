@@ -1,4 +1,4 @@
-"""Both factorisations solve what they are given, and say when they cannot."""
+"""Every factorisation solves what it is given, and says when it cannot."""
 
 import subprocess
 import sys
@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from fe import sparse_solver
+from fe import cholmod, pardiso
+from fe.errors import BackendError
 from fe.sparse_solver import Backend, Definiteness, SingularMatrix, default_backend, factorise
 
 N = 60
@@ -81,11 +82,15 @@ def test_scipy_alone_is_enough(failure: Exception, monkeypatch: pytest.MonkeyPat
     def library() -> None:
         raise failure
 
-    monkeypatch.setattr(sparse_solver, "_library", library)
+    for module in (pardiso, cholmod):
+        monkeypatch.setattr(module, "library", library)
     assert default_backend() is Backend.SUPERLU
     b = np.ones(N)
     matrix = random_matrix(Definiteness.POSITIVE)
     np.testing.assert_allclose(matrix @ factorise(matrix).solve(b), b, rtol=1e-9)
+    for absent in (Backend.PARDISO, Backend.CHOLMOD):
+        with pytest.raises(BackendError, match=f'back end "{absent.value}" is not installed: .* install'):
+            factorise(matrix, backend=absent)
 
 
 def test_a_factor_that_lives_until_the_end_of_the_process_says_nothing_there(backend: Backend) -> None:

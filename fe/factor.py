@@ -1,0 +1,80 @@
+"""What a factorised symmetric matrix can do, whichever library made it."""
+
+from enum import Enum
+from typing import Protocol
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+Columns = Float[NDArray[np.float64], " n"] | Float[NDArray[np.float64], "n k"]
+
+
+class Definiteness(Enum):
+    """Which factorisation the matrix allows."""
+
+    POSITIVE = "positive definite: Cholesky"
+    INDEFINITE = "symmetric indefinite: LDL^T"
+
+
+class SingularMatrix(ArithmeticError):
+    """The matrix is singular, or not positive definite where it was said to be."""
+
+
+class Factor(Protocol):
+    """A factorised matrix."""
+
+    def solve(self, right_hand_side: Columns) -> Columns:
+        """Solution of A x = b for one right-hand side (n,) or several (n, k)."""
+        ...
+
+
+class Factorisation(Factor, Protocol):
+    """A factor that can be made anew, and tells the signs of its pivots."""
+
+    def renew(self, matrix: sp.csr_array) -> None:
+        """Factorise other values in the same places; what is known about the places is not found out again.
+
+        Parameters
+        ----------
+        matrix
+            Shape (n, n), with the pattern of the first one, both triangles.
+
+        Raises
+        ------
+        ValueError
+            The pattern is another one.
+        SingularMatrix
+            As `factorise`; the factor is of no use afterwards.
+        """
+        ...
+
+    @property
+    def n_negative(self) -> int:
+        """Eigenvalues below zero [-]: by Sylvester's law of inertia, negative pivots.
+
+        Raises
+        ------
+        UnknownInertia
+            Pivots had to be taken from beside the diagonal, or were altered: their signs prove nothing.
+        """
+        ...
+
+
+class UnknownInertia(ArithmeticError):
+    """The pivots of this factorisation do not tell how many eigenvalues are negative."""
+
+
+def singular(n: int, reason: str = "") -> SingularMatrix:
+    """The error for a matrix of n rows that has no factor."""
+    return SingularMatrix(f"the matrix of {n} rows is singular or not positive definite{reason}")
+
+
+def check_pattern(matrix: sp.csr_array, shape: tuple[int, int], nnz: int) -> None:
+    """Raise ValueError where a matrix visibly has other places than the one analysed first."""
+    if matrix.shape != shape or matrix.nnz != nnz:
+        raise ValueError(
+            f"a matrix of shape {matrix.shape} with {matrix.nnz} entries cannot take the place of one of shape {shape} "
+            f"with {nnz}: factorise it by itself"
+        )

@@ -1,0 +1,117 @@
+"""Are these the lowest modes, and all of them? Residuals, and a count of eigenvalues that knows nothing of Lanczos."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.sparse_solver import Backend, Definiteness, Factor, UnknownInertia, factorise
+
+#: Two eigenvalues are apart if they differ by more than this [-]: far above their error of about 1e-9, far below the
+#: distance of modes that nothing makes alike.
+GAP = 1e-5
+#: Where in a gap eigenvalues are counted, one after the other if a count proves nothing.
+PLACES = (0.5, 0.3, 0.7, 0.1, 0.9)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ModeCheck:
+    r"""What can be said of modes afterwards.
+
+    Parameters
+    ----------
+    residual
+        Of each mode in the energy norm,
+        :math:`\|K x - \lambda M x\|_{K^{-1}} / \|x\|_K`, shape (m,) [-]: a bound on the relative distance from
+        lambda to the nearest eigenvalue, and to first order the relative error of the shape's energy outside its own
+        eigenspace.
+    shift
+        Below which eigenvalues were counted [rad^2/s^2].
+    n_below
+        How many there are [-].
+    n_found
+        How many of the modes lie there [-].
+    """
+
+    residual: Float[NDArray[np.float64], " m"]
+    shift: float
+    n_below: int
+    n_found: int
+
+    @cached_property
+    def n_missed(self) -> int:
+        """Modes below the shift that were not found [-]; negative if one was found twice."""
+        return self.n_below - self.n_found
+
+
+def check_modes(
+    stiffness: sp.csr_array,
+    mass: sp.csr_array,
+    lambda_: Float[NDArray[np.float64], " m"],
+    shapes: Float[NDArray[np.float64], "n m"],
+    factor: Factor | None = None,
+    backend: Backend | None = None,
+) -> ModeCheck:
+    """Residuals of the lowest modes, and a Sturm count in the highest gap between them.
+
+    Parameters
+    ----------
+    stiffness, mass
+        Positive definite, shape (n, n) [N/m, kg].
+    lambda_, shapes
+        Eigenvalues, ascending and positive [rad^2/s^2], and their shapes (n, m).
+    factor
+        Of the stiffness, if there is one already.
+    backend
+        For the factorisation of K - shift M and, if none is given, of K.
+
+    Raises
+    ------
+    UnknownInertia
+        No shift in the gap could be factorised with pivots that tell signs.
+
+    References
+    ----------
+    Parlett, The Symmetric Eigenvalue Problem (1998), section 3.3: counting by Sylvester's inertia theorem.
+    """
+    factor = factor or factorise(stiffness, backend=backend)
+    rest = factor.solve(mass @ shapes) - shapes / lambda_
+    energy = lambda_ * np.einsum("nm,nm->m", rest, stiffness @ rest)
+    length = np.einsum("nm,nm->m", shapes, mass @ shapes)
+    low, high, n_found = _highest_gap(lambda_)
+    shift, n_below = count_below(stiffness, mass, low, high, backend)
+    return ModeCheck(residual=np.sqrt(energy / length), shift=shift, n_below=n_below, n_found=n_found)
+
+
+def count_below(
+    stiffness: sp.csr_array, mass: sp.csr_array, low: float, high: float, backend: Backend | None = None
+) -> tuple[float, int]:
+    """A shift between two bounds, and the number of eigenvalues of K x = lambda M x below it.
+
+    K - shift M has as many negative pivots as there are eigenvalues below the shift, whatever the solver that is to
+    be checked may have missed.
+
+    Raises
+    ------
+    UnknownInertia
+        As `check_modes`.
+    """
+    for place in PLACES:
+        shift = low + place * (high - low)
+        try:
+            return shift, factorise(sp.csr_array(stiffness - shift * mass), Definiteness.INDEFINITE, backend).n_negative
+        except UnknownInertia as error:
+            reason = error
+    raise reason
+
+
+def _highest_gap(lambda_: Float[NDArray[np.float64], " m"]) -> tuple[float, float, int]:
+    """Bounds of the highest gap, and the modes below it; the gap below all modes if they are all alike."""
+    gaps = np.flatnonzero(np.diff(lambda_) > GAP * lambda_[1:])
+    if not len(gaps):
+        return (1 - 3 * GAP) * float(lambda_[0]), (1 - GAP) * float(lambda_[0]), 0
+    last = int(gaps[-1])
+    return float(lambda_[last]), float(lambda_[last + 1]), last + 1

@@ -1,0 +1,38 @@
+"""SuperLU of SciPy: the factorisation that is always there."""
+
+import numpy as np
+import scipy.sparse as sp
+
+from fe.factor import Columns, UnknownInertia, check_pattern, singular
+
+
+class SuperLU:
+    """Symmetric-mode SuperLU: the ordering keeps the symmetry, pivots stay on the diagonal unless tiny.
+
+    SciPy offers no analysis apart from the numbers, so that renewing is no faster than beginning.
+    """
+
+    def __init__(self, matrix: sp.csr_array) -> None:
+        self._shape, self._nnz = matrix.shape, matrix.nnz
+        self.renew(matrix)
+
+    def renew(self, matrix: sp.csr_array) -> None:
+        check_pattern(matrix, self._shape, self._nnz)
+        try:
+            self._lu = sp.linalg.splu(
+                sp.csc_array(matrix),
+                permc_spec="MMD_AT_PLUS_A",
+                diag_pivot_thresh=0.001,
+                options={"SymmetricMode": True},
+            )
+        except RuntimeError as error:
+            raise singular(matrix.shape[0], f": {error}") from error
+
+    def solve(self, right_hand_side: Columns) -> Columns:
+        return np.asarray(self._lu.solve(np.asarray(right_hand_side, dtype=np.float64)))
+
+    @property
+    def n_negative(self) -> int:
+        if (self._lu.perm_r != self._lu.perm_c).any():
+            raise UnknownInertia("SuperLU took pivots from beside the diagonal: their signs do not count eigenvalues")
+        return int(np.count_nonzero(self._lu.U.diagonal() < 0))
