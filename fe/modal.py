@@ -1,6 +1,7 @@
 """Natural frequencies and mode shapes of a sparse system, by block Lanczos on one factorisation."""
 
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.linalg
@@ -23,6 +24,33 @@ DENSE = 600
 #: A mode whose strain energy is this small a part of what its degrees of freedom would store one by one is a motion
 #: without strain: round-off leaves rigid motions about 1e-16, a slender blade's first mode has 1e-9.
 STRAINLESS = 1e-13
+#: Shapes normalised at a time.
+AT_ONCE = 16
+
+
+class Symmetric(Protocol):
+    """What is needed of a stiffness beside its factor: a sparse matrix, or a part of one that nothing has copied."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Rows and columns."""
+        ...
+
+    def __matmul__(self, columns: Any, /) -> Any:
+        """Product with a vector (n,) or columns (n, k)."""
+        ...
+
+    def diagonal(self) -> NDArray[np.float64]:
+        """The diagonal, shape (n,)."""
+        ...
+
+    def tocsr(self) -> sp.csr_array:
+        """As a sparse matrix, shape (n, n)."""
+        ...
+
+    def toarray(self) -> NDArray[np.float64]:
+        """All entries, shape (n, n)."""
+        ...
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -79,7 +107,7 @@ def modes(system: LinearSystem, n_mode: int, factor: Factor | None = None) -> Mo
 
 
 def lowest_eigenpairs(
-    stiffness: sp.csr_array, mass: sp.csr_array, n_mode: int, factor: Factor | None = None
+    stiffness: Symmetric, mass: sp.csr_array, n_mode: int, factor: Factor | None = None
 ) -> tuple[Float[NDArray[np.float64], " m"], Float[NDArray[np.float64], "n m"]]:
     """Lowest eigenvalues [rad^2/s^2], ascending, and mass-normalised eigenvectors; arguments as in `modes`."""
     n = stiffness.shape[0]
@@ -91,14 +119,17 @@ def lowest_eigenpairs(
     else:
         try:
             if factor is None:
-                factor = factorise(stiffness, Definiteness.POSITIVE)
+                factor = factorise(stiffness.tocsr(), Definiteness.POSITIVE)
             lambda_, shapes = block_lanczos(factor, mass, n_mode)
         except (SingularMatrix, NoConvergence) as error:
             raise SupportError(SINGULAR) from error
-    shapes = shapes / np.sqrt(np.einsum("nm,nm->m", shapes, mass @ shapes))
+    # Some columns at a time, in place: at the end of a reduction memory is what there is least of.
+    for first in range(0, n_mode, AT_ONCE):
+        part = shapes[:, first : first + AT_ONCE]
+        part /= np.sqrt(np.einsum("nm,nm->m", part, mass @ part))
+        part *= np.sign(part[np.abs(part).argmax(axis=0), np.arange(part.shape[1])])
     # A singular stiffness may pass its factorisation, for round-off decides about the last pivots; its modes tell.
     first = shapes[:, 0]
     if first @ (stiffness @ first) < STRAINLESS * (first @ (stiffness.diagonal() * first)):
         raise SupportError(SINGULAR)
-    peak = shapes[np.abs(shapes).argmax(axis=0), np.arange(n_mode)]
-    return lambda_, shapes * np.sign(peak)
+    return lambda_, shapes

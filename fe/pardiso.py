@@ -76,9 +76,11 @@ class Pardiso:
         return 0 if self._positive else int(self._call.parameters[22])
 
     @property
-    def n_entry(self) -> int:
-        """Entries of the factor's triangle [-]."""
-        return int(self._call.parameters[17]) * self._upper.block**2
+    def work(self) -> tuple[float, float] | None:
+        """Entries of the factor's triangle and operations that made it [-]; None where PARDISO counts blocks it chose."""
+        entries, millions = (float(self._call.parameters[k]) for k in (17, 18))
+        block = self._upper.block
+        return None if self._call.parameters[36] < 0 else (entries * block**2, 1e6 * millions * block**3)
 
     def _checked(self, matrix: sp.csr_array) -> Upper:
         if self._positive and not (matrix.diagonal() > 0).all():
@@ -157,7 +159,7 @@ class _Handle:
         self.parameters[0] = 1  # own parameters
         self.parameters[1] = 2  # nested dissection (METIS)
         self.parameters[9] = 8  # pivots perturbed below 1e-8, for the indefinite case
-        self.parameters[17] = -1  # count the entries of the factor
+        self.parameters[17] = self.parameters[18] = -1  # count the factor's entries and operations
         self.parameters[20] = 1  # Bunch-Kaufman pivots, for the indefinite case
         self.parameters[34] = 1  # zero-based indices
         self.parameters[36] = upper.block if upper.block > 1 else (-SIMILAR if n > SMALL else 0)

@@ -11,7 +11,7 @@ from fe.system import LinearSystem
 from reduction.constraint_modes import constraint_modes
 from reduction.errors import RomError
 from reduction.fixed_interface_modes import fixed_interface_modes, loose_interior
-from reduction.partition import Partition, Rows, interior, partition
+from reduction.partition import InteriorPart, Partition, Rows, partition
 from reduction.rom import ReducedModel
 
 Matrix = Float[NDArray[np.float64], "r r"]
@@ -90,15 +90,13 @@ def _basis(
     recovery[b, np.arange(n_boundary)] = 1.0
     lambda_ = np.zeros(0)
     if len(i):
-        stiffness = interior(system.stiffness, rows)
+        mass, stiffness = (InteriorPart(matrix=each, rows=i) for each in (system.mass, system.stiffness))
         try:
-            factor = factorise(stiffness)
+            factor = factorise(stiffness.tocsr())
         except SingularMatrix as error:
             raise RomError(loose_interior(len(i))) from error
         if n_mode:
-            lambda_, recovery[i, n_boundary:] = fixed_interface_modes(
-                interior(system.mass, rows), stiffness, n_mode, factor
-            )
+            lambda_, recovery[i, n_boundary:] = fixed_interface_modes(mass.tocsr(), stiffness, n_mode, factor)
         recovery[i, :n_boundary] = constraint_modes(factor, system.stiffness[b][:, i])
     return recovery, lambda_
 

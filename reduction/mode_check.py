@@ -5,7 +5,7 @@ import numpy as np
 from fe.mode_check import ModeCheck, check_modes
 from fe.system import LinearSystem
 from reduction.errors import RomError
-from reduction.partition import Partition, interior
+from reduction.partition import InteriorPart
 from reduction.rom import ReducedModel
 
 
@@ -37,10 +37,9 @@ def check_fixed_interface_modes(system: LinearSystem, rom: ReducedModel) -> Mode
         raise RomError("the reduced model keeps no fixed-interface modes: there is nothing to check")
     boundary = np.searchsorted(rom.free, 3 * rom.boundary_node + rom.boundary_direction)
     inner = np.setdiff1d(np.arange(system.n_dof), boundary)
-    rows = Partition(boundary=boundary, interior=inner, boundary_sets={})
     return check_modes(
-        interior(system.stiffness, rows),
-        interior(system.mass, rows),
+        InteriorPart(matrix=system.stiffness, rows=inner).tocsr(),
+        InteriorPart(matrix=system.mass, rows=inner).tocsr(),
         (2 * np.pi * rom.fixed_interface_frequency) ** 2,
         rom.recovery[inner, rom.n_boundary :],
     )

@@ -62,9 +62,43 @@ def partition(system: LinearSystem, boundary: Mapping[str, Rows]) -> Partition:
     )
 
 
-def interior(matrix: sp.csr_array, rows: Partition) -> sp.csr_array:
-    """The part of a matrix of the system that belongs to the interior, shape (i, i)."""
-    return sp.csr_array(matrix[rows.interior][:, rows.interior])
+@dataclass(frozen=True, kw_only=True, eq=False)
+class InteriorPart:
+    """The interior's part of a matrix of the system, without a copy of it: half of what a reduction would hold.
+
+    Parameters
+    ----------
+    matrix
+        Of the whole system, shape (n, n).
+    rows
+        Its interior rows, shape (i,) [-].
+    """
+
+    matrix: sp.csr_array
+    rows: Rows
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the part."""
+        return len(self.rows), len(self.rows)
+
+    def __matmul__(self, columns: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Product with a vector (i,) or columns (i, k)."""
+        whole = np.zeros((self.matrix.shape[0], *columns.shape[1:]))
+        whole[self.rows] = columns
+        return np.asarray((self.matrix @ whole)[self.rows])
+
+    def diagonal(self) -> NDArray[np.float64]:
+        """The diagonal, shape (i,)."""
+        return np.asarray(self.matrix.diagonal()[self.rows])
+
+    def tocsr(self) -> sp.csr_array:
+        """A copy, shape (i, i)."""
+        return sp.csr_array(self.matrix[self.rows][:, self.rows])
+
+    def toarray(self) -> NDArray[np.float64]:
+        """All entries, shape (i, i)."""
+        return np.asarray(self.tocsr().toarray())
 
 
 def _check(name: str, rows: Rows, n_dof: int) -> None:

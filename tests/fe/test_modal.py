@@ -17,7 +17,7 @@ from fe.mac import modal_assurance_criterion
 from fe.material import STEEL, Material
 from fe.mesh import Mesh
 from fe.modal import modes
-from fe.sparse_solver import Backend, Definiteness, factorise
+from fe.sparse_solver import Backend, Definiteness, factorise, is_available
 from fe.system import LinearSystem
 from geometry.errors import InputError
 
@@ -140,12 +140,13 @@ def test_dense_and_sparse_solutions_agree(box: BoxMesher, monkeypatch: pytest.Mo
     )
 
 
-def test_both_back_ends_give_the_same_frequencies(box: BoxMesher) -> None:
-    pytest.importorskip("pypardiso", reason="PARDISO's wheel exists for x86-64 only")
+def test_all_back_ends_give_the_same_frequencies(box: BoxMesher) -> None:
     system = cantilever(box)
-    found = [modes(system, 8, factorise(system.stiffness, backend=each)).angular_frequency for each in Backend]
-    # Two factorisations differ by round-off times the stiffness' condition, some 1e6.
-    np.testing.assert_allclose(found[0], found[1], rtol=1e-9)
+    present = [each for each in Backend if is_available(each)]
+    first, *others = (modes(system, 8, factorise(system.stiffness, backend=each)).angular_frequency for each in present)
+    for other in others:
+        # Two factorisations differ by round-off times the stiffness' condition, some 1e6.
+        np.testing.assert_allclose(other, first, rtol=1e-9)
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3], ids=["millimetre", "metre", "kilometre"])

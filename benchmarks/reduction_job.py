@@ -1,0 +1,233 @@
+"""One measurement of `benchmarks/reduction.py`, in a process of its own, so that its peak memory is its own.
+
+    python -m benchmarks.reduction_job KIND SHAPE SIZE N_MODE
+
+prints one line of JSON. KIND: stickslip, arpack, scipy or ccx; SHAPE and SIZE: see SHAPES.
+"""
+
+import json
+import resource
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.linalg.blas import dgemm
+from scipy.sparse.linalg import LinearOperator, eigsh
+
+import fe.block_lanczos
+import reduction.craig_bampton
+from fe.assembly import assemble
+from fe.blade_mesher import PadMesh, mesh_blade
+from fe.calculix_run import run_frequency
+from fe.element import HEX20
+from fe.hex_blocks import Block, mesh_blocks
+from fe.material import STEEL
+from fe.mesh import Mesh
+from fe.mesh_rule import MeshRule
+from fe.sparse_solver import Backend, Factor, factorise
+from fe.system import LinearSystem
+from geometry.blade import Blade
+from reduction.mode_check import check_fixed_interface_modes
+
+#: Nodes that stay: 102 degrees of freedom.
+N_BOUNDARY = 34
+clock = time.process_time
+
+
+def twisted(size: str) -> Mesh:
+    """A tapered plate of 300 x 60 x 8 mm, twisted by half a radian; cells along, across and through, as 96x20x4."""
+
+    def shape(u: NDArray, v: NDArray, w: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+        across, through, turn = (1 - 0.3 * u) * 0.06 * (v - 0.5), (1 - 0.3 * u) * 0.008 * (w - 0.5), 0.5 * u
+        return (
+            0.3 * u,
+            across * np.cos(turn) - through * np.sin(turn),
+            across * np.sin(turn) + through * np.cos(turn),
+        )
+
+    nx, ny, nz = (int(count) for count in size.split("x"))
+    return mesh_blocks([Block(shape=shape, counts=(nx, ny, nz), faces={"u0": "root"})], HEX20)
+
+
+def rig_blade(size: str) -> Mesh:
+    """The rig's blade with so many cells through its thickness."""
+    rule = MeshRule(element=HEX20, through_thickness=int(size), length_ratio=2.3, length_cap=0.0038)
+    return mesh_blade(Blade(), rule, PadMesh(band_height=0.009))
+
+
+def cube(size: str) -> Mesh:
+    """A cube of so many cells along each edge: its frequencies come in pairs and triples."""
+    n = int(size)
+    box = Block(shape=lambda u, v, w: (0.1 * u, 0.1 * v, 0.1 * w), counts=(n, n, n), faces={"u0": "root"})
+    return mesh_blocks([box], HEX20)
+
+
+SHAPES: dict[str, Callable[[str], Mesh]] = {"twisted": twisted, "rig": rig_blade, "cube": cube}
+
+
+def boundary_nodes(mesh: Mesh, shape: str) -> NDArray[np.int64]:
+    """Nodes spread over the root (the clamp of the rig's blade); of the cube all corners there, for its symmetry."""
+    root = np.intersect1d(mesh.nodes("clamp" if shape == "rig" else "root"), mesh.corner_nodes())
+    return root if shape == "cube" else root[np.unique(np.linspace(0, len(root) - 1, N_BOUNDARY).round().astype(int))]
+
+
+class Stopwatch:
+    """Processor time of the functions that are replaced by timed ones, and the columns solved for."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self.columns: dict[str, int] = {}
+        self.factor: Any = None
+        self.stage = ""
+
+    def watch(self, owner: Any, name: str, stage: str) -> None:
+        function = getattr(owner, name)
+
+        def timed(*arguments: Any, **options: Any) -> Any:
+            outer, self.stage = self.stage, stage
+            start = clock()
+            result = function(*arguments, **options)
+            self.seconds[stage] = self.seconds.get(stage, 0.0) + clock() - start
+            self.stage = outer
+            return result
+
+        setattr(owner, name, timed)
+
+    def keep(self, factor: Factor) -> Factor:
+        self.factor = factor
+        return self
+
+    def solve(self, right_hand_side: NDArray[np.float64]) -> NDArray[np.float64]:
+        start = clock()
+        solution = self.factor.solve(right_hand_side)
+        width = 1 if right_hand_side.ndim == 1 else right_hand_side.shape[1]
+        for table, amount in ((self.seconds, clock() - start), (self.columns, width)):
+            key = f"{self.stage}: solves"
+            table[key] = table.get(key, 0) + amount
+        return solution
+
+
+def machine() -> dict[str, float]:
+    """Billions of operations a second of dgemm, and bytes a second read from memory, better of three."""
+    square = np.asfortranarray(np.random.default_rng(0).standard_normal((2000, 2000)))
+    long = np.ones(50_000_000)
+    flops, read = [], []
+    for _ in range(3):
+        start = clock()
+        dgemm(1.0, square, square)
+        flops.append(2 * 2000**3 / (clock() - start) / 1e9)
+        start = clock()
+        long.sum()
+        read.append(long.nbytes / (clock() - start) / 1e9)
+    return {"dgemm": max(flops), "read": max(read)}
+
+
+def peak() -> float:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6 * 1.024
+
+
+def with_stickslip(shape: str, mesh: Mesh, n_mode: int) -> dict[str, Any]:
+    watch = Stopwatch()
+    start = clock()
+    system = unsupported(mesh)
+    watch.seconds["assembly"] = clock() - start
+    boundary = {"root": system.rows(boundary_nodes(mesh, shape))}
+    room = reduction.craig_bampton
+    plain = room.factorise
+    room.factorise = lambda matrix: watch.keep(plain(matrix))
+    watch.watch(room, "factorise", "factor")
+    watch.watch(room, "constraint_modes", "constraint modes")
+    watch.watch(room, "fixed_interface_modes", "modes")
+    basis = fe.block_lanczos._KrylovBasis
+    for name, stage in (("_without", "orthogonality"), ("_orthonormalise", "block of orthonormal columns")):
+        watch.watch(basis, name, stage)
+    start = clock()
+    rom = room.craig_bampton(system, boundary, n_mode)
+    total, memory = clock() - start, peak()
+    work = getattr(watch.factor, "work", None)
+    watch.factor = None
+    start = clock()
+    check = check_fixed_interface_modes(system, rom)
+    return {
+        "n_dof": system.n_dof,
+        "n_boundary": rom.n_boundary,
+        "seconds": total + watch.seconds["assembly"],
+        "peak": memory,
+        "stages": watch.seconds,
+        "columns": watch.columns,
+        "work": work,
+        "frequency": list(rom.fixed_interface_frequency),
+        "residual": float(check.residual.max()),
+        "missed": check.n_missed,
+        "counted": check.n_below,
+        "check": clock() - start,
+    }
+
+
+def unsupported(mesh: Mesh) -> LinearSystem:
+    mass, stiffness = assemble(mesh, STEEL)
+    n = mass.shape[0]
+    return LinearSystem(
+        mass=mass, damping=sp.csr_array((n, n)), stiffness=stiffness, free=np.arange(n), n_node=mesh.n_node
+    )
+
+
+def with_eigsh(shape: str, mesh: Mesh, n_mode: int, backend: Backend) -> dict[str, Any]:
+    """ARPACK on a factor; the time of the factor and of the modes apart."""
+    system = unsupported(mesh)
+    interior = np.setdiff1d(np.arange(system.n_dof), system.rows(boundary_nodes(mesh, shape)))
+    mass, stiffness = (sp.csr_array(each[interior][:, interior]) for each in (system.mass, system.stiffness))
+    del system
+    start = clock()
+    factor = factorise(stiffness, backend=backend)
+    factored = clock() - start
+    n = len(interior)
+    inverse = LinearOperator((n, n), matvec=factor.solve, dtype=np.float64)
+    begin = np.random.default_rng(0).standard_normal(n)
+    start = clock()
+    # The settings of benchmarks/eigensolver.py: the fastest whose residuals are as small as ours.
+    lambda_, _ = eigsh(stiffness, k=n_mode, M=mass, sigma=0.0, OPinv=inverse, tol=1e-9, v0=begin, ncv=2 * n_mode + 1)
+    modes = clock() - start
+    return {
+        "n_dof": n,
+        "factor": factored,
+        "modes": modes,
+        "peak": peak(),
+        "frequency": list(np.sqrt(np.sort(lambda_)) / 2 / np.pi),
+    }
+
+
+def with_calculix(shape: str, mesh: Mesh, n_mode: int) -> dict[str, Any]:
+    nodes = boundary_nodes(mesh, shape)
+    fixed = np.stack([np.repeat(nodes, 3), np.tile(np.arange(3), len(nodes))], axis=1)
+    frequency = run_frequency(mesh, STEEL, fixed, n_mode)
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return {
+        "n_dof": 3 * mesh.n_node,
+        "modes": used.ru_utime + used.ru_stime,
+        "peak": used.ru_maxrss / 1e6 * 1.024,
+        "frequency": list(frequency),
+    }
+
+
+def main() -> None:
+    kind, shape, size, n_mode = sys.argv[1], sys.argv[2], sys.argv[3], int(sys.argv[4])
+    mesh = SHAPES[shape](size)
+    measured = machine()
+    # MKL and its kernels are loaded before the clock runs, as scipy's are.
+    factorise(sp.eye_array(10, format="csr"))
+    jobs: dict[str, Callable[[], dict[str, Any]]] = {
+        "stickslip": lambda: with_stickslip(shape, mesh, n_mode),
+        "arpack": lambda: with_eigsh(shape, mesh, n_mode, Backend.PARDISO),
+        "scipy": lambda: with_eigsh(shape, mesh, n_mode, Backend.SUPERLU),
+        "ccx": lambda: with_calculix(shape, mesh, n_mode),
+    }
+    print(json.dumps({"kind": kind, "shape": shape, "size": size, **measured, **jobs[kind]()}))
+
+
+if __name__ == "__main__":
+    main()
