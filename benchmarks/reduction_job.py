@@ -1,6 +1,6 @@
 """One measurement of `benchmarks/reduction.py`, in a process of its own, so that its peak memory is its own.
 
-    python -m benchmarks.reduction_job KIND SHAPE SIZE N_MODE
+    python -m benchmarks.reduction_job KIND SHAPE SIZE
 
 prints one line of JSON. KIND: stickslip, arpack, scipy or ccx; SHAPE and SIZE: see SHAPES.
 """
@@ -33,8 +33,8 @@ from fe.system import LinearSystem
 from geometry.blade import Blade
 from reduction.mode_check import check_fixed_interface_modes
 
-#: Nodes that stay: 102 degrees of freedom.
-N_BOUNDARY = 34
+#: Nodes that stay, 102 degrees of freedom, and fixed-interface modes.
+N_BOUNDARY, N_MODE = 34, 150
 clock = time.process_time
 
 
@@ -81,6 +81,7 @@ class Stopwatch:
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
         self.columns: dict[str, int] = {}
+        self.calls: dict[str, int] = {}
         self.factor: Any = None
         self.stage = ""
 
@@ -105,9 +106,10 @@ class Stopwatch:
         start = clock()
         solution = self.factor.solve(right_hand_side)
         width = 1 if right_hand_side.ndim == 1 else right_hand_side.shape[1]
-        for table, amount in ((self.seconds, clock() - start), (self.columns, width)):
-            key = f"{self.stage}: solves"
-            table[key] = table.get(key, 0) + amount
+        key = f"{self.stage}: solves"
+        self.seconds[key] = self.seconds.get(key, 0.0) + clock() - start
+        self.columns[key] = self.columns.get(key, 0) + width
+        self.calls[key] = self.calls.get(key, 0) + 1
         return solution
 
 
@@ -126,11 +128,12 @@ def machine() -> dict[str, float]:
     return {"dgemm": max(flops), "read": max(read)}
 
 
-def peak() -> float:
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6 * 1.024
+def peak(who: int = resource.RUSAGE_SELF) -> float:
+    """Largest memory of this process or of its children so far [GB]."""
+    return resource.getrusage(who).ru_maxrss * 1024 / 1e9
 
 
-def with_stickslip(shape: str, mesh: Mesh, n_mode: int) -> dict[str, Any]:
+def with_stickslip(shape: str, mesh: Mesh) -> dict[str, Any]:
     watch = Stopwatch()
     start = clock()
     system = unsupported(mesh)
@@ -146,7 +149,7 @@ def with_stickslip(shape: str, mesh: Mesh, n_mode: int) -> dict[str, Any]:
     for name, stage in (("_without", "orthogonality"), ("_orthonormalise", "block of orthonormal columns")):
         watch.watch(basis, name, stage)
     start = clock()
-    rom = room.craig_bampton(system, boundary, n_mode)
+    rom = room.craig_bampton(system, boundary, N_MODE)
     total, memory = clock() - start, peak()
     work = getattr(watch.factor, "work", None)
     watch.factor = None
@@ -159,6 +162,7 @@ def with_stickslip(shape: str, mesh: Mesh, n_mode: int) -> dict[str, Any]:
         "peak": memory,
         "stages": watch.seconds,
         "columns": watch.columns,
+        "calls": watch.calls,
         "work": work,
         "frequency": list(rom.fixed_interface_frequency),
         "residual": float(check.residual.max()),
@@ -176,7 +180,7 @@ def unsupported(mesh: Mesh) -> LinearSystem:
     )
 
 
-def with_eigsh(shape: str, mesh: Mesh, n_mode: int, backend: Backend) -> dict[str, Any]:
+def with_eigsh(shape: str, mesh: Mesh, backend: Backend) -> dict[str, Any]:
     """ARPACK on a factor; the time of the factor and of the modes apart."""
     system = unsupported(mesh)
     interior = np.setdiff1d(np.arange(system.n_dof), system.rows(boundary_nodes(mesh, shape)))
@@ -190,7 +194,7 @@ def with_eigsh(shape: str, mesh: Mesh, n_mode: int, backend: Backend) -> dict[st
     begin = np.random.default_rng(0).standard_normal(n)
     start = clock()
     # The settings of benchmarks/eigensolver.py: the fastest whose residuals are as small as ours.
-    lambda_, _ = eigsh(stiffness, k=n_mode, M=mass, sigma=0.0, OPinv=inverse, tol=1e-9, v0=begin, ncv=2 * n_mode + 1)
+    lambda_, _ = eigsh(stiffness, k=N_MODE, M=mass, sigma=0.0, OPinv=inverse, tol=1e-9, v0=begin, ncv=2 * N_MODE + 1)
     modes = clock() - start
     return {
         "n_dof": n,
@@ -201,30 +205,30 @@ def with_eigsh(shape: str, mesh: Mesh, n_mode: int, backend: Backend) -> dict[st
     }
 
 
-def with_calculix(shape: str, mesh: Mesh, n_mode: int) -> dict[str, Any]:
+def with_calculix(shape: str, mesh: Mesh) -> dict[str, Any]:
     nodes = boundary_nodes(mesh, shape)
     fixed = np.stack([np.repeat(nodes, 3), np.tile(np.arange(3), len(nodes))], axis=1)
-    frequency = run_frequency(mesh, STEEL, fixed, n_mode)
+    frequency = run_frequency(mesh, STEEL, fixed, N_MODE)
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return {
         "n_dof": 3 * mesh.n_node,
         "modes": used.ru_utime + used.ru_stime,
-        "peak": used.ru_maxrss / 1e6 * 1.024,
+        "peak": peak(resource.RUSAGE_CHILDREN),
         "frequency": list(frequency),
     }
 
 
 def main() -> None:
-    kind, shape, size, n_mode = sys.argv[1], sys.argv[2], sys.argv[3], int(sys.argv[4])
+    kind, shape, size = sys.argv[1:]
     mesh = SHAPES[shape](size)
     measured = machine()
     # MKL and its kernels are loaded before the clock runs, as scipy's are.
     factorise(sp.eye_array(10, format="csr"))
     jobs: dict[str, Callable[[], dict[str, Any]]] = {
-        "stickslip": lambda: with_stickslip(shape, mesh, n_mode),
-        "arpack": lambda: with_eigsh(shape, mesh, n_mode, Backend.PARDISO),
-        "scipy": lambda: with_eigsh(shape, mesh, n_mode, Backend.SUPERLU),
-        "ccx": lambda: with_calculix(shape, mesh, n_mode),
+        "stickslip": lambda: with_stickslip(shape, mesh),
+        "arpack": lambda: with_eigsh(shape, mesh, Backend.PARDISO),
+        "scipy": lambda: with_eigsh(shape, mesh, Backend.SUPERLU),
+        "ccx": lambda: with_calculix(shape, mesh),
     }
     print(json.dumps({"kind": kind, "shape": shape, "size": size, **measured, **jobs[kind]()}))
 

@@ -14,7 +14,7 @@ from fe import cholmod, pardiso
 from fe.errors import BackendError
 from fe.factor import Definiteness as Definiteness
 from fe.factor import Factor as Factor
-from fe.factor import Factorisation
+from fe.factor import Factorisation as Factorisation
 from fe.factor import SingularMatrix as SingularMatrix
 from fe.factor import UnknownInertia as UnknownInertia
 from fe.superlu import SuperLU

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fe.dense_modes import dense_modes
 from fe.modal import modes
-from fe.sparse_solver import Definiteness, factorise
+from fe.sparse_solver import Definiteness, Factor, Factorisation, factorise
 from fe.system import LinearSystem
 from reduction.array_input import real_array
 from reduction.assembly import ReducedAssembly
@@ -100,8 +100,14 @@ def assembly_error(
     )
     rows = _physical_rows(systems, assembly)[joined]
     errors = []
+    factor: Factorisation | None = None
     for omega in 2 * np.pi * np.asarray(receptance_frequency):
-        exact = _receptance(full, omega, rows)
+        dynamic = sp.csr_array(full.stiffness - omega**2 * full.mass)
+        if factor is None:
+            factor = factorise(dynamic, Definiteness.INDEFINITE)
+        else:
+            factor.renew(dynamic)
+        exact = _receptance(factor, full.n_dof, rows)
         small = np.linalg.inv(stiffness - omega**2 * assembly.mass)[np.ix_(joined, joined)]
         errors.append(float(np.linalg.norm(small - exact) / np.linalg.norm(exact)))
     return AssemblyError(
@@ -177,11 +183,8 @@ def _physical_rows(systems: Mapping[str, LinearSystem], assembly: ReducedAssembl
     return found
 
 
-def _receptance(
-    system: LinearSystem, omega: float, rows: Int[NDArray[np.int64], " b"]
-) -> Float[NDArray[np.float64], "b b"]:
+def _receptance(factor: Factor, n_dof: int, rows: Int[NDArray[np.int64], " b"]) -> Float[NDArray[np.float64], "b b"]:
     """Displacement at some rows by unit forces there [m/N]."""
-    force = np.zeros((system.n_dof, len(rows)))
+    force = np.zeros((n_dof, len(rows)))
     force[rows, np.arange(len(rows))] = 1.0
-    dynamic = sp.csr_array(system.stiffness - omega**2 * system.mass)
-    return np.asarray(factorise(dynamic, Definiteness.INDEFINITE).solve(force)[rows])
+    return np.asarray(factor.solve(force)[rows])

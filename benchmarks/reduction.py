@@ -1,0 +1,160 @@
+"""The Craig-Bampton reduction of blades beside ARPACK, scipy alone and CalculiX, and how far each stage is from its bound.
+
+    python -m benchmarks.reduction [--only JOB ...] [--keep FILE]
+
+Each job runs in a process of its own, one thread, one after the other; processor time, peak memory of the process, and
+the speed of the machine (dgemm, reading memory) measured in the same process. `--keep` writes each job's line of
+JSON to a file, and takes what that file has already.
+Needs the program ccx (Debian package calculix-ccx) for the jobs of that name.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+Run = dict[str, Any]
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+#: Seconds and GB that were set as targets, on a core whose dgemm does this many 1e9 operations a second.
+TARGET = {("twisted", "96x20x4"): (20.0, 1.8), ("twisted", "140x30x6"): (90.0, 4.8)}
+TARGET_DGEMM = 53.0
+JOBS = [
+    ("stickslip", "twisted", "60x12x3"),
+    ("arpack", "twisted", "60x12x3"),
+    ("scipy", "twisted", "60x12x3"),
+    ("ccx", "twisted", "60x12x3"),
+    ("stickslip", "twisted", "96x20x4"),
+    ("arpack", "twisted", "96x20x4"),
+    ("scipy", "twisted", "96x20x4"),
+    ("ccx", "twisted", "96x20x4"),
+    ("stickslip", "twisted", "140x30x6"),
+    ("arpack", "twisted", "140x30x6"),
+    ("stickslip", "rig", "5"),
+    ("stickslip", "cube", "14"),
+]
+NAMES = {"stickslip": "stickslip, whole reduction", "arpack": "ARPACK", "scipy": "scipy alone", "ccx": "CalculiX"}
+
+
+def measured(job: tuple[str, str, str], keep: Path | None = None) -> Run:
+    """The job's numbers, from the file if it has them."""
+    lines = keep.read_text().splitlines() if keep and keep.exists() else []
+    for result in map(json.loads, lines):
+        if (result["kind"], result["shape"], result["size"]) == job:
+            return result
+    command = [sys.executable, "-m", "benchmarks.reduction_job", *job]
+    environment = {**os.environ, **ONE_THREAD}
+    line = subprocess.run(command, env=environment, stdout=subprocess.PIPE, check=True, text=True).stdout
+    if keep:
+        with keep.open("a") as file:
+            file.write(line)
+    return json.loads(line)
+
+
+def seconds(result: Run) -> float:
+    """Of the modes, with the factorisation they need; CalculiX does nothing else."""
+    if result["kind"] == "stickslip":
+        return result["stages"]["modes"] + result["stages"]["factor"]
+    return result["modes"] + result.get("factor", 0.0)
+
+
+def comparison(results: list[Run]) -> None:
+    print(
+        "\n| body, degrees of freedom | solver | modes | with the factor | ours is faster | peak | residual | missed |"
+    )
+    print("|---|---|---|---|---|---|---|---|")
+    for result in results:
+        ours = next(
+            (
+                r
+                for r in results
+                if r["kind"] == "stickslip" and (r["shape"], r["size"]) == (result["shape"], result["size"])
+            ),
+            None,
+        )
+        modes = result["stages"]["modes"] if result["kind"] == "stickslip" else result["modes"]
+        faster = told = ""
+        if result is ours:
+            told = f"{result['residual']:.0e} | {result['missed']} of {result['counted']}"
+        elif ours:
+            # On the same factor the modes alone are compared; otherwise all that leads to modes.
+            alone = result["kind"] == "arpack"
+            ratio = modes / ours["stages"]["modes"] if alone else seconds(result) / seconds(ours)
+            difference = np.abs(np.array(result["frequency"]) / np.array(ours["frequency"]) - 1).max()
+            faster, told = f"{ratio:.1f}x", f"frequencies within {difference:.0e} | "
+        with_factor = "" if result["kind"] == "ccx" else f"{seconds(result):.1f} s"
+        name = NAMES[result["kind"]].removesuffix(", whole reduction")
+        print(
+            f"| {result['shape']}, {result['n_dof']:,} | {name} | {modes:.1f} s | {with_factor} | {faster} "
+            f"| {result['peak']:.2f} GB | {told} |"
+        )
+
+
+def stages(result: Run) -> None:
+    """Seconds of each stage against the least that this machine could take."""
+    own, dgemm, read = result["stages"], 1e9 * result["dgemm"], 1e9 * result["read"]
+    print(
+        f"\n{result['shape']} {result['size']}: {result['n_dof']:,} degrees of freedom, {result['n_boundary']} on the "
+        f"boundary, {len(result['frequency'])} modes: {result['seconds']:.1f} s, {result['peak']:.2f} GB; dgemm "
+        f"{result['dgemm']:.0f} GF/s, memory read at {result['read']:.0f} GB/s; the check of the modes "
+        f"{result['check']:.1f} s more"
+    )
+    if target := TARGET.get((result["shape"], result["size"])):
+        scaled = target[0] * TARGET_DGEMM / result["dgemm"]
+        print(
+            f"target {target[0]:.0f} s at {TARGET_DGEMM:.0f} GF/s, {scaled:.1f} s scaled to this dgemm, {target[1]} GB"
+        )
+    if result["work"] is None:
+        return
+    entries, operations = result["work"]
+    columns, calls = result["columns"], result["calls"]
+    n, m = result["n_dof"] - result["n_boundary"], columns["modes: solves"]
+
+    def solves(stage: str) -> float:
+        key = f"{stage}: solves"
+        # Forward and backward each read the factor once a block and do two operations an entry and column.
+        return max(4 * entries * columns[key] / dgemm, 16 * entries * calls[key] / read)
+
+    bound = {
+        "assembly": None,
+        "factor": operations / dgemm,
+        "constraint modes": solves("constraint modes"),
+        "modes: solves": solves("modes"),
+        # Against all columns before, twice a block: 2 n m^2 operations, the basis read twice.
+        "orthogonality": max(2 * n * m**2 / dgemm, 8 * n * m**2 / (m / calls["modes: solves"]) / read),
+    }
+    told = sum(own[name] for name in bound)
+    print("\n| stage | processor time | share | bound | of the bound |\n|---|---|---|---|---|")
+    for name, least in bound.items():
+        limit = "" if least is None else f"{least:.2f} s"
+        reached = "" if least is None else f"{least / own[name]:.0%}"
+        print(f"| {name} | {own[name]:.2f} s | {own[name] / result['seconds']:.0%} | {limit} | {reached} |")
+    rest = result["seconds"] - told
+    print(
+        f"| the rest: blocks made orthonormal, Ritz vectors, projection | {rest:.2f} s | {rest / result['seconds']:.0%} | | |"
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", nargs="*", default=[], help="stickslip, arpack, scipy, ccx, or a size")
+    parser.add_argument("--keep", type=Path)
+    arguments = parser.parse_args()
+    results = []
+    for job in JOBS:
+        if arguments.only and not set(job) & set(arguments.only):
+            continue
+        results.append(measured(job, arguments.keep))
+        print(*job, f"{results[-1].get('seconds', seconds(results[-1])):.1f} s", file=sys.stderr, flush=True)
+    comparison(results)
+    for result in results:
+        if result["kind"] == "stickslip":
+            stages(result)
+
+
+if __name__ == "__main__":
+    main()

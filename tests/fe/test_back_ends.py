@@ -1,0 +1,118 @@
+"""Every factorisation gives the same answers, whatever a matrix looks like, keeps what it knows, and counts signs."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fe import pardiso
+from fe.assembly import assemble
+from fe.boundary import Support, supported_system
+from fe.element import HEX20
+from fe.factor import UnknownInertia
+from fe.material import STEEL
+from fe.mesh import Mesh
+from fe.sparse_solver import Backend, Definiteness, SingularMatrix, factorise, is_available
+from fe.system import LinearSystem
+
+BoxMesher = Callable[..., Mesh]
+
+
+@pytest.fixture(scope="module")
+def bar(box: BoxMesher) -> LinearSystem:
+    """Large enough for nodes to be taken as blocks."""
+    mesh = box(HEX20, counts=(14, 4, 4), size=(0.14, 0.04, 0.05), distortion=0.2)
+    system = supported_system(mesh, *assemble(mesh, STEEL), [Support(nodes=mesh.nodes("x0"))])
+    assert system.n_dof > pardiso.SMALL
+    return system
+
+
+def reference(matrix: sp.csr_array, b: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(sp.linalg.spsolve(matrix.tocsc(), b))
+
+
+def without(matrix: sp.csr_array, rows: list[int]) -> sp.csr_array:
+    kept = np.setdiff1d(np.arange(matrix.shape[0]), rows)
+    return sp.csr_array(matrix[kept][:, kept])
+
+
+@pytest.mark.parametrize("missing", [[], [0], [1000, 1001, 2500], [0, 1, 2]], ids=["none", "one", "some", "a node"])
+def test_all_give_the_same_displacements_to_nine_digits(
+    bar: LinearSystem, backend: Backend, missing: list[int]
+) -> None:
+    # With rows missing, degrees of freedom no longer come by threes: other storage, the same answer.
+    matrix = without(bar.stiffness, missing)
+    b = np.random.default_rng(0).standard_normal((matrix.shape[0], 13))
+    found, exact = factorise(matrix, backend=backend).solve(b), reference(matrix, b)
+    # Round-off times a condition of about 1e5.
+    np.testing.assert_allclose(found, exact, atol=1e-9 * np.abs(exact).max(), rtol=0)
+
+
+@pytest.mark.parametrize("missing", [[], [1000]], ids=["by nodes", "one row missing"])
+def test_all_give_the_same_forced_response_above_resonances(
+    bar: LinearSystem, backend: Backend, missing: list[int]
+) -> None:
+    matrix = without(sp.csr_array(bar.stiffness - 3e9 * bar.mass), missing)
+    b = np.random.default_rng(0).standard_normal((matrix.shape[0], 3))
+    found, exact = factorise(matrix, Definiteness.INDEFINITE, backend).solve(b), reference(matrix, b)
+    # Pivots near zero take three more digits.
+    np.testing.assert_allclose(found, exact, atol=1e-8 * np.abs(exact).max(), rtol=0)
+
+
+@pytest.mark.skipif(not is_available(Backend.PARDISO), reason="PARDISO's wheel exists for x86-64 only")
+def test_nodes_are_taken_as_blocks_where_they_can_be(bar: LinearSystem) -> None:
+    whole, cut = pardiso.upper_triangle(bar.stiffness), pardiso.upper_triangle(without(bar.stiffness, [1000]))
+    assert (whole.block, cut.block) == (3, 1)
+    n = bar.n_dof // 3
+    blocks = sp.bsr_array((whole.values, whole.column, whole.row_start), shape=(3 * n, 3 * n)).tocsr()
+    assert abs(sp.triu(blocks) - sp.triu(bar.stiffness)).max() == 0
+
+
+def test_new_values_in_the_same_places_take_the_place_of_the_old(bar: LinearSystem, backend: Backend) -> None:
+    factor = factorise(bar.stiffness, backend=backend)
+    stiffer = bar.stiffness.copy()
+    stiffer.setdiag(2 * stiffer.diagonal())
+    factor.renew(stiffer)
+    b = np.random.default_rng(1).standard_normal(bar.n_dof)
+    exact = reference(stiffer, b)
+    np.testing.assert_allclose(factor.solve(b), exact, atol=1e-9 * np.abs(exact).max(), rtol=0)
+
+
+def test_another_pattern_cannot_take_the_place(backend: Backend) -> None:
+    factor = factorise(sp.csr_array(np.diag([1.0, 2.0, 3.0])), backend=backend)
+    with pytest.raises(ValueError, match=r"shape \(2, 2\) with 2 entries cannot take the place of one of shape \(3, 3\)"):
+        factor.renew(sp.csr_array(np.diag([1.0, 2.0])))
+
+
+def test_singular_new_values_are_refused(backend: Backend) -> None:
+    factor = factorise(sp.csr_array(np.diag([1.0, 2.0])), backend=backend)
+    zero = sp.csr_array(np.diag([1.0, 2.0]))
+    zero.data[1] = 0.0
+    with pytest.raises(SingularMatrix, match="the matrix of 2 rows is singular"):
+        factor.renew(zero)
+
+
+def test_a_failed_factorisation_prints_nothing(backend: Backend, capfd: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SingularMatrix):
+        factorise(sp.csr_array(np.diag([1.0, 0.0])), backend=backend)
+    assert capfd.readouterr().out == ""
+
+
+@pytest.mark.parametrize("n", [40, 1200], ids=["plain", "by nodes"])
+def test_negative_pivots_are_as_many_as_negative_eigenvalues(n: int, backend: Backend) -> None:
+    # Diagonally dominant blocks: the signs of the diagonal are those of the eigenvalues, by Gershgorin's theorem.
+    rng = np.random.default_rng(n)
+    block = sp.kron(sp.diags_array([1.0, 1.0, 1.0], offsets=[-1, 0, 1], shape=(n, n)), np.ones((3, 3)))
+    signs = np.where(rng.random(3 * n) < 0.2, -1.0, 1.0)
+    matrix = sp.csr_array(block + sp.diags_array(30 * signs))
+    factor = factorise(matrix, Definiteness.INDEFINITE, backend)
+    assert factor.n_negative == np.count_nonzero(signs < 0)
+    assert factorise(sp.csr_array(block + 30 * sp.eye_array(3 * n)), backend=backend).n_negative == 0
+
+
+def test_pivots_from_beside_the_diagonal_count_nothing() -> None:
+    swap = sp.csr_array(np.array([[0.0, 1.0], [1.0, 0.0]]))
+    with pytest.raises(UnknownInertia, match="beside the diagonal"):
+        _ = factorise(swap, Definiteness.INDEFINITE, Backend.SUPERLU).n_negative
