@@ -5,12 +5,11 @@ A solve reads the whole factor from memory whatever the number of right-hand sid
 
 import numpy as np
 import scipy.linalg
-import scipy.sparse as sp
 from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.linalg.blas import dgemm
 
-from fe.factor import Factor
+from fe.factor import Factor, Symmetric
 from fe.node_matrix import block_product
 
 Matrix = NDArray[np.float64]
@@ -37,7 +36,7 @@ class NoConvergence(ArithmeticError):
 
 def block_lanczos(
     factor: Factor,
-    mass: sp.csr_array,
+    mass: Symmetric,
     n_mode: int,
     *,
     block: int | None = None,
@@ -123,9 +122,9 @@ def block_lanczos(
 class _KrylovBasis:
     """Q of `size` columns, H, R, and the next block W of `width` columns, none if Q spans an invariant space."""
 
-    def __init__(self, factor: Factor, mass: sp.csr_array, capacity: int, seed: int) -> None:
+    def __init__(self, factor: Factor, mass: Symmetric, capacity: int, seed: int) -> None:
         n = mass.shape[0]
-        self._factor, self._times_mass = factor, block_product(mass)
+        self._factor, self._times_mass = factor, block_product(mass.tocsr())
         self._random = np.random.default_rng(seed)
         self._vectors = np.empty((n, min(n, capacity)), order="F")
         self._next = self._mass_next = np.empty((n, 0), order="F")

@@ -60,11 +60,13 @@ class Cholmod:
         self._factorise(structure)
 
     def renew(self, matrix: sp.csr_array) -> None:
+        """As `Factorisation.renew`."""
         check_pattern(matrix, self._shape, self._nnz)
         structure, _arrays = _structure(matrix)
         self._factorise(structure)
 
     def solve(self, right_hand_side: Columns) -> Columns:
+        """As `Factor.solve`."""
         b = np.asfortranarray(right_hand_side, dtype=np.float64)
         width = 1 if b.ndim == 1 else b.shape[1]
         dense = _Dense(nrow=self._n, ncol=width, nzmax=b.size, leading=self._n, x=b.ctypes.data, xtype=REAL)
@@ -79,6 +81,7 @@ class Cholmod:
 
     @property
     def n_negative(self) -> int:
+        """As `Factorisation.n_negative`."""
         return 0
 
     def _factorise(self, structure: _Sparse) -> None:

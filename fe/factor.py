@@ -1,7 +1,7 @@
-"""What a factorised symmetric matrix can do, whichever library made it."""
+"""What a symmetric matrix and its factor can do, whichever library made it."""
 
 from enum import Enum
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -20,6 +20,31 @@ class Definiteness(Enum):
 
 class SingularMatrix(ArithmeticError):
     """The matrix is singular, or not positive definite where it was said to be."""
+
+
+class Symmetric(Protocol):
+    """What solvers need of a mass or a stiffness: a sparse matrix, or a part of one that nothing has copied."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Rows and columns."""
+        ...
+
+    def __matmul__(self, columns: Any, /) -> Any:
+        """Product with a vector (n,) or columns (n, k)."""
+        ...
+
+    def diagonal(self) -> NDArray[np.float64]:
+        """The diagonal, shape (n,)."""
+        ...
+
+    def tocsr(self) -> sp.csr_array:
+        """As a sparse matrix, shape (n, n)."""
+        ...
+
+    def toarray(self) -> NDArray[np.float64]:
+        """All entries, shape (n, n)."""
+        ...
 
 
 class Factor(Protocol):

@@ -1,16 +1,15 @@
 """Natural frequencies and mode shapes of a sparse system, by block Lanczos on one factorisation."""
 
 from dataclasses import dataclass
-from typing import Any, Protocol
 
 import numpy as np
 import scipy.linalg
-import scipy.sparse as sp
 from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.block_lanczos import NoConvergence, block_lanczos
 from fe.errors import SupportError
+from fe.factor import Symmetric
 from fe.sparse_solver import Definiteness, Factor, SingularMatrix, factorise
 from fe.system import LinearSystem
 from geometry.errors import InputError
@@ -26,31 +25,6 @@ DENSE = 600
 STRAINLESS = 1e-13
 #: Shapes normalised at a time.
 AT_ONCE = 16
-
-
-class Symmetric(Protocol):
-    """What is needed of a stiffness beside its factor: a sparse matrix, or a part of one that nothing has copied."""
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Rows and columns."""
-        ...
-
-    def __matmul__(self, columns: Any, /) -> Any:
-        """Product with a vector (n,) or columns (n, k)."""
-        ...
-
-    def diagonal(self) -> NDArray[np.float64]:
-        """The diagonal, shape (n,)."""
-        ...
-
-    def tocsr(self) -> sp.csr_array:
-        """As a sparse matrix, shape (n, n)."""
-        ...
-
-    def toarray(self) -> NDArray[np.float64]:
-        """All entries, shape (n, n)."""
-        ...
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -107,7 +81,7 @@ def modes(system: LinearSystem, n_mode: int, factor: Factor | None = None) -> Mo
 
 
 def lowest_eigenpairs(
-    stiffness: Symmetric, mass: sp.csr_array, n_mode: int, factor: Factor | None = None
+    stiffness: Symmetric, mass: Symmetric, n_mode: int, factor: Factor | None = None
 ) -> tuple[Float[NDArray[np.float64], " m"], Float[NDArray[np.float64], "n m"]]:
     """Lowest eigenvalues [rad^2/s^2], ascending, and mass-normalised eigenvectors; arguments as in `modes`."""
     n = stiffness.shape[0]
@@ -129,7 +103,7 @@ def lowest_eigenpairs(
         part /= np.sqrt(np.einsum("nm,nm->m", part, mass @ part))
         part *= np.sign(part[np.abs(part).argmax(axis=0), np.arange(part.shape[1])])
     # A singular stiffness may pass its factorisation, for round-off decides about the last pivots; its modes tell.
-    first = shapes[:, 0]
-    if first @ (stiffness @ first) < STRAINLESS * (first @ (stiffness.diagonal() * first)):
+    lowest = shapes[:, 0]
+    if lowest @ (stiffness @ lowest) < STRAINLESS * (lowest @ (stiffness.diagonal() * lowest)):
         raise SupportError(SINGULAR)
     return lambda_, shapes

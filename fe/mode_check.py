@@ -77,8 +77,7 @@ def check_modes(
     ----------
     Parlett, The Symmetric Eigenvalue Problem (1998), section 3.3: counting by Sylvester's inertia theorem.
     """
-    factor = factor or factorise(stiffness, backend=backend)
-    rest = factor.solve(mass @ shapes) - shapes / lambda_
+    rest = (factor or factorise(stiffness, backend=backend)).solve(mass @ shapes) - shapes / lambda_
     energy = lambda_ * np.einsum("nm,nm->m", rest, stiffness @ rest)
     length = np.einsum("nm,nm->m", shapes, mass @ shapes)
     low, high, n_found = _highest_gap(lambda_)

@@ -26,7 +26,7 @@ ZERO_PIVOT = -4
 #: Degrees of freedom of a node.
 NODE = 3
 #: Zeros stored in blocks of a node may be this many times the entries; otherwise PARDISO looks for blocks itself, which
-#: may fill up to a fifth. Either way the graph that is ordered and analysed is that of the nodes, a ninth of the entries.
+#: may fill up to a fifth. Either way the graph that is ordered and analysed is that of the nodes, a ninth as large.
 FILL, SIMILAR = 1.05, 80
 #: Below this size no time is to be saved, and round-off is that of the plainest method.
 SMALL = 3000
@@ -56,6 +56,7 @@ class Pardiso:
         self._call(FACTORISE, self._upper)
 
     def renew(self, matrix: sp.csr_array) -> None:
+        """As `Factorisation.renew`."""
         check_pattern(matrix, self._shape, self._nnz)
         upper = self._checked(matrix)
         if not np.array_equal(upper.column, self._upper.column):
@@ -64,6 +65,7 @@ class Pardiso:
         self._call(FACTORISE, self._upper)
 
     def solve(self, right_hand_side: Columns) -> Columns:
+        """As `Factor.solve`."""
         columns = np.asfortranarray(right_hand_side, dtype=np.float64)
         solution = np.empty_like(columns, order="F")
         self._call(SOLVE, self._upper, columns, solution)
@@ -71,13 +73,14 @@ class Pardiso:
 
     @property
     def n_negative(self) -> int:
+        """As `Factorisation.n_negative`."""
         if self._call.parameters[13]:
             raise UnknownInertia("PARDISO altered pivots that were too small: their signs do not count eigenvalues")
         return 0 if self._positive else int(self._call.parameters[22])
 
     @property
     def work(self) -> tuple[float, float] | None:
-        """Entries of the factor's triangle and operations that made it [-]; None where PARDISO counts blocks it chose."""
+        """Entries of the factor's triangle, operations that made it [-]; None where PARDISO counts its own blocks."""
         entries, millions = (float(self._call.parameters[k]) for k in (17, 18))
         block = self._upper.block
         return None if self._call.parameters[36] < 0 else (entries * block**2, 1e6 * millions * block**3)

@@ -17,6 +17,7 @@ class SuperLU:
         self.renew(matrix)
 
     def renew(self, matrix: sp.csr_array) -> None:
+        """As `Factorisation.renew`."""
         check_pattern(matrix, self._shape, self._nnz)
         try:
             self._lu = sp.linalg.splu(
@@ -29,10 +30,12 @@ class SuperLU:
             raise singular(matrix.shape[0], f": {error}") from error
 
     def solve(self, right_hand_side: Columns) -> Columns:
+        """As `Factor.solve`."""
         return np.asarray(self._lu.solve(np.asarray(right_hand_side, dtype=np.float64)))
 
     @property
     def n_negative(self) -> int:
+        """As `Factorisation.n_negative`."""
         if (self._lu.perm_r != self._lu.perm_c).any():
             raise UnknownInertia("SuperLU took pivots from beside the diagonal: their signs do not count eigenvalues")
         return int(np.count_nonzero(self._lu.U.diagonal() < 0))

@@ -96,7 +96,7 @@ def _basis(
         except SingularMatrix as error:
             raise RomError(loose_interior(len(i))) from error
         if n_mode:
-            lambda_, recovery[i, n_boundary:] = fixed_interface_modes(mass.tocsr(), stiffness, n_mode, factor)
+            lambda_, recovery[i, n_boundary:] = fixed_interface_modes(mass, stiffness, n_mode, factor)
         recovery[i, :n_boundary] = constraint_modes(factor, system.stiffness[b][:, i])
     return recovery, lambda_
 

@@ -1,18 +1,18 @@
 """Fixed-interface modes: how the interior vibrates while the boundary is held."""
 
 import numpy as np
-import scipy.sparse as sp
 from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.errors import SupportError
-from fe.modal import Symmetric, lowest_eigenpairs
+from fe.factor import Symmetric
+from fe.modal import lowest_eigenpairs
 from fe.sparse_solver import Factor
 from reduction.errors import RomError
 
 
 def fixed_interface_modes(
-    mass: sp.csr_array, stiffness: Symmetric, n_mode: int, factor: Factor
+    mass: Symmetric, stiffness: Symmetric, n_mode: int, factor: Factor
 ) -> tuple[Float[NDArray[np.float64], " m"], Float[NDArray[np.float64], "i m"]]:
     r"""Lowest eigenpairs of the interior, :math:`K_{ii} \phi = \omega^2 M_{ii} \phi`.
 
