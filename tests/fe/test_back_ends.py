@@ -82,9 +82,7 @@ def test_new_values_in_the_same_places_take_the_place_of_the_old(bar: LinearSyst
 
 def test_another_pattern_cannot_take_the_place(backend: Backend) -> None:
     factor = factorise(sp.csr_array(np.diag([1.0, 2.0, 3.0])), backend=backend)
-    with pytest.raises(
-        ValueError, match=r"shape \(2, 2\) with 2 entries cannot take the place of one of shape \(3, 3\)"
-    ):
+    with pytest.raises(ValueError, match=r"shape \(2, 2\) with 2 entries cannot take the place of one of"):
         factor.renew(sp.csr_array(np.diag([1.0, 2.0])))
 
 
