@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from benchmarks.reduction import Run, kept, measured
 
-SIZES = ("40x8x2", "60x12x3", "80x16x4", "96x20x4", "120x24x5", "140x30x6", "160x34x7")
+SIZES = ("40x8x2", "60x12x3", "80x16x4", "96x20x4", "120x24x5", "140x30x6")
 STAGES = {
     "assembly": "assembly",
     "factor": "factorisation",
@@ -52,17 +52,19 @@ def draw(results: list[Run], limit: float) -> Figure:
     right.axhline(limit, color="0.6", lw=1)
     right.annotate(
         f"{limit:.0f} GB: {largest / 1e6:.2f} million,\n{c * largest**p:.0f} s (extrapolated)",
-        (largest, limit),
-        xytext=(-8, -12),
+        (n[0], limit),
+        xytext=(4, -6),
         textcoords="offset points",
-        ha="right",
+        ha="left",
         va="top",
+        fontsize=9,
     )
     right.set(xlabel="degrees of freedom", ylabel="peak memory of the process [GB]")
     for axes in (left, right):
         axes.grid(True, which="major", lw=0.4, color="0.85")
         axes.spines[["top", "right"]].set_visible(False)
-        axes.legend(frameon=False, fontsize=8, loc="upper left")
+    left.legend(frameon=False, fontsize=8, loc="upper left")
+    right.legend(frameon=False, fontsize=9, loc="lower right")
     print(f"time n^{p:.2f}, memory n^{exponent:.2f}")
     print(f"{limit:.0f} GB hold {largest:,.0f} degrees of freedom, {c * largest**p:.0f} s")
     return figure

@@ -12,7 +12,7 @@ from reduction.rom import ReducedModel
 def check_fixed_interface_modes(system: LinearSystem, rom: ReducedModel) -> ModeCheck:
     """Residuals of the fixed-interface modes of a reduced model, and a count of those it should have.
 
-    It factorises twice, once for the residuals and once for the count: about a third of what the reduction took.
+    It factorises twice, once for the residuals and once for the count: more than half of what the reduction took.
 
     Parameters
     ----------
