@@ -92,7 +92,7 @@ def rigid_body(
         No such body, or one that is supported: it has no rigid-body motion.
     """
     own = assembly.columns(body)
-    motion = _rigid_motion(assembly, body, points, np.zeros(3))
+    motion = rigid_motions(assembly, body, points, np.zeros(3))
     mass, stiffness = assembly.mass[own, own], assembly.stiffness[own, own]
     # Physical coordinates alone: modal ones have squared frequencies for stiffness, and stay at rest.
     kept = slice(assembly.bodies[body].n_boundary)
@@ -102,7 +102,7 @@ def rigid_body(
     inertia = motion[own].T @ mass @ motion[own]
     # m times the vector to the centre stands as a cross product in the coupling of translations and rotations.
     centre = np.array([inertia[1, 5], inertia[2, 3], inertia[0, 4]]) / inertia[0, 0]
-    motion = _rigid_motion(assembly, body, points, centre)
+    motion = rigid_motions(assembly, body, points, centre)
     inertia = motion[own].T @ mass @ motion[own]
     seen = motion.T @ springs @ motion
     lambda_, shape = scipy.linalg.eigh((seen + seen.T) / 2, (inertia + inertia.T) / 2)
@@ -132,10 +132,20 @@ def check_held(bodies: Sequence[RigidBody]) -> None:
         )
 
 
-def _rigid_motion(
+def rigid_motions(
     assembly: ReducedAssembly, body: str, points: Float[NDArray[np.float64], "node 3"], about: NDArray[np.float64]
 ) -> Float[NDArray[np.float64], "r 6"]:
-    """Reduced coordinates of the six unit motions: those of the boundary; fixed-interface modes stay at rest."""
+    """Reduced coordinates of the six unit motions `MOTIONS` of a body, shape (r, 6) [m/m and m/rad].
+
+    Those of the boundary; fixed-interface modes stay at rest.
+
+    Parameters
+    ----------
+    assembly, body, points
+        As `rigid_body`.
+    about
+        Where the axes of rotation meet, shape (3,) [m].
+    """
     rom, own = assembly.bodies[body], assembly.columns(body)
     motion = np.zeros((assembly.n_dof, 6))
     place, direction = points[rom.boundary_node] - about, rom.boundary_direction

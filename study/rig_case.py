@@ -4,11 +4,11 @@ A file with a top-level `kind`, or with a table that only a rig has, is read as 
 """
 
 from collections.abc import Mapping
-from math import pi
+from math import degrees, pi
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Discriminator, Field, Tag
+from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
 from geometry.errors import GeometryError
 from geometry.rig import Rig
@@ -29,6 +29,8 @@ OWN_TABLES = ("damper", "decoupler", "contact", "dead_weight")
 FINEST, COARSEST = 1e-3, 10e-3
 #: Of ground lines [m]: wider ones are a slip of the unit, and would turn a damper by more than a linear model bears.
 WIDEST_GAP = 1e-4
+#: That gap over a line of 1 mm, the same slip.
+WIDEST_ANGLE = 0.1
 
 
 def _size(size: float) -> float:
@@ -37,6 +39,15 @@ def _size(size: float) -> float:
             f'must lie between "{1e3 * FINEST:g} mm" and "{1e3 * COARSEST:g} mm": "2.5 mm" is a usual value'
         )
     return size
+
+
+def _gap_angle(angle: float) -> float:
+    if not abs(angle) <= WIDEST_ANGLE:
+        raise ValueError(
+            f'must lie between "{-degrees(WIDEST_ANGLE):.3g} deg" and "{degrees(WIDEST_ANGLE):.3g} deg": positive '
+            "where the gap grows towards the damper's shoulder"
+        )
+    return angle
 
 
 def _inclination(angle: float) -> float:
@@ -50,6 +61,7 @@ Positive = Annotated[Stiffness, Field(gt=0)]
 Friction = Annotated[Ratio, Field(ge=0, examples=[0.8])]
 Gap = Annotated[Length, Field(ge=0, le=WIDEST_GAP)]
 Pull = Annotated[Force, Field(gt=0)]
+GapAngle = Annotated[Angle, AfterValidator(_gap_angle), Field(examples=["0.35 deg"])]
 Inclination = Annotated[Angle, AfterValidator(_inclination)]
 
 
@@ -83,14 +95,29 @@ class RigReductionTable(CaseModel):
 
 
 class PairTable(CaseModel):
-    """What one contact line has of its own; a gap grows evenly from the damper's end to its shoulder."""
+    """What one contact line has of its own; a gap grows evenly from the damper's end to its shoulder.
+
+    It is given at both, or at the end and by the angle between the lines.
+    """
 
     kn: Positive | None = None
     kt: Positive | None = None
     mu: Friction | None = None
     crowning: Gap | None = None
     gap_start: Gap = 0.0
-    gap_end: Gap = 0.0
+    gap_end: Gap | None = None
+    gap_angle: GapAngle | None = None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        if self.gap_end is not None and self.gap_angle is not None:
+            raise ValueError("gap_end and gap_angle say the same twice: remove one")
+        return self
+
+    @property
+    def uneven(self) -> bool:
+        """Whether the line does not lie as drawn."""
+        return bool(self.gap_start or self.gap_end or self.gap_angle)
 
 
 class ContactTable(CaseModel):

@@ -1,6 +1,7 @@
 """What a rig's case says of its contacts and dead weights, as the numerical rooms take it."""
 
 from dataclasses import dataclass
+from math import degrees, tan
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from reduction.errors import JointError
 from reduction.joined import LinePair
 from reduction.line_contact import LineStiffness
 from study.case import located
-from study.rig_case import PairTable, RigCase, SideWeightTable
+from study.rig_case import WIDEST_GAP, PairTable, RigCase, SideWeightTable
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,6 +42,8 @@ def line_pairs(case: RigCase, rig: Rig) -> list[LinePair]:
             stiffness = LineStiffness(
                 normal=common.kn if own.kn is None else own.kn, tangential=common.kt if own.kt is None else own.kt
             )
+        with located(case, "contact", name):
+            gaps = _gaps(own, common.crowning if own.crowning is None else own.crowning, pair.damper_line)
         found.append(
             LinePair(
                 name=name,
@@ -51,7 +54,7 @@ def line_pairs(case: RigCase, rig: Rig) -> list[LinePair]:
                 other_set=pair.other_line.name,
                 stiffness=stiffness,
                 friction_coefficient=common.mu if own.mu is None else own.mu,
-                gaps=_gaps(own, common.crowning if own.crowning is None else own.crowning, pair.damper_line),
+                gaps=gaps,
             )
         )
     return found
@@ -85,9 +88,18 @@ def dead_weights(case: RigCase) -> dict[str, DeadWeight]:
 
 def _gaps(table: PairTable, crowning: float, line: ContactLine) -> list[float] | None:
     """Gap at each station of the damper's line: a straight one, and a parabola with none in the middle [m]."""
-    if not (table.gap_start or table.gap_end or crowning):
+    if not (table.uneven or crowning):
         return None
     distance = np.linalg.norm(line.stations - line.stations[0], axis=1)
     along = distance / distance[-1]
-    straight = table.gap_start + (table.gap_end - table.gap_start) * along
+    end = table.gap_end or 0.0
+    if table.gap_angle is not None:
+        end = table.gap_start + tan(table.gap_angle) * float(distance[-1])
+        if not 0 <= end <= WIDEST_GAP:
+            raise JointError(
+                f"gap_angle = {degrees(table.gap_angle):g} deg leaves a gap of {1e6 * end:.4g} um at the damper's "
+                f"shoulder, {1e6 * table.gap_start:g} um being that at its end: it must lie between 0 um and "
+                f"{1e6 * WIDEST_GAP:g} um"
+            )
+    straight = table.gap_start + (end - table.gap_start) * along
     return list(map(float, straight + crowning * (2 * along - 1) ** 2))

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from fe.distributed_load import distributed_load
 from geometry.rig import SIDES, Rig, named_points
 from reduction.joined import Joined, joined, vibrating
-from reduction.rigid_body import RigidBody, check_held, rigid_body
+from reduction.rigid_body import RigidBody, check_held, rigid_body, rigid_motions
+from reduction.seat import seated
 from reduction.static_contact import StaticState
 from study.case import located
 from study.errors import CaseError, Problem
@@ -113,8 +114,18 @@ def resting_rig(case: RigCase, rig: Rig, reduction: RigReduction) -> RestingRig:
         check_held(dampers)
     pull = _pulls(case, rig, reduction)
     with located(case, "dead_weight"):
+        if any(getattr(case.contact, name).uneven for name in bodies.lines):
+            bodies = seated(bodies, _dampers(reduction), np.sum([*pull.values()], axis=0))
         rest = bodies.rest(np.sum([*pull.values()], axis=0))
     return RestingRig(joined=bodies, pull=pull, rest=rest, dampers=dampers)
+
+
+def _dampers(reduction: RigReduction) -> dict[str, Float[NDArray[np.float64], "r 6"]]:
+    """Their rigid motions: contact alone holds them."""
+    return {
+        body: rigid_motions(reduction.assembly, body, reduction.meshes[body].points, np.zeros(3))
+        for body in (f"damper_{side}" for side in SIDES)
+    }
 
 
 def excitation(reduction: RigReduction) -> NDArray[np.complex128]:

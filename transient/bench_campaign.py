@@ -56,6 +56,10 @@ FREE_GRID = (0.0004, 0.0013, 0.0023, 0.0035, 0.005, 0.007, 0.010, 0.014, 0.02, 0
 HELD_OUT_LEVELS, HELD_OUT_REPEATS = (5.0,), (4, 5)
 
 
+#: Name of the test, and of its file, by configuration.
+TESTS: Mapping[str, str] = {"jointed": "stepped", "free": "free"}
+
+
 @dataclass(frozen=True, kw_only=True)
 class Layout:
     """What a campaign's files call its sensors.
@@ -218,10 +222,11 @@ def with_noise(readings: Readings, random: np.random.Generator) -> Readings:
 def write_campaign(
     folder: Path, measured: Sequence[Sweep], points: CampaignPoints, layout: Layout = BEAM_LAYOUT
 ) -> None:
-    """Write campaign.toml, stepped.csv and free.csv."""
+    """Write campaign.toml, stepped.csv and, if the specimen was measured free too, free.csv."""
     folder.mkdir(parents=True, exist_ok=True)
+    tests = {name: test for name, test in TESTS.items() if any(each.configuration == name for each in measured)}
     frequencies = {"jointed": points.frequencies, "free": points.free_frequencies}
-    for configuration, name in (("jointed", "stepped"), ("free", "free")):
+    for configuration, name in tests.items():
         lines = ["test,order,repeat,sweep,level,frequency,sensor,harmonic,real,imag,unit"]
         order = 0
         for sweep in measured:
@@ -234,7 +239,7 @@ def write_campaign(
                 head = f"{name},{order},{sweep.repeat},{direction},{sweep.level:g},{frequency:.10g}"
                 lines += _point_lines(head, sweep.readings, number, layout)
         (folder / f"{name}.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    (folder / "campaign.toml").write_text(_manifest(points, layout), encoding="utf-8")
+    (folder / "campaign.toml").write_text(_manifest(points, layout, tests), encoding="utf-8")
 
 
 def _point_lines(head: str, readings: Readings, number: int, layout: Layout) -> Iterator[str]:
@@ -248,7 +253,7 @@ def _point_lines(head: str, readings: Readings, number: int, layout: Layout) -> 
                 yield f"{head},{sensor},{harmonic},{value.real:.9e},{value.imag:.9e},{unit}"
 
 
-def _manifest(points: CampaignPoints, layout: Layout) -> str:
+def _manifest(points: CampaignPoints, layout: Layout, tests: Mapping[str, str]) -> str:
     sensors = [
         f'[[sensor]]\nname = "{name}"\nquantity = "displacement"\ndirection = "{layout.direction}"\nplace = "{name}"\n'
         for name in layout.sensors
@@ -266,8 +271,10 @@ def _manifest(points: CampaignPoints, layout: Layout) -> str:
             '[convention]\ntime = "exp(+i omega t)"\namplitude = "peak"\n',
             '[units]\nlevel = "N"\nfrequency = "Hz"\n',
             *sensors,
-            '[[test]]\nname = "stepped"\nconfiguration = "jointed"\nfile = "stepped.csv"\n',
-            '[[test]]\nname = "free"\nconfiguration = "free"\nfile = "free.csv"\n',
+            *(
+                f'[[test]]\nname = "{name}"\nconfiguration = "{configuration}"\nfile = "{name}.csv"\n'
+                for configuration, name in tests.items()
+            ),
             f"[held_out]\nlevels = {levels}\nrepeats = {repeats}\n",
         ]
     )

@@ -42,8 +42,8 @@ LONGEST = 0.5
 #: A slider that moves less than this share of the motion over a period stood still.
 STOOD_STILL = 1e-12
 
-#: Harmonics of motions, of forces, share of slip, periods, whether periodic: what is known of a point.
-_Point = tuple[NDArray[np.complex128], NDArray[np.complex128], float, int, bool]
+#: Harmonics of motions, of forces, share of slip, periods, whether periodic, sliders: what is known of a point.
+_Point = tuple[NDArray[np.complex128], NDArray[np.complex128], float, int, bool, Vector]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -63,6 +63,10 @@ class Readings:
         Periods integrated at each point, shape (point,) [-].
     periodic
         Whether the motion repeated at each point, shape (point,).
+    slider
+        Where the sliders were at the phase 0 of each point, shape (point, slider) [m].
+    final
+        The state in which the sweep ended.
     """
 
     motion: Complex[NDArray[np.complex128], "p s 2"]
@@ -70,6 +74,8 @@ class Readings:
     slip_share: Vector
     n_period: NDArray[np.int64]
     periodic: NDArray[np.bool_]
+    slider: Matrix
+    final: TransientState
 
 
 @dataclass(eq=False)
@@ -124,9 +130,10 @@ class SweptBench:
         level: float,
         multipliers: Vector | None = None,
         *,
+        start: TransientState | None = None,
         tolerance: float = TOLERANCE,
     ) -> Readings:
-        """Steady states at one frequency after the other, the first one from rest.
+        """Steady states at one frequency after the other, the first one from rest unless told otherwise.
 
         Parameters
         ----------
@@ -137,16 +144,27 @@ class SweptBench:
         multipliers
             Friction force of each contact at rest as a share of its limit, shape (contact,) [-]; what the pre-load
             leaves by default.
+        start
+            Where the first point starts, in place of both.
         tolerance
             See `TOLERANCE` [-].
         """
         stepper = self._stepper(frequencies[0])[0]
-        stepper.place(self._rest if multipliers is None else self._random_start(multipliers))
+        rest = self._rest if multipliers is None else self._random_start(multipliers)
+        stepper.place(rest if start is None else start)
         n = len(self._weight)
         approach = _Approach(stepper.vector * self._weight, np.zeros((n, n)))
         points = [self._settle(frequency, level, approach, tolerance) for frequency in frequencies]
-        motion, force, slip, n_period, periodic = (np.array(column) for column in zip(*points, strict=True))
-        return Readings(motion=motion, force=force, slip_share=slip, n_period=n_period, periodic=periodic)
+        motion, force, slip, n_period, periodic, slider = (np.array(column) for column in zip(*points, strict=True))
+        return Readings(
+            motion=motion,
+            force=force,
+            slip_share=slip,
+            n_period=n_period,
+            periodic=periodic,
+            slider=slider,
+            final=self._stepper(frequencies[-1])[0].state,
+        )
 
     def _stepper(self, frequency: float) -> tuple[Stepper, Matrix]:
         if frequency not in self._steppers:
@@ -188,7 +206,7 @@ class SweptBench:
             last_step, last_change = step, change
             z = z + step
         approach.state, approach.motion = z, motion
-        return (*self._read(record), n_period, distance <= tolerance)
+        return (*self._read(record), n_period, distance <= tolerance, record.slider[:, 0])
 
     def _read(self, record: Record) -> tuple[NDArray[np.complex128], NDArray[np.complex128], float]:
         n = self.steps_per_period

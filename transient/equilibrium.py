@@ -18,6 +18,9 @@ References
 Kelley and Keyes, Convergence analysis of pseudo-transient continuation, SIAM Journal on Numerical Analysis 35 (1998).
 """
 
+from collections.abc import Sequence
+from itertools import pairwise
+
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
@@ -74,6 +77,41 @@ def equilibrium(system: JointedSystem | ModalStructure, load: float = 1.0) -> Tr
                     f"no equilibrium was found at {100 * part / N_PART:.0f} % of the static load: give a start, for "
                     "instance from a slow ramp (`transient.history`)"
                 )
+    return TransientState(
+        displacement=search.shapes @ search.modal, velocity=np.zeros(len(search.shapes)), slider=search.slider
+    )
+
+
+def quasi_static(
+    system: JointedSystem | ModalStructure, loads: Sequence[float], slider: Vector | None = None
+) -> TransientState:
+    """State at rest after the static load has gone slowly from one share to the next, each way in equal parts.
+
+    Parameters
+    ----------
+    system
+        Structure, joints and loads, or its modal structure.
+    loads
+        Shares of the static load in their order, at least one, such as (1.3, 0.8, 1.0) [-]; the first is reached from
+        nothing, or from 1 where sliders are given.
+    slider
+        Where a rest under the whole load has left the sliders, shape (s,) [m].
+
+    Raises
+    ------
+    TransientError
+        As `equilibrium`.
+    """
+    structure = system if isinstance(system, ModalStructure) else modal_structure(system)
+    search = _Search(structure, 1.0)
+    ramps = [np.linspace(before, after, N_PART + 1)[1:] for before, after in pairwise((0.0, *loads))]
+    if slider is not None:
+        search.slider = np.array(slider, dtype=np.float64)
+        # The rest that left them there is found at once.
+        ramps[0] = np.append(1.0, np.linspace(1.0, loads[0], N_PART + 1)[1:])
+    for share in np.concatenate([np.zeros(0), *ramps]).tolist():
+        if not (search.move(share) or search.creep(share)):
+            raise TransientError(f"no equilibrium was found at {100 * share:.0f} % of the static load")
     return TransientState(
         displacement=search.shapes @ search.modal, velocity=np.zeros(len(search.shapes)), slider=search.slider
     )

@@ -1,4 +1,4 @@
-"""Optima that are handed on: to neighbours in frequency, to other levels, and kicked out of where they are.
+"""Optima that are handed on, to neighbours in frequency and to other levels.
 
 A local search ends in the optimum of its basin. Neighbours often sit in a better one, and a state with all contacts
 stuck has no gradient to leave it by.
@@ -15,7 +15,6 @@ from hbsolve.limits.follow import follow
 from hbsolve.limits.local_search import GAIN, Side, local_search
 from hbsolve.limits.optimum import Best, Optimum, offer
 from hbsolve.limits.problem import LimitProblem
-from hbsolve.limits.starts import random_sliders
 
 Frequencies = Float[NDArray[np.float64], " f"]
 
@@ -23,8 +22,6 @@ Frequencies = Float[NDArray[np.float64], " f"]
 HOPELESS = 0.3
 #: Sweeps back and forth over the frequencies.
 SWEEPS = 6
-#: Kicks have one of these sizes, in lengths of the intervals; patterns come from so many frequencies away at most.
-KICKS, PATTERN_REACH = (0.3, 1.0), 6
 
 
 def exchange(
@@ -98,41 +95,5 @@ def from_level(
             settled = point.settle(trial.x, trial.w)
             repaired = source.repaired
             if settled and offer(best, at, side, local_search(point, settled, side), repaired=repaired) > 10 * GAIN:
-                gained.add((at, side))
-    return best, gained
-
-
-def kicked(
-    problem: LimitProblem, level: float, omega: Frequencies, numbers: Sequence[int], best: Best, seed: Sequence[int]
-) -> tuple[Best, set[tuple[int, Side]]]:
-    """Search once more from a random change of each optimum; returns the limits and which of them improved."""
-    best, gained = dict(best), set()
-    random = np.random.default_rng(seed)
-    table, box = problem.sliders, problem.box
-    n = len(table.tangent)
-    for at in numbers:
-        point = problem.at(float(omega[at]), level)
-        for side in Side:
-            held = best.get((at, side))
-            if held is None:
-                continue
-            trial = point.trial(held.x, held.w, held.residual)
-            length = np.abs(trial.cone.high - trial.cone.low)
-            length = np.maximum(length, length.mean())
-            kind = random.integers(4)
-            if kind == 0:
-                some = table.line == random.integers(int(table.line.max()) + 1)
-                w = held.w + some * random.normal(size=n) * random.choice(KICKS) * length
-            elif kind == 1:
-                some = random.random(n) < 0.5
-                w = held.w + some * random.normal(size=n) * random.choice(KICKS) * length
-            elif kind == 2:
-                away = at + int(random.integers(-PATTERN_REACH, PATTERN_REACH + 1))
-                w = best.get((away, side), held).w
-            else:
-                w = np.where(random.random(n) < 0.4, random_sliders(table, box, random, 7), held.w)
-            reached = point.towards(box.clip(w), trial, tries=8)
-            settled = reached and point.settle(reached.x, reached.w)
-            if settled and offer(best, at, side, local_search(point, settled, side)) > 10 * GAIN:
                 gained.add((at, side))
     return best, gained

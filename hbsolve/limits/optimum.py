@@ -12,6 +12,8 @@ from hbsolve.limits.point import Trial
 
 #: A state takes the place of another if it is better by this share.
 BETTER = 1e-6
+#: Limits that differ by less than this share are one.
+CLOSED = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -68,3 +70,9 @@ def offer(best: Best, at: int, side: Side, trial: Trial | None, *, repaired: boo
         followed=held.followed if held else {},
     )
     return gain
+
+
+def is_open(best: Best, at: int) -> bool:
+    """Whether there is more than one value at a frequency: between both limits, or between ends of local searches."""
+    values = np.concatenate([(best[at, side].value, *best[at, side].starts) for side in Side if (at, side) in best])
+    return bool(np.ptp(values) > CLOSED * np.abs(values).max())

@@ -30,22 +30,14 @@ def first_limits(
 ) -> Best:
     """Limits at frequencies in order; `numbers` says which of all they are."""
     best: Best = {}
-    members = [w.copy() for w in starts]
-    motions: list[NDArray[np.float64] | None] = [None] * len(members)
+    # What is swept up stays on the branch that it came by, which is another one than that of a sweep down.
+    up = _swept(problem, level, angular_frequency, numbers, starts)
+    down = _swept(problem, level, angular_frequency, numbers[::-1], starts)
     for at in numbers:
         point = problem.at(float(angular_frequency[at]), level)
-        solved: list[Trial] = []
-        for number, w in enumerate(members):
-            motion = motions[number]
-            trial = None if motion is None else point.solve(motion, w)
-            trial = trial or _from_others(point, w, solved)
-            motions[number] = None if trial is None else trial.x
-            if trial is not None:
-                members[number] = trial.w
-                solved.append(trial)
         count = N_BEST_AT_END if at in (0, len(angular_frequency) - 1) else N_BEST
         for side in Side:
-            for trial in _distinct(solved, side, count):
+            for trial in _distinct([*up[at], *down[at]], side, count):
                 settled = point.settle(trial.x, point.box.clip(trial.carried))
                 offer(best, at, side, settled and local_search(point, settled, side))
             held = best.get((at - 1, side))
@@ -54,6 +46,32 @@ def first_limits(
                 settled = follow(problem, level, side, held, before, float(angular_frequency[at]))
                 offer(best, at, side, settled and local_search(point, settled, side))
     return best
+
+
+def _swept(
+    problem: LimitProblem,
+    level: float,
+    angular_frequency: Float[NDArray[np.float64], " f"],
+    numbers: Sequence[int],
+    starts: Sequence[Sliders],
+) -> dict[int, list[Trial]]:
+    """States of the members at frequencies in this order, each from where it was at the one before."""
+    found: dict[int, list[Trial]] = {}
+    members = list(starts)
+    motions: list[NDArray[np.float64] | None] = [None] * len(members)
+    for at in numbers:
+        point = problem.at(float(angular_frequency[at]), level)
+        found[at] = []
+        for number, w in enumerate(members):
+            motion = motions[number]
+            trial = None if motion is None else point.solve(motion, w)
+            trial = trial or _from_others(point, w, found[at])
+            motions[number] = None if trial is None else trial.x
+            if trial is not None:
+                # On the way to a member another one may be all that was reached.
+                members[number] = trial.w
+                found[at].append(trial)
+    return found
 
 
 def _from_others(point: LimitPoint, w: Sliders, solved: Sequence[Trial]) -> Trial | None:

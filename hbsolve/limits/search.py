@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from hbsolve.limits.audit import Audit, audited
 from hbsolve.limits.certificate import Certificate, certificates
-from hbsolve.limits.exchange import exchange, from_level, kicked
+from hbsolve.limits.exchange import exchange, from_level
+from hbsolve.limits.kick import kicked
 from hbsolve.limits.local_search import GAIN, Side
-from hbsolve.limits.optimum import Best
+from hbsolve.limits.optimum import Best, is_open
 from hbsolve.limits.population import first_limits
 from hbsolve.limits.problem import LimitProblem
 
@@ -28,6 +29,9 @@ Key = tuple[int, Side]
 
 #: Rounds in which blocks hand optima across their edges.
 ROUNDS = 8
+#: Kicks go to each fifth frequency, in each round from another of a block's first ones: neighbours hand on what gains.
+KICK_STRIDE, KICKED_FROM = 5, (2, 4, 0)
+KICKS = len(KICKED_FROM)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,25 +155,9 @@ class Search:
         found = self._stage("population", first_limits, lambda _, numbers: (self.omega, numbers, self.starts))
         best = [_merged(parts) for parts in found]
         self._exchanged("neighbours", best, [set(each) for each in best])
-        order = [*reversed(range(len(best))), *range(1, len(best))]
-        for number, (source, target) in enumerate(pairwise(order)):
-            name = f"level {source} to {target}, {number}"
-            tasks = [
-                self._task(
-                    name, target, from_level,
-                    (self.omega, numbers, best[target], self.levels[source], best[source]), numbers,
-                )
-                for numbers in self.blocks
-            ]  # fmt: skip
-            gained = self._take(best, target, self.run("levels", tasks))
-            self._exchanged(f"after {name}", best, [gained if at == target else set() for at in range(len(best))])
-        kicks = self._stage(
-            "kicks", kicked,
-            lambda level, numbers: (
-                self.omega, numbers, self._near(best[level], numbers), (self.seed, level, numbers[0], 1)
-            ),
-        )  # fmt: skip
-        self._exchanged("after kicks", best, [self._take(best, level, parts) for level, parts in enumerate(kicks)])
+        self._kicked(best, "first kicks", 1)
+        self._levels(best)
+        self._kicked(best, "kicks", KICKS)
         audits: list[dict[int, Audit]] = [{} for _ in best]
         if self.sample:
             parts = self._stage(
@@ -185,6 +173,60 @@ class Search:
             "certificates", certificates, lambda level, numbers: (self.omega, numbers, self._near(best[level], numbers))
         )
         return best, audits, [{key: value for part in each for key, value in part.items()} for each in certified]
+
+    def _levels(self, best: list[Best]) -> None:
+        """Hand optima from each level to the next, down and up again."""
+        order = [*reversed(range(len(best))), *range(1, len(best))]
+        for number, (source, target) in enumerate(pairwise(order)):
+            name = f"level {source} to {target}, {number}"
+            tasks = [
+                self._task(
+                    name, target, from_level,
+                    (self.omega, numbers, best[target], self.levels[source], best[source]), numbers,
+                )
+                for numbers in self.blocks
+            ]  # fmt: skip
+            gained = self._take(best, target, self.run("levels", tasks))
+            self._exchanged(f"after {name}", best, [gained if at == target else set() for at in range(len(best))])
+
+    def _kicked(self, best: list[Best], name: str, rounds: int) -> None:
+        """Kick optima at some frequencies of each block; once more at others in levels where some gained.
+
+        Where both limits are one and searches from all starts have ended alike there is nothing to gain.
+        """
+        levels = list(range(len(best)))
+        for number in range(rounds):
+            jobs = []
+            for level in reversed(levels):
+                for numbers in self.blocks:
+                    chosen = numbers[min(KICKED_FROM[number], len(numbers) - 1) :: KICK_STRIDE]
+                    keys = [key for key in sorted(best[level]) if key[0] in chosen and is_open(best[level], key[0])]
+                    if keys:
+                        jobs.append((level, numbers, keys))
+            tasks = [
+                self._task(
+                    f"{name}, round {number}", level, kicked,
+                    (
+                        self.omega, self._near(best[level], numbers), keys,
+                        (self.seed, level, numbers[0], 1, number, len(name)),
+                    ),
+                    numbers,
+                )
+                for level, numbers, keys in jobs
+            ]  # fmt: skip
+            gained: list[set[Key]] = [set() for _ in best]
+            for (level, numbers, _), (found, better) in zip(jobs, self.run("kicks", tasks), strict=True):
+                best[level].update({key: value for key, value in found.items() if key[0] in numbers})
+                gained[level] |= better
+            print(
+                name,
+                number,
+                [len(k[2]) for k in jobs],
+                [sorted((k[0], int(k[1])) for k in g) for g in gained],
+                flush=True,
+            )
+            self._exchanged(f"after {name}, round {number}", best, gained)
+            levels = [level for level in levels if gained[level]]
 
     def _stage(
         self, name: str, call: Callable[..., Any], arguments: Callable[[int, range], tuple[Any, ...]]

@@ -12,6 +12,8 @@ import pytest
 
 from geometry.rig import SIDES, mating_pairs
 from hbsolve.balance import HarmonicBalance
+from hbsolve.limits.objective import ContactForce
+from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
 from hbsolve.steady_state import steady_state
 from study import parallel
 from study.case import load_case
@@ -159,6 +161,50 @@ def document(store: Path, short_rig: str, rig_command: RigCommand) -> dict[str, 
     return json.loads(done.stdout)
 
 
+#: The damper turned about x and moved along both lines: the gap of one grows towards its shoulder as that of the other
+#: grows towards its end.
+ABSORBED = """\
+crowning = "2.5 um"
+[contact.left_blade]
+gap_end = "3 um"
+[contact.left_decoupler]
+gap_start = "5 um"
+gap_end = "2 um"
+"""
+#: A line that is tilted alone.
+TILTED = """\
+crowning = "2.5 um"
+[contact.left_blade]
+gap_end = "3 um"
+"""
+
+
+def test_gaps_that_a_rigid_motion_of_the_damper_absorbs_change_no_limit(store: Path, short_rig: str) -> None:
+    crowned, absorbed, tilted = (
+        solved(store, short_rig + gaps + SWEEP).system for gaps in ('crowning = "2.5 um"\n', ABSORBED, TILTED)
+    )
+    for one, other in zip(crowned.rest.contacts, absorbed.rest.contacts, strict=True):
+        assert (other.preload, other.gap) == pytest.approx((one.preload, one.gap), rel=ROUND_OFF, abs=1e-11)
+    np.testing.assert_allclose(absorbed.rest.slider, crowned.rest.slider, atol=1e-11)
+    limits = [normal_force_limits(each) for each in (crowned, absorbed)]
+    # Both searches take the same steps but for round-off, and stop at 1e-4.
+    assert limits[1] == pytest.approx(limits[0], rel=1e-4)
+    # What the damper cannot absorb presses other stations.
+    moved = [
+        abs(one.preload - other.preload) for one, other in zip(crowned.rest.contacts, tilted.rest.contacts, strict=True)
+    ]
+    assert max(moved) > 0.1 * max(each.preload for each in crowned.rest.contacts)
+
+
+def normal_force_limits(system: RigSystem) -> np.ndarray:
+    """Of the mean normal force on the left line of the blade, above the resonance, with one harmonic [N]."""
+    balance = HarmonicBalance(system=system.model.system, n_harmonic=2, n_sample=32)
+    force = ContactForce(joints=system.joined.lines["left_blade"], direction=-1)
+    problem = limit_problem(balance, force, nominal=system.rest.slider, reach=2e-6)
+    limits = response_limits(problem, [2 * np.pi * 260], [0.1], settings=LimitSettings(population=2, sample=0))
+    return limits.value.ravel()
+
+
 def test_the_command_says_how_the_rig_rests_and_what_each_curve_does(document: dict[str, Any], store: Path) -> None:
     assert [curve["label"] for curve in document["curves"]] == ["2 N, history 1", "2 N, history 2"]
     assert sum(line["n_closed"] for line in document["rest"].values()) == 28
@@ -185,6 +231,17 @@ def test_the_command_says_how_the_rig_rests_and_what_each_curve_does(document: d
             '[contact.left_blade]\ngap_end = "5 mm"\n[sweep]',
             'left_blade.gap_end = "5 mm": must be less than or',
         ),
+        (
+            "[sweep]",
+            '[contact.left_blade]\ngap_end = "2 um"\ngap_angle = "0.1 deg"\n[sweep]',
+            "gap_end and gap_angle say the same twice: remove one",
+        ),
+        (
+            "[sweep]",
+            '[contact.left_blade]\ngap_angle = "-0.1 deg"\n[sweep]',
+            "gap_angle = -0.1 deg leaves a gap of -20.94 um at the damper's shoulder",
+        ),
+        ("[sweep]", '[contact.left_blade]\ngap_angle = "9 deg"\n[sweep]', 'gap_angle = "9 deg": must lie between'),
     ],
 )
 def test_a_mistake_is_one_sentence(store: Path, short_rig: str, old: str, new: str, said: str) -> None:

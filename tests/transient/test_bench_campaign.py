@@ -15,6 +15,7 @@ from transient.bench_effect import KINDS, NOTHING, Effect, plant
 from transient.bench_strength import features, noise_variance, refitted, unit_strength
 from transient.bench_sweep import Readings
 from transient.errors import TransientError
+from transient.state import TransientState
 
 SMALL = CampaignPoints(
     levels=(3.0, 5.0), frequencies=(460.0, 470.0, 476.0), free_frequencies=(91.0, 91.7, 92.4), n_repeat=2
@@ -78,6 +79,8 @@ def test_repeats_scatter_by_their_noise_where_nothing_else_does() -> None:
         slip_share=np.zeros(4000),
         n_period=np.ones(4000, dtype=np.int64),
         periodic=np.ones(4000, dtype=bool),
+        slider=np.zeros((4000, 0)),
+        final=TransientState(displacement=np.zeros(1), velocity=np.zeros(1), slider=np.zeros(0)),
     )
     noisy = with_noise(ones, random)
     # Mean squares of 32000 and 16000 numbers: within 2 % at three standard deviations.

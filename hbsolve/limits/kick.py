@@ -1,0 +1,86 @@
+"""Optima that are kicked out of where they are.
+
+Basins come in families. A damper that was turned one way in its grooves is about as good as one that was turned the
+other way, but no step leads from the one to the other: the way goes through the state between, which is far worse. So
+sliders are turned about, line by line and in all combinations of lines; where those are too many, a random choice.
+"""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from hbsolve.limits.exchange import HOPELESS
+from hbsolve.limits.local_search import GAIN, Side, local_search
+from hbsolve.limits.optimum import Best, offer
+from hbsolve.limits.point import Trial
+from hbsolve.limits.problem import LimitProblem
+from hbsolve.limits.sliders import SliderTable
+from hbsolve.limits.starts import random_sliders
+
+Real = NDArray[np.float64]
+Sliders = Float[Real, " s"]
+
+#: Combinations of lines that are turned about at most.
+MOST_TURNS = 15
+#: Random kicks of each optimum, and their sizes, in lengths of the intervals.
+N_RANDOM, KICKS = 3, (0.3, 1.0)
+
+
+def kicked(
+    problem: LimitProblem, level: float, omega: Float[Real, " f"], best: Best, keys: Iterable[tuple[int, Side]],
+    seed: Sequence[int],
+) -> tuple[Best, set[tuple[int, Side]]]:  # fmt: skip
+    """Search again from changes of some optima; returns the limits and which of them improved."""
+    best, gained = dict(best), set()
+    random = np.random.default_rng(seed)
+    for at, side in keys:
+        point = problem.at(float(omega[at]), level)
+        held = best[at, side]
+        trial = point.trial(held.x, held.w, held.residual)
+        kicks = turned(problem.sliders, problem.box.nominal, held.w, random)
+        for w in (*kicks, *(_random_kick(problem, best, at, side, trial, random) for _ in range(N_RANDOM))):
+            reached = point.towards(problem.box.clip(w), trial, tries=8)
+            if reached is None or side * point.gain(reached.value, trial.value) < -HOPELESS:
+                continue
+            settled = point.settle(reached.x, reached.w)
+            if settled and offer(best, at, side, local_search(point, settled, side)) > 10 * GAIN:
+                gained.add((at, side))
+    return best, gained
+
+
+def turned(table: SliderTable, nominal: Sliders, w: Sliders, random: np.random.Generator) -> list[Sliders]:
+    """The same displacements from nominal in reverse order along some of the lines, for each choice of lines."""
+    count = int(table.line.max()) + 1
+    members = [np.flatnonzero(table.line == line) for line in range(count)]
+    if 2**count - 1 <= MOST_TURNS:
+        chosen = [[line for line in range(count) if number >> line & 1] for number in range(1, 2**count)]
+    else:
+        chosen = [np.flatnonzero(random.random(count) < 0.5).tolist() for _ in range(MOST_TURNS)]
+    found = []
+    for lines in chosen:
+        moved = w - nominal
+        for line in lines:
+            moved[members[line]] = moved[members[line]][::-1]
+        found.append(nominal + moved)
+    return found
+
+
+def _random_kick(
+    problem: LimitProblem, best: Best, at: int, side: Side, trial: Trial, random: np.random.Generator
+) -> Sliders:
+    table, n = problem.sliders, len(problem.sliders.tangent)
+    length = np.abs(trial.cone.high - trial.cone.low)
+    length = np.maximum(length, length.mean())
+    kind = random.integers(4)
+    if kind == 0:
+        some = random.random(n) < 0.5
+        return np.asarray(trial.w + some * random.normal(size=n) * random.choice(KICKS) * length)
+    if kind == 1:
+        return np.where(random.random(n) < 0.4, random_sliders(table, problem.box, random, 7), trial.w)
+    # A line of another optimum nearby, of either limit, or all of it.
+    others = sorted(key for key in best if key != (at, side))
+    other = best[others[random.integers(len(others))]].w if others else trial.w
+    line = int(random.integers(int(table.line.max()) + 1))
+    return np.where(table.line == line, other, trial.w) if kind == 2 else other

@@ -1,0 +1,108 @@
+"""Repeated virtual tests of one system: each with a loading history of its own, as a laboratory would leave it.
+
+The settings of all repeats are the same. What differs is what nobody writes down: how far the pre-load shot over and
+under its value as it was put on, whether it was taken off and put on again between levels, how far the excitation
+overshot a level, and in which direction the frequencies were swept. Sticking contacts remember it.
+
+References
+----------
+Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), section 2.3.2.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from reduction.jointed_system import JointedSystem
+from transient.bench_campaign import Sweep
+from transient.bench_sweep import SweptBench
+from transient.equilibrium import quasi_static
+
+Vector = Float[NDArray[np.float64], " r"]
+
+#: Shares of the pre-load that it shoots over and under to, at most so many times.
+OVER, UNDER, SHOTS = (1.0, 1.6), (0.5, 1.0), 3
+#: Chance that the pre-load is taken off in part, or that a level is overshot, before it is measured; to these levels.
+CHANCE, OVERSHOOT = 0.5, (1.2, 2.2)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadingHistory:
+    """What happens before a level is measured.
+
+    Parameters
+    ----------
+    loads
+        Shares of the static load in their order, the last one 1; none if it is left alone [-].
+    overshoot
+        Share of the level that is run before it, at the first frequency; 1 for none [-].
+    """
+
+    loads: tuple[float, ...]
+    overshoot: float
+
+
+def random_history(random: np.random.Generator, *, first: bool) -> LoadingHistory:
+    """A loading history; the first of a repeat always puts the pre-load on."""
+    unloaded, overshot, size = random.uniform(size=3)
+    shots = random.uniform(size=(int(random.integers(SHOTS + 1)), 2))
+    loads = [part for over, under in shots for part in (_between(OVER, over), _between(UNDER, under))]
+    return LoadingHistory(
+        loads=(*loads, 1.0) if first or unloaded < CHANCE else (),
+        overshoot=_between(OVERSHOOT, size) if overshot < CHANCE else 1.0,
+    )
+
+
+def repeated_tests(
+    system: JointedSystem,
+    sensors: Mapping[str, Vector],
+    frequencies: Sequence[float],
+    levels: Sequence[float],
+    *,
+    n_repeat: int,
+    seed: int,
+    steps_per_period: int = 256,
+    tolerance: float = 1e-5,
+) -> Iterator[Sweep]:
+    """Sweeps up and down at each level of each repeat, free of noise; friction is carried from level to level.
+
+    Parameters
+    ----------
+    system
+        Its first joints are friction contacts, the first word of a name being the line, with one tangent each.
+    sensors
+        Rows by name, each of shape (r,) [-].
+    frequencies
+        Ascending [Hz]; points are given in this order, then in the opposite one.
+    levels
+        Scales of the harmonic force, in the order of the test [-].
+    n_repeat, seed
+        How many repeats, and of what is random in them.
+    steps_per_period, tolerance
+        Of the integration, and of a steady state, relative to the motion [-].
+
+    Raises
+    ------
+    TransientError
+        No equilibrium on the way of the pre-load.
+    """
+    random = np.random.default_rng(seed)
+    bench = SweptBench(system, sensors, steps_per_period=steps_per_period)
+    for repeat in range(1, n_repeat + 1):
+        slider: Vector | None = None
+        for level in levels:
+            history = random_history(random, first=slider is None)
+            state = quasi_static(system, history.loads or (1.0,), slider)
+            if history.overshoot > 1:
+                over = bench.sweep(frequencies[:1], history.overshoot * level, start=state, tolerance=tolerance)
+                state = over.final
+            readings = bench.sweep([*frequencies, *reversed(frequencies)], level, start=state, tolerance=tolerance)
+            slider = readings.final.slider
+            yield Sweep(configuration="jointed", repeat=repeat, level=float(level), readings=readings)
+
+
+def _between(ends: tuple[float, float], share: float) -> float:
+    return float(ends[0] + share * (ends[1] - ends[0]))
