@@ -16,15 +16,20 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from reduction.jointed_system import JointedSystem
+from reduction.jointed_system import FrictionContact, JointedSystem
 from transient.bench_campaign import Sweep
-from transient.bench_sweep import SweptBench
+from transient.bench_sweep import Readings, SweptBench
 from transient.equilibrium import quasi_static
+from transient.state import TransientState
 
 Vector = Float[NDArray[np.float64], " r"]
 
 #: Shares of the pre-load that it shoots over and under to, at most so many times.
 OVER, UNDER, SHOTS = (1.0, 1.6), (0.5, 1.0), 3
+#: Largest share of its friction limit that a line is left with as its body is put in place.
+PLACED = 0.9
+#: Periods after which a point is taken as it is.
+MOST_PERIODS = 6000
 #: Chance that the pre-load is taken off in part, or that a level is overshot, before it is measured; to these levels.
 CHANCE, OVERSHOOT = 0.5, (1.2, 2.2)
 
@@ -65,7 +70,7 @@ def repeated_tests(
     n_repeat: int,
     seed: int,
     steps_per_period: int = 256,
-    tolerance: float = 1e-5,
+    tolerance: float = 1e-4,
 ) -> Iterator[Sweep]:
     """Sweeps up and down at each level of each repeat, free of noise; friction is carried from level to level.
 
@@ -91,17 +96,59 @@ def repeated_tests(
     """
     random = np.random.default_rng(seed)
     bench = SweptBench(system, sensors, steps_per_period=steps_per_period)
+    line = np.array([each.name.split()[0] for each in system.joints if isinstance(each, FrictionContact)])
     for repeat in range(1, n_repeat + 1):
-        slider: Vector | None = None
-        for level in levels:
-            history = random_history(random, first=slider is None)
+        # The hand that puts a body in its place leaves each line a share of its limit.
+        shares = {name: random.uniform(-PLACED, PLACED) for name in dict.fromkeys(line.tolist())}
+        slider = bench.random_start(np.array([shares[name] for name in line.tolist()])).slider
+        for number, level in enumerate(levels):
+            history = random_history(random, first=number == 0)
             state = quasi_static(system, history.loads or (1.0,), slider)
             if history.overshoot > 1:
-                over = bench.sweep(frequencies[:1], history.overshoot * level, start=state, tolerance=tolerance)
-                state = over.final
-            readings = bench.sweep([*frequencies, *reversed(frequencies)], level, start=state, tolerance=tolerance)
+                state = marched(bench, frequencies[:1], history.overshoot * level, state, tolerance).final
+            readings = marched(bench, [*frequencies, *reversed(frequencies)], level, state, tolerance)
             slider = readings.final.slider
             yield Sweep(configuration="jointed", repeat=repeat, level=float(level), readings=readings)
+
+
+def marched(
+    bench: SweptBench, frequencies: Sequence[float], level: float, start: TransientState, tolerance: float
+) -> Readings:
+    """Steady states at one frequency after the other, integrated until the motion repeats: it alone drags sliders.
+
+    Parameters
+    ----------
+    bench
+        The specimen with its sensors.
+    frequencies
+        In the order of the sweep [Hz].
+    level
+        Of the force [-].
+    start
+        Where the first point starts.
+    tolerance
+        What may be left of the transient, relative to the motion, if it decays as slowly as the structure can [-].
+    """
+    state, points, n = start, [], bench.system.n_dof
+    for frequency in frequencies:
+        stepper = bench.stepper(frequency)
+        stepper.level = level
+        stepper.place(state)
+        slowest = float(np.exp(-0.5 * np.diag(bench.structure.damping).min() / frequency))
+        for n_period in range(1, MOST_PERIODS + 1):
+            before = stepper.vector
+            record = stepper.record()
+            motion = max(float(np.linalg.norm(record.modal_velocity, axis=1).max()), np.finfo(float).tiny)
+            left = float(np.linalg.norm((stepper.vector - before) * bench.weight)) / motion / (1 - slowest)
+            if left <= tolerance:
+                break
+        state = stepper.state
+        points.append((*bench.read(record), n_period, left <= tolerance, before[2 * n :]))
+    columns = (np.array(column) for column in zip(*points, strict=True))
+    motion_, force, slip, count, periodic, slider = columns
+    return Readings(
+        motion=motion_, force=force, slip_share=slip, n_period=count, periodic=periodic, slider=slider, final=state
+    )
 
 
 def _between(ends: tuple[float, float], share: float) -> float:

@@ -23,11 +23,10 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from reduction.jointed_system import FrictionContact, JointedSystem
+from transient.bench_structure import line_sums, stuck_structure
 from transient.equilibrium import equilibrium
-from transient.joint_table import joint_table
 from transient.state import TransientState
 from transient.stepper import Record, Stepper
-from transient.transition import ModalStructure
 
 Vector = Float[NDArray[np.float64], " n"]
 Matrix = Float[NDArray[np.float64], "n m"]
@@ -107,15 +106,15 @@ class SweptBench:
         self.system = system
         self.steps_per_period = steps_per_period
         self._contacts = [joint for joint in system.joints if isinstance(joint, FrictionContact)]
-        self._structure = structure = _stuck_structure(system)
+        self.structure = structure = stuck_structure(system)
         self._rows = np.array(list(sensors.values())) @ structure.mode_shapes
-        self._lines = _line_sums(system)
+        self._lines = line_sums(system)
         self._rest = equilibrium(structure)
         self._steppers: dict[float, tuple[Stepper, Matrix]] = {}
         frequency = np.sqrt(structure.eigenvalue)
         stiffness = [joint.tangential_stiffness for joint in self._contacts]
         # Roots of the energies of displacements, velocities and sliders: z is weighted with them.
-        self._weight = np.concatenate([frequency, np.ones_like(frequency), np.sqrt(stiffness)])
+        self.weight = np.concatenate([frequency, np.ones_like(frequency), np.sqrt(stiffness)])
         r = len(frequency)
         generator = np.zeros((2 * r, 2 * r))
         generator[:r, r:] = np.diag(frequency)
@@ -149,11 +148,11 @@ class SweptBench:
         tolerance
             See `TOLERANCE` [-].
         """
-        stepper = self._stepper(frequencies[0])[0]
-        rest = self._rest if multipliers is None else self._random_start(multipliers)
+        stepper = self.stepper(frequencies[0])
+        rest = self._rest if multipliers is None else self.random_start(multipliers)
         stepper.place(rest if start is None else start)
-        n = len(self._weight)
-        approach = _Approach(stepper.vector * self._weight, np.zeros((n, n)))
+        n = len(self.weight)
+        approach = _Approach(stepper.vector * self.weight, np.zeros((n, n)))
         points = [self._settle(frequency, level, approach, tolerance) for frequency in frequencies]
         motion, force, slip, n_period, periodic, slider = (np.array(column) for column in zip(*points, strict=True))
         return Readings(
@@ -163,14 +162,18 @@ class SweptBench:
             n_period=n_period,
             periodic=periodic,
             slider=slider,
-            final=self._stepper(frequencies[-1])[0].state,
+            final=self.stepper(frequencies[-1]).state,
         )
+
+    def stepper(self, frequency: float) -> Stepper:
+        """Steps at a frequency [Hz]: the one object, whoever asks."""
+        return self._stepper(frequency)[0]
 
     def _stepper(self, frequency: float) -> tuple[Stepper, Matrix]:
         if frequency not in self._steppers:
-            stepper = Stepper(self._structure, 2 * np.pi * frequency, self.steps_per_period, self._rest)
+            stepper = Stepper(self.structure, 2 * np.pi * frequency, self.steps_per_period, self._rest)
             turn = (self._vectors * np.expm1(self._rate / frequency)) @ self._inverse_vectors
-            slope = -np.eye(len(self._weight))
+            slope = -np.eye(len(self.weight))
             slope[: len(turn), : len(turn)] = turn.real
             self._steppers[frequency] = stepper, slope
         return self._steppers[frequency]
@@ -178,7 +181,7 @@ class SweptBench:
     def _settle(self, frequency: float, level: float, approach: _Approach, tolerance: float) -> _Point:
         stepper, slope = self._stepper(frequency)
         stepper.level = level
-        weight, n = self._weight, 2 * self.system.n_dof
+        weight, n = self.weight, 2 * self.system.n_dof
         z, longest = approach.state, np.inf
         last_step, last_change = np.zeros(len(z)), np.zeros(len(z))
         n_period = 0
@@ -206,9 +209,10 @@ class SweptBench:
             last_step, last_change = step, change
             z = z + step
         approach.state, approach.motion = z, motion
-        return (*self._read(record), n_period, distance <= tolerance, record.slider[:, 0])
+        return (*self.read(record), n_period, distance <= tolerance, record.slider[:, 0])
 
-    def _read(self, record: Record) -> tuple[NDArray[np.complex128], NDArray[np.complex128], float]:
+    def read(self, record: Record) -> tuple[NDArray[np.complex128], NDArray[np.complex128], float]:
+        """What the sensors see of a period: one point of `Readings.motion`, `.force` and `.slip_share`."""
         n = self.steps_per_period
         motion = np.fft.rfft(self._rows @ record.modal_displacement.T, axis=1) * (2 / n)
         force = np.fft.rfft(self._lines @ record.force, axis=1) * (2 / n)
@@ -225,8 +229,8 @@ class SweptBench:
         closed = record.force[1 : 2 * count : 2] > 0
         return float(np.mean((moved > 1e-6 * swing) & closed))
 
-    def _random_start(self, multipliers: Vector) -> TransientState:
-        """The rest, with sliders whose friction forces are these shares of their limits."""
+    def random_start(self, multipliers: Vector) -> TransientState:
+        """The rest, with sliders whose friction forces are these shares of their limits, shape (contact,) [-]."""
         sliders = self._rest.slider.copy()
         for number, (joint, share) in enumerate(zip(self._contacts, multipliers, strict=True)):
             tangential = float(joint.tangents[0] @ self._rest.displacement)
@@ -234,34 +238,3 @@ class SweptBench:
             normal = max(joint.preload + joint.normal_stiffness * closing, 0.0)
             sliders[number] = tangential - share * joint.friction_coefficient * normal / joint.tangential_stiffness
         return TransientState(displacement=self._rest.displacement, velocity=self._rest.velocity, slider=sliders)
-
-
-def _stuck_structure(system: JointedSystem) -> ModalStructure:
-    """Modes with sticking contacts, full damping: such contacts then move exactly, whatever the step."""
-    from scipy.linalg import eigh
-
-    table = joint_table(system)
-    contact = [isinstance(joint, FrictionContact) for joint in system.joints for _ in joint.directions]
-    offset = np.where(contact, table.stuck_stiffness, 0.0)
-    eigenvalue, shapes = eigh(system.stiffness + table.rows.T @ (offset[:, None] * table.rows), system.mass)
-    return ModalStructure(
-        system=system,
-        table=table,
-        mode_shapes=shapes,
-        inverse_shapes=shapes.T @ system.mass,
-        eigenvalue=eigenvalue,
-        damping=shapes.T @ system.damping @ shapes,
-        diagonal=False,
-        offset=offset,
-    )
-
-
-def _line_sums(system: JointedSystem) -> Matrix:
-    """Tangential and normal sums over each line, over the directions of all joints, shape (4 or 0, d) [-]."""
-    names = [joint.name.split()[0] for joint in system.joints if isinstance(joint, FrictionContact)]
-    sums = np.zeros((2 * len(set(names)), sum(len(joint.directions) for joint in system.joints)))
-    for row, line in enumerate(dict.fromkeys(names)):
-        for contact, name in enumerate(names):
-            if name == line:
-                sums[2 * row, 2 * contact] = sums[2 * row + 1, 2 * contact + 1] = 1.0
-    return sums

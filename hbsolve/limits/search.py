@@ -16,6 +16,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from hbsolve.limits.audit import Audit, audited
+from hbsolve.limits.bridge import FURTHEST, at_a_gap, bridged
 from hbsolve.limits.certificate import Certificate, certificates
 from hbsolve.limits.exchange import exchange, from_level
 from hbsolve.limits.kick import kicked
@@ -32,6 +33,8 @@ ROUNDS = 8
 #: Kicks go to each fifth frequency, in each round from another of a block's first ones: neighbours hand on what gains.
 KICK_STRIDE, KICKED_FROM = 5, (2, 4, 0)
 KICKS = len(KICKED_FROM)
+#: Rounds in which gaps between branches are tried.
+BRIDGES = 4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,6 +161,7 @@ class Search:
         self._kicked(best, "first kicks", 1)
         self._levels(best)
         self._kicked(best, "kicks", KICKS)
+        self._bridged(best)
         audits: list[dict[int, Audit]] = [{} for _ in best]
         if self.sample:
             parts = self._stage(
@@ -201,32 +205,43 @@ class Search:
                 for numbers in self.blocks:
                     chosen = numbers[min(KICKED_FROM[number], len(numbers) - 1) :: KICK_STRIDE]
                     keys = [key for key in sorted(best[level]) if key[0] in chosen and is_open(best[level], key[0])]
+                    seed = (self.seed, level, numbers[0], 1, number, rounds)
                     if keys:
-                        jobs.append((level, numbers, keys))
-            tasks = [
-                self._task(
-                    f"{name}, round {number}", level, kicked,
-                    (
-                        self.omega, self._near(best[level], numbers), keys,
-                        (self.seed, level, numbers[0], 1, number, len(name)),
-                    ),
-                    numbers,
-                )
-                for level, numbers, keys in jobs
-            ]  # fmt: skip
-            gained: list[set[Key]] = [set() for _ in best]
-            for (level, numbers, _), (found, better) in zip(jobs, self.run("kicks", tasks), strict=True):
-                best[level].update({key: value for key, value in found.items() if key[0] in numbers})
-                gained[level] |= better
-            print(
-                name,
-                number,
-                [len(k[2]) for k in jobs],
-                [sorted((k[0], int(k[1])) for k in g) for g in gained],
-                flush=True,
-            )
-            self._exchanged(f"after {name}, round {number}", best, gained)
+                        jobs.append((level, numbers, (self._near(best[level], numbers), keys, seed)))
+            gained = self._improved(best, f"{name}, round {number}", "kicks", kicked, jobs)
             levels = [level for level in levels if gained[level]]
+
+    def _bridged(self, best: list[Best]) -> None:
+        """Carry optima over gaps between branches, as long as some gain."""
+        fresh = [at_a_gap(each) for each in best]
+        for number in range(BRIDGES):
+            jobs = [
+                (level, numbers, keys)
+                for level in reversed(range(len(best)))
+                for numbers in self.blocks
+                if (keys := sorted(key for key in fresh[level] if key[0] in numbers))
+            ]
+            gained = self._improved(best, f"gaps, round {number}", "gaps", bridged, [
+                (level, numbers, (self._near(best[level], numbers), keys)) for level, numbers, keys in jobs
+            ])  # fmt: skip
+            # Where nothing has changed there is nothing new to try.
+            fresh = [
+                {key for key in at_a_gap(each) if any((key[0] + away, key[1]) in gain for away in (-1, 0, 1))}
+                for each, gain in zip(best, gained, strict=True)
+            ]
+
+    def _improved(
+        self, best: list[Best], name: str, stage: str, call: Callable[..., Any],
+        jobs: Sequence[tuple[int, range, tuple[Any, ...]]],
+    ) -> list[set[Key]]:  # fmt: skip
+        """Run a call that returns optima and which of them improved, take them over and hand them on."""
+        tasks = [self._task(name, level, call, (self.omega, *given), numbers) for level, numbers, given in jobs]
+        gained: list[set[Key]] = [set() for _ in best]
+        for (level, numbers, _), (found, better) in zip(jobs, self.run(stage, tasks), strict=True):
+            best[level].update({key: value for key, value in found.items() if key[0] in numbers})
+            gained[level] |= better
+        self._exchanged(f"after {name}", best, gained)
+        return gained
 
     def _stage(
         self, name: str, call: Callable[..., Any], arguments: Callable[[int, range], tuple[Any, ...]]
@@ -252,7 +267,9 @@ class Search:
 
     def _near(self, best: Best, numbers: range) -> Best:
         """Optima of a block and of its neighbours in frequency."""
-        return {key: value for key, value in best.items() if numbers.start - 1 <= key[0] <= numbers.stop}
+        return {
+            key: value for key, value in best.items() if numbers.start - FURTHEST <= key[0] < numbers.stop + FURTHEST
+        }
 
     def _take(self, best: list[Best], level: int, parts: Iterable[Any]) -> set[Key]:
         """Take over what blocks of a level return, first their own optima, then those of them that improved."""

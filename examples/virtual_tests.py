@@ -1,0 +1,67 @@
+"""Repeated virtual tests inside a predicted band: a wedge damper that is put in its place by another hand each time.
+
+Each test begins with a loading history of its own (pre-load that shoots over and under, unloading between levels,
+excitation that overshoots), integrated in time. The campaign folder is what a laboratory would hand over.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from correlation.band import coverage, interval_score, tightness
+from correlation.read_campaign import read_campaign
+from hbsolve.balance import HarmonicBalance
+from hbsolve.limits.objective import Output
+from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
+from study.case import load_case
+from study.figure.limit_band import Band, limit_band_figure
+from study.shipped import LIMITS
+from study.solve_case import SolveCase
+from study.solve_model import solve_model
+from transient.bench_campaign import CampaignPoints, Layout, write_campaign
+from transient.bench_repeats import repeated_tests
+
+LEVELS, FREQUENCIES, REPEATS = [0.4, 1.0], np.linspace(265, 292, 7), 8
+#: Harmonic balance with five harmonics against integration with 128 steps a period.
+BETWEEN_THEM = 0.01
+
+
+def main() -> None:
+    model = solve_model(load_case(LIMITS, SolveCase), LIMITS.parent)
+    tests = list(
+        repeated_tests(
+            model.system, {"blade": model.outputs[0].row}, FREQUENCIES.tolist(), LEVELS, n_repeat=REPEATS, seed=1,
+            steps_per_period=128,
+        )
+    )  # fmt: skip
+    points = CampaignPoints(levels=LEVELS, frequencies=FREQUENCIES.tolist(), free_frequencies=(), n_repeat=REPEATS)
+    layout = Layout(title="Wedge damper", sensors=["blade"], lines=["blade", "ground"], direction="x")
+    write_campaign(Path("campaign"), tests, points, layout)
+    table = read_campaign(Path("campaign")).measurement
+    balance = HarmonicBalance(system=model.system, n_harmonic=6, n_sample=128)
+    problem = limit_problem(balance, Output(row=0))
+    settings = LimitSettings(population=8, sample=40)
+    limits = response_limits(problem, 2 * np.pi * FREQUENCIES, LEVELS, settings=settings)
+    bands = []
+    for at, level in enumerate(LEVELS):
+        own = (table.level == level) & (table.harmonic == 1) & (table.sensor == 0)
+        measured = np.array([np.abs(table.value[own & (table.frequency == f)]) for f in table.frequency[own][:7]]).T
+        inside = [problem.box.drift(w) <= limits.reach for test in tests if test.level == level
+                  for w in test.readings.slider]  # fmt: skip
+        lower, upper = limits.lower[at] * (1 - BETWEEN_THEM), limits.upper[at] * (1 + BETWEEN_THEM)
+        print(
+            f"level {level:g}: {measured.size} points, {sum(inside)} with all sliders in the box; inside the band "
+            f"{coverage(measured, lower, upper):.1%}, band over spread {np.nanmedian(tightness(measured, lower, upper)):.1f}, "
+            f"interval score {1e6 * interval_score(measured, lower, upper, 0.05).mean():.2f} um"
+        )
+        flags = {"jump": limits.jump[:, at], "repaired": limits.repaired[:, at]}
+        bands.append(
+            Band(label=f"level {level:g}", frequency=limits.frequency, value=1e6 * limits.value[:, at],
+                 sampled=1e6 * measured, **flags)
+        )  # fmt: skip
+    Path("virtual_tests.png").write_bytes(limit_band_figure(bands, title="Wedge damper", amplitude_label="blade [um]"))
+    print("campaign, virtual_tests.png")
+
+
+if __name__ == "__main__":
+    main()
