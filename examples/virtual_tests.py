@@ -45,14 +45,15 @@ def main() -> None:
     bands = []
     for at, level in enumerate(LEVELS):
         own = (table.level == level) & (table.harmonic == 1) & (table.sensor == 0)
-        measured = np.array([np.abs(table.value[own & (table.frequency == f)]) for f in table.frequency[own][:7]]).T
+        measured = np.array([np.abs(table.value[own & (table.frequency == f)]) for f in np.unique(table.frequency)]).T
         inside = [problem.box.drift(w) <= limits.reach for test in tests if test.level == level
                   for w in test.readings.slider]  # fmt: skip
         lower, upper = limits.lower[at] * (1 - BETWEEN_THEM), limits.upper[at] * (1 + BETWEEN_THEM)
         print(
             f"level {level:g}: {measured.size} points, {sum(inside)} with all sliders in the box; inside the band "
-            f"{coverage(measured, lower, upper):.1%}, band over spread {np.nanmedian(tightness(measured, lower, upper)):.1f}, "
-            f"interval score {1e6 * interval_score(measured, lower, upper, 0.05).mean():.2f} um"
+            f"{coverage(measured, lower, upper):.1%}, band over spread "
+            f"{np.nanmedian(tightness(measured, lower, upper)):.1f}, interval score "
+            f"{1e6 * interval_score(measured, lower, upper, 0.05).mean():.2f} um"
         )
         flags = {"jump": limits.jump[:, at], "repaired": limits.repaired[:, at]}
         bands.append(

@@ -135,13 +135,13 @@ def marched(
         stepper.level = level
         stepper.place(state)
         slowest = float(np.exp(-0.5 * np.diag(bench.structure.damping).min() / frequency))
-        for n_period in range(1, MOST_PERIODS + 1):
+        n_period, left = 0, np.inf
+        while left > tolerance and n_period < MOST_PERIODS:
+            n_period += 1
             before = stepper.vector
             record = stepper.record()
             motion = max(float(np.linalg.norm(record.modal_velocity, axis=1).max()), np.finfo(float).tiny)
             left = float(np.linalg.norm((stepper.vector - before) * bench.weight)) / motion / (1 - slowest)
-            if left <= tolerance:
-                break
         state = stepper.state
         points.append((*bench.read(record), n_period, left <= tolerance, before[2 * n :]))
     columns = (np.array(column) for column in zip(*points, strict=True))

@@ -80,7 +80,8 @@ def certificates(
         for side in Side:
             if (at, side) in best:
                 optimum = best[at, side]
-                jump = any(
+                # One state alone has no branches to choose from.
+                jump = not _is_one(best, at) and any(
                     _jumps(problem, point, omega, at, step, side, best) for step in (-1, 1) if (at + step, side) in best
                 )
                 found[at, side] = _certificate(point, optimum, side, jump)
@@ -116,6 +117,14 @@ def _certificate(point: LimitPoint, optimum: Optimum, side: Side, jump: bool) ->
         multiplier=multipliers(point.sliders, trial.x, trial.carried, point.balance.sampling.evaluate),
         share=np.bincount(status.ravel(), minlength=3) / status.size,
     )
+
+
+def _is_one(best: Best, at: int) -> bool:
+    """Whether both limits are the same to less than a jump."""
+    if any((at, side) not in best for side in Side):
+        return False
+    lower, upper = (best[at, side].value for side in Side)
+    return abs(upper - lower) <= JUMP * abs(upper)
 
 
 def _jumps(
