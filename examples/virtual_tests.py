@@ -68,7 +68,9 @@ def main() -> None:
             Band(label=f"level {level:g}", frequency=limits.frequency, value=1e6 * limits.value[:, at],
                  sampled=1e6 * measured, **flags)
         )  # fmt: skip
-    Path("virtual_tests.png").write_bytes(limit_band_figure(bands, title="Wedge damper", amplitude_label="blade [um]"))
+    title = "Wedge damper: repeated virtual tests"
+    picture = limit_band_figure(bands, title=title, amplitude_label="blade [um]", sampled_label="repeated tests")
+    Path("virtual_tests.png").write_bytes(picture)
     print("campaign, virtual_tests.png")
 
 

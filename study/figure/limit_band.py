@@ -50,7 +50,9 @@ class Band:
     repaired: Flags
 
 
-def limit_band_figure(bands: Sequence[Band], *, title: str, amplitude_label: str) -> bytes:
+def limit_band_figure(
+    bands: Sequence[Band], *, title: str, amplitude_label: str, sampled_label: str = "random histories"
+) -> bytes:
     """Draw the bands as PNG; next to a jump a limit is dotted, since nothing says where between two points it lies.
 
     Parameters
@@ -61,6 +63,8 @@ def limit_band_figure(bands: Sequence[Band], *, title: str, amplitude_label: str
         Above the figure.
     amplitude_label
         Of the vertical axes, with its unit.
+    sampled_label
+        What `Band.sampled` shows.
     """
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
@@ -86,7 +90,7 @@ def limit_band_figure(bands: Sequence[Band], *, title: str, amplitude_label: str
         Patch(color=PALE, alpha=0.15, label="between them"),
     ]
     if any(np.isfinite(band.sampled).any() for band in bands):
-        shown.append(Line2D([], [], color=PALE, linewidth=2.5, alpha=0.45, label="random histories"))
+        shown.append(Line2D([], [], color=PALE, linewidth=2.5, alpha=0.45, label=sampled_label))
     if jump:
         shown.append(Line2D([], [], **_ring("o"), label="jump to another optimum"))
     if repaired:

@@ -1,0 +1,195 @@
+"""Response limits of the rig in the paper's four configurations, and limits of its contact forces at resonance.
+
+    OMP_NUM_THREADS=1 python -m benchmarks.rig_limits [--size MM] [--configurations 3 4] [--forces 3] [--folder FOLDER]
+
+The configurations are those of the paper's Fig. 16: contact parameters, then dead weights that are shifted along the
+damper, then inclined, then a gap that opens along one line of the left damper. Tables and figures go to the folder.
+"""
+
+import argparse
+import os
+import time
+from dataclasses import dataclass
+from math import pi, radians
+from pathlib import Path
+
+for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(threads, "1")  # before numpy reads them
+
+import numpy as np  # noqa: E402
+
+from hbsolve.balance import HarmonicBalance  # noqa: E402
+from hbsolve.limits.objective import ContactForce, Output  # noqa: E402
+from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits  # noqa: E402
+from hbsolve.limits.result import ResponseLimits  # noqa: E402
+from study.case import load_case  # noqa: E402
+from study.figure.force_limits import ForceLimits, force_limits_figure  # noqa: E402
+from study.figure.limit_band import Band, limit_band_figure  # noqa: E402
+from study.figure.limit_levels import LimitsByLevel, limit_levels_figure  # noqa: E402
+from study.progress import LineProgress  # noqa: E402
+from study.rig_case import RigCase, rig_model  # noqa: E402
+from study.rig_reduction import RigReduction, reduce_rig  # noqa: E402
+from study.rig_system import RigSystem, rig_system  # noqa: E402
+from study.shipped import RIG  # noqa: E402
+from study.store import Store, default_folder  # noqa: E402
+
+LEVELS = (1.0, 3.0, 5.0, 10.0)
+FREQUENCIES = np.arange(236.0, 258.1, 0.75)
+MODES = 60
+FORCES = {"T0": (0, 0), "N0": (-1, 0), "T1": (0, 1), "N1": (-1, 1)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Configuration:
+    """One of Fig. 16; lengths of the paper's rig are not known, so that shifts are shares of the cylinder's."""
+
+    kt: float
+    kn: float
+    mu: float
+    shift: tuple[float, float] = (0.0, 0.0)
+    """Left and right, away from the blade [m]."""
+    inclination: tuple[float, float] = (0.0, 0.0)
+    """Left and right, towards +y [rad]."""
+    gap_angle: float = 0.0
+    """Between the left damper and the blade [rad]."""
+
+
+CONFIGURATIONS = {
+    1: Configuration(kt=4.65e6, kn=6.75e6, mu=0.6),
+    2: Configuration(kt=4.6e6, kn=8.5e6, mu=0.8, shift=(-2.4e-3, 0.6e-3)),
+    3: Configuration(
+        kt=4.6e6, kn=8.5e6, mu=0.8, shift=(-2.4e-3, 0.6e-3), inclination=(radians(-3), radians(-5))
+    ),
+    4: Configuration(
+        kt=4.6e6, kn=8.5e6, mu=0.8, shift=(-2.4e-3, 0.6e-3), inclination=(radians(-3), radians(-5)),
+        gap_angle=radians(0.35),
+    ),
+}  # fmt: skip
+
+
+def configured(case: RigCase, of: Configuration, reduction: RigReduction) -> RigSystem:
+    """The rig of a case in one of the configurations."""
+    contact = case.contact.model_copy(
+        update={
+            "kt": of.kt,
+            "kn": of.kn,
+            "mu": of.mu,
+            "left_blade": case.contact.left_blade.model_copy(update={"gap_angle": of.gap_angle or None}),
+        }
+    )
+    sides = {
+        side: getattr(case.dead_weight, side).model_copy(update={"shift": shift, "inclination": inclination})
+        for side, shift, inclination in zip(("left", "right"), of.shift, of.inclination, strict=True)
+    }
+    weight = case.dead_weight.model_copy(update=sides)
+    return rig_system(
+        case.model_copy(update={"contact": contact, "dead_weight": weight}), rig_model(case).rig, reduction
+    )
+
+
+def amplitude_limits(system: RigSystem, samples: int) -> ResponseLimits:
+    """Of the tip over frequency and level."""
+    balance = HarmonicBalance(system=system.model.system, n_harmonic=6, n_sample=256)
+    problem = limit_problem(balance, Output(row=system.model.outputs[0].row), nominal=system.rest.slider)
+    settings = LimitSettings(population=8, sample=samples)
+    return response_limits(problem, 2 * pi * FREQUENCIES, LEVELS, settings=settings)
+
+
+def by_level(limits: ResponseLimits) -> LimitsByLevel:
+    """Highest points of both limits."""
+    at = limits.value.argmax(axis=2)
+    value = 1e6 * np.take_along_axis(limits.value, at[..., None], axis=2)[..., 0]
+    jump = np.take_along_axis(limits.jump, at[..., None], axis=2)[..., 0]
+    return LimitsByLevel(
+        level=limits.level,
+        value=value,
+        frequency=limits.frequency[at],
+        doubtful=jump | (at == 0) | (at == len(limits.frequency) - 1),
+    )
+
+
+def force_panels(system: RigSystem, frequency: float) -> list[ForceLimits]:
+    """Static and dynamic forces of all lines at one frequency, against level, with random histories inside."""
+    from hbsolve.limits.fresh import fresh_histories
+
+    balance = HarmonicBalance(system=system.model.system, n_harmonic=6, n_sample=256)
+    panels = []
+    for line, members in system.joined.lines.items():
+        for name, (direction, harmonic) in FORCES.items():
+            force = ContactForce(joints=members, direction=direction, harmonic=harmonic)
+            problem = limit_problem(balance, force, nominal=system.rest.slider)
+            settings = LimitSettings(population=4, sample=0)
+            limits = response_limits(problem, [2 * pi * frequency], LEVELS, settings=settings)
+            left = fresh_histories(problem, limits, 20, seed=5)
+            panels.append(
+                ForceLimits(
+                    line=line, force=name, level=limits.level, value=limits.value[:, :, 0], sampled=left.value[:, 0].T
+                )
+            )
+            ends = ", ".join(f"{low:.2f} to {high:.2f}" for low, high in panels[-1].value.T)
+            print(f"| {line} | {name} | {ends} | {left.share_outside(1e-3):.1%} |", flush=True)
+    return panels
+
+
+def main() -> None:
+    """Tables to the screen, figures to the folder."""
+    words = argparse.ArgumentParser()
+    words.add_argument("--size", type=float, default=5.0)
+    words.add_argument("--configurations", type=int, nargs="*", default=[3, 4])
+    words.add_argument("--forces", type=int, nargs="*", default=[3])
+    words.add_argument("--samples", type=int, default=20)
+    words.add_argument("--folder", type=Path, default=Path("build/rig_limits"))
+    asked = words.parse_args()
+    asked.folder.mkdir(parents=True, exist_ok=True)
+    case = load_case(RIG, RigCase)
+    mesh = case.mesh.model_copy(update={"size": asked.size * 1e-3})
+    case = case.model_copy(update={"mesh": mesh, "reduction": case.reduction.model_copy(update={"modes": MODES})})
+    reduction = reduce_rig(rig_model(case), Store(default_folder()), LineProgress())
+    for number in asked.configurations:
+        system = configured(case, CONFIGURATIONS[number], reduction)
+        began = time.process_time()
+        limits = amplitude_limits(system, asked.samples)
+        limits.save(asked.folder / f"configuration_{number}.nc")
+        told = by_level(limits)
+        print(f"\nconfiguration {number}: {time.process_time() - began:.0f} s of processor time")
+        print("\n| level | upper [um] | at [Hz] | lower [um] | at [Hz] | jumps | outside before repair |")
+        print("|---|---|---|---|---|---|---|")
+        for at, level in enumerate(LEVELS):
+            print(
+                f"| {level:g} N | {told.value[1, at]:.2f} | {told.frequency[1, at]:.2f} | {told.value[0, at]:.2f} "
+                f"| {told.frequency[0, at]:.2f} | {limits.jump[:, at].sum()} | {limits.n_outside[:, at].sum()} of "
+                f"{limits.n_sampled[at].sum()} |",
+                flush=True,
+            )
+        title = f"Rig, configuration {number}: tip"
+        bands = [
+            Band(
+                label=f"{level:g} N",
+                frequency=limits.frequency,
+                value=1e6 * limits.value[:, at],
+                sampled=1e6 * limits.sampled[:, at],
+                jump=limits.jump[:, at],
+                repaired=limits.repaired[:, at],
+            )
+            for at, level in enumerate(LEVELS)
+        ]
+        pictures = {
+            "band": limit_band_figure(bands, title=title, amplitude_label="displacement [um]"),
+            "levels": limit_levels_figure(told, title=title, amplitude_label="displacement [um]"),
+        }
+        if number in asked.forces:
+            frequency = float(told.frequency[1, 0])
+            print(
+                f"\n| at {frequency:g} Hz | force | limits at 1, 3, 5, 10 N [N] | histories outside |\n"
+                "|---|---|---|---|"
+            )
+            title = f"Rig, configuration {number}: contact forces at {frequency:g} Hz"
+            pictures["forces"] = force_limits_figure(
+                force_panels(system, frequency), title=title, sampled_label="random histories"
+            )
+        for name, picture in pictures.items():
+            (asked.folder / f"configuration_{number}_{name}.png").write_bytes(picture)
+
+
+if __name__ == "__main__":
+    main()
