@@ -27,7 +27,7 @@ from hbsolve.limits.objective import Output  # noqa: E402
 from hbsolve.limits.problem import LimitProblem  # noqa: E402
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
-from hbsolve.limits.search import Progress  # noqa: E402
+from hbsolve.limits.task import Progress  # noqa: E402
 
 LEVELS = (1.0, 3.0, 5.0, 10.0)
 #: Of the first frequency with all contacts stuck: from far below the resonances to above them.

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from hbsolve.limits.search import Progress
+from hbsolve.limits.task import Progress
 
 #: Where the stages end, as measured on the wedge damper with 100 histories: what is handed on between frequencies and
 #: levels has no number of tasks that is known beforehand, and so moves within its share.

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.limits.sampled import sampled_states
-from hbsolve.limits.search import Progress, Runner, Task
+from hbsolve.limits.task import Progress, Runner, Task
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

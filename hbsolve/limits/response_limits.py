@@ -20,8 +20,9 @@ from hbsolve.limits.objective import Objective
 from hbsolve.limits.optimum import Best
 from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.result import ResponseLimits
-from hbsolve.limits.search import Key, Progress, Runner, Search
+from hbsolve.limits.search import Key, Search
 from hbsolve.limits.starts import starting_sliders
+from hbsolve.limits.task import Progress, Runner
 from reduction.array_input import real_array, whole_number
 
 Frequencies = Float[NDArray[np.float64], " f"]

@@ -5,8 +5,7 @@ arguments alone, so that a search which finds some of its results in the store c
 comes out the same with any number of workers.
 """
 
-from collections.abc import Callable, Iterable, MutableMapping, Sequence
-from concurrent.futures import Executor, as_completed
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -23,7 +22,7 @@ from hbsolve.limits.kick import kicked
 from hbsolve.limits.local_search import GAIN, Side
 from hbsolve.limits.optimum import Best, is_open
 from hbsolve.limits.population import first_limits
-from hbsolve.limits.problem import LimitProblem
+from hbsolve.limits.task import Runner, Task
 
 Frequencies = Float[NDArray[np.float64], " f"]
 Key = tuple[int, Side]
@@ -35,90 +34,6 @@ KICK_STRIDE, KICKED_FROM = 5, (2, 4, 0)
 KICKS = len(KICKED_FROM)
 #: Rounds in which gaps between branches are tried.
 BRIDGES = 4
-
-
-@dataclass(frozen=True, kw_only=True)
-class Progress:
-    """How far a search is.
-
-    Parameters
-    ----------
-    stage
-        What is being done, in words.
-    done, of
-        Tasks of this stage.
-    """
-
-    stage: str
-    done: int
-    of: int
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Task:
-    """One call that a store may already hold the result of."""
-
-    key: str
-    call: Callable[..., Any]
-    arguments: tuple[Any, ...]
-
-
-#: The problem of the tasks that this process has run: its condensed structures serve all of them.
-_kept: dict[str, LimitProblem] = {}
-
-
-def run_task(token: str, problem: LimitProblem, call: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
-    """Run a task in any process."""
-    if token not in _kept:
-        _kept.clear()
-        _kept[token] = problem
-    return call(_kept[token], *arguments)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Runner:
-    """Runs tasks: those that the store holds are not run again.
-
-    Parameters
-    ----------
-    problem
-        First argument of every call.
-    token
-        A name that no other problem has.
-    store
-        Receives each result when it is there.
-    executor
-        Runs them; this process by default.
-    progress
-        Called after each task.
-    """
-
-    problem: LimitProblem
-    token: str
-    store: MutableMapping[str, Any]
-    executor: Executor | None
-    progress: Callable[[Progress], None]
-
-    def __call__(self, stage: str, tasks: Sequence[Task]) -> list[Any]:
-        """Results of the tasks of one stage, in order."""
-        missing = [task for task in tasks if task.key not in self.store]
-        done = len(tasks) - len(missing)
-        self.progress(Progress(stage=stage, done=done, of=len(tasks)))
-        if self.executor is None:
-            for task in missing:
-                self.store[task.key] = run_task(self.token, self.problem, task.call, task.arguments)
-                done += 1
-                self.progress(Progress(stage=stage, done=done, of=len(tasks)))
-        else:
-            sent = {
-                self.executor.submit(run_task, self.token, self.problem, task.call, task.arguments): task
-                for task in missing
-            }
-            for future in as_completed(sent):
-                self.store[sent[future].key] = future.result()
-                done += 1
-                self.progress(Progress(stage=stage, done=done, of=len(tasks)))
-        return [self.store[task.key] for task in tasks]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hbsolve.limits.search import Progress
+from hbsolve.limits.task import Progress
 from study.kept_tasks import KeptTasks
 from study.limits_progress import END, WORTH_REPORTING, SearchProgress
 

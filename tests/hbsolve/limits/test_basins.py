@@ -1,0 +1,83 @@
+"""How searches leave one basin of optima for another, and how it is told where limits change branches."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from hbsolve.balance import HarmonicBalance
+from hbsolve.limits.bridge import at_a_gap
+from hbsolve.limits.certificate import certificates
+from hbsolve.limits.kick import MOST_TURNS, kicked, turned
+from hbsolve.limits.local_search import Side, local_search
+from hbsolve.limits.objective import Output
+from hbsolve.limits.optimum import Best, Optimum, is_open
+from hbsolve.limits.response_limits import limit_problem
+from hbsolve.limits.sliders import SliderTable
+from reduction.jointed_system import JointedSystem
+
+
+def table(lines: list[int]) -> SliderTable:
+    line, empty = np.array(lines), np.zeros(len(lines))
+    return SliderTable(line, line, empty, empty, empty, line)
+
+
+def optimum(value: float, **followed: float) -> Optimum:
+    known = {{"before": -1, "after": 1}[name]: each for name, each in followed.items()}
+    return Optimum(value=value, x=np.zeros((1, 1)), w=np.zeros(1), residual=0.0, followed=known)
+
+
+def test_lines_are_turned_about_their_nominal_place_in_all_combinations() -> None:
+    nominal, random = np.arange(6.0), np.random.default_rng(0)
+    w = nominal + np.array([1, 2, 3, 10, 20, 30])
+    found = turned(table([0, 0, 0, 1, 1, 1]), nominal, w, random)
+    moved = sorted((each - nominal).tolist() for each in found)
+    assert moved == [[1, 2, 3, 30, 20, 10], [3, 2, 1, 10, 20, 30], [3, 2, 1, 30, 20, 10]]
+    assert len(turned(table(list(range(20))), np.zeros(20), np.zeros(20), random)) == MOST_TURNS
+
+
+def test_a_kick_leads_to_a_basin_that_no_step_leads_to(wedge: JointedSystem) -> None:
+    balance = HarmonicBalance(system=wedge, n_harmonic=2, n_sample=32)
+    problem = limit_problem(balance, Output(row=0), reach=8e-6)
+    omega, level = 2 * np.pi * 284.0, 0.4
+    point = problem.at(omega, level)
+    rest = point.from_rest(problem.box.nominal)
+    assert rest is not None
+    reached = point.towards(problem.box.nominal + 8e-6 * np.array([-1, -1, -1, 1]), rest)
+    settled = reached and point.settle(reached.x, reached.w)
+    assert settled
+    end = local_search(point, settled, Side.UPPER)
+    best: Best = {(0, Side.UPPER): Optimum(value=end.value, x=end.x, w=end.w, residual=0.0)}
+    found, gained = kicked(problem, level, np.array([omega]), best, sorted(best), (0,))
+    assert gained == {(0, Side.UPPER)}
+    # 6.0 um where the search alone ends at 5.0 um, whichever of the corners of the box it starts from but one.
+    assert found[0, Side.UPPER].value > 1.15 * end.value
+
+
+def test_a_gap_lies_between_limits_of_which_one_does_not_become_the_other() -> None:
+    side = Side.UPPER
+    best: Best = {
+        (0, side): optimum(1.0, after=1.0),
+        (1, side): optimum(1.01, before=1.008, after=1.01),
+        (2, side): optimum(2.0, before=1.2, after=2.0),
+        (3, side): optimum(2.1, before=2.1),
+    }
+    assert at_a_gap(best) == {(1, side), (2, side)}
+    # What was not found from the neighbour is no better than what is worse.
+    best[0, side] = replace(best[0, side], followed={})
+    assert at_a_gap(best) == {(0, side), (1, side), (2, side)}
+
+
+def test_one_state_alone_is_no_jump_and_not_open(wedge: JointedSystem) -> None:
+    balance = HarmonicBalance(system=wedge, n_harmonic=2, n_sample=32)
+    problem = limit_problem(balance, Output(row=0))
+    omega, level = 2 * np.pi * 284.0 * np.array([0.90, 0.91]), 1e-3
+    best: Best = {}
+    for at, each in enumerate(omega):
+        trial = problem.at(float(each), level).from_rest(problem.box.nominal)
+        assert trial is not None
+        for side in Side:
+            best[at, side] = Optimum(value=trial.value, x=trial.x, w=trial.w, residual=0.0)
+    # A neighbour whose state comes from elsewhere: followed, it is far off.
+    best[1, Side.UPPER] = replace(best[1, Side.UPPER], w=best[1, Side.UPPER].w + 3e-5)
+    assert not is_open(best, 0)
+    assert not any(each.jump for each in certificates(problem, level, omega, [0], best).values())
