@@ -4,12 +4,14 @@ Sticking contacts hold any tangential force within Coulomb's cone, so that tests
 are searched for and then frozen; random histories that had no part in the search stay between them.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.fresh import fresh_histories
+from hbsolve.limits.loss_factor import paper_limits
 from hbsolve.limits.objective import ContactForce, Output
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
 from study.case import load_case
@@ -37,6 +39,14 @@ def main() -> None:
         value, sampled = 1e6 * limits.value[:, at], 1e6 * fresh.value[at].T
         bands.append(Band(label=f"level {level:g}", frequency=FREQUENCIES, value=value, sampled=sampled, **flags))
     Path("limits.png").write_bytes(limit_band_figure(bands, title="Wedge damper", amplitude_label="blade [um]"))
+    # The paper's limits, in the same box: the amplitudes where the loss factor is largest and where it is least.
+    paper = paper_limits(
+        balance, Output(row=0), 2 * np.pi * FREQUENCIES, LEVELS[1:3], reach=limits.reach, settings=SETTINGS
+    )
+    apart = [replace(bands[at], sampled=1e6 * paper.amplitude[:, at - 1]) for at in (1, 2)]
+    title, dots = "Wedge damper: limits of the amplitude, and the paper's", "at the extreme loss factors"
+    picture = limit_band_figure(apart, title=title, amplitude_label="blade [um]", sampled_label=dots)
+    Path("papers_limits.png").write_bytes(picture)
     panels, escaped = [], fresh.share_outside(1e-3)
     for line in ("blade", "ground"):
         for force, direction in (("T0", 0), ("N0", -1)):
@@ -49,7 +59,8 @@ def main() -> None:
             panels.append(ForceLimits(**names, value=held.value[:, :, 0], sampled=left.value[:, 0].T))
     title = f"Wedge damper: static forces at {RESONANCE:g} Hz"
     Path("static_forces.png").write_bytes(force_limits_figure(panels, title=title, sampled_label="random histories"))
-    print(f"histories outside by more than 0.1 %: {100 * escaped:.2f} % at most\nlimits.png, static_forces.png")
+    print(f"histories outside by more than 0.1 %: {100 * escaped:.2f} % at most")
+    print("limits.png, papers_limits.png, static_forces.png")
     # The band is open where contacts slip, and hardly any history leaves it.
     assert (limits.upper[1] / limits.lower[1]).max() > 1.1
     assert escaped <= 0.01
