@@ -1,12 +1,16 @@
 r"""Where a rigid body that nothing but contact holds lies before its load presses it: seated against uneven gaps.
 
 A gap field is reckoned from where the drawing has the body. Before any spring of a contact is stretched the body lies
-elsewhere, without friction and as far as its load can move it,
+elsewhere, as deep in its grooves as it goes,
 
-.. math:: \max_a\; f \cdot R a \quad \text{subject to} \quad s = g - N R a \ge 0 ,
+.. math:: \min_a\; \sum_i s_i \quad \text{subject to} \quad s = g - N R a \ge 0 ,
 
-R being its rigid motions. Of several such places it is that of the least \|s\|. What is left, s, are the gaps from
+R being its rigid motions; of several such places it is that of the least \|s\|. What is left, s, are the gaps from
 there; contacts have no tension there. A rigid motion r adds N r to g and r to the place, and changes s by nothing.
+
+References
+----------
+Lawson and Hanson, Solving Least Squares Problems, SIAM (1995), chapter 23: LDP by NNLS.
 """
 
 from collections.abc import Mapping
@@ -17,21 +21,19 @@ import scipy.optimize
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from reduction.errors import JointError
 from reduction.joined import Joined
 
 Real = NDArray[np.float64]
-Row = Float[Real, " r"]
 
 #: Singular value of the approaches, over the largest, below which a motion opens and closes nothing.
 IDLE = 1e-9
-#: How much more the load counts than \|s\|, as a length over the largest gap.
-LOADED = 1e3
-#: Share of the load that may stay without a contact to carry it.
-CARRIED = 1e-6
+#: How much more the sum of the gaps counts than \|s\|, as a length over the largest gap.
+DEEP = 30.0
+#: Share of the largest gap below which a contact touches.
+ROUND_OFF = 1e-8
 
 
-def seated(bodies: Joined, motions: Mapping[str, Float[Real, "r 6"]], pull: Row) -> Joined:
+def seated(bodies: Joined, motions: Mapping[str, Float[Real, "r 6"]]) -> Joined:
     """Contacts with the gaps that are left where each body is seated.
 
     Parameters
@@ -40,25 +42,18 @@ def seated(bodies: Joined, motions: Mapping[str, Float[Real, "r 6"]], pull: Row)
         Unloaded.
     motions
         Rigid motions of each body that contact alone holds, by name; contacts that none of them moves stay as they are.
-    pull
-        The static load, shape (r,) [N].
-
-    Raises
-    ------
-    JointError
-        A load that pulls a body out of its contacts.
     """
     gaps = np.array([each.gap for each in bodies.contacts])
-    normals = np.array([each.normal for each in bodies.contacts]).reshape(-1, len(pull))
-    for body, motion in motions.items():
+    normals = np.array([each.normal for each in bodies.contacts])
+    for motion in motions.values():
         approach = normals @ motion
         held = np.abs(approach).max(axis=1, initial=0.0) > 0
-        gaps[held] = seated_gaps(approach[held], gaps[held], pull @ motion, body)
+        gaps[held] = seated_gaps(approach[held], gaps[held])
     contacts = tuple(replace(each, gap=float(gap)) for each, gap in zip(bodies.contacts, gaps, strict=True))
     return replace(bodies, contacts=contacts)
 
 
-def seated_gaps(approach: Float[Real, "c m"], gaps: Float[Real, " c"], load: Float[Real, " m"], body: str) -> Real:
+def seated_gaps(approach: Float[Real, "c m"], gaps: Float[Real, " c"]) -> Real:
     """The gaps s that are left, shape (c,) [m].
 
     Parameters
@@ -67,39 +62,21 @@ def seated_gaps(approach: Float[Real, "c m"], gaps: Float[Real, " c"], load: Flo
         How unit motions close each contact, N R.
     gaps
         g [m].
-    load
-        On the motions, f R.
-    body
-        Its name, for the message.
-
-    Raises
-    ------
-    JointError
-        The load pulls the body out of its contacts.
     """
     if not gaps.any():
         return gaps
     scale = np.abs(approach).max(axis=0)
-    scale = np.where(scale > 0, scale, 1.0)
-    U, sigma, Vt = np.linalg.svd(approach / scale, full_matrices=False)
-    kept = sigma > IDLE * sigma[0]
-    U = U[:, kept]
-    # With y = S V^T a the load does the work h.y, and motions that close nothing have no part in it.
-    h = (Vt[kept] @ (load / scale)) / sigma[kept]
-    pressed, missed = scipy.optimize.nnls(U.T, h)
-    if missed > CARRIED * float(np.linalg.norm(h)):
-        raise JointError(
-            f"{body} finds no seat: its load pulls it out of its contacts; check the direction of the load"
-        )
+    U, sigma, _ = np.linalg.svd(approach / np.where(scale > 0, scale, 1.0), full_matrices=False)
+    # Motions that close nothing have no part in it.
+    U = U[:, sigma > IDLE * sigma[0]]
     size = float(np.abs(gaps).max())
-    # min |s|^2 - 2 c h.y is the point of U y <= g that is nearest to y_0 (Lawson and Hanson, chapter 23: LDP by NNLS).
-    y0 = U.T @ gaps + LOADED * size / max(float(np.abs(pressed).max()), np.finfo(float).tiny) * h
-    bound = (U @ y0 - gaps) / size
-    E = np.vstack([-U.T, bound])
+    # min |s|^2 + 2 c sum(s) over s = g - U y >= 0: the point of U y <= g that is nearest to y_0.
+    y0 = U.T @ (gaps + DEEP * size)
+    beyond = U @ y0 - gaps
+    E = np.vstack([-U.T, beyond / size])
     target = np.zeros(len(E))
     target[-1] = 1.0
     z, _ = scipy.optimize.nnls(E, target)
     r = E @ z - target
-    y = y0 - size * r[:-1] / r[-1] if bound.max() > 0 else y0
-    left = gaps - U @ y
-    return np.asarray(np.where(left < 1e-9 * size, 0.0, left))
+    left = gaps - U @ (y0 - size * r[:-1] / r[-1])
+    return np.asarray(np.where(left < ROUND_OFF * size, 0.0, left))

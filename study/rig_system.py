@@ -112,10 +112,10 @@ def resting_rig(case: RigCase, rig: Rig, reduction: RigReduction) -> RestingRig:
     )
     with located(case, "contact"):
         check_held(dampers)
+    if any(getattr(case.contact, name).uneven for name in bodies.lines):
+        bodies = seated(bodies, _dampers(reduction))
     pull = _pulls(case, rig, reduction)
     with located(case, "dead_weight"):
-        if any(getattr(case.contact, name).uneven for name in bodies.lines):
-            bodies = seated(bodies, _dampers(reduction), np.sum([*pull.values()], axis=0))
         rest = bodies.rest(np.sum([*pull.values()], axis=0))
     return RestingRig(joined=bodies, pull=pull, rest=rest, dampers=dampers)
 
