@@ -273,8 +273,8 @@ def test_a_pair_and_a_side_override_what_is_common(tmp_path: Path, short_rig: st
     own = pairs["right_decoupler"]
     assert (own.stiffness.normal, own.stiffness.tangential, own.friction_coefficient) == (8.5e6, 2e6, 0.5)
     assert own.gaps == pytest.approx(np.linspace(0, 3e-6, 7), abs=1e-18)
-    # The same as an angle, over a line of 12 mm.
-    angle = f'gap_angle = "{np.rad2deg(np.arctan(3e-6 / 12e-3)):.12g} deg"'
+    # The same as an angle, over a line that is 12 mm long along the damper's axis and follows its cone.
+    angle = f'gap_angle = "{np.rad2deg(np.arctan(3e-6 / 12e-3 * np.cos(np.deg2rad(8.53)))):.12g} deg"'
     (tmp_path / "b.toml").write_text(short_rig + more.replace('gap_end = "3 um"', angle), encoding="utf-8")
     other = next(
         pair for pair in line_pairs(load_case(tmp_path / "b.toml", RigCase), Rig()) if pair.name == "right_decoupler"

@@ -239,7 +239,7 @@ def test_the_command_says_how_the_rig_rests_and_what_each_curve_does(document: d
         (
             "[sweep]",
             '[contact.left_blade]\ngap_angle = "-0.1 deg"\n[sweep]',
-            "gap_angle = -0.1 deg leaves a gap of -20.94 um at the damper's shoulder",
+            "gap_angle = -0.1 deg leaves a gap of -21.18 um at the damper's shoulder",
         ),
         ("[sweep]", '[contact.left_blade]\ngap_angle = "9 deg"\n[sweep]', 'gap_angle = "9 deg": must lie between'),
     ],
