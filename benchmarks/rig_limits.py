@@ -1,6 +1,7 @@
 """Response limits of the rig in the paper's four configurations, and limits of its contact forces at resonance.
 
-    OMP_NUM_THREADS=1 python -m benchmarks.rig_limits [--size MM] [--configurations 3 4] [--forces 3] [--folder FOLDER]
+    OMP_NUM_THREADS=1 python -m benchmarks.rig_limits [--size MM] [--configurations 3 4] [--forces 3]
+        [--band 222 258 1] [--gap-angle 0.35] [--folder FOLDER]
 
 The configurations are those of the paper's Fig. 16: contact parameters, then dead weights that are shifted along the
 damper, then inclined, then a gap that opens along one line of the left damper. Tables and figures go to the folder.
@@ -9,7 +10,7 @@ damper, then inclined, then a gap that opens along one line of the left damper. 
 import argparse
 import os
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi, radians
 from pathlib import Path
 
@@ -17,6 +18,7 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(threads, "1")  # before numpy reads them
 
 import numpy as np  # noqa: E402
+from numpy.typing import NDArray  # noqa: E402
 
 from hbsolve.balance import HarmonicBalance  # noqa: E402
 from hbsolve.limits.objective import ContactForce, Output  # noqa: E402
@@ -33,8 +35,8 @@ from study.rig_system import RigSystem, rig_system  # noqa: E402
 from study.shipped import RIG  # noqa: E402
 from study.store import Store, default_folder  # noqa: E402
 
+Real = NDArray[np.float64]
 LEVELS = (1.0, 3.0, 5.0, 10.0)
-FREQUENCIES = np.arange(236.0, 258.1, 0.75)
 MODES = 60
 FORCES = {"T0": (0, 0), "N0": (-1, 0), "T1": (0, 1), "N1": (-1, 1)}
 
@@ -87,12 +89,12 @@ def configured(case: RigCase, of: Configuration, reduction: RigReduction) -> Rig
     )
 
 
-def amplitude_limits(system: RigSystem, samples: int) -> ResponseLimits:
-    """Of the tip over frequency and level."""
+def amplitude_limits(system: RigSystem, frequencies: Real, samples: int) -> ResponseLimits:
+    """Of the tip over frequency [Hz] and level."""
     balance = HarmonicBalance(system=system.model.system, n_harmonic=6, n_sample=256)
     problem = limit_problem(balance, Output(row=system.model.outputs[0].row), nominal=system.rest.slider)
     settings = LimitSettings(population=8, sample=samples)
-    return response_limits(problem, 2 * pi * FREQUENCIES, LEVELS, settings=settings)
+    return response_limits(problem, 2 * pi * frequencies, LEVELS, settings=settings)
 
 
 def by_level(limits: ResponseLimits) -> LimitsByLevel:
@@ -137,6 +139,8 @@ def main() -> None:
     words.add_argument("--size", type=float, default=5.0)
     words.add_argument("--configurations", type=int, nargs="*", default=[3, 4])
     words.add_argument("--forces", type=int, nargs="*", default=[3])
+    words.add_argument("--band", type=float, nargs=3, default=[236.0, 258.1, 0.75], metavar=("FROM", "TO", "STEP"))
+    words.add_argument("--gap-angle", type=float, default=0.35, help="of configuration 4 [deg]")
     words.add_argument("--samples", type=int, default=20)
     words.add_argument("--folder", type=Path, default=Path("build/rig_limits"))
     asked = words.parse_args()
@@ -146,9 +150,12 @@ def main() -> None:
     case = case.model_copy(update={"mesh": mesh, "reduction": case.reduction.model_copy(update={"modes": MODES})})
     reduction = reduce_rig(rig_model(case), Store(default_folder()), LineProgress())
     for number in asked.configurations:
-        system = configured(case, CONFIGURATIONS[number], reduction)
+        of = CONFIGURATIONS[number]
+        if number == 4:
+            of = replace(of, gap_angle=radians(asked.gap_angle))
+        system = configured(case, of, reduction)
         began = time.process_time()
-        limits = amplitude_limits(system, asked.samples)
+        limits = amplitude_limits(system, np.arange(*asked.band), asked.samples)
         limits.save(asked.folder / f"configuration_{number}.nc")
         told = by_level(limits)
         print(f"\nconfiguration {number}: {time.process_time() - began:.0f} s of processor time")

@@ -69,7 +69,7 @@ def test_a_taken_point_repeats_under_plain_integration() -> None:
     for _ in range(20):
         stepper.advance()
     # Twenty more periods leave it where it is, to what the tolerance allows.
-    assert np.linalg.norm((stepper.vector - before) * bench._weight) < 1e-5 * np.linalg.norm(before * bench._weight)
+    assert np.linalg.norm((stepper.vector - before) * bench.weight) < 1e-5 * np.linalg.norm(before * bench.weight)
     assert readings.periodic.all()
 
 
