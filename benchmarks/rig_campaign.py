@@ -10,13 +10,15 @@ from pathlib import Path
 
 import numpy as np
 
+from fe.dense_modes import dense_modes
 from reduction.joined import vibrating
 from reduction.jointed_system import CubicSpring, FrictionContact, JointedSystem
+from reduction.stuck import stuck_stiffness
 from study.case import load_case
 from study.progress import LineProgress
 from study.rig_case import RigCase, rig_model
 from study.rig_reduction import RigReduction, reduce_rig
-from study.rig_system import excitation, resting_rig
+from study.rig_system import Row, excitation, resting_rig
 from study.rig_test_case import hanging, measured_places
 from study.store import Store, default_folder
 from transient.bench_campaign import (
@@ -32,6 +34,8 @@ from transient.bench_campaign import (
 )
 from transient.bench_sweep import SweptBench
 
+#: Modes that may be the one which the force drives: those of bodies that hang free or roll may be lower.
+LOWEST = 20
 #: Shares of the stuck bending frequency, and of the free one.
 JOINTED_GRID = (0.955, 0.972, 0.982, 0.988, 0.992, 0.995, 0.998, 1.0, 1.003, 1.008, 1.016, 1.03)
 FREE_GRID = (0.98, 0.99, 0.995, 0.9975, 0.999, 1.001, 1.0025, 1.005, 1.01, 1.02)
@@ -66,20 +70,27 @@ class Specimen:
     factors: Mapping[str, float]
 
 
-def specimen(path: Path, size: float, random: np.random.Generator) -> Specimen:
-    """The rig of a case with elements of another size, as it is made.
+def meshed(path: Path, size: float, n_mode: int) -> RigCase:
+    """The case of a file with elements of a size [m], and so many modes of all bodies together."""
+    case = load_case(path, RigCase)
+    return case.model_copy(
+        update={
+            "mesh": case.mesh.model_copy(update={"size": size}),
+            "reduction": case.reduction.model_copy(update={"modes": n_mode}),
+        }
+    )
+
+
+def specimen(case: RigCase, random: np.random.Generator) -> Specimen:
+    """The rig of a case, as it is made.
 
     Parameters
     ----------
-    path
-        Of the case.
-    size
-        Of the elements [m].
+    case
+        Its drawing.
     random
         Of its parameters.
     """
-    case = load_case(path, RigCase)
-    case = case.model_copy(update={"mesh": case.mesh.model_copy(update={"size": size})})
     reduction = reduce_rig(rig_model(case), Store(default_folder()), LineProgress())
     factors = {name: 1 + sigma * random.standard_normal() for name, sigma in PARAMETER_DEVIATION.items()}
     return Specimen(case=case, reduction=reduction, factors=factors)
@@ -150,24 +161,23 @@ def sweeps(of: Specimen, effect: HiddenEffect, points: CampaignPoints, random: n
                 yield Sweep(configuration=configuration, repeat=repeat, level=float(level), readings=readings)
 
 
-def make_rig_campaign(
-    folder: Path, path: Path, size: float, *, seed: int, effect: HiddenEffect, points: CampaignPoints
-) -> Specimen:
+def make_rig_campaign(folder: Path, case: RigCase, *, seed: int, effect: HiddenEffect) -> Specimen:
     """Measure a rig with a hidden effect and write the campaign's folder.
 
     Parameters
     ----------
     folder
         Where campaign.toml and its tables go.
-    path, size
-        Of the case, and of the specimen's elements [m].
+    case
+        The specimen's drawing, with its own mesh.
     seed
         Of parameters, histories, jitter and noise.
-    effect, points
-        What is hidden, and where to measure.
+    effect
+        What is hidden.
     """
     streams = [np.random.default_rng(each) for each in np.random.SeedSequence(seed).spawn(3)]
-    made = specimen(path, size, streams[0])
+    made = specimen(case, streams[0])
+    points = rig_points(made, effect)
     measured = [
         replace(sweep, readings=with_noise(sweep.readings, streams[2]))
         for sweep in sweeps(made, effect, points, streams[1])
@@ -176,14 +186,24 @@ def make_rig_campaign(
     return made
 
 
-def rig_points(stuck: float, free: float, n_repeat: int = 4) -> CampaignPoints:
-    """Where to measure a rig of these two frequencies [Hz]."""
+def rig_points(of: Specimen, effect: HiddenEffect, n_repeat: int = 4) -> CampaignPoints:
+    """Where to measure: about the resonances of the specimen, which any bench finds before it measures."""
+    jointed, free = systems(of, effect, 1.0)
+    tip, force = measured_places(of.reduction)["tip"], excitation(of.reduction)[1].real
     return CampaignPoints(
         levels=(1.0, 3.0, 5.0, 10.0),
-        frequencies=_near(stuck, JOINTED_GRID),
-        free_frequencies=_near(free, FREE_GRID),
+        frequencies=_near(_resonance(jointed, tip, force), JOINTED_GRID),
+        free_frequencies=_near(_resonance(free, tip, force), FREE_GRID),
         n_repeat=n_repeat,
     )
+
+
+def _resonance(system: JointedSystem, tip: Row, force: Row) -> float:
+    """Frequency of the mode that a force moves the tip in most, all contacts stuck [Hz]."""
+    modes = dense_modes(system.mass, stuck_stiffness(system.stiffness, system.joints))
+    eigenvalue, shapes = modes.lambda_[:LOWEST], modes.mode_shapes[:, :LOWEST]
+    moved = np.abs((tip @ shapes) * (force @ shapes)) / eigenvalue
+    return float(np.sqrt(eigenvalue[np.argmax(moved)]) / (2 * np.pi))
 
 
 def _near(frequency: float, grid: Sequence[float]) -> tuple[float, ...]:

@@ -2,9 +2,9 @@
 
     OMP_NUM_THREADS=1 python -m benchmarks.rig_hidden_effects [--folder FOLDER] [--seeds 3] [--only mass]
 
-The model is the rig of the shipped case with elements of `MODEL_SIZE`; what is measured is integrated in time on a
-reduced model of elements of `SPECIMEN_SIZE`, whose parameters are off the drawing. Campaigns and diagnoses that are
-there already are not made again.
+The model is the rig of the shipped case with elements of `MODEL_SIZE`, its numerical error what elements of
+`FINER_SIZE` change; what is measured is integrated in time on a reduced model of elements of `SPECIMEN_SIZE`, whose
+parameters are off the drawing. Campaigns and diagnoses that are there already are not made again.
 """
 
 import argparse
@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.rig_campaign import HiddenEffect, make_rig_campaign, rig_points
+from benchmarks.rig_campaign import HiddenEffect, make_rig_campaign, meshed
 from correlation.read_campaign import read_campaign
 from diagnosis.diagnose import diagnose
 from study.case import load_case
@@ -26,12 +26,12 @@ from study.shipped import RIG
 from study.store import Store, default_folder
 from study.test_case_model import TestSetup, read_test_case
 
-#: Sizes of elements [m]: neither mesh is the other's refinement.
-MODEL_SIZE, SPECIMEN_SIZE = 0.003, 0.0025
-#: Modes of the model: up to three times the highest harmonic that it keeps.
+#: Sizes of elements [m]: no mesh is another's refinement.
+MODEL_SIZE, FINER_SIZE, SPECIMEN_SIZE = 0.003, 0.002, 0.0025
+#: Modes: up to three times the highest harmonic that the model keeps.
 N_MODE = 60
-#: Frequencies of the drawing [Hz]: first bending with all contacts stuck, and without contacts.
-STUCK, FREE = 253.9, 122.2
+#: Names of the model's files.
+MODEL, FINER = "rig_test", "rig_finer"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,22 +56,21 @@ def planted(force: float) -> list[Planted]:
     ]
 
 
-def write_model(folder: Path, size: float) -> Path:
-    """The test case of the shipped rig with elements of a size."""
-    case = load_case(RIG, RigCase)
-    case = case.model_copy(
-        update={
-            "mesh": case.mesh.model_copy(update={"size": size}),
-            "reduction": case.reduction.model_copy(update={"modes": N_MODE}),
-        }
-    )
-    model = rig_model(case)
-    reduction = reduce_rig(model, Store(default_folder()), LineProgress())
-    written = rig_test_case(case, model.rig, reduction, "rig_test")
+def write_model(folder: Path) -> Path:
+    """The test case of the shipped rig, and the finer one that tells its numerical error."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "rig_test.npz").write_bytes(written.arrays)
-    (folder / "rig_test.toml").write_text(written.case, encoding="utf-8")
-    return folder / "rig_test.toml"
+    for stem, size in ((FINER, FINER_SIZE), (MODEL, MODEL_SIZE)):
+        file = folder / f"{stem}.toml"
+        if file.is_file():
+            continue
+        case = meshed(RIG, size, N_MODE)
+        model = rig_model(case)
+        reduction = reduce_rig(model, Store(default_folder()), LineProgress())
+        written = rig_test_case(case, model.rig, reduction, stem)
+        (folder / f"{stem}.npz").write_bytes(written.arrays)
+        error = f'\n[numerical_error]\nrefined = ["{FINER}.toml"]\n' if stem == MODEL else ""
+        file.write_text(written.case + error, encoding="utf-8")
+    return folder / f"{MODEL}.toml"
 
 
 def examine(case: Path, folder: Path, hidden: Planted, seed: int) -> dict[str, object]:
@@ -81,7 +80,7 @@ def examine(case: Path, folder: Path, hidden: Planted, seed: int) -> dict[str, o
         return dict(json.loads(record.read_text(encoding="utf-8")))
     where, started = folder / f"{hidden.effect.kind}_{seed}", time.process_time()
     if not (where / "campaign.toml").is_file():
-        make_rig_campaign(where, RIG, SPECIMEN_SIZE, seed=seed, effect=hidden.effect, points=rig_points(STUCK, FREE))
+        make_rig_campaign(where, meshed(RIG, SPECIMEN_SIZE, N_MODE), seed=seed, effect=hidden.effect)
     made = time.process_time()
     campaign = read_campaign(where)
     setup: TestSetup = read_test_case(case, campaign)
@@ -111,7 +110,7 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--only", choices=["mass", "preload", "cubic"], help="one kind of effect")
     given = parser.parse_args(words)
-    case = write_model(given.folder / "model", MODEL_SIZE)
+    case = write_model(given.folder / "model")
     print("| planted | seed | named | true | found | held-out error | made, diagnosed [CPU s] |")
     print("|---|---|---|---|---|---|---|")
     for seed in range(1, given.seeds + 1):

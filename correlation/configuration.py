@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from correlation.test_model import DERIVATIVE, Sensor, TestModel
 from hbsolve.balance import HarmonicBalance
-from hbsolve.condensed import Condensed, Recovery
+from hbsolve.condensed import Condensed
 from hbsolve.sampling import complex_from_real
 from hbsolve.sensitivity import ModelParameter, derivatives
 from hbsolve.state import slider_start
@@ -52,8 +52,6 @@ class Configuration:
         Of its system.
     condensed
         The linear structure at the frequencies seen so far, by frequency [Hz].
-    recovery
-        What recovers its full response, where it was asked for.
     levels
         The balance at the levels seen so far, by level [N].
     slider
@@ -64,7 +62,6 @@ class Configuration:
     model: TestModel
     balance: HarmonicBalance
     condensed: dict[float, Condensed]
-    recovery: dict[float, Recovery]
     levels: dict[float, HarmonicBalance]
     slider: NDArray[np.float64]
 
@@ -76,7 +73,7 @@ class Configuration:
         seen = model.free() if free else model
         balance = HarmonicBalance(system=seen.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
         start = np.zeros(balance.n_slider) if slider is None or free else slider(balance)
-        return cls(free=free, model=seen, balance=balance, condensed={}, recovery={}, levels={}, slider=start)
+        return cls(free=free, model=seen, balance=balance, condensed={}, levels={}, slider=start)
 
     def starting(self, slider: Callable[[HarmonicBalance], NDArray[np.float64]] | None) -> "Configuration":
         """The same with other initial sliders: what was found of the linear structure serves both."""
@@ -106,18 +103,15 @@ class Configuration:
     ) -> SteadyState | None:
         """The steady state that is found from the first guess that leads to one; none if there is none to be found."""
         balance, condensed = self._at_level(level), self.at(frequency)
-        if frequency not in self.recovery:
-            self.recovery[frequency] = balance.structure.recovery(condensed)
-        recovery = self.recovery[frequency]
         sliders = slider_start(balance, slider, False)
         shape = (balance.n_harmonic, balance.n_direction)
         starts = [each.motion for each in guesses if each is not None and each.displacement.shape == shape]
         try:
-            return solve_at(balance, condensed, starts[0] if starts else None, sliders, recovery)
+            return solve_at(balance, condensed, starts[0] if starts else None, sliders)
         except NoConvergence:
             # Rest and ramps were tried, and would not serve better a second time.
             for start in starts[1:]:
-                found = newton_from(balance, condensed, start, sliders, recovery)
+                found = newton_from(balance, condensed, start, sliders)
                 if found is not None:
                     return found
         return rescued(balance, condensed, None, sliders)

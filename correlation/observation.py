@@ -11,6 +11,9 @@ from correlation.jump import jumping
 from correlation.measurement import SAME_FREQUENCY, Campaign
 from correlation.prediction import Points
 
+#: Readings of a sensor that, all frequencies of a level together, are below this many times their scatter are noise.
+HEARD = 2.0
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Observation:
@@ -49,6 +52,24 @@ class Observation:
     def count(self) -> Int[NDArray[np.int64], " k"]:
         """Repeats taken, shape (k,)."""
         return np.asarray(self.taken.sum(axis=1))
+
+    @property
+    def heard(self) -> Bool[NDArray[np.bool_], " k"]:
+        """Whether the row's sensor reads more than noise in its harmonic at its level, shape (k,).
+
+        A sensor on a body that hangs free of what is excited reads nothing: its inverse would be anything at all.
+        """
+        points, there = self.points, np.isfinite(self.repeat)
+        n = there.sum(axis=1)
+        mean = np.where(there, self.repeat, 0.0).sum(axis=1) / np.maximum(n, 1)
+        apart = np.where(there, np.abs(self.repeat - mean[:, None]) ** 2, 0.0).sum(axis=1)
+        _, sensor = np.unique(points.sensor, return_inverse=True)
+        key = np.column_stack([points.free, points.level, sensor, points.harmonic])
+        group = np.unique(key, axis=0, return_inverse=True)[1].ravel()
+        # A point that was read once tells nothing of noise.
+        size, freedom = np.bincount(group, (n > 1) * np.abs(mean) ** 2), np.bincount(group, np.maximum(n - 1, 0))
+        count, scatter = np.bincount(group, n > 1), np.bincount(group, apart)
+        return np.asarray((size * freedom >= HEARD**2 * scatter * count)[group])
 
     def where(self, chosen: Bool[NDArray[np.bool_], " k"]) -> "Observation":
         """Some of the rows."""

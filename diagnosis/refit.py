@@ -151,5 +151,5 @@ def _tested(arrangement: Arrangement, effect: Effect | None, fit: Fit) -> Refit:
 
 def _relative(observed: Observation, prediction: Prediction) -> float:
     """Root mean square relative error of the fundamentals of motion, each as large as it is measured."""
-    there = np.isfinite(prediction.value) & (prediction.points.harmonic == 1) & observed.motion
+    there = np.isfinite(prediction.value) & (prediction.points.harmonic == 1) & observed.motion & observed.heard
     return float(np.sqrt(np.mean(np.abs(prediction.value[there] / observed.value[there] - 1) ** 2)))

@@ -91,7 +91,7 @@ class Simulation:
     @cached_property
     def _features(self) -> FeatureVector:
         """What the error is linear in."""
-        motion = np.concatenate([side.observed.motion for side in self._sides])
+        motion = np.concatenate([side.observed.motion & side.observed.heard for side in self._sides])
         return FeatureVector.of(self._predictor.points, self._prediction.value, motion)
 
     @cached_property

@@ -32,7 +32,7 @@ class Measured:
     @classmethod
     def of(cls, observed: Observation, sweeps: tuple[int, ...]) -> "Measured":
         """Prepare measurements that were swept in some directions, see `correlation.observation.followed`."""
-        features = FeatureVector.of(observed.points, observed.value, observed.motion)
+        features = FeatureVector.of(observed.points, observed.value, observed.motion & observed.heard)
         return cls(observed=observed, features=features, predictor=Predictor(points=observed.points, sweeps=sweeps))
 
 

@@ -93,6 +93,8 @@ class DynamicStiffness:
     _coupling: tuple[Matrix, Frequencies] = field(init=False, repr=False)
     #: Whether each frequency takes a dense solve, because the damping couples all modes.
     damping_couples_modes: bool = field(init=False)
+    #: The directions that were asked for last, and the modes as these see them: at each frequency they are the same.
+    _last_seen: tuple[Matrix, Matrix] | None = field(init=False, repr=False, default=None)
 
     def __post_init__(self) -> None:
         for name in ("mass", "damping", "stiffness"):
@@ -209,7 +211,7 @@ class DynamicStiffness:
             displacement[..., loaded, :] = np.moveaxis(moved, 2, 0).reshape(force.shape)
         else:
             V = self._modes.shapes
-            displacement[..., loaded, :] = self._modal_response(omega, force @ V) @ V.T
+            displacement[..., loaded, :] = _times(self._modal_response(omega, _times(force, V)), V.T)
         return displacement
 
     def static_response(self, force: Complex[NDArray[np.complex128], "... r"]) -> Amplitudes:
@@ -221,7 +223,10 @@ class DynamicStiffness:
             A body that nothing holds.
         """
         self._refuse_free_static(np.zeros(1))
-        return np.asarray(cho_solve(self._factor, force.T).T)
+        # Real and imaginary parts beside each other: a complex right side would make the factor complex.
+        n = len(force)
+        moved = cho_solve(self._factor, np.concatenate([force.real, force.imag]).T, check_finite=False).T
+        return np.asarray(moved[:n] + 1j * moved[n:])
 
     @cached_property
     def _factor(self) -> tuple[NDArray[np.float64], bool]:
@@ -256,9 +261,9 @@ class DynamicStiffness:
             As `response`.
         """
         omega, V = np.asarray(angular_frequency, dtype=np.float64), self._modes.shapes
-        seen = directions @ V
-        alone = self._modal_response(omega, force @ V)
-        return np.asarray((alone - self._modal_response(omega, held(alone @ seen.T) @ seen)) @ V.T)
+        seen = self._seen(directions)
+        alone = self._modal_response(omega, _times(force, V))
+        return _times(alone - self._modal_response(omega, _times(held(_times(alone, seen.T)), seen)), V.T)
 
     def force(self, angular_frequency: Frequencies, displacement: Amplitudes) -> Amplitudes:
         """The force (K - omega^2 M + i omega C) q that holds a motion; the inverse of `response`, shape (p, r) [N]."""
@@ -301,16 +306,28 @@ class DynamicStiffness:
             value = B @ moved
             slope = -B @ np.linalg.solve(matrices, slopes @ moved)
             return value[..., :d], slope[..., :d], value[..., d], slope[..., d]
-        seen = B @ self._modes.shapes
-        unit = np.broadcast_to(seen[:, None, :], (d, len(omega), self.n_dof))
-        modal_force = (force @ self._modes.shapes)[None]
-        moved = np.moveaxis(self._modal_response(omega, np.concatenate([unit, modal_force])), 0, 1)
+        seen, modal_force = self._seen(B), _times(force, self._modes.shapes)
         # The matrix is symmetric, and so is what it moves: alpha (dZ / domega) alpha needs no solution more.
         slope = 1j * self._modal_damping - 2 * omega[:, None, None] * self._modes.mu
         U, s = self._coupling
-        mixed, back = moved * slope + 1j * ((moved @ U) * s) @ U.T, np.swapaxes(moved[:, :d], 1, 2)
-        value, rate = np.swapaxes(moved @ seen.T, 1, 2), -np.swapaxes(mixed @ back, 1, 2)
+        if not len(s):
+            moves = 1 / self._diagonal(omega)
+            turns = -slope[:, 0] * moves**2
+            pairs = ((_between(seen, each), _times(each * modal_force, seen.T)) for each in (moves, turns))
+            (value, x), (rate, dx) = pairs
+            return value, rate, x, dx
+        unit = np.broadcast_to(seen[:, None, :], (d, len(omega), self.n_dof))
+        moved = np.moveaxis(self._modal_response(omega, np.concatenate([unit, modal_force[None]])), 0, 1)
+        mixed, back = moved * slope + 1j * _times(_times(moved, U) * s, U.T), np.swapaxes(moved[:, :d], 1, 2)
+        value, rate = np.swapaxes(_times(moved, seen.T), 1, 2), -np.swapaxes(mixed @ back, 1, 2)
         return value[..., :d], rate[..., :d], value[..., d], rate[..., d]
+
+    def _seen(self, directions: Float[NDArray[np.float64], "d r"]) -> Float[NDArray[np.float64], "d r"]:
+        """The modes as some directions see them, B V."""
+        if self._last_seen is None or self._last_seen[0] is not directions:
+            object.__setattr__(self, "_last_seen", (directions, directions @ self._modes.shapes))
+        assert self._last_seen is not None
+        return self._last_seen[1]
 
     def _modal_response(
         self,
@@ -359,6 +376,24 @@ class DynamicStiffness:
         if wrong.size:
             raise ModelError(f"row {wrong[0]} does not exist: the model has rows 0 to {self.n_dof - 1}")
         return chosen
+
+
+def _times(
+    vectors: NDArray[np.complex128] | NDArray[np.float64], matrix: Float[NDArray[np.float64], "r k"]
+) -> NDArray[np.complex128]:
+    """Complex vectors times a real matrix, part by part: half the work of a complex product."""
+    rows = vectors.reshape(-1, vectors.shape[-1])
+    found = np.empty((len(rows), matrix.shape[1]), dtype=np.complex128)
+    found.real, found.imag = np.ascontiguousarray(rows.real) @ matrix, np.ascontiguousarray(rows.imag) @ matrix
+    return found.reshape(*vectors.shape[:-1], matrix.shape[1])
+
+
+def _between(seen: Float[NDArray[np.float64], "d r"], moves: Amplitudes) -> Condensed:
+    """B V diag(moves) V^T B^T at each frequency, shape (p, d, d)."""
+    found = np.empty((len(moves), len(seen), len(seen)), dtype=np.complex128)
+    for each, own in zip(found, moves, strict=True):
+        each.real, each.imag = (seen * own.real) @ seen.T, (seen * own.imag) @ seen.T
+    return found
 
 
 def _is_coupled(modal_damping: Matrix, diagonal: Frequencies | None = None) -> bool:

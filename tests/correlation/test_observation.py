@@ -8,7 +8,8 @@ import pytest
 
 from correlation.errors import CampaignError
 from correlation.measurement import Campaign, HeldOut
-from correlation.observation import observation, parted, training
+from correlation.observation import Observation, observation, parted, training
+from correlation.prediction import Points
 from correlation.test_model import TestModel
 
 
@@ -114,3 +115,30 @@ def test_held_out_levels_alone_test_with_all_their_repeats(campaign: Campaign, p
 def test_nothing_held_out_is_refused(campaign: Campaign) -> None:
     with pytest.raises(CampaignError, match=r"nothing is held out.*\[held_out\]"):
         parted(replace(campaign, held_out=HeldOut()))
+
+
+def swept(value: dict[str, np.ndarray], noise: float, n_repeat: int) -> Observation:
+    """Repeats of the fundamentals of some sensors over some frequencies, with noise."""
+    k, random = len(next(iter(value.values()))), np.random.default_rng(3)
+    mean = np.concatenate(list(value.values()))
+    parts = random.standard_normal((2, len(mean), n_repeat)) * noise
+    repeat = mean[:, None] + parts[0] + 1j * parts[1]
+    points = Points(
+        free=np.ones(len(mean), dtype=bool), level=np.ones(len(mean)),
+        frequency=np.tile(np.arange(1.0, k + 1), len(value)),
+        sensor=np.repeat(list(value), k), harmonic=np.ones(len(mean), dtype=np.int64),
+    )  # fmt: skip
+    taken = np.isfinite(repeat)
+    return Observation(points=points, repeat=repeat, motion=np.ones(len(mean), dtype=bool), taken=taken)
+
+
+@pytest.mark.parametrize("n_repeat", [2, 3, 5])
+def test_a_sensor_on_what_does_not_move_is_not_heard(n_repeat: int) -> None:
+    moving = np.array([3.0, 10.0, 4.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
+    seen = swept({"tip": moving, "hung": 0 * moving}, 0.1, n_repeat)
+    # Its antiresonance, where noise drowns the tip as well, is a point of a sensor that is heard.
+    np.testing.assert_array_equal(seen.heard, seen.points.sensor == "tip")
+
+
+def test_readings_of_a_single_repeat_are_heard_as_noise_is_not_known() -> None:
+    assert swept({"tip": np.zeros(4)}, 0.1, 1).heard.all()
