@@ -186,7 +186,7 @@ def make_rig_campaign(folder: Path, case: RigCase, *, seed: int, effect: HiddenE
     return made
 
 
-def rig_points(of: Specimen, effect: HiddenEffect, n_repeat: int = 4) -> CampaignPoints:
+def rig_points(of: Specimen, effect: HiddenEffect, n_repeat: int = 3) -> CampaignPoints:
     """Where to measure: about the resonances of the specimen, which any bench finds before it measures."""
     jointed, free = systems(of, effect, 1.0)
     tip, force = measured_places(of.reduction)["tip"], excitation(of.reduction)[1].real

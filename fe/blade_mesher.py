@@ -54,7 +54,7 @@ class PadMesh:
         )
 
 
-def mesh_blade(blade: Blade, rule: MeshRule, pads: PadMesh | None = None) -> Mesh:
+def mesh_blade(blade: Blade, rule: MeshRule, pads: PadMesh | None = None, layer: float | None = None) -> Mesh:
     """Mesh the blade: t / n through the thickness, h along span, chord and root block outside the pads.
 
     Parameters
@@ -65,6 +65,9 @@ def mesh_blade(blade: Blade, rule: MeshRule, pads: PadMesh | None = None) -> Mes
         Element and sizes outside the pads.
     pads
         Elements in the pads.
+    layer
+        Height that the nearest layer of nodes below the pads is moved to, such as that of a point where a force acts;
+        no layer is moved by default [m].
 
     Returns
     -------
@@ -83,7 +86,7 @@ def mesh_blade(blade: Blade, rule: MeshRule, pads: PadMesh | None = None) -> Mes
             f"root_thickness = {blade.root_thickness * 1e3:g} mm leaves no metal beside the blade's thickness of "
             f"{blade.thickness * 1e3:g} mm to mesh: give a thicker root block"
         )
-    layout = _Layout(blade, rule, pads or PadMesh())
+    layout = _Layout(blade, rule, pads or PadMesh(), layer)
     blocks = [*layout.planform(), *layout.root_layers(), *layout.pads()]
     return mesh_body(
         blocks,
@@ -100,7 +103,7 @@ PlanMap = Callable[[Lattice, Lattice], tuple[Lattice, Lattice]]
 class _Layout:
     """The blocks, from a plan in x and z that is extruded through the thickness."""
 
-    def __init__(self, blade: Blade, rule: MeshRule, pads: PadMesh) -> None:
+    def __init__(self, blade: Blade, rule: MeshRule, pads: PadMesh, layer: float | None) -> None:
         self.blade, self.pad = blade, pads
         self.through = rule.through_thickness
         h = rule.size(blade.thickness)
@@ -135,9 +138,19 @@ class _Layout:
         }
         self.row_counts = {name: count(z[1] - z[0], h) for name, z in self.rows.items()}
         self.row_counts |= {"band": pads.band, "pad": pads.above_groove}
+        self.level = self._level(layer)
         layer = blade.thickness / rule.through_thickness
         self.root_layer_count = count((blade.root_thickness - blade.thickness) / 2, layer)
         self.columns = [c for c in COLUMNS if c in PAD_COLUMNS or self.edges[c][1] - self.edges[c][0] > SMALLEST_STEP]
+
+    def _level(self, height: float | None) -> tuple[float, float]:
+        """The layer of nodes nearest to a height, as a share of the layers between root and pads, and that height.
+
+        What is nearer to the root or to the pads than to a layer between is met by the layer there.
+        """
+        n, (bottom, top) = self.row_counts["lower"], self.rows["lower"]
+        number = 0 if height is None else round((height - bottom) / (top - bottom) * n)
+        return (number / n, float(height)) if height is not None and 0 < number < n else (0.0, bottom)
 
     def planform(self) -> list[Block]:
         """Blade and core of the root block, one element row through the thickness a layer."""
@@ -217,9 +230,14 @@ class _Layout:
     def plan(self, column: str, row: str, y: float) -> PlanMap:
         """Map of u, v to x, z for one block of the plan."""
         bottom, top = self.rows[row]
+        share, level = self.level if row == "lower" else (0.0, bottom)
+
+        def height(v: Lattice) -> Lattice:
+            return np.interp(v, [0.0, share, 1.0], [bottom, level, top]) if share else bottom + (top - bottom) * v
+
         if column not in PAD_COLUMNS:
             left, right = self.edges[column]
-            return lambda u, v: (left + (right - left) * u, bottom + (top - bottom) * v)
+            return lambda u, v: (left + (right - left) * u, height(v))
         if row == "pad":
             radius = self.blade.groove_radius_at(np.asarray(y))
             return lambda u, v: self.groove.pad(column, u, v, radius)
@@ -227,4 +245,4 @@ class _Layout:
             radius = self.blade.groove_radius_at(np.asarray(self.blade.thickness / 2))
             return lambda u, v: self.groove.below(column, u, v, radius, foot=self.band_foot, foot_width=FOOT_WIDTH)
         width = TOP_WIDTH if row == "upper" else FOOT_WIDTH
-        return lambda u, v: (self.groove.straight(column, u, width), bottom + (top - bottom) * v)
+        return lambda u, v: (self.groove.straight(column, u, width), height(v))

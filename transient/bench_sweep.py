@@ -86,6 +86,30 @@ class _Approach:
     motion: float = 0.0
 
 
+class _Updated:
+    """A matrix that is factored once, and solved with after updates by u v^T (Sherman and Morrison's formula)."""
+
+    def __init__(self, matrix: Matrix) -> None:
+        from scipy.linalg import lu_factor
+
+        self._factor = lu_factor(matrix, check_finite=False)
+        self._updates: list[tuple[Vector, Vector]] = []
+
+    def update(self, column: Vector, row: Vector) -> None:
+        """Add column row^T."""
+        moved = self.solve(column)
+        self._updates.append((moved / (1 + row @ moved), row))
+
+    def solve(self, right: Vector) -> Vector:
+        """The solution for one right side."""
+        from scipy.linalg import lu_solve
+
+        solution: Vector = lu_solve(self._factor, right, check_finite=False)
+        for moved, row in self._updates:
+            solution -= moved * (row @ solution)
+        return solution
+
+
 class SweptBench:
     """One specimen on the bench with its motion sensors; steps of time are prepared once a frequency.
 
@@ -184,6 +208,7 @@ class SweptBench:
         weight, n = self.weight, 2 * self.system.n_dof
         z, longest = approach.state, np.inf
         last_step, last_change = np.zeros(len(z)), np.zeros(len(z))
+        jacobian = _Updated(slope + approach.correction)
         n_period = 0
         while True:
             n_period += 1
@@ -196,7 +221,8 @@ class SweptBench:
             if last_step.any():
                 miss = change - last_change - (slope + approach.correction) @ last_step
                 approach.correction += np.outer(miss, last_step) / (last_step @ last_step)
-            step = -np.linalg.solve(slope + approach.correction, change)
+                jacobian.update(miss / (last_step @ last_step), last_step)
+            step = -jacobian.solve(change)
             step[n:][np.abs(change[n:]) <= STOOD_STILL * motion] = 0.0
             length = float(np.linalg.norm(step))
             distance = max(length, float(np.linalg.norm(change))) / motion

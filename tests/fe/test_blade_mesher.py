@@ -18,6 +18,8 @@ from geometry.blade import Blade, contact_lines
 from geometry.errors import GeometryError
 from tests.fe.surface import area_vectors, boundary, check_closed
 
+FEW = PadMesh(across_groove=2, across_lip=1, above_groove=2, band=1)
+
 
 def rule(element: Element = HEX20, n: int = 1, ratio: float = 2.4, cap: float = 0.02) -> MeshRule:
     return MeshRule(element=element, through_thickness=n, length_ratio=ratio, length_cap=cap)
@@ -155,6 +157,28 @@ def test_clamp_tip_and_pads_lie_where_they_should(element: Element) -> None:
     assert abs(excitation[2] - blade.excitation_height) <= 0.02 / 2  # half a cell
 
 
+@pytest.mark.parametrize("height", [0.013, 0.0171, 0.031, 0.045])
+@pytest.mark.parametrize("subdivisions", [1, 2])
+def test_a_layer_of_nodes_is_moved_to_a_height_and_no_cell_is_added(height: float, subdivisions: int) -> None:
+    blade = Blade(excitation_height=height)
+    coarse = MeshRule(element=HEX8, through_thickness=1, length_ratio=9, length_cap=0.008, subdivisions=subdivisions)
+    cells, as_they_fall = (mesh_blade(blade, coarse, FEW, layer) for layer in (height, None))
+    (point,) = cells.points[cells.node_sets["excitation"]]
+    np.testing.assert_allclose(point, [0, blade.thickness / 2, height], atol=1e-15)
+    np.testing.assert_array_equal(cells.cells["hexahedron"], as_they_fall.cells["hexahedron"])
+    # Nodes stay in their columns and beside their neighbours: half of a cell of at most 8 mm at the most.
+    moved = np.abs(cells.points - as_they_fall.points).max(axis=0)
+    assert moved[1] < 1e-15
+    assert 0 < moved[2] <= 0.004
+    assert cell_quality(cells).scaled_jacobian.min() > 0.5
+
+
+@pytest.mark.parametrize("height", [0.001, 0.2])
+def test_no_layer_is_moved_to_a_height_beside_the_root_or_above_the_pads(height: float) -> None:
+    cells, as_they_fall = (mesh_blade(Blade(), rule(HEX8, ratio=9, cap=0.05), FEW, layer) for layer in (height, None))
+    np.testing.assert_array_equal(cells.points, as_they_fall.points)
+
+
 def test_the_mesh_is_its_own_mirror_image_in_x_and_y() -> None:
     cells = mesh(HEX20)
     there = {tuple(point) for point in np.round(cells.points * 1e9).astype(np.int64).tolist()}
@@ -169,9 +193,6 @@ def test_subdivided_meshes_are_nested() -> None:
     assert fine.n_cell == 8 * coarse.n_cell
     there = {tuple(point) for point in np.round(fine.points * 1e9).astype(np.int64).tolist()}
     assert {tuple(point) for point in np.round(coarse.points * 1e9).astype(np.int64).tolist()} <= there
-
-
-FEW = PadMesh(across_groove=2, across_lip=1, above_groove=2, band=1)
 
 
 @settings(max_examples=25, deadline=None)
