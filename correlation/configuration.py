@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from correlation.test_model import DERIVATIVE, Sensor, TestModel
 from hbsolve.balance import HarmonicBalance
-from hbsolve.condensed import Condensed
+from hbsolve.condensed import Condensed, Recovery
 from hbsolve.sampling import complex_from_real
 from hbsolve.sensitivity import ModelParameter, derivatives
 from hbsolve.state import slider_start
@@ -52,6 +52,8 @@ class Configuration:
         Of its system.
     condensed
         The linear structure at the frequencies seen so far, by frequency [Hz].
+    recovery
+        What recovers its full response, where that is worth while.
     levels
         The balance at the levels seen so far, by level [N].
     slider
@@ -62,6 +64,7 @@ class Configuration:
     model: TestModel
     balance: HarmonicBalance
     condensed: dict[float, Condensed]
+    recovery: dict[float, Recovery]
     levels: dict[float, HarmonicBalance]
     slider: NDArray[np.float64]
 
@@ -73,7 +76,7 @@ class Configuration:
         seen = model.free() if free else model
         balance = HarmonicBalance(system=seen.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
         start = np.zeros(balance.n_slider) if slider is None or free else slider(balance)
-        return cls(free=free, model=seen, balance=balance, condensed={}, levels={}, slider=start)
+        return cls(free=free, model=seen, balance=balance, condensed={}, recovery={}, levels={}, slider=start)
 
     def starting(self, slider: Callable[[HarmonicBalance], NDArray[np.float64]] | None) -> "Configuration":
         """The same with other initial sliders: what was found of the linear structure serves both."""
@@ -84,6 +87,12 @@ class Configuration:
         if frequency not in self.condensed:
             self.condensed[frequency] = self.balance.at(2 * np.pi * self.true(frequency))
         return self.condensed[frequency]
+
+    def _recovery(self, frequency: float) -> Recovery | None:
+        """What recovers all states at a frequency, where that takes fewer dense solves than one state after another."""
+        if self.balance.is_dense and frequency not in self.recovery:
+            self.recovery[frequency] = self.balance.structure.recovery(self.at(frequency))
+        return self.recovery.get(frequency)
 
     def true(self, frequency: float) -> float:
         """What the exciter does where its label says `frequency` [Hz]."""
@@ -102,16 +111,16 @@ class Configuration:
         guesses: Sequence[SteadyState | None],
     ) -> SteadyState | None:
         """The steady state that is found from the first guess that leads to one; none if there is none to be found."""
-        balance, condensed = self._at_level(level), self.at(frequency)
+        balance, condensed, recovery = self._at_level(level), self.at(frequency), self._recovery(frequency)
         sliders = slider_start(balance, slider, False)
         shape = (balance.n_harmonic, balance.n_direction)
         starts = [each.motion for each in guesses if each is not None and each.displacement.shape == shape]
         try:
-            return solve_at(balance, condensed, starts[0] if starts else None, sliders)
+            return solve_at(balance, condensed, starts[0] if starts else None, sliders, recovery)
         except NoConvergence:
             # Rest and ramps were tried, and would not serve better a second time.
             for start in starts[1:]:
-                found = newton_from(balance, condensed, start, sliders)
+                found = newton_from(balance, condensed, start, sliders, recovery)
                 if found is not None:
                     return found
         return rescued(balance, condensed, None, sliders)

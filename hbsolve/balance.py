@@ -165,6 +165,12 @@ class HarmonicBalance:
         return other
 
     @property
+    def is_dense(self) -> bool:
+        """Whether each frequency takes dense solves: a `Recovery` is cheaper there than a second state without one."""
+        structure = self.structure
+        return structure.stuck.damping_couples_modes and structure._free is None
+
+    @property
     def n_direction(self) -> int:
         """Number of joint directions d [-]."""
         return len(self.table.reference)

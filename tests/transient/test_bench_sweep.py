@@ -5,7 +5,7 @@ import pytest
 
 from reduction.jointed_system import CubicSpring, JointedSystem
 from transient.bench_beam import BeamParameters, contacts, free_beam, jointed_beam, reduced_beam
-from transient.bench_sweep import SweptBench
+from transient.bench_sweep import SweptBench, _Updated
 from transient.integrate import integrate
 
 DRAWN = BeamParameters()
@@ -116,3 +116,15 @@ def test_a_cubic_spring_gives_the_harmonics_of_its_polynomial() -> None:
     # Inertia and damping are m w^2 / k = 1e-5 and c w / k = 1.6e-3 of the stiffness, the latter a quarter turn off.
     # A force that is constant over a step loses (3 pi / 128)^2 of its third harmonic, and the motion as much again.
     np.testing.assert_allclose(readings.motion[0, 0].real, exact.real, rtol=1e-2)
+
+
+def test_a_matrix_updated_after_its_factorisation_is_solved_as_a_new_one() -> None:
+    random = np.random.default_rng(4)
+    matrix = random.standard_normal((30, 30)) + 10 * np.eye(30)
+    updated, whole, right = _Updated(matrix), matrix.copy(), random.standard_normal(30)
+    for _ in range(5):
+        column, row = random.standard_normal((2, 30))
+        updated.update(column, row)
+        whole += np.outer(column, row)
+        # Round-off of a well conditioned matrix.
+        np.testing.assert_allclose(updated.solve(right), np.linalg.solve(whole, right), rtol=0, atol=1e-12)
