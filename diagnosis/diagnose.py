@@ -14,7 +14,7 @@ from diagnosis.decision import decide, support
 from diagnosis.keep import Keep, computed
 from diagnosis.limits import Limits, linear_limits
 from diagnosis.localisation import Place, localise
-from diagnosis.refit import LOST, Refit, finalists, fitted, refit, shortlist, unchanged
+from diagnosis.refit import LOST, Refit, all_searched, begun, finalists, refit, shortlist, unchanged
 from diagnosis.screening import Score, screen
 from diagnosis.straying import widened
 from diagnosis.verdict import Verdict
@@ -137,8 +137,8 @@ def diagnose(
     fits, chosen = [], shortlist(screened)
     for number, score in enumerate(chosen):
         told(f"fit of {score.effect.name}", shares.between("fits", "tests", number / len(chosen)))
-        fits.append((score, keep(f"fit of {score.effect.name}", partial(fitted, arrangement, score))))
-    refits, last = [], finalists(fits)
+        fits.append((score, keep(f"fit of {score.effect.name}", partial(begun, arrangement, score))))
+    refits, last = [], finalists(all_searched(arrangement, fits, keep))
     for number, (score, fit) in enumerate(last):
         told(f"test of {score.effect.name}", shares.between("tests", "places", number / len(last)))
         refits.append(keep(f"refit of {score.effect.name}", partial(refit, arrangement, score, fit)))

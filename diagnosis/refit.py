@@ -5,6 +5,7 @@ The screening is linear; a refit has turned its order round more than once. What
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float
@@ -15,6 +16,7 @@ from correlation.prediction import Prediction
 from diagnosis.arrangement import Arrangement
 from diagnosis.calibration import Fit, calibrate
 from diagnosis.effect.candidate import Effect
+from diagnosis.keep import Keep, computed
 from diagnosis.one_effect import OneEffect
 from diagnosis.screening import Score
 from diagnosis.unknowns import Unknowns
@@ -83,17 +85,58 @@ def fitted(arrangement: Arrangement, score: Score) -> Fit:
     score
         The effect, and where to start.
     """
+    return searched(arrangement, score, begun(arrangement, score))
+
+
+def begun(arrangement: Arrangement, score: Score) -> Fit:
+    """The quick fit from where the screening saw the effect, and where that keeps little, from typical strength."""
     effect, accepted = score.effect, arrangement.fit
     unknowns, slopes = arrangement.unknowns([effect]), _slopes(score, accepted)
-    found = [calibrate(arrangement.train, unknowns, score.start, accepted.prediction, slopes=slopes, quick=True)]
-    if accepted.chi2 - found[0].chi2 < KEPT * score.gain:
-        found.append(_fitted_from(arrangement, score, 1.0))
-    if accepted.chi2 > LOST * accepted.n_number:
+    found = calibrate(arrangement.train, unknowns, score.start, accepted.prediction, slopes=slopes, quick=True)
+    if accepted.chi2 - found.chi2 < KEPT * score.gain:
+        found = min(found, _fitted_from(arrangement, score, 1.0), key=lambda fit: fit.chi2)
+    return found
+
+
+def _lost(arrangement: Arrangement, fit: Fit) -> bool:
+    """Whether a fit has not found the way."""
+    return fit.chi2 >= LOST * arrangement.fit.n_number
+
+
+def searched(arrangement: Arrangement, score: Score, found: Fit) -> Fit:
+    """A better quick fit than one that is lost, from starts far and near; the same one where there is none."""
+    if _lost(arrangement, arrangement.fit):
         for share in (sign * step for step in LADDER for sign in (1.0, -1.0)):
-            if min(fit.chi2 for fit in found) < LOST * accepted.n_number:
+            if not _lost(arrangement, found):
                 break
-            found.append(_fitted_from(arrangement, score, share))
-    return min(found, key=lambda fit: fit.chi2)
+            found = min(found, _fitted_from(arrangement, score, share), key=lambda fit: fit.chi2)
+    return found
+
+
+def all_searched(
+    arrangement: Arrangement, fits: Sequence[tuple[Score, Fit]], keep: Keep = computed
+) -> list[tuple[Score, Fit]]:
+    """Quick fits of several effects, `searched` one after another, best first, until one has found the way.
+
+    What the others would gain from other starts is then nothing to the verdict: they leave more unexplained than noise
+    does, from where the screening saw them and from typical strength, and one of them does not.
+
+    Parameters
+    ----------
+    arrangement
+        Measurements and model.
+    fits
+        Each as `begun` left it.
+    keep
+        Looks up what a step gave before, or makes it.
+    """
+    found = sorted(fits, key=lambda pair: pair[1].chi2)
+    for number, (score, fit) in enumerate(found):
+        if not all(_lost(arrangement, each) for _, each in found):
+            break
+        wider = keep(f"wider fit of {score.effect.name}", partial(searched, arrangement, score, fit))
+        found[number] = (score, wider)
+    return found
 
 
 def _fitted_from(arrangement: Arrangement, score: Score, share: float) -> Fit:
@@ -113,7 +156,7 @@ def finalists(fits: Sequence[tuple[Score, Fit]]) -> list[tuple[Score, Fit]]:
     return [pair for place, pair in enumerate(best) if place < 2 or pair[1].chi2 < best[0][1].chi2 + FAR_BEHIND]
 
 
-def refit(arrangement: Arrangement, score: Score, begun: Fit | None = None) -> Refit:
+def refit(arrangement: Arrangement, score: Score, quick: Fit | None = None) -> Refit:
     """Fit one effect thoroughly, and test it on the held-out data.
 
     Parameters
@@ -122,11 +165,11 @@ def refit(arrangement: Arrangement, score: Score, begun: Fit | None = None) -> R
         Measurements and model.
     score
         The effect.
-    begun
+    quick
         Its quick fit; made by default.
     """
-    begun = fitted(arrangement, score) if begun is None else begun
-    fit = calibrate(arrangement.train, begun.unknowns, begun.values, begun.prediction, slopes=begun.jacobian)
+    quick = fitted(arrangement, score) if quick is None else quick
+    fit = calibrate(arrangement.train, quick.unknowns, quick.values, quick.prediction, slopes=quick.jacobian)
     return _tested(arrangement, score.effect, fit)
 
 

@@ -21,6 +21,7 @@ from diagnosis.refit import (
     PROMISING,
     RUGGED,
     WORTHLESS,
+    all_searched,
     finalists,
     fitted,
     shortlist,
@@ -128,6 +129,38 @@ def test_who_is_lost_climbs_to_either_side_until_the_way_is_found(monkeypatch: p
     # The start of the screening kept its promise, so that typical strength itself was not tried.
     strengths = [start[-1] for start in asked.starts[1:]]
     np.testing.assert_allclose(strengths, [-LADDER[0], LADDER[0], -LADDER[1], LADDER[1]], rtol=1e-14)  # round-off
+
+
+def race(monkeypatch: pytest.MonkeyPatch, begun: dict[str, float], wider: dict[str, float]) -> tuple[Any, list[str]]:
+    """What effects come to whose quick fits have some chi^2, of 500 numbers; and who was searched, in order."""
+    asked: list[str] = []
+
+    def searching(_: object, of: Score, found: Any) -> Any:
+        asked.append(of.effect.name)
+        return SimpleNamespace(chi2=min(found.chi2, wider[of.effect.name]))
+
+    monkeypatch.setattr(refits, "searched", searching)
+    arrangement: Any = SimpleNamespace(fit=SimpleNamespace(n_number=500))
+    fits: Any = [(score(1.0, name=name), SimpleNamespace(chi2=chi2)) for name, chi2 in begun.items()]
+    return {of.effect.name: fit.chi2 for of, fit in all_searched(arrangement, fits)}, asked
+
+
+def test_the_search_ends_with_the_first_effect_that_has_found_the_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    way = LOST * 500
+    begun = {"a": 9 * way, "b": 2 * way, "c": 3 * way}
+    found, asked = race(monkeypatch, begun, {"a": way - 9, "b": 1.5 * way, "c": way - 1})
+    assert asked == ["b", "c"]
+    assert found == {"a": 9 * way, "b": 1.5 * way, "c": way - 1}
+
+
+def test_nobody_is_searched_where_one_effect_had_found_the_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    begun = {"a": 5 * LOST * 500, "b": LOST * 500 - 1}
+    assert race(monkeypatch, begun, {}) == (begun, [])
+
+
+def test_all_are_searched_where_none_finds_the_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    begun = {"a": 5 * LOST * 500, "b": 4 * LOST * 500}
+    assert race(monkeypatch, begun, begun) == (begun, ["b", "a"])
 
 
 def test_who_never_finds_the_way_keeps_the_best(monkeypatch: pytest.MonkeyPatch) -> None:
