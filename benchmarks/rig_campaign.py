@@ -36,6 +36,8 @@ from transient.bench_sweep import SweptBench
 
 #: Modes that may be the one which the force drives: those of bodies that hang free or roll may be lower.
 LOWEST = 20
+#: Share of what the force does most in any of them that tells a mode which it drives.
+DRIVEN = 0.01
 #: Shares of the stuck bending frequency, and of the free one.
 JOINTED_GRID = (0.975, 0.985, 0.992, 0.997, 1.0, 1.003, 1.01, 1.02)
 FREE_GRID = (0.98, 0.99, 0.995, 0.999, 1.001, 1.005, 1.01, 1.02)
@@ -199,11 +201,11 @@ def rig_points(of: Specimen, effect: HiddenEffect, n_repeat: int = 3) -> Campaig
 
 
 def _resonance(system: JointedSystem, tip: Row, force: Row) -> float:
-    """Frequency of the mode that a force moves the tip in most, all contacts stuck [Hz]."""
+    """Frequency of the first mode in which a force moves the tip, all contacts stuck [Hz]."""
     modes = dense_modes(system.mass, stuck_stiffness(system.stiffness, system.joints))
     eigenvalue, shapes = modes.lambda_[:LOWEST], modes.mode_shapes[:, :LOWEST]
     moved = np.abs((tip @ shapes) * (force @ shapes)) / eigenvalue
-    return float(np.sqrt(eigenvalue[np.argmax(moved)]) / (2 * np.pi))
+    return float(np.sqrt(eigenvalue[np.argmax(moved > DRIVEN * moved.max())]) / (2 * np.pi))
 
 
 def _near(frequency: float, grid: Sequence[float]) -> tuple[float, ...]:
