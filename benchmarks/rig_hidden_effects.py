@@ -17,6 +17,7 @@ from pathlib import Path
 from benchmarks.rig_campaign import HiddenEffect, make_rig_campaign, meshed
 from correlation.read_campaign import read_campaign
 from diagnosis.diagnose import diagnose
+from diagnosis.verdict import INTERVAL
 from study.case import load_case
 from study.progress import LineProgress
 from study.rig_case import RigCase, rig_model
@@ -119,7 +120,7 @@ def main(words: Sequence[str] | None = None) -> None:
                 continue
             row = examine(case, given.folder, hidden, seed)
             named = " or ".join(row["named"]) or row["finding"]
-            found = "-" if row["found"] is None else f"{row['found']:.4g} +- {row['deviation']:.2g}"
+            found = "-" if row["found"] is None else f"{row['found']:.4g} +- {INTERVAL * row['deviation']:.2g}"
             before, after = row["held_error"]
             fell = f"{100 * before:.1f} %" + ("" if after is None else f" to {100 * after:.1f} %")
             made, diagnosed = row["seconds"]

@@ -108,8 +108,8 @@ def test_a_rig_is_measured_about_its_own_first_bending(drawn: tuple[Specimen, Te
     specimen, _ = drawn
     drawn_points, heavy = (rig_points(specimen, HiddenEffect(kind="mass", strength=mass)) for mass in (0.0, 4e-3))
     # Below it dampers roll, or hang from soft springs, and no force on the blade moves them; above it is the second
-    # bending, near 900 Hz, which moves the tip more at the force. Few bricks of eight nodes are up to 10 % too stiff.
-    for points, low, high in ((drawn_points.frequencies, 240, 300), (drawn_points.free_frequencies, 110, 140)):
+    # bending, near 900 Hz, which moves the tip more at the force. Few bricks of eight nodes are too stiff by a sixth.
+    for points, low, high in ((drawn_points.frequencies, 240, 300), (drawn_points.free_frequencies, 110, 160)):
         assert low < points[0] < points[-1] < high
     # 4 g beside a modal mass of 0.2 kg: 1 %.
     np.testing.assert_allclose(np.array(heavy.frequencies) / drawn_points.frequencies, 0.99, atol=0.01)
