@@ -9,6 +9,7 @@ import numpy as np
 from correlation.measurement import Campaign
 from correlation.nuisance import Budget
 from correlation.observation import followed, parted
+from correlation.prediction import Prediction
 from correlation.scatter import Scatter
 from correlation.test_model import TestModel
 from correlation.whitening import Whitening
@@ -25,6 +26,9 @@ Report = Callable[[str, float], None]
 
 #: Friction histories in the covariance of each calibration; each is weighed where the one before it came to.
 HISTORIES = (4, DRAWS)
+#: chi^2 a number beyond which a calibration has gone astray, and by how much the deviations of what is left out of
+#: the one before it are enlarged.
+ASTRAY, FAINT = 20.0, 1e3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -143,13 +147,37 @@ def _compared(
     for n_draw in HISTORIES:
         refined = [each.compose(values) for each in finer]
         comparison, _ = weighed(train, model, prediction, budget, refined, n_draw, fitted=fit is not None)
-        fit = calibrate(comparison, unknowns, values, prediction, _told(report, "calibration"), exact=True)
+        fit = _calibrated(comparison, unknowns, values, prediction, _told(report, "calibration"))
         model, prediction, values = fit.model, fit.prediction, fit.values
     assert fit is not None
     beside = held.predictor.predict(model, prediction)
     tested, apart = weighed(held, model, beside, budget, [each.compose(values) for each in finer])
     settled, shifts = _settled(tested, apart, model)
     return {"train": comparison, "held": tested, "settled": settled, "jitter": tuple(shifts), "fit": fit}
+
+
+def _calibrated(
+    comparison: Comparison,
+    unknowns: Unknowns,
+    values: Values,
+    prediction: Prediction,
+    report: Callable[[float], None] | None,
+) -> Fit:
+    """The first fit; where it goes astray, begun anew from a fit of what is almost linear: the lowest level.
+
+    Where a resonance is off by several of its widths, contacts slip in the model at frequencies at which they stick in
+    the test, and no slope of the friction says that the resonance is elsewhere. The lowest level says it.
+    """
+    fit = calibrate(comparison, unknowns, values, prediction, report, exact=True)
+    if fit.chi2 <= ASTRAY * fit.n_number:
+        return fit
+    points, row = comparison.features.points, comparison.features.row
+    higher = ~points.free & (points.level > points.level[~points.free].min(initial=np.inf))
+    deviation = comparison.whitening.deviation * np.where(higher[row], FAINT, 1.0)
+    lowest = replace(comparison, whitening=Whitening(deviation=deviation, modes=comparison.whitening.modes))
+    near = calibrate(lowest, unknowns, values, prediction)
+    anew = calibrate(comparison, unknowns, near.values, near.prediction, report, exact=True)
+    return min(fit, anew, key=lambda each: each.chi2)
 
 
 def _settled(comparison: Comparison, seen: Scatter, model: TestModel) -> tuple[Comparison, list[tuple[Effect, float]]]:
