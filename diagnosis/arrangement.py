@@ -28,7 +28,7 @@ Report = Callable[[str, float], None]
 HISTORIES = (4, DRAWS)
 #: chi^2 a number beyond which a calibration has gone astray, and by how much the deviations of what is left out of
 #: the one before it are enlarged.
-ASTRAY, FAINT = 20.0, 1e3
+ASTRAY, FAINT = 5.0, 1e3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

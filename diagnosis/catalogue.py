@@ -1,6 +1,6 @@
 """All effects that may be missing from a test model, and those that cannot be tested with the reason."""
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol, TypeAlias
@@ -111,7 +111,7 @@ def catalogue(
     without: Collection[str] = (),
     extra: Sequence[Extra] = (),
     level: float = 1.0,
-    configurations: Collection[str] = CONFIGURATIONS,
+    configurations: Collection[str] | Mapping[str, float] = CONFIGURATIONS,
 ) -> Catalogue:
     """All candidates for a model.
 
@@ -126,7 +126,7 @@ def catalogue(
     level
         Highest force of the tests, at which typical strengths of nonlinear effects are reckoned [N].
     configurations
-        That are tested: "jointed", and "free" without the contacts of the lines.
+        That are tested: "jointed", and "free" without the contacts of the lines; or the highest force of each that is.
 
     Raises
     ------
@@ -161,7 +161,7 @@ def campaign_catalogue(
     Parameters
     ----------
     campaign
-        Whose highest level and configurations count; of time records alone, 1 N on the jointed structure.
+        Whose configurations count, and the highest level of each; of time records alone, 1 N on the jointed structure.
     test_model, without, extra
         As for `catalogue`.
     """
@@ -170,8 +170,17 @@ def campaign_catalogue(
         without=without,
         extra=extra,
         level=float(max(campaign.levels, default=1.0)),
-        configurations={test.configuration for test in campaign.tests} or {"jointed"},
+        configurations=_highest(campaign) or {"jointed"},
     )
+
+
+def _highest(campaign: Campaign) -> dict[str, float]:
+    """The highest force of each configuration that is tested [N]."""
+    table, found = campaign.measurement, dict[str, float]()
+    for number, test in enumerate(campaign.tests):
+        level = table.level[table.test == number].max(initial=0.0)
+        found[test.configuration] = max(found.get(test.configuration, 0.0), float(level))
+    return {configuration: level for configuration, level in found.items() if level > 0}
 
 
 def _from(extra: Extra, test_model: TestModel) -> Iterable[Effect | Untestable]:

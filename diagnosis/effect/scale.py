@@ -4,7 +4,7 @@ While all contacts stick, and without contacts, the structure is linear: its fir
 far a place moves at resonance, how much damping there is, and what a spring or a mass must be to shift the resonance.
 """
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,7 +94,12 @@ class Scale:
         return REMOVABLE / float(np.linalg.eigvalsh(inverse)[-1])
 
 
-def scale(test_model: TestModel, *, level: float = 1.0, configurations: Collection[str] = CONFIGURATIONS) -> Scale:
+def scale(
+    test_model: TestModel,
+    *,
+    level: float = 1.0,
+    configurations: Collection[str] | Mapping[str, float] = CONFIGURATIONS,
+) -> Scale:
     """Resonances of a test model at a level.
 
     Parameters
@@ -104,7 +109,8 @@ def scale(test_model: TestModel, *, level: float = 1.0, configurations: Collecti
     level
         Of the force, best the highest of the tests [N].
     configurations
-        That are tested: "jointed", and "free" without the contacts of its lines.
+        That are tested: "jointed", and "free" without the contacts of its lines; or the level of each that is: without
+        contacts a structure moves so much further that it is tested at less.
 
     Raises
     ------
@@ -112,19 +118,21 @@ def scale(test_model: TestModel, *, level: float = 1.0, configurations: Collecti
         A structure that is not held even with all contacts stuck, a mass that is not positive definite, a level that
         is not positive, or an unknown configuration.
     """
-    if not (np.isfinite(level) and level > 0):
-        raise EffectError(f"level = {level:g} N must be positive: give the highest force level of the tests")
-    for each in configurations:
+    levels = configurations if isinstance(configurations, Mapping) else dict.fromkeys(configurations, level)
+    for each in (level, *levels.values()):
+        if not (np.isfinite(each) and each > 0):
+            raise EffectError(f"level = {each:g} N must be positive: give the highest force level of the tests")
+    for each in levels:
         if each not in CONFIGURATIONS:
             raise EffectError(f'"{each}" is no configuration: give any of {", ".join(CONFIGURATIONS)}')
-    free = "free" in configurations and test_model.lines
-    found = [resonance(test_model.free().system, level)] if free else []
-    jointed = resonance(test_model.system, level)
+    free = "free" in levels and test_model.lines
+    found = [resonance(test_model.free().system, levels["free"])] if free else []
+    jointed = resonance(test_model.system, levels.get("jointed", level))
     if jointed is None:
         raise EffectError(
             "the lowest frequency with all contacts stuck is 0 Hz: hold the structure by a support or a contact"
         )
-    if "jointed" in configurations or not free:
+    if "jointed" in levels or not free:
         found.append(jointed)
     return Scale(system=test_model.system, resonances=tuple(each for each in found if each) or (jointed,))
 

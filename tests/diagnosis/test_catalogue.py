@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
 import pytest
 
 from correlation.test_model import TestModel
@@ -84,6 +85,19 @@ def test_time_records_alone_say_nothing_of_levels(small: TestModel, paper: Modul
     table = campaign.measurement
     silent = replace(campaign, tests=(), measurement=table.where(table.level < 0))
     assert typical(campaign_catalogue(silent, small)) == typical(catalogue(small, configurations=["jointed"]))
+
+
+def test_each_configuration_counts_with_its_own_highest_level(small: TestModel, paper: ModuleType) -> None:
+    campaign = paper.make_campaign(small)
+    table = campaign.measurement
+    free = np.array([test.configuration == "free" for test in campaign.tests])[table.test]
+    faint = replace(campaign, measurement=replace(table, level=np.where(free, 1e-3 * table.level, table.level)))
+    level = float(table.level.max())
+    expected = catalogue(small, configurations={"jointed": level, "free": 1e-3 * float(table.level[free].max())})
+    assert typical(campaign_catalogue(faint, small)) == typical(expected)
+    # What the free structure would do at the level of the other test makes no effect faint.
+    strong = typical(catalogue(small, level=level))
+    assert any(typical(expected)[name][0] > 10 * size > 0 for name, (size, *_) in strong.items() if "cubic" in name)
 
 
 def typical(found: Catalogue) -> dict[str, list[float]]:
