@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
@@ -379,7 +379,7 @@ class DynamicStiffness:
 
 
 def _times(
-    vectors: NDArray[np.complex128] | NDArray[np.float64], matrix: Float[NDArray[np.float64], "r k"]
+    vectors: NDArray[np.inexact[Any]], matrix: Float[NDArray[np.float64], "r k"]
 ) -> NDArray[np.complex128]:
     """Complex vectors times a real matrix, part by part: half the work of a complex product."""
     rows = vectors.reshape(-1, vectors.shape[-1])
