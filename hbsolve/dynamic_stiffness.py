@@ -378,9 +378,7 @@ class DynamicStiffness:
         return chosen
 
 
-def _times(
-    vectors: NDArray[np.inexact[Any]], matrix: Float[NDArray[np.float64], "r k"]
-) -> NDArray[np.complex128]:
+def _times(vectors: NDArray[np.inexact[Any]], matrix: Float[NDArray[np.float64], "r k"]) -> NDArray[np.complex128]:
     """Complex vectors times a real matrix, part by part: half the work of a complex product."""
     rows = vectors.reshape(-1, vectors.shape[-1])
     found = np.empty((len(rows), matrix.shape[1]), dtype=np.complex128)
