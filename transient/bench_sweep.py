@@ -27,6 +27,7 @@ from transient.bench_structure import line_sums, stuck_structure
 from transient.equilibrium import equilibrium
 from transient.state import TransientState
 from transient.stepper import Record, Stepper
+from transient.updated_factor import UpdatedFactor
 
 Vector = Float[NDArray[np.float64], " n"]
 Matrix = Float[NDArray[np.float64], "n m"]
@@ -84,30 +85,6 @@ class _Approach:
     state: Vector
     correction: Matrix
     motion: float = 0.0
-
-
-class _Updated:
-    """A matrix that is factored once, and solved with after updates by u v^T (Sherman and Morrison's formula)."""
-
-    def __init__(self, matrix: Matrix) -> None:
-        from scipy.linalg import lu_factor
-
-        self._factor = lu_factor(matrix, check_finite=False)
-        self._updates: list[tuple[Vector, Vector]] = []
-
-    def update(self, column: Vector, row: Vector) -> None:
-        """Add column row^T."""
-        moved = self.solve(column)
-        self._updates.append((moved / (1 + row @ moved), row))
-
-    def solve(self, right: Vector) -> Vector:
-        """The solution for one right side."""
-        from scipy.linalg import lu_solve
-
-        solution: Vector = lu_solve(self._factor, right, check_finite=False)
-        for moved, row in self._updates:
-            solution -= moved * (row @ solution)
-        return solution
 
 
 class SweptBench:
@@ -208,7 +185,7 @@ class SweptBench:
         weight, n = self.weight, 2 * self.system.n_dof
         z, longest = approach.state, np.inf
         last_step, last_change = np.zeros(len(z)), np.zeros(len(z))
-        jacobian = _Updated(slope + approach.correction)
+        jacobian = UpdatedFactor(slope + approach.correction)
         n_period = 0
         while True:
             n_period += 1

@@ -71,6 +71,17 @@ def changed(what: str) -> DynamicStiffness:
     return DynamicStiffness(**matrices)
 
 
+def check_condensed(model: DynamicStiffness, omega: np.ndarray, B: np.ndarray, force: np.ndarray) -> None:
+    """What directions see, and its derivatives, are those of the inverse."""
+    alpha = np.array([inverse(model, float(each)) for each in omega])
+    A, dA, x, dx = model.condensed(omega, B, force)
+    slope = -alpha @ (1j * model.damping - 2 * omega[:, None, None] * model.mass) @ alpha
+    for found, expected in ((A, B @ alpha @ B.T), (dA, B @ slope @ B.T)):
+        np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
+    for found, expected in ((x, B @ alpha @ force[..., None]), (dx, B @ slope @ force[..., None])):
+        np.testing.assert_allclose(found, expected[..., 0], atol=1e-9 * np.abs(expected).max())
+
+
 @pytest.mark.parametrize("what", ["spring", "mass", "dashpot"])
 def test_what_was_put_on_a_damped_structure_takes_no_dense_solves(what: str) -> None:
     model, omega = changed(what), np.array([0.0, 0.6, 1.7, 4.0])
@@ -85,27 +96,16 @@ def test_what_was_put_on_a_damped_structure_takes_no_dense_solves(what: str) -> 
     real, imaginary = np.random.default_rng(2).standard_normal((2, 4, 12))
     force, B = real + 1j * imaginary, np.random.default_rng(3).standard_normal((5, 12))
     np.testing.assert_allclose(model.response(omega, force), np.einsum("prc,pc->pr", alpha, force), atol=1e-9 * size)
-    A, dA, x, dx = model.condensed(omega, B, force)
-    slope = -alpha @ (1j * model.damping - 2 * omega[:, None, None] * model.mass) @ alpha
-    for found, expected in ((A, B @ alpha @ B.T), (dA, B @ slope @ B.T)):
-        np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
-    for found, expected in ((x, B @ alpha @ force[..., None]), (dx, B @ slope @ force[..., None])):
-        np.testing.assert_allclose(found, expected[..., 0], atol=1e-9 * np.abs(expected).max())
+    check_condensed(model, omega, B, force)
 
 
 def test_what_directions_see_is_that_of_the_inverse_whichever_were_asked_for_before() -> None:
     model, omega = structure(4, n=12), np.array([0.6, 1.7, 4.0])
     assert not model.damping_couples_modes
-    alpha = np.array([inverse(model, float(each)) for each in omega])
     real, imaginary = np.random.default_rng(2).standard_normal((2, 3, 12))
     force, (B, other) = real + 1j * imaginary, np.random.default_rng(3).standard_normal((2, 5, 12))
     for rows in (B, other, B):
-        A, dA, x, dx = model.condensed(omega, rows, force)
-        slope = -alpha @ (1j * model.damping - 2 * omega[:, None, None] * model.mass) @ alpha
-        for found, expected in ((A, rows @ alpha @ rows.T), (dA, rows @ slope @ rows.T)):
-            np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
-        for found, expected in ((x, rows @ alpha @ force[..., None]), (dx, rows @ slope @ force[..., None])):
-            np.testing.assert_allclose(found, expected[..., 0], atol=1e-9 * np.abs(expected).max())
+        check_condensed(model, omega, rows, force)
 
 
 @pytest.mark.parametrize("own", [0.0, 1.0])

@@ -5,8 +5,9 @@ import pytest
 
 from reduction.jointed_system import CubicSpring, JointedSystem
 from transient.bench_beam import BeamParameters, contacts, free_beam, jointed_beam, reduced_beam
-from transient.bench_sweep import SweptBench, _Updated
+from transient.bench_sweep import SweptBench
 from transient.integrate import integrate
+from transient.updated_factor import UpdatedFactor
 
 DRAWN = BeamParameters()
 
@@ -121,7 +122,7 @@ def test_a_cubic_spring_gives_the_harmonics_of_its_polynomial() -> None:
 def test_a_matrix_updated_after_its_factorisation_is_solved_as_a_new_one() -> None:
     random = np.random.default_rng(4)
     matrix = random.standard_normal((30, 30)) + 10 * np.eye(30)
-    updated, whole, right = _Updated(matrix), matrix.copy(), random.standard_normal(30)
+    updated, whole, right = UpdatedFactor(matrix), matrix.copy(), random.standard_normal(30)
     for _ in range(5):
         column, row = random.standard_normal((2, 30))
         updated.update(column, row)
