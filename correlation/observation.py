@@ -11,7 +11,7 @@ from correlation.jump import jumping
 from correlation.measurement import SAME_FREQUENCY, Campaign
 from correlation.prediction import Points
 
-#: Readings of a sensor that, all frequencies of a level together, are below this many times their scatter are noise.
+#: Readings of a sensor that, at most frequencies of a level, are below this many times their scatter are noise.
 HEARD = 2.0
 
 
@@ -62,14 +62,15 @@ class Observation:
         points, there = self.points, np.isfinite(self.repeat)
         n = there.sum(axis=1)
         mean = np.where(there, self.repeat, 0.0).sum(axis=1) / np.maximum(n, 1)
-        apart = np.where(there, np.abs(self.repeat - mean[:, None]) ** 2, 0.0).sum(axis=1)
+        size, apart = np.abs(mean) ** 2, np.where(there, np.abs(self.repeat - mean[:, None]) ** 2, 0.0).sum(axis=1)
         _, sensor = np.unique(points.sensor, return_inverse=True)
         key = np.column_stack([points.free, points.level, sensor, points.harmonic])
         group = np.unique(key, axis=0, return_inverse=True)[1].ravel()
-        # A point that was read once tells nothing of noise.
-        size, freedom = np.bincount(group, (n > 1) * np.abs(mean) ** 2), np.bincount(group, np.maximum(n - 1, 0))
-        count, scatter = np.bincount(group, n > 1), np.bincount(group, apart)
-        return np.asarray((size * freedom >= HEARD**2 * scatter * count)[group])
+        # Most of them: where a response jumps, repeats differ by as much as they read. A point that was read once tells
+        # nothing of noise.
+        loud = size * np.maximum(n - 1, 1) >= HEARD**2 * apart
+        told, heard = np.bincount(group, n > 1), np.bincount(group, loud & (n > 1))
+        return np.asarray((2 * heard >= told)[group])
 
     def where(self, chosen: Bool[NDArray[np.bool_], " k"]) -> "Observation":
         """Some of the rows."""
