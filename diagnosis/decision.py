@@ -85,7 +85,7 @@ def decide(
         return verdict(Finding.NOTHING)
     best = passed[0]
     rest = keep("what is left", lambda: leftover(with_effect(arrangement, best), catalogue.candidates, limits.gain))
-    if _stand_in(gain(arrangement, best), rest, limits) or _bad(arrangement, best):
+    if _stand_in(gain(arrangement, best), rest, limits) or _bad(arrangement, before, best):
         return verdict(Finding.UNKNOWN, place=there)
     least = support(arrangement, before, best) - BEHIND
     alike = [refit for refit in passed if support(arrangement, before, refit) > least]
@@ -97,10 +97,11 @@ def misfit(place: Place) -> float:
     return place.gain - place.n_number
 
 
-def _bad(arrangement: Arrangement, refit: Refit) -> bool:
-    """Whether a good part of the misfit stays, far beyond noise."""
-    least = BAD * refit.fit.n_number
-    return refit.fit.chi2 > least + LEFT * max(arrangement.fit.chi2 - least, 0.0)
+def _bad(arrangement: Arrangement, before: Refit, refit: Refit) -> bool:
+    """Whether a good part of the misfit stays, far beyond noise, in the training data or in those held out."""
+    n = refit.fit.n_number
+    pairs = (refit.fit.chi2 / n, arrangement.fit.chi2 / n), (refit.held_chi2, before.held_chi2)
+    return any(left > BAD + LEFT * max(was - BAD, 0.0) for left, was in pairs)
 
 
 def _stand_in(explained: float, rest: Leftover, limits: Limits) -> bool:

@@ -14,7 +14,7 @@ from diagnosis.decision import decide, support
 from diagnosis.keep import Keep, computed
 from diagnosis.limits import Limits, linear_limits
 from diagnosis.localisation import Place, localise
-from diagnosis.refit import LOST, Refit, all_searched, begun, finalists, refit, shortlist, unchanged
+from diagnosis.refit import Refit, all_searched, begun, finalists, is_lost, refit, shortlist, unchanged
 from diagnosis.screening import Score, screen
 from diagnosis.straying import widened
 from diagnosis.verdict import Verdict
@@ -129,12 +129,13 @@ def diagnose(
     told("calibration", 0.0)
     every = partial(campaign_catalogue, campaign, extra=extra)
     arrangement = keep("arrangement", lambda: arrange(campaign, base, accepted, budget, added=added, listed=every))
-    shares = LONG if arrangement.fit.chi2 > LOST * arrangement.fit.n_number else USUAL
+    lost = is_lost(arrangement, arrangement.fit)
+    shares = LONG if lost else USUAL
     told("screening", shares.screening)
     screened = keep("scores", lambda: screen(arrangement, listed.candidates, _screened(told, shares)))
     found = limits or linear_limits(screened)
     before = keep("held-out error", lambda: unchanged(arrangement))
-    fits, chosen = [], shortlist(screened)
+    fits, chosen = [], shortlist(screened, lost=lost)
     for number, score in enumerate(chosen):
         told(f"fit of {score.effect.name}", shares.between("fits", "tests", number / len(chosen)))
         fits.append((score, keep(f"fit of {score.effect.name}", partial(begun, arrangement, score))))

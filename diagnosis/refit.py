@@ -58,11 +58,20 @@ class Refit(OneEffect):
     held_error: float
 
 
-def shortlist(scores: Sequence[Score]) -> list[Score]:
-    """Those that a refit may bring to the top."""
-    best = list(scores[:BEST])
+def shortlist(scores: Sequence[Score], *, lost: bool = False) -> list[Score]:
+    """Those that a refit may bring to the top.
+
+    Parameters
+    ----------
+    scores
+        Best first.
+    lost
+        Whether the model fits badly: the screening is linear, and its order then says less.
+    """
+    n_best = MOST if lost else BEST
+    best = list(scores[:n_best])
     chosen = [score for score in best if score.gain > WORTHLESS]
-    for score in scores[BEST:]:
+    for score in scores[n_best:]:
         parallel = max((abs(float(score.direction @ other.direction)) for other in best), default=0.0)
         if len(chosen) < MOST and score.gain > max(PROMISING * best[0].gain, WORTHLESS) and parallel > PARALLEL:
             chosen.append(score)
@@ -98,16 +107,16 @@ def begun(arrangement: Arrangement, score: Score) -> Fit:
     return found
 
 
-def _lost(arrangement: Arrangement, fit: Fit) -> bool:
+def is_lost(arrangement: Arrangement, fit: Fit) -> bool:
     """Whether a fit has not found the way."""
     return fit.chi2 >= LOST * arrangement.fit.n_number
 
 
 def searched(arrangement: Arrangement, score: Score, found: Fit) -> Fit:
     """A better quick fit than one that is lost, from starts far and near; the same one where there is none."""
-    if _lost(arrangement, arrangement.fit):
+    if is_lost(arrangement, arrangement.fit):
         for share in (sign * step for step in LADDER for sign in (1.0, -1.0)):
-            if not _lost(arrangement, found):
+            if not is_lost(arrangement, found):
                 break
             found = min(found, _fitted_from(arrangement, score, share), key=lambda fit: fit.chi2)
     return found
@@ -132,7 +141,7 @@ def all_searched(
     """
     found = sorted(fits, key=lambda pair: pair[1].chi2)
     for number, (score, fit) in enumerate(found):
-        if not all(_lost(arrangement, each) for _, each in found):
+        if not all(is_lost(arrangement, each) for _, each in found):
             break
         wider = keep(f"wider fit of {score.effect.name}", partial(searched, arrangement, score, fit))
         found[number] = (score, wider)

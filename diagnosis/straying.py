@@ -49,7 +49,11 @@ def _strayed(campaign: Campaign, arrangement: Arrangement) -> Float[NDArray[np.f
     """Whitened differences between campaigns that are drawn from a model and what it predicts."""
     simulation = Simulation(campaign=campaign, arrangement=arrangement, held_out=False)
     generator = np.random.default_rng(SEED)
-    return np.column_stack([_residual(campaign, arrangement, simulation.read(generator)) for _ in range(DRAWS)])
+    measured = arrangement.train.residual(arrangement.fit.prediction)
+    drawn = [_residual(campaign, arrangement, simulation.read(generator)) for _ in range(DRAWS)]
+    # A draw that lies further from the model than what was measured is wilder than the structure is.
+    sizes = [min(1.0, float(np.linalg.norm(measured) / np.linalg.norm(each))) for each in drawn]
+    return np.column_stack([size * each for size, each in zip(sizes, drawn, strict=True)])
 
 
 def _residual(campaign: Campaign, arrangement: Arrangement, value: NDArray[np.complex128]) -> Vector:

@@ -188,6 +188,7 @@ def ranked(*gains: float, alike: bool = True) -> list[Score]:
 
 def test_the_best_few_are_refitted_whatever_they_look_like() -> None:
     assert len(shortlist(ranked(100, 90, 80, 70, 60, alike=False))) == BEST
+    assert len(shortlist(ranked(100, 90, 80, 70, 60, 50, 40, alike=False), lost=True)) == MOST
 
 
 def test_what_looks_like_one_of_them_is_refitted_too_if_it_promises_enough() -> None:
