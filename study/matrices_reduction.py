@@ -12,8 +12,11 @@ from fe.system import LinearSystem
 from study.compared_reduction import ComparedReduction, compared_reduction
 from study.store import stage
 
+#: This file and what it imports.
+CODE = ("study.matrices_reduction", "study.compared_reduction")
 
-@stage("imported matrices", rooms=("fe", "study.matrices_reduction"))
+
+@stage("imported matrices", rooms=("fe", *CODE))
 def imported_matrices(
     mass: MatrixSource, stiffness: MatrixSource, damping: MatrixSource | None, dofs: Path | None, units: Units
 ) -> ImportedMatrices:
@@ -21,7 +24,7 @@ def imported_matrices(
     return read_matrices(mass, stiffness, damping=damping, dofs=dofs, units=units)
 
 
-@stage("reduced matrices", rooms=("fe", "reduction", "study.matrices_reduction", "study.compared_reduction"))
+@stage("reduced matrices", rooms=("fe", "reduction", *CODE))
 def reduced_matrices(
     system: LinearSystem,
     boundary: Mapping[str, Rows],

@@ -26,6 +26,8 @@ from study.doctor import preflight
 from study.shapes import Shapes
 from study.store import stage
 
+#: This file, what it imports, and what that imports.
+CODE = ("study.part_stages", "study.compared_reduction", "study.shapes", "study.blade_model")
 #: Modes that are drawn.
 N_DRAWN = 6
 
@@ -73,7 +75,7 @@ class PartReduction:
     shapes: Shapes
 
 
-@stage("solid of a STEP file", rooms=("geometry", "study.part_stages"))
+@stage("solid of a STEP file", rooms=("geometry", *CODE))
 def solid_summary(file: Path) -> SolidSummary:
     """Read and check the solid."""
     preflight("cad")
@@ -86,27 +88,27 @@ def solid_summary(file: Path) -> SolidSummary:
     )
 
 
-@stage("named faces of a STEP file", rooms=("geometry", "study.part_stages"))
+@stage("named faces of a STEP file", rooms=("geometry", *CODE))
 def named_areas(file: Path, faces: Mapping[str, Sequence[FaceSelector]]) -> dict[str, float]:
     """Area of each named face [m^2]."""
     preflight("cad")
     return {name: region.area for name, region in step_part(file, faces).faces.items()}
 
 
-@stage("tetrahedra of a STEP file", rooms=("geometry", "fe", "study.part_stages"))
+@stage("tetrahedra of a STEP file", rooms=("geometry", "fe", *CODE))
 def step_mesh(file: Path, faces: Mapping[str, Sequence[FaceSelector]], rule: TetRule) -> Mesh:
     """Mesh the solid; no two runs give the same mesh, so that the kept one is used from then on."""
     preflight("cad")
     return mesh_solid(step_part(file, faces), rule)
 
 
-@stage("matrices of a part", rooms=("fe", "study.part_stages"))
+@stage("matrices of a part", rooms=("fe", *CODE))
 def part_matrices(mesh: Mesh, material: Material) -> tuple[sp.csr_array, sp.csr_array]:
     """Mass and stiffness of all nodes [kg, N/m]."""
     return assemble(mesh, material)
 
 
-@stage("reduced part", rooms=("fe", "reduction", "study.part_stages", "study.compared_reduction"))
+@stage("reduced part", rooms=("fe", "reduction", *CODE))
 def reduced_part(
     mesh: Mesh,
     material: Material,

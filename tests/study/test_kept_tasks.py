@@ -55,7 +55,7 @@ def test_progress_only_grows_and_what_was_found_counts_as_no_work() -> None:
         progress(Progress(stage=stage, done=done, of=4))
     assert seen == sorted(seen)
     assert seen[-1] == pytest.approx(1)
-    middle = (END["kicks"] + END["audit"]) / 2
+    middle = (END["gaps"] + END["audit"]) / 2
     assert seen[-2] == pytest.approx((middle - before) / (1 - before))
     assert min(seen) > WORTH_REPORTING
 

@@ -17,6 +17,7 @@ CARRIERS = {
     "study.errors",
     "study.output",
     "study.parallel",
+    "study.progress",
     "study.quantity",
     "study.run_context",
     "study.store",
