@@ -21,13 +21,14 @@ from fe.tet_mesher import TetRule, mesh_solid
 from geometry.face_selector import FaceSelector
 from geometry.part import MILLIMETRES_PER_METRE
 from geometry.step_part import read_body, step_part
+from study.blade_model import MODEL_CODE
 from study.compared_reduction import ComparedReduction, compared_reduction
 from study.doctor import preflight
 from study.shapes import Shapes
 from study.store import stage
 
 #: This file, what it imports, and what that imports.
-CODE = ("study.part_stages", "study.compared_reduction", "study.shapes", "study.blade_model")
+CODE = ("study.part_stages", "study.compared_reduction", "study.shapes", *MODEL_CODE)
 #: Modes that are drawn.
 N_DRAWN = 6
 
