@@ -23,6 +23,8 @@ from fe.factor import Columns, Definiteness, UnknownInertia, check_pattern, sing
 
 ANALYSE, FACTORISE, SOLVE, RELEASE = 11, 22, 33, -1
 ZERO_PIVOT = -4
+#: The parameter that tells the equation of a pivot that is not positive.
+NO_PIVOT = 29
 #: Degrees of freedom of a node.
 NODE = 3
 #: Zeros stored in blocks of a node may be this many times the entries; otherwise PARDISO looks for blocks itself, which
@@ -198,7 +200,8 @@ class _Handle:
             pointer(nothing if x is None else x, ctypes.c_double),
             ctypes.byref(error),
         )
-        if error.value == ZERO_PIVOT:
+        # With blocks of nodes the error of a pivot that is not positive is the number of its equation.
+        if error.value == ZERO_PIVOT or (error.value < 0 and self.parameters[NO_PIVOT] == error.value):
             raise singular(self._n * upper.block)
         if error.value:
             raise RuntimeError(f"PARDISO failed in phase {phase} with error {error.value}")

@@ -94,6 +94,21 @@ def test_singular_new_values_are_refused(backend: Backend) -> None:
         factor.renew(zero)
 
 
+def test_a_body_that_floats_is_singular_or_passes_and_is_no_failure(box: BoxMesher) -> None:
+    """Round-off decides about its last pivots: PARDISO tells of them by codes of its own where nodes are blocks."""
+    if not is_available(Backend.PARDISO):
+        pytest.skip("there is no MKL")
+    _, stiffness = assemble(box(HEX20, counts=(14, 4, 4), size=(0.14, 0.04, 0.05), distortion=0.2), STEEL)
+    random, told = np.random.default_rng(0), 0
+    for _ in range(60):
+        beside = sp.diags_array(1 + 1e-14 * random.standard_normal(stiffness.shape[0]))
+        try:
+            factorise(sp.csr_array(beside @ stiffness @ beside), Definiteness.POSITIVE, backend=Backend.PARDISO)
+        except SingularMatrix:
+            told += 1
+    assert told
+
+
 def test_a_failed_factorisation_prints_nothing(backend: Backend, capfd: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SingularMatrix):
         factorise(sp.csr_array(np.diag([1.0, 0.0])), backend=backend)
