@@ -34,8 +34,8 @@ COPIES = 4.0
 #: Columns of the length of the system: of a mode, its share of Lanczos' basis and the recovery; of a boundary degree of
 #: freedom, its constraint mode before and after it is sorted in.
 PER_MODE, PER_BOUNDARY = 4.5, 1.5
-#: Mass and stiffness of the mesh and of its free part, 12 bytes an entry each.
-SYSTEM_COPIES = 4.0
+#: Mass and stiffness, 12 bytes an entry each; those of the mesh are gone before the peak.
+SYSTEM_COPIES = 2.0
 ENTRY = 12.0
 
 #: Of tetrahedra of ten nodes: degrees of freedom in the cube of their size (60 to 80 where fTetWild makes smaller cells
