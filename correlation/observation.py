@@ -98,12 +98,7 @@ def observation(campaign: Campaign) -> Observation:
     ).astype(np.int64)
     _, first, row = np.unique(key, axis=0, return_index=True, return_inverse=True)
     _, column = np.unique(table.repeat, return_inverse=True)
-    shape = (len(first), int(column.max()) + 1)
-    total, count = np.zeros(shape, dtype=np.complex128), np.zeros(shape)
-    np.add.at(total, (row.ravel(), column), table.value)
-    np.add.at(count, (row.ravel(), column), 1.0)
-    with np.errstate(invalid="ignore"):
-        repeat = np.where(count > 0, total / count, np.nan)
+    repeat = read_off(table.value, row.ravel(), column, (len(first), int(column.max()) + 1))
     names = np.array([sensor.name for sensor in campaign.sensors])
     motion = np.array([sensor.line is None for sensor in campaign.sensors])
     sensor = table.sensor[first]
@@ -115,6 +110,32 @@ def observation(campaign: Campaign) -> Observation:
         harmonic=table.harmonic[first],
     )
     return Observation(points=points, repeat=repeat, motion=motion[sensor], taken=np.isfinite(repeat))
+
+
+def read_off(
+    value: Complex[NDArray[np.complex128], " rows"],
+    point: Int[NDArray[np.int64], " rows"],
+    column: Int[NDArray[np.int64], " rows"],
+    shape: tuple[int, int],
+) -> Complex[NDArray[np.complex128], "k R"]:
+    """Mean of the readings of each point in each repeat; NaN where there is none.
+
+    Parameters
+    ----------
+    value
+        Readings, shape (rows,); those that are not finite count as none.
+    point, column
+        Which point each is of, -1 for none, and which repeat, shape (rows,).
+    shape
+        Number of points and of repeats [-].
+    """
+    there = np.isfinite(value) & (point >= 0)
+    place = point[there], column[there]
+    total, count = np.zeros(shape, dtype=np.complex128), np.zeros(shape)
+    np.add.at(total, place, value[there])
+    np.add.at(count, place, 1.0)
+    with np.errstate(invalid="ignore"):
+        return np.where(count > 0, total / count, np.nan)
 
 
 def point_of_row(campaign: Campaign, points: Points) -> Int[NDArray[np.int64], " rows"]:

@@ -91,9 +91,8 @@ def peak_errors(
     """
     points, found = observed.points, []
     mean = features.values(features.of_repeats(observed.repeat, observed.taken))
-    fundamental = observed.motion & (points.harmonic == 1)
     for free, level in sorted({(bool(a), float(b)) for a, b in zip(points.free, points.level, strict=True)}):
-        here = fundamental & (points.free == free) & (points.level == level)
+        here = features.inverse & (points.free == free) & (points.level == level)
         if not here.any():
             continue
         sensor = str(points.sensor[here][np.argmax(np.abs(mean[here]))])

@@ -11,10 +11,10 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.observation import Observation
 from correlation.prediction import Prediction
 from diagnosis.arrangement import Arrangement
 from diagnosis.calibration import Fit, calibrate
+from diagnosis.comparison import Comparison
 from diagnosis.effect.candidate import Effect
 from diagnosis.keep import Keep, computed
 from diagnosis.one_effect import OneEffect
@@ -196,12 +196,13 @@ def _tested(arrangement: Arrangement, effect: Effect | None, fit: Fit) -> Refit:
     settled = calibrate(arrangement.settled, unknowns, unknowns.vanishing, fit.prediction)
     return Refit(
         effect=effect, fit=fit, held_chi2=settled.chi2 / settled.n_number,
-        error=_relative(arrangement.train.observed, fit.prediction),
-        held_error=_relative(arrangement.settled.observed, settled.prediction),
+        error=_relative(arrangement.train, fit.prediction),
+        held_error=_relative(arrangement.settled, settled.prediction),
     )  # fmt: skip
 
 
-def _relative(observed: Observation, prediction: Prediction) -> float:
+def _relative(comparison: Comparison, prediction: Prediction) -> float:
     """Root mean square relative error of the fundamentals of motion, each as large as it is measured."""
-    there = np.isfinite(prediction.value) & (prediction.points.harmonic == 1) & observed.motion & observed.heard
-    return float(np.sqrt(np.mean(np.abs(prediction.value[there] / observed.value[there] - 1) ** 2)))
+    there = np.isfinite(prediction.value) & comparison.features.inverse
+    measured = comparison.observed.value[there]
+    return float(np.sqrt(np.mean(np.abs(prediction.value[there] / measured - 1) ** 2)))

@@ -57,9 +57,9 @@ class Simulation:
             read = np.array(
                 [self._features.values(self._features.of_values(each) + error) for each in self._repeat(generator)]
             )
-            value[rows] = read[way[rows], self._point[rows]]
+            value[rows] = read[way[rows], self.point[rows]]
         real, imaginary = generator.standard_normal((2, len(table)))
-        deviation = self._deviation[:, self._point] * np.sqrt(self._readings)
+        deviation = self._deviation[:, self.point] * np.sqrt(self._readings)
         return np.asarray(value + deviation[0] * real + 1j * deviation[1] * imaginary)
 
     @property
@@ -80,7 +80,7 @@ class Simulation:
     def _used(self) -> Bool[NDArray[np.bool_], " rows"]:
         """Which rows of the table are read."""
         held = [] if self.held_out else self.campaign.held_out.repeats
-        return np.asarray((self._point >= 0) & ~np.isin(self.campaign.measurement.repeat, held))
+        return np.asarray((self.point >= 0) & ~np.isin(self.campaign.measurement.repeat, held))
 
     @cached_property
     def _prediction(self) -> Prediction:
@@ -91,11 +91,11 @@ class Simulation:
     @cached_property
     def _features(self) -> FeatureVector:
         """What the error is linear in."""
-        motion = np.concatenate([side.observed.motion & side.observed.heard for side in self._sides])
-        return FeatureVector.of(self._predictor.points, self._prediction.value, motion)
+        inverse = np.concatenate([side.features.inverse for side in self._sides])
+        return FeatureVector.of(self._predictor.points, self._prediction.value, inverse)
 
     @cached_property
-    def _point(self) -> Int[NDArray[np.int64], " rows"]:
+    def point(self) -> Int[NDArray[np.int64], " rows"]:
         """Row of the points that each row of the table is a reading of; -1 for what is not compared."""
         return point_of_row(self.campaign, self._predictor.points)
 
@@ -103,7 +103,7 @@ class Simulation:
     def _readings(self) -> Float[NDArray[np.float64], " rows"]:
         """How many readings of a point a repeat has."""
         _, same, count = np.unique(
-            np.column_stack([self._point, self.campaign.measurement.repeat]), axis=0, return_inverse=True,
+            np.column_stack([self.point, self.campaign.measurement.repeat]), axis=0, return_inverse=True,
             return_counts=True,
         )  # fmt: skip
         return np.asarray(count[same.ravel()], dtype=np.float64)

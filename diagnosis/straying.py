@@ -10,15 +10,15 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Complex, Float
 from numpy.typing import NDArray
 from scipy import stats
 
 from correlation.measurement import Campaign
-from correlation.observation import point_of_row
+from correlation.observation import read_off
 from diagnosis.arrangement import Arrangement
 from diagnosis.calibration import Fit, inverse
-from diagnosis.comparison import Vector
+from diagnosis.comparison import Comparison, Vector
 from diagnosis.refit import Refit
 from diagnosis.simulation import Simulation
 from diagnosis.verdict import INTERVAL
@@ -47,31 +47,28 @@ def widened(campaign: Campaign, arrangement: Arrangement, best: Refit, refits: S
 
 def _strayed(campaign: Campaign, arrangement: Arrangement) -> Float[NDArray[np.float64], "m n"]:
     """Whitened differences between campaigns that are drawn from a model and what it predicts."""
+    train, prediction = arrangement.train, arrangement.fit.prediction
     simulation = Simulation(campaign=campaign, arrangement=arrangement, held_out=False)
     generator = np.random.default_rng(SEED)
-    measured = arrangement.train.residual(arrangement.fit.prediction)
-    drawn = [_residual(campaign, arrangement, simulation.read(generator)) for _ in range(DRAWS)]
+    column = np.unique(campaign.measurement.repeat, return_inverse=True)[1]
+    measured, predicted = train.residual(prediction), train.features.of_values(prediction.value)
+    drawn = []
+    for _ in range(DRAWS):
+        read = read_off(simulation.read(generator), simulation.point, column, train.observed.repeat.shape)
+        drawn.append(train.whitening(_difference(train, read, predicted)))
     # A draw that lies further from the model than what was measured is wilder than the structure is.
     sizes = [min(1.0, float(np.linalg.norm(measured) / np.linalg.norm(each))) for each in drawn]
     return np.column_stack([size * each for size, each in zip(sizes, drawn, strict=True)])
 
 
-def _residual(campaign: Campaign, arrangement: Arrangement, value: NDArray[np.complex128]) -> Vector:
-    """Of the readings in the rows of a campaign's table; zero where there is none."""
-    train = arrangement.train
-    point = point_of_row(campaign, train.observed.points)
-    column = np.unique(campaign.measurement.repeat, return_inverse=True)[1]
-    read = np.isfinite(value) & (point >= 0)
-    total, count = np.zeros(train.observed.repeat.shape, dtype=np.complex128), np.zeros(train.observed.repeat.shape)
-    np.add.at(total, (point[read], column[read]), value[read])
-    np.add.at(count, (point[read], column[read]), 1.0)
-    taken = np.asarray((count > 0) & train.observed.taken)
-    mean = np.where(taken, total / np.maximum(count, 1.0), train.observed.mean[:, None])
-    drawn = train.features.of_repeats(mean, taken | ~np.any(taken, axis=1, keepdims=True))
-    predicted = train.features.of_values(arrangement.fit.prediction.value)
+def _difference(train: Comparison, read: Complex[NDArray[np.complex128], "k R"], predicted: Vector) -> Vector:
+    """Features of readings less those of a prediction; zero where there is no number."""
+    taken = np.asarray(np.isfinite(read) & train.observed.taken)
     seen: Bool[NDArray[np.bool_], " k"] = np.any(taken, axis=1)
+    repeat = np.where(taken, read, train.observed.mean[:, None])
+    drawn = train.features.of_repeats(repeat, taken | ~seen[:, None])
     there = seen[train.features.row] & np.isfinite(predicted) & np.isfinite(drawn)
-    return train.whitening(np.where(there, drawn - predicted, 0.0))
+    return np.where(there, drawn - predicted, 0.0)
 
 
 def taken_to(fit: Fit, strayed: Float[NDArray[np.float64], "m n"]) -> Fit:
