@@ -165,6 +165,25 @@ def located(case: CaseModel, *table: str | int, keys: Mapping[str, str] | None =
         raise CaseError([source.problem(path, str(error), show_value=key is not None)]) from error
 
 
+@contextmanager
+def at_key(case: CaseModel, *path: str | int) -> Iterator[None]:
+    """As `located`, of a mistake that belongs to one key whatever its message speaks of: it is shown with its value.
+
+    Raises
+    ------
+    CaseError
+        In place of any other `InputError` raised within.
+    """
+    try:
+        yield
+    except CaseError:
+        raise
+    except InputError as error:
+        if case.source is None:
+            raise
+        raise CaseError([case.source.problem(path, str(error))]) from error
+
+
 def _read(path: str | Path) -> CaseSource:
     file = str(path)
 

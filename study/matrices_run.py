@@ -1,8 +1,6 @@
 """``stickslip reduce`` of matrices that another program wrote: to the reduced model that ``stickslip solve`` takes."""
 
 import importlib.metadata
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +11,7 @@ from fe.errors import MatrixFileError
 from fe.imported_matrices import ImportedMatrices, ImportedSystem, Rows
 from fe.matrix_file import require_file
 from reduction.rom_io import save_rom
-from study.case import load_case, located
+from study.case import at_key, load_case, located
 from study.compared_reduction import ComparedReduction
 from study.errors import CaseError
 from study.matrices_case import UNITS, MatricesCase
@@ -48,7 +46,7 @@ def run_reduce_matrices(path: Path, run: RunContext) -> ReducedMatrices:
     mistakes = Mistakes(case)
     given = {name: source.file for name, source in sources.items()} | ({} if table is None else {"dofs": table})
     for name, file in given.items():
-        with mistakes.at("files"), _key(case, "files", name):
+        with mistakes.at("files"), at_key(case, "files", name):
             require_file(file)  # before the store looks at its contents
     mistakes.raise_if_any()
     with located(case, "files"), run.progress.step("reading the matrices"):
@@ -88,28 +86,18 @@ def run_reduce_matrices(path: Path, run: RunContext) -> ReducedMatrices:
     return ReducedMatrices(reduction=found, files=written)
 
 
-@contextmanager
-def _key(case: MatricesCase, *path: str | int) -> Iterator[None]:
-    """Give a mistake the key of the case that it belongs to, with its value."""
-    try:
-        yield
-    except MatrixFileError as error:
-        assert case.source is not None
-        raise CaseError([case.source.problem(path, str(error))]) from error
-
-
 def _rows(case: MatricesCase, read: ImportedMatrices) -> tuple[Rows, dict[str, Rows]]:
     """Rows of the files that supports hold, and that the reduction keeps by name."""
     mistakes = Mistakes(case)
     held = [np.zeros(0, dtype=np.int64)]
     for number, support in enumerate(case.support):
-        with mistakes.at("support", number), _key(case, "support", number, "nodes"):
+        with mistakes.at("support", number), at_key(case, "support", number, "nodes"):
             held.append(read.dofs.rows(support.nodes, support.numbers))
     every = np.unique(np.concatenate(held))
     kept: dict[str, Rows] = {}
     for number, table in enumerate(case.boundary):
         with mistakes.at("boundary", number):
-            with _key(case, "boundary", number, "nodes"):
+            with at_key(case, "boundary", number, "nodes"):
                 rows = read.dofs.rows(table.nodes, table.numbers)
                 fixed = np.intersect1d(rows, every)
                 if len(fixed):
@@ -120,7 +108,7 @@ def _rows(case: MatricesCase, read: ImportedMatrices) -> tuple[Rows, dict[str, R
             turning = read.dofs.direction[rows] >= N_TRANSLATION
             for name, own in ((table.name, rows[~turning]), (f"{table.name} rotation", rows[turning])):
                 if name in kept:
-                    with _key(case, "boundary", number, "name"):
+                    with at_key(case, "boundary", number, "name"):
                         raise MatrixFileError(f'"{name}" is taken: give each boundary its own')
                 if len(own):
                     kept[name] = own

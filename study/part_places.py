@@ -1,7 +1,5 @@
 """Where the supports, points, lines and sets of a part's case are on its mesh."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,9 +13,8 @@ from fe.host_face import named_faces, station_normals
 from fe.mesh import Mesh
 from fe.station_coordinates import station_coordinates
 from fe.surface_line import line_along_edge, line_between
-from geometry.errors import InputError
 from geometry.interface import ContactLine
-from study.errors import CaseError
+from study.case import at_key
 from study.mistakes import Mistakes
 from study.part_case import TRANSLATIONS, LineTable, PartTables
 from study.part_stages import Kept
@@ -55,19 +52,6 @@ class Places:
     supports: tuple[Kept, ...]
     boundary: dict[str, Kept]
     lines: dict[str, ContactLine]
-
-
-@contextmanager
-def at_key(case: PartTables, *path: str | int) -> Iterator[None]:
-    """Give a mistake the key of the case that it belongs to, with its value."""
-    try:
-        yield
-    except CaseError:
-        raise
-    except InputError as error:
-        if case.source is None:
-            raise
-        raise CaseError([case.source.problem(path, str(error))]) from error
 
 
 def check_names(case: PartTables, known: frozenset[str], what: str) -> None:

@@ -16,14 +16,14 @@ from geometry.face_selector import FaceSelector
 from geometry.step_io import check_complete
 from reduction.memory_estimate import mesh_memory, refuse_beyond_memory, tetrahedra_memory
 from reduction.rom_io import save_rom
-from study.case import load_case, located
+from study.case import at_key, load_case, located
 from study.compared_reduction import ComparedReduction
 from study.errors import MissingSoftware
 from study.mode_files import picture_modes
 from study.output import replace_file
 from study.part_case import MeshCase, PartTables, StepCase, part_kind
 from study.part_pictures import face_pictures
-from study.part_places import Places, at_key, check_names, places
+from study.part_places import Places, check_names, places
 from study.part_stages import PartReduction, named_areas, part_matrices, reduced_part, solid_summary, step_mesh
 from study.part_table import frequency_table, station_table
 from study.run_context import RunContext
