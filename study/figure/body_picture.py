@@ -6,8 +6,6 @@ from os import PathLike
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
 
 from fe.mesh import Mesh
 from fe.whole_mesh import whole_mesh
@@ -15,12 +13,13 @@ from study.figure.caption import DPI, Layout, layout_for
 from study.figure.cut import behind
 from study.figure.film import Image, save_picture
 from study.figure.look import INK, PALE
-from study.figure.mode_scene import OVERSAMPLING, TOWARDS_EYE, Vectors, View, scene, view_of
+from study.figure.mode_scene import OVERSAMPLING, TOWARDS_EYE, Scene, Vectors, View, scene, view_of
 
 #: Colours of the bodies in the order in which they are given.
 COLOURS = ("#7fa6c9", "#e0903c", "#9bb48c", "#c58ba8", "#c9b458")
 #: Of the stations of a contact line.
 STATION_COLOUR, STATION_SIZE = "#b3001b", 11
+NO_STATIONS = np.zeros((0, 3))
 #: What is seen of a cut around a contact line, beyond its ends [m].
 AROUND = 0.012
 #: From a cut at x = 0 towards the eye: nearly square to it, so that lengths can be compared.
@@ -82,34 +81,43 @@ def _drawn(
     file: Path,
     view: View,
     words: tuple[str, str, str],
-    stations: Float[NDArray[np.float64], "station 3"] | None = None,
+    stations: Vectors = NO_STATIONS,
 ) -> Path:
     layout = layout_for(view.half_width / view.half_height)
-    left, top, width, height = layout.body
     colours = list(COLOURS[: len(bodies)])
     mesh = whole_mesh({f"{name} {k}": each for name, group in bodies.items() for k, each in enumerate(group)})
     # Of the colour of each node.
     number = np.repeat(np.arange(float(len(bodies))), [sum(each.n_node for each in group) for group in bodies.values()])
-    with scene(mesh, number, (-0.5, len(bodies) - 0.5), colours, view, (width, height)) as drawn:
-        if stations is not None:
-            drawn.plotter.add_points(
-                stations + 2 * drawn.lift,
-                color=STATION_COLOUR,
-                point_size=STATION_SIZE * OVERSAMPLING,
-                render_points_as_spheres=True,
-                lighting=False,
-            )
-        picture = furniture_with_legend(
-            layout, words, dict(zip(bodies, colours, strict=True)), with_stations=stations is not None
+    with scene(mesh, number, (-0.5, len(bodies) - 0.5), colours, view, layout.body[2:]) as drawn:
+        return save_with_legend(drawn, mesh, layout, words, dict(zip(bodies, colours, strict=True)), stations, file)
+
+
+def save_with_legend(
+    drawn: Scene,
+    mesh: Mesh,
+    layout: Layout,
+    words: tuple[str, str, str],
+    legend: Mapping[str, str],
+    stations: Vectors,
+    file: Path,
+) -> Path:
+    """Mark stations in a scene, and write what it shows of a mesh beside words and a legend of colours by name."""
+    left, top, width, height = layout.body
+    if len(stations):
+        drawn.plotter.add_points(
+            stations + 2 * drawn.lift,
+            color=STATION_COLOUR,
+            point_size=STATION_SIZE * OVERSAMPLING,
+            render_points_as_spheres=True,
+            lighting=False,
         )
-        picture[top : top + height, left : left + width] = drawn.image(mesh.points)
+    picture = _furniture(layout, words, legend, with_stations=bool(len(stations)))
+    picture[top : top + height, left : left + width] = drawn.image(mesh.points)
     save_picture(picture, file)
     return file
 
 
-def furniture_with_legend(
-    layout: Layout, words: tuple[str, str, str], legend: Mapping[str, str], *, with_stations: bool
-) -> Image:
+def _furniture(layout: Layout, words: tuple[str, str, str], legend: Mapping[str, str], *, with_stations: bool) -> Image:
     """The picture without the bodies: words, and a legend where other pictures have a colour bar."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from fe.element import ELEMENTS
 from fe.mesh import Mesh
-from study.figure.body_picture import STATION_COLOUR, STATION_SIZE, furniture_with_legend
+from study.figure.body_picture import save_with_legend
 from study.figure.caption import layout_for
 from study.figure.face_pattern import face_pattern
-from study.figure.film import save_picture
-from study.figure.mode_scene import OVERSAMPLING, TOWARDS_EYE, Vectors, scene, view_of
+from study.figure.mode_scene import TOWARDS_EYE, Vectors, scene, view_of
 from study.figure.skin import FACETS, outer_faces
 
 Faces = Int[NDArray[np.int64], "_ 2"]
@@ -57,25 +56,13 @@ def named_faces_picture(
     """
     view = view_of(mesh.points, towards_eye)
     layout = layout_for(view.half_width / view.half_height)
-    left, top, width, height = layout.body
     colours = [PLAIN, *(COLOURS[k % len(COLOURS)] for k in range(len(faces)))]
     limits = (-0.5, len(colours) - 0.5)
     words = (title, "Mesh and named faces", f"{mesh.n_node} nodes, {mesh.n_cell} elements")
-    with scene(mesh, np.zeros(mesh.n_node), limits, colours, view, (width, height)) as drawn:
+    with scene(mesh, np.zeros(mesh.n_node), limits, colours, view, layout.body[2:]) as drawn:
         drawn.surface.point_data["value"] = _numbers(mesh, faces)
-        if len(stations):
-            drawn.plotter.add_points(
-                stations + 2 * drawn.lift,
-                color=STATION_COLOUR,
-                point_size=STATION_SIZE * OVERSAMPLING,
-                render_points_as_spheres=True,
-                lighting=False,
-            )
         legend = dict(zip(faces, colours[1:], strict=True))
-        picture = furniture_with_legend(layout, words, legend, with_stations=bool(len(stations)))
-        picture[top : top + height, left : left + width] = drawn.image(mesh.points)
-    save_picture(picture, Path(path))
-    return Path(path)
+        return save_with_legend(drawn, mesh, layout, words, legend, stations, Path(path))
 
 
 def _numbers(mesh: Mesh, faces: Mapping[str, Faces]) -> Float[NDArray[np.float64], " point"]:
