@@ -167,8 +167,7 @@ class HarmonicBalance:
     @property
     def is_dense(self) -> bool:
         """Whether each frequency takes dense solves: a `Recovery` is cheaper there than a second state without one."""
-        structure = self.structure
-        return structure.stuck.damping_couples_modes and structure._free is None
+        return self.structure.is_dense
 
     @property
     def n_direction(self) -> int:

@@ -103,6 +103,11 @@ class CondensedStructure:
         stiffness = self.stiffness + self.directions.T @ (self.reference[:, None] * self.directions)
         return DynamicStiffness(mass=self.mass, damping=self.damping, stiffness=stiffness)
 
+    @property
+    def is_dense(self) -> bool:
+        """Whether no modes uncouple the damping, so that each frequency takes dense solves."""
+        return self.stuck.damping_couples_modes and self._free is None
+
     @cached_property
     def _free(self) -> DynamicStiffness | None:
         """The structure without joints, if that is what uncouples the damping."""

@@ -1,6 +1,5 @@
 """The envelope of a model in a file: HDF5 with format and version, written in one step, read with care."""
 
-import uuid
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -9,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from reduction.errors import RomError
+from reduction.whole_file import write_whole
 
 if TYPE_CHECKING:
     import h5py
@@ -52,25 +52,15 @@ class ModelFile:
         """
         import h5py
 
-        path = Path(path)
-        if not path.parent.is_dir():
-            raise RomError(f'"{path}" cannot be written: there is no folder "{path.parent}", create it first')
-        temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
-        try:
+        def write(temporary: Path) -> None:
             with h5py.File(temporary, "x") as file:
                 file.attrs["format"] = self.format
                 file.attrs["format_version"] = self.version
                 file.attrs["stickslip_version"] = _stickslip_version()
                 file.attrs["created"] = datetime.now(UTC).isoformat(timespec="seconds")
                 fill(file)
-            temporary.replace(path)
-        except (OSError, RuntimeError) as error:
-            reason = getattr(error, "strerror", None) or error
-            raise RomError(
-                f'"{path}" cannot be written ({reason}): choose another folder, or free space in it'
-            ) from error
-        finally:
-            temporary.unlink(missing_ok=True)
+
+        write_whole(path, write, RomError)
 
     def load(self, path: Path | str, read: Callable[["h5py.File"], T]) -> T:
         """Read a file that `save` wrote.

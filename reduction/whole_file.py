@@ -1,13 +1,14 @@
-"""Files for other programs, written whole or not at all."""
+"""Files that are written whole or not at all."""
 
 import uuid
 from collections.abc import Callable
 from pathlib import Path
 
+from geometry.errors import InputError
 from reduction.errors import ExchangeError
 
 
-def write_whole(path: Path | str, write: Callable[[Path], object]) -> None:
+def write_whole(path: Path | str, write: Callable[[Path], object], wrong: type[InputError] = ExchangeError) -> None:
     """Write a file; one of that name is replaced in one step, or left as it was if anything fails.
 
     Parameters
@@ -16,22 +17,23 @@ def write_whole(path: Path | str, write: Callable[[Path], object]) -> None:
         The file; its folder must exist.
     write
         Writes a file of the name that it is given, in the same folder.
+    wrong
+        What is raised.
 
     Raises
     ------
-    ExchangeError
-        The folder does not exist, or the file cannot be written.
+    InputError
+        Of the kind `wrong`: the folder does not exist, or the file cannot be written.
     """
     path = Path(path)
     if not path.parent.is_dir():
-        raise ExchangeError(f'"{path}" cannot be written: there is no folder "{path.parent}", create it first')
+        raise wrong(f'"{path}" cannot be written: there is no folder "{path.parent}", create it first')
     temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
     try:
         write(temporary)
         temporary.replace(path)
-    except OSError as error:
-        raise ExchangeError(
-            f'"{path}" cannot be written ({error.strerror or error}): choose another folder, or free space in it'
-        ) from error
+    except (OSError, RuntimeError) as error:  # h5py raises both
+        reason = getattr(error, "strerror", None) or error
+        raise wrong(f'"{path}" cannot be written ({reason}): choose another folder, or free space in it') from error
     finally:
         temporary.unlink(missing_ok=True)

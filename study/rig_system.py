@@ -123,7 +123,7 @@ def resting_rig(case: RigCase, rig: Rig, reduction: RigReduction) -> RestingRig:
 def _dampers(reduction: RigReduction) -> dict[str, Float[NDArray[np.float64], "r 6"]]:
     """Their rigid motions: contact alone holds them."""
     return {
-        body: rigid_motions(reduction.assembly, body, reduction.meshes[body].points, np.zeros(3))
+        body: rigid_motions(reduction.assembly, body, reduction.places(body), np.zeros(3))
         for body in (f"damper_{side}" for side in SIDES)
     }
 

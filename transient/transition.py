@@ -93,10 +93,10 @@ def modal_structure(system: JointedSystem) -> ModalStructure:
     """
     _check(system)
     table = joint_table(system)
-    stuck = _decompose(system, table, table.stuck_stiffness)
+    stuck = decomposed(system, table, table.stuck_stiffness)
     if stuck.diagonal:
         return stuck
-    bare = _decompose(system, table, np.zeros_like(table.stuck_stiffness))
+    bare = decomposed(system, table, np.zeros_like(table.stuck_stiffness))
     return bare if bare.diagonal else stuck
 
 
@@ -151,7 +151,8 @@ def modes(system: JointedSystem, table: JointTable, offset: Vector) -> tuple[Vec
     return eigenvalue, shapes
 
 
-def _decompose(system: JointedSystem, table: JointTable, offset: Vector) -> ModalStructure:
+def decomposed(system: JointedSystem, table: JointTable, offset: Vector) -> ModalStructure:
+    """The structure with the springs k_0, shape (d,) [N/m], in its modes."""
     eigenvalue, shapes = modes(system, table, offset)
     damping = shapes.T @ system.damping @ shapes
     others = damping - np.diag(np.diag(damping))

@@ -11,8 +11,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from hbsolve.limits.local_search import Side, local_search
-from hbsolve.limits.optimum import Best, offer
+from hbsolve.limits.improve import improve
+from hbsolve.limits.local_search import Side
+from hbsolve.limits.optimum import Best
 from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.sampled import sampled_states
 
@@ -69,8 +70,7 @@ def audited(
             outside[side] = int((np.array(excess) > OUTSIDE).sum())
             if not len(values) or max(excess) <= REPAIR:
                 continue
-            settled = point.settle(*sampled.extreme[at, side])
-            if settled and offer(best, at, side, local_search(point, settled, side), repaired=True) > 0:
+            if improve(point, best, at, side, *sampled.extreme[at, side], repaired=True) > 0:
                 repaired.add((at, side))
         audits[at] = Audit(
             count=len(values),

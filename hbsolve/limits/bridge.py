@@ -12,8 +12,9 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from hbsolve.limits.exchange import HOPELESS
-from hbsolve.limits.local_search import GAIN, Side, local_search
-from hbsolve.limits.optimum import Best, offer
+from hbsolve.limits.improve import improve
+from hbsolve.limits.local_search import GAIN, Side
+from hbsolve.limits.optimum import Best
 from hbsolve.limits.problem import LimitProblem
 
 #: A limit that is better than its neighbour's state followed here by this share is not of the same branch.
@@ -52,8 +53,6 @@ def bridged(
             trial = point.settle(source.x, source.w) or point.from_anywhere(source.w)
             if trial is None or side * point.gain(trial.value, best[at, side].value) < -HOPELESS:
                 continue
-            settled = point.settle(trial.x, trial.w)
-            better = settled and local_search(point, settled, side)
-            if offer(best, at, side, better, repaired=source.repaired) > 10 * GAIN:
+            if improve(point, best, at, side, trial.x, trial.w, repaired=source.repaired) > 10 * GAIN:
                 gained.add((at, side))
     return best, gained

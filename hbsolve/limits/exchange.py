@@ -12,6 +12,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from hbsolve.limits.follow import follow
+from hbsolve.limits.improve import improve
 from hbsolve.limits.local_search import GAIN, Side, local_search
 from hbsolve.limits.optimum import Best, Optimum, offer
 from hbsolve.limits.problem import LimitProblem
@@ -92,8 +93,6 @@ def from_level(
                 change = side * point.gain(trial.value, held.value)
                 if change < -HOPELESS or abs(change) < 0.1 * GAIN:
                     continue
-            settled = point.settle(trial.x, trial.w)
-            repaired = source.repaired
-            if settled and offer(best, at, side, local_search(point, settled, side), repaired=repaired) > 10 * GAIN:
+            if improve(point, best, at, side, trial.x, trial.w, repaired=source.repaired) > 10 * GAIN:
                 gained.add((at, side))
     return best, gained

@@ -12,8 +12,9 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from hbsolve.limits.exchange import HOPELESS
-from hbsolve.limits.local_search import GAIN, Side, local_search
-from hbsolve.limits.optimum import Best, offer
+from hbsolve.limits.improve import improve
+from hbsolve.limits.local_search import GAIN, Side
+from hbsolve.limits.optimum import Best
 from hbsolve.limits.point import Trial
 from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.sliders import SliderTable
@@ -44,8 +45,7 @@ def kicked(
             reached = point.towards(problem.box.clip(w), trial, tries=8)
             if reached is None or side * point.gain(reached.value, trial.value) < -HOPELESS:
                 continue
-            settled = point.settle(reached.x, reached.w)
-            if settled and offer(best, at, side, local_search(point, settled, side)) > 10 * GAIN:
+            if improve(point, best, at, side, reached.x, reached.w) > 10 * GAIN:
                 gained.add((at, side))
     return best, gained
 

@@ -7,6 +7,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from hbsolve.limits.follow import follow
+from hbsolve.limits.improve import improve
 from hbsolve.limits.local_search import Side, local_search
 from hbsolve.limits.optimum import Best, offer
 from hbsolve.limits.point import LimitPoint, Trial
@@ -38,8 +39,7 @@ def first_limits(
         count = N_BEST_AT_END if at in (0, len(angular_frequency) - 1) else N_BEST
         for side in Side:
             for trial in _distinct([*up[at], *down[at]], side, count):
-                settled = point.settle(trial.x, point.box.clip(trial.carried))
-                offer(best, at, side, settled and local_search(point, settled, side))
+                improve(point, best, at, side, trial.x, point.box.clip(trial.carried))
             held = best.get((at - 1, side))
             if held:
                 before = float(angular_frequency[at - 1])

@@ -21,7 +21,7 @@ from transient.equilibrium import equilibrium
 from transient.integrate import integrate
 from transient.joint_table import joint_table
 from transient.state import TransientState
-from transient.transition import ModalStructure, modal_structure, modes
+from transient.transition import ModalStructure, decomposed, modal_structure
 
 Vector = NDArray[np.float64]
 
@@ -29,18 +29,7 @@ Vector = NDArray[np.float64]
 def in_modes(system: JointedSystem, share: float) -> ModalStructure:
     """The structure in the modes with a share of its joints' stiffnesses."""
     table = joint_table(system)
-    offset = share * table.stuck_stiffness
-    eigenvalue, shapes = modes(system, table, offset)
-    return ModalStructure(
-        system=system,
-        table=table,
-        mode_shapes=shapes,
-        inverse_shapes=shapes.T @ system.mass,
-        eigenvalue=eigenvalue,
-        damping=shapes.T @ system.damping @ shapes,
-        diagonal=False,
-        offset=offset,
-    )
+    return replace(decomposed(system, table, share * table.stuck_stiffness), diagonal=False)
 
 
 def assembled(beam: Beam, parameters: BeamParameters) -> Vector:
