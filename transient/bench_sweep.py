@@ -6,9 +6,10 @@ structure is approached by Broyden's method, which starts from the exact monodro
 .. math:: z \leftarrow z + s, \quad J s = -(P(z) - z), \quad J_0 = \mathrm{diag}(e^{A T} - 1, -1), \quad
           J \leftarrow J + \frac{(y - J s) s^T}{s^T s}
 
-y being the change of P(z) - z by s. Sliders that stood still over the period are not touched, so that friction keeps
-its memory. A step of the method is no motion of the bench; contacts may remember one, as they may remember any other
-loading on the way to a point.
+y being the change of P(z) - z by s. A step of the method is no motion of the bench, and no contact may remember one: in
+place of the part of P(z) that belongs to w stands where the motion of this period drags the sliders that the *point
+before* has left (`transient.dragged`). At the end P(z) = z, and friction remembers periodic motions alone, as if the
+excitation were changed gently from point to point.
 
 References
 ----------
@@ -24,6 +25,7 @@ from numpy.typing import NDArray
 
 from reduction.jointed_system import FrictionContact, JointedSystem
 from transient.bench_structure import line_sums, stuck_structure
+from transient.dragged import dragged
 from transient.equilibrium import equilibrium
 from transient.state import TransientState
 from transient.stepper import Record, Stepper
@@ -80,10 +82,11 @@ class Readings:
 
 @dataclass(eq=False)
 class _Approach:
-    """What the next point of a sweep starts from: weighted state, Broyden's correction of J_0, size of the motion."""
+    """What a point starts from: weighted state, Broyden's correction of J_0, sliders left by the last, motion."""
 
     state: Vector
     correction: Matrix
+    slider: Vector
     motion: float = 0.0
 
 
@@ -153,7 +156,7 @@ class SweptBench:
         rest = self._rest if multipliers is None else self.random_start(multipliers)
         stepper.place(rest if start is None else start)
         n = len(self.weight)
-        approach = _Approach(stepper.vector * self.weight, np.zeros((n, n)))
+        approach = _Approach(stepper.vector * self.weight, np.zeros((n, n)), stepper.state.slider)
         points = [self._settle(frequency, level, approach, tolerance) for frequency in frequencies]
         motion, force, slip, n_period, periodic, slider = (np.array(column) for column in zip(*points, strict=True))
         return Readings(
@@ -194,6 +197,8 @@ class SweptBench:
             z = stepper.vector * weight
             record = stepper.record()
             change = stepper.vector * weight - z
+            slider = self._dragged(stepper, record, approach.slider)
+            change[n:] = slider * weight[n:] - z[n:]
             motion = max(float(np.linalg.norm(record.modal_velocity, axis=1).max()), np.finfo(float).tiny)
             if last_step.any():
                 miss = change - last_change - (slope + approach.correction) @ last_step
@@ -211,8 +216,14 @@ class SweptBench:
             longest = LONGEST * max(motion, approach.motion)
             last_step, last_change = step, change
             z = z + step
-        approach.state, approach.motion = z, motion
+        approach.state, approach.motion, approach.slider = z, motion, slider
         return (*self.read(record), n_period, distance <= tolerance, record.slider[:, 0])
+
+    def _dragged(self, stepper: Stepper, record: Record, left: Vector) -> Vector:
+        """Where a period of this motion drags the sliders that the point before has left."""
+        end = self.structure.rows @ stepper.vector[: self.system.n_dof]
+        position = np.concatenate([record.displacement.T, end[None]])
+        return dragged(self.structure.table.packed, position, left, stepper.step)
 
     def read(self, record: Record) -> tuple[NDArray[np.complex128], NDArray[np.complex128], float]:
         """What the sensors see of a period: one point of `Readings.motion`, `.force` and `.slip_share`."""

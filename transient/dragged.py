@@ -1,0 +1,36 @@
+"""Where a motion that repeats drags sliders to: friction remembers where they stood before, and nothing else."""
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.compiled import compiled
+from transient.joint_table import Packed
+from transient.law import joint_forces
+
+Vector = Float[NDArray[np.float64], " n"]
+
+
+@compiled
+def dragged(joints: Packed, position: Float[NDArray[np.float64], "t d"], slider: Vector, step: float) -> Vector:
+    """Sliders at the end of a period of prescribed motion, shape (s,) [m].
+
+    Parameters
+    ----------
+    joints
+        Of a `JointTable`.
+    position
+        Of all directions at the ends of all steps, shape (t, d) [m].
+    slider
+        Where they stand before, shape (s,) [m].
+    step
+        Length of a step [s].
+    """
+    moved, held = slider.copy(), slider.copy()
+    mean, end = np.zeros(position.shape[1]), np.zeros(position.shape[1])
+    # A step of no length: sliders move at once where the friction force exceeds its limit.
+    joint_forces(joints, position[0], position[0], held, step, mean, end, moved)
+    for number in range(1, len(position)):
+        held[:] = moved
+        joint_forces(joints, position[number - 1], position[number], held, step, mean, end, moved)
+    return moved
