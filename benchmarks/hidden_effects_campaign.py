@@ -204,7 +204,7 @@ def floors(arrangement: Arrangement) -> tuple[float, float]:
     """
     held = arrangement.settled
     features, modes = held.features, held.whitening.modes
-    chosen, ratio = features.inverse, features.reference >= 0
+    chosen, ratio = features.fundamental, features.reference >= 0
     # Numbers that err by themselves: real and imaginary part are the legs of a right triangle.
     alone = np.abs(_complex(features, held.measured, held.whitening.deviation)) ** 2
     alone[ratio] += alone[features.reference[ratio]]

@@ -2,7 +2,8 @@ r"""From coefficients to the numbers that are compared: they change almost linea
 
 A resonance that shifts by its width changes X by its own size; the inverse F / X hardly leaves a straight line. So,
 
-- motion, harmonic 1: the dynamic stiffness D = F / X_1,
+- motion, harmonic 1: the dynamic stiffness D = F / X_1, but at an antiresonance, where that leaves the straight line,
+  the share X_1 of the reference motion,
 - higher harmonics, and forces of harmonics 1 and up: the ratio to the fundamental of the reference motion, X_k / X_1 or
   T_k / X_1 (a contact's complex stiffness),
 - static parts: as they are.
@@ -22,6 +23,8 @@ Coefficients = Complex[NDArray[np.complex128], " k"]
 
 #: Scatter of a reading between repeats, relative to it, above which noise and not a shift is what differs.
 UNSTEADY = 0.2
+#: Share of a sensor's usual part of the reference motion below which it stands at an antiresonance.
+DIP = 0.3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -32,8 +35,10 @@ class FeatureVector:
     ----------
     points
         Rows.
+    fundamental
+        First harmonics of the motion, shape (k,).
     inverse
-        Rows that become F / X, shape (k,).
+        Rows of these that become F / X, shape (k,).
     reference
         Row that a ratio refers to, shape (k,); -1 where there is none.
     real_only
@@ -41,6 +46,7 @@ class FeatureVector:
     """
 
     points: Points
+    fundamental: Bool[NDArray[np.bool_], " k"]
     inverse: Bool[NDArray[np.bool_], " k"]
     reference: Int[NDArray[np.int64], " k"]
     real_only: Bool[NDArray[np.bool_], " k"]
@@ -65,10 +71,17 @@ class FeatureVector:
             key = (bool(points.free[row]), float(points.level[row]), float(points.frequency[row]))
             if key not in largest or abs(value[row]) > abs(value[largest[key]]):
                 largest[key] = int(row)
-        for row in np.flatnonzero(~fundamental & (points.harmonic > 0)):
+        for row in np.flatnonzero(points.harmonic > 0):
             key = (bool(points.free[row]), float(points.level[row]), float(points.frequency[row]))
             reference[row] = largest.get(key, -1)
-        return cls(points=points, inverse=fundamental, reference=reference, real_only=points.harmonic == 0)
+        reference[fundamental & ~_dips(points, value, fundamental, reference)] = -1
+        return cls(
+            points=points,
+            fundamental=fundamental,
+            inverse=fundamental & (reference < 0),
+            reference=reference,
+            real_only=points.harmonic == 0,
+        )
 
     @property
     def row(self) -> Int[NDArray[np.int64], " m"]:
@@ -147,3 +160,20 @@ class FeatureVector:
 
     def _real(self, features: Complex[NDArray[np.complex128], "k ..."]) -> Float[NDArray[np.float64], "m ..."]:
         return np.concatenate([features.real, features.imag[~self.real_only]])
+
+
+def _dips(
+    points: Points,
+    value: Coefficients,
+    fundamental: Bool[NDArray[np.bool_], " k"],
+    reference: Int[NDArray[np.int64], " k"],
+) -> Bool[NDArray[np.bool_], " k"]:
+    """Fundamentals at an antiresonance: a share of the reference motion far below what the sensor usually has of it."""
+    rows, found = np.flatnonzero(fundamental), np.zeros(len(points), dtype=np.bool_)
+    share = np.abs(value[rows] / value[reference[rows]])
+    for free in (False, True):
+        for sensor in np.unique(points.sensor[rows]):
+            of = (points.free[rows] == free) & (points.sensor[rows] == sensor)
+            if np.isfinite(share[of]).any():
+                found[rows[of]] = share[of] < DIP * np.nanmedian(share[of])
+    return found

@@ -128,7 +128,13 @@ def _by_level(features: FeatureVector, change: Float[NDArray[np.float64], " m"])
 
 
 def history_modes(
-    predictor: Predictor, features: FeatureVector, model: TestModel, prediction: Prediction, n_draw: int, seed: int
+    predictor: Predictor,
+    features: FeatureVector,
+    model: TestModel,
+    prediction: Prediction,
+    n_draw: int,
+    seed: int,
+    pressed: Float[NDArray[np.float64], "q q"] | None = None,
 ) -> Modes:
     """What friction histories change, at one standard deviation, shape (m, h).
 
@@ -136,6 +142,9 @@ def history_modes(
     -90 to 90 % of the limit at rest; a level has a history of its own in each repeat, so that the draws count for each
     level by itself. The mean of the draws, beside the prediction that starts from none, is one more mode. The draws
     fill the space evenly: a few random ones leave directions in which histories seem to change nothing.
+
+    Where pre-loads differ as well, what slips under one history sticks under another: with their covariance `pressed`,
+    shape (q, q), each draw has pre-loads of its own, and what these do to first order is taken off again.
     """
     points = features.points
     contacts = [joint for joint in model.system.joints if isinstance(joint, FrictionContact)]
@@ -144,17 +153,26 @@ def history_modes(
         return np.zeros((len(features.row), 0))
     kept = points.where(~points.free)
     nominal = features.of_values(prediction.value)
+    amounts = np.zeros((n_draw, len(model.preloads)))
+    if pressed is not None:
+        amounts = np.random.default_rng(seed).multivariate_normal(amounts[0], pressed, size=n_draw)
+    press = [_preload(model, name) for name in model.preloads] if pressed is not None else []
+    slopes = _features(predictor, features, model, prediction, press)
     changes, linear = [], Configuration.of(model, False, None)
-    for share in LatinHypercube(len(model.system.joints), optimization="random-cd", rng=seed).random(n_draw):
+    shares = LatinHypercube(len(model.system.joints), optimization="random-cd", rng=seed).random(n_draw)
+    for share, amount in zip(shares, amounts, strict=True):
+        moved = model
+        for name, by in zip(model.preloads, amount, strict=True):
+            moved = moved.pressed(name, 1 + by) if by else moved
         draw = Predictor(
             points=kept,
-            slider=left_by(model, share),
+            slider=left_by(moved, share),
             sweeps=predictor.sweeps,
-            linear=linear,
+            linear=linear if moved is model else None,
         )
         value = np.array(prediction.value)
-        value[jointed] = draw.predict(model, prediction).value
-        changes.append(features.of_values(value) - nominal)
+        value[jointed] = draw.predict(moved, prediction).value
+        changes.append(features.of_values(value) - nominal - (slopes @ amount if press else 0.0))
     apart = np.nan_to_num(np.array(changes))
     mean = apart.mean(axis=0)
     modes = []

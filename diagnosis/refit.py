@@ -203,6 +203,6 @@ def _tested(arrangement: Arrangement, effect: Effect | None, fit: Fit) -> Refit:
 
 def _relative(comparison: Comparison, prediction: Prediction) -> float:
     """Root mean square relative error of the fundamentals of motion, each as large as it is measured."""
-    there = np.isfinite(prediction.value) & comparison.features.inverse
+    there = np.isfinite(prediction.value) & comparison.features.fundamental
     measured = comparison.observed.value[there]
     return float(np.sqrt(np.mean(np.abs(prediction.value[there] / measured - 1) ** 2)))

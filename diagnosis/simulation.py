@@ -91,8 +91,8 @@ class Simulation:
     @cached_property
     def _features(self) -> FeatureVector:
         """What the error is linear in."""
-        inverse = np.concatenate([side.features.inverse for side in self._sides])
-        return FeatureVector.of(self._predictor.points, self._prediction.value, inverse)
+        fundamental = np.concatenate([side.features.fundamental for side in self._sides])
+        return FeatureVector.of(self._predictor.points, self._prediction.value, fundamental)
 
     @cached_property
     def point(self) -> Int[NDArray[np.int64], " rows"]:

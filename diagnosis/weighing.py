@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -19,6 +20,8 @@ from diagnosis.jitter import preload_jitter
 
 #: Friction histories drawn for the covariance, and the seed that they are drawn with.
 DRAWS, SEED = 16, 1
+#: Histories by which the jitter between repeats is told before all of them are drawn with it.
+FEW = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -64,9 +67,12 @@ def weighed(
         Whether the model was calibrated before, so that states that it misses stand out.
     """
     repeats = jitter_modes(of.predictor, of.features, model, prediction)
-    history = history_modes(of.predictor, of.features, model, prediction, n_draw, SEED)
     errors = budget_modes(of.predictor, of.features, model, prediction, budget, refined)
-    seen = scatter(of.observed, of.features, repeats, history, errors)
+    history = partial(history_modes, of.predictor, of.features, model, prediction)
+    seen = scatter(of.observed, of.features, repeats, history(min(n_draw, FEW), SEED), errors)
+    if n_draw > FEW:
+        pressed = seen.jitter[2] if len(seen.jitter) > 2 else None
+        seen = scatter(of.observed, of.features, repeats, history(n_draw, SEED, pressed), errors)
     jitter = {name: float(np.sqrt(each[0, 0])) for name, each in zip(("jointed", "free"), seen.jitter, strict=False)}
     bent = curvature_modes(of.predictor, of.features, model, prediction, jitter)
     shifts = _shifts(model, repeats, seen)

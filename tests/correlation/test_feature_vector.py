@@ -146,3 +146,24 @@ def test_a_ratio_whose_reference_lacks_a_repeat_is_that_of_the_means(features: F
     reference = repeat[1, 1:].mean()
     np.testing.assert_allclose(found[3:5], repeat[3:5].mean(axis=1) / reference, rtol=1e-14)
     assert np.isfinite(found).all()
+
+
+def test_an_antiresonance_is_compared_as_a_share_of_the_reference() -> None:
+    frequency = np.tile([90.0, 95.0, 100.0, 105.0, 110.0], 2)
+    points = Points(
+        free=np.zeros(10, dtype=bool),
+        level=np.full(10, LEVEL),
+        frequency=frequency,
+        sensor=np.repeat(["tip", "mid"], 5),
+        harmonic=np.ones(10, dtype=np.int64),
+    )
+    share = np.array([0.2, 0.1, 0.01j, -0.1, -0.2])
+    tip = np.array([1.0, 2.0, 3 + 1j, 2.0, 1.0])
+    value = np.concatenate([tip, share * tip])
+    found = FeatureVector.of(points, value, np.ones(10, dtype=bool))
+    # 0.01 is far below 0.3 of the median share of 0.1; nothing else is, and the reference has no such place.
+    np.testing.assert_array_equal(np.flatnonzero(~found.inverse), [7])
+    assert found.fundamental.all()
+    numbers = found.of_values(value)
+    assert numbers[7] + 1j * numbers[17] == pytest.approx(share[2], rel=1e-14)
+    np.testing.assert_allclose(found.values(numbers), value, rtol=1e-14)
