@@ -17,6 +17,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.optimize import nnls
+from scipy.stats import chi2
 
 from correlation.errors import CampaignError
 from correlation.feature_vector import FeatureVector
@@ -39,6 +40,9 @@ WILD = 10.0
 TAIL = 4.0
 #: Median of such a chi-square a degree of freedom.
 MEDIAN = 0.84
+#: Chance that what repeats differ in is no larger than is reckoned with: five repeats may happen to be all alike, and
+#: their mean is then no better than that of others.
+CAUTION = 0.8
 #: Rounds of the weighted fit of a and b.
 ROUNDS = 6
 
@@ -117,12 +121,12 @@ class Scatter(NamedTuple):
 
 
 def _covariance(amplitude: Float[NDArray[np.float64], "q R"]) -> Float[NDArray[np.float64], "q q"]:
-    """Covariance of the amplitudes of one cause, about zero mean, drawn towards independence.
+    """Covariance of the amplitudes of one cause, about zero mean, drawn towards independence, with `CAUTION`.
 
-    A few repeats would otherwise prove by chance that some combination never changes.
+    A few repeats would otherwise prove by chance that some combination hardly changes, or all of them.
     """
     q, n = amplitude.shape
-    covariance = amplitude @ amplitude.T / max(n - 1, 1)
+    covariance = amplitude @ amplitude.T / float(chi2.ppf(1 - CAUTION, max(n - q, 1)))
     share = min(1.0, q / (2 * n)) if q > 1 else 0.0
     return np.asarray((1 - share) * covariance + share * np.diag(np.diag(covariance)))
 

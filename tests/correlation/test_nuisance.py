@@ -209,6 +209,25 @@ def test_histories_are_drawn_for_each_level_and_leave_the_free_structure(bench: 
         np.testing.assert_allclose(block[:, :n_draw].sum(axis=1), 0, atol=1e-12 * np.abs(block).max())
 
 
+def test_histories_grow_with_the_preloads_of_their_draws(bench: Bench, paper: ModuleType) -> None:
+    """What sticks keeps a share of its limit: 1 % more pre-load of all lines is 1 % more of what a history does."""
+    n_draw, seed, together = 4, 7, np.full((2, 2), 1e-4)
+    points = paper.make_points(bench.model).where(paper.make_points(bench.model).level == paper.LEVELS[0])
+    object.__setattr__(points, "level", np.full(len(points), 1e-3))
+    predictor = Predictor(points=points)
+    prediction = predictor.predict(bench.model)
+    features = FeatureVector.of(points, prediction.value, np.isin(points.sensor, ["tip", "root"]))
+    plain, none, pressed = (
+        history_modes(predictor, features, bench.model, prediction, n_draw, seed, covariance)
+        for covariance in (None, np.zeros((2, 2)), together)
+    )
+    np.testing.assert_array_equal(none, plain)
+    more = np.random.default_rng(seed).multivariate_normal(np.zeros(2), together, size=n_draw)[:, 0]
+    before, after = (each[:, :-1] * np.sqrt(n_draw - 1) + each[:, -1:] for each in (plain, pressed))
+    # Newton's 1e-9 of forces that are some hundred times what a history leaves of them in a line's sum.
+    np.testing.assert_allclose(after, before * (1 + more), rtol=0, atol=1e-6 * np.abs(before).max())
+
+
 #: Contacts that histories are drawn for, and the least and the largest covariance in any direction, relative to the
 #: exact one. 16 points of 2 sliders stay within 0.95 to 1.18 and those of 4 within 0.86 to 1.28 in 200 Latin hypercubes
 #: of low discrepancy; 16 random points within 0.25 to 2.4 and 0.13 to 2.8.
