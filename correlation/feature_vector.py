@@ -2,8 +2,8 @@ r"""From coefficients to the numbers that are compared: they change almost linea
 
 A resonance that shifts by its width changes X by its own size; the inverse F / X hardly leaves a straight line. So,
 
-- motion, harmonic 1: the dynamic stiffness D = F / X_1, but at an antiresonance, where that leaves the straight line,
-  the share X_1 of the reference motion,
+- motion, harmonic 1: the dynamic stiffness D = F / X_1; where another sensor moves far more than this one usually lets
+  it, at an antiresonance, that leaves the straight line, and the share of the reference motion is taken,
 - higher harmonics, and forces of harmonics 1 and up: the ratio to the fundamental of the reference motion, X_k / X_1 or
   T_k / X_1 (a contact's complex stiffness),
 - static parts: as they are.
@@ -67,7 +67,7 @@ class FeatureVector:
         fundamental = motion & (points.harmonic == 1)
         reference = np.full(len(points), -1, dtype=np.int64)
         largest: dict[tuple[bool, float, float], int] = {}
-        for row in np.flatnonzero(fundamental):
+        for row in np.flatnonzero(fundamental & np.isfinite(value)):
             key = (bool(points.free[row]), float(points.level[row]), float(points.frequency[row]))
             if key not in largest or abs(value[row]) > abs(value[largest[key]]):
                 largest[key] = int(row)
@@ -170,7 +170,9 @@ def _dips(
 ) -> Bool[NDArray[np.bool_], " k"]:
     """Fundamentals at an antiresonance: a share of the reference motion far below what the sensor usually has of it."""
     rows, found = np.flatnonzero(fundamental), np.zeros(len(points), dtype=np.bool_)
-    share = np.abs(value[rows] / value[reference[rows]])
+    # Where no steady state was found, or nothing moves, there is no share.
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = np.abs(value[rows] / value[reference[rows]])
     for free in (False, True):
         for sensor in np.unique(points.sensor[rows]):
             of = (points.free[rows] == free) & (points.sensor[rows] == sensor)

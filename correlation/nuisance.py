@@ -144,7 +144,8 @@ def history_modes(
     fill the space evenly: a few random ones leave directions in which histories seem to change nothing.
 
     Where pre-loads differ as well, what slips under one history sticks under another: with their covariance `pressed`,
-    shape (q, q), each draw has pre-loads of its own, and what these do to first order is taken off again.
+    shape (q, q), each draw has pre-loads of its own, and what these do to first order is taken off again. What they do
+    beyond that stays, with a history or without.
     """
     points = features.points
     contacts = [joint for joint in model.system.joints if isinstance(joint, FrictionContact)]
@@ -155,7 +156,7 @@ def history_modes(
     nominal = features.of_values(prediction.value)
     amounts = np.zeros((n_draw, len(model.preloads)))
     if pressed is not None:
-        amounts = np.random.default_rng(seed).multivariate_normal(amounts[0], pressed, size=n_draw)
+        amounts = np.random.default_rng([seed, 1]).multivariate_normal(amounts[0], pressed, size=n_draw)
     press = [_preload(model, name) for name in model.preloads] if pressed is not None else []
     slopes = _features(predictor, features, model, prediction, press)
     changes, linear = [], Configuration.of(model, False, None)

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.stats import chi2
@@ -40,8 +40,8 @@ WILD = 10.0
 TAIL = 4.0
 #: Median of such a chi-square a degree of freedom.
 MEDIAN = 0.84
-#: Chance that what repeats differ in is no larger than is reckoned with: five repeats may happen to be all alike, and
-#: their mean is then no better than that of others.
+#: Chance that what repeats differ in is no larger than the covariance reckons with: five repeats may happen to be all
+#: alike, and their mean is then no better than that of others.
 CAUTION = 0.8
 #: Rounds of the weighted fit of a and b.
 ROUNDS = 6
@@ -95,7 +95,8 @@ def scatter(
     modes, starts = np.column_stack(jitter), np.cumsum([block.shape[1] for block in jitter])[:-1]
     weights = Whitening(deviation=np.sqrt(pooled), modes=history)
     amplitude = _amplitudes(apart, modes, weights)
-    covariances = [_covariance(rows) for rows in np.split(amplitude, starts)]
+    seen = [_seen(block, apart) for block in jitter]
+    covariances = [_covariance(rows[:, each]) for rows, each in zip(np.split(amplitude, starts), seen, strict=True)]
     rest = apart - modes @ amplitude
     own = _variance(rest - weights.explained(np.nan_to_num(rest)), freedom)
     pooled = per_reading**2 * _pooled(own / per_reading**2, size, freedom, group)
@@ -103,7 +104,10 @@ def scatter(
     pooled = pooled * _unrest(own / pooled, freedom, features.state)
     variance = (POOLED * pooled + freedom * np.where(freedom > 0, own, 0.0)) / (POOLED + freedom)
     variance += ROUGH**2 * (history**2).sum(axis=1)
-    together = [block @ _root(covariance) for block, covariance in zip(jitter, covariances, strict=True)]
+    together = [
+        _margin(int(each.sum()) - 1) * block @ _root(covariance)
+        for block, covariance, each in zip(jitter, covariances, seen, strict=True)
+    ]
     shared = np.column_stack([*together, history]) / np.sqrt(observed.count[features.row])[:, None]
     deviation = np.sqrt(variance / np.maximum(observed.count[features.row], 1))
     return Scatter(Whitening(deviation=deviation, modes=np.column_stack([shared, budget])), covariances, noise)
@@ -113,7 +117,7 @@ class Scatter(NamedTuple):
     """What repeats say."""
 
     whitening: Whitening
-    """Its first modes are those of the jitter, in the order of its causes."""
+    """Its first modes are those of the jitter with its margin, in the order of its causes."""
     jitter: list[Float[NDArray[np.float64], "q q"]]
     """Covariance of what differs in a single repeat, for each cause."""
     noise: Variance
@@ -121,14 +125,27 @@ class Scatter(NamedTuple):
 
 
 def _covariance(amplitude: Float[NDArray[np.float64], "q R"]) -> Float[NDArray[np.float64], "q q"]:
-    """Covariance of the amplitudes of one cause, about zero mean, drawn towards independence, with `CAUTION`.
+    """Covariance of the amplitudes of one cause, about zero mean, drawn towards independence.
 
-    A few repeats would otherwise prove by chance that some combination hardly changes, or all of them.
+    A few repeats would otherwise prove by chance that some combination never changes.
     """
     q, n = amplitude.shape
-    covariance = amplitude @ amplitude.T / float(chi2.ppf(1 - CAUTION, max(n - q, 1)))
-    share = min(1.0, q / (2 * n)) if q > 1 else 0.0
+    covariance = amplitude @ amplitude.T / max(n - 1, 1)
+    share = min(1.0, q / (2 * max(n, 1))) if q > 1 else 0.0
     return np.asarray((1 - share) * covariance + share * np.diag(np.diag(covariance)))
+
+
+def _seen(
+    block: Float[NDArray[np.float64], "m q"], apart: Float[NDArray[np.float64], "m R"]
+) -> Bool[NDArray[np.bool_], " R"]:
+    """Repeats of the test that a cause acts on."""
+    return np.asarray(np.isfinite(apart[block.any(axis=1)]).any(axis=0))
+
+
+def _margin(freedom: int) -> float:
+    """By how much a deviation told by so many degrees of freedom is enlarged for `CAUTION`."""
+    freedom = max(freedom, 1)
+    return float(np.sqrt(freedom / chi2.ppf(1 - CAUTION, freedom)))
 
 
 def _root(covariance: Float[NDArray[np.float64], "q q"]) -> Float[NDArray[np.float64], "q q"]:

@@ -53,12 +53,16 @@ class ModelFile:
         import h5py
 
         def write(temporary: Path) -> None:
-            with h5py.File(temporary, "x") as file:
-                file.attrs["format"] = self.format
-                file.attrs["format_version"] = self.version
-                file.attrs["stickslip_version"] = _stickslip_version()
-                file.attrs["created"] = datetime.now(UTC).isoformat(timespec="seconds")
-                fill(file)
+            try:
+                with h5py.File(temporary, "x") as file:
+                    file.attrs["format"] = self.format
+                    file.attrs["format_version"] = self.version
+                    file.attrs["stickslip_version"] = _stickslip_version()
+                    file.attrs["created"] = datetime.now(UTC).isoformat(timespec="seconds")
+                    fill(file)
+            except RuntimeError as error:
+                # What h5py raises, depending on when the disk is full.
+                raise OSError(str(error)) from error
 
         write_whole(path, write, RomError)
 

@@ -32,8 +32,9 @@ def write_whole(path: Path | str, write: Callable[[Path], object], wrong: type[I
     try:
         write(temporary)
         temporary.replace(path)
-    except (OSError, RuntimeError) as error:  # h5py raises both
-        reason = getattr(error, "strerror", None) or error
-        raise wrong(f'"{path}" cannot be written ({reason}): choose another folder, or free space in it') from error
+    except OSError as error:
+        raise wrong(
+            f'"{path}" cannot be written ({error.strerror or error}): choose another folder, or free space in it'
+        ) from error
     finally:
         temporary.unlink(missing_ok=True)

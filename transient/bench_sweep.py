@@ -8,8 +8,8 @@ structure is approached by Broyden's method, which starts from the exact monodro
 
 y being the change of P(z) - z by s. A step of the method is no motion of the bench, and no contact may remember one: in
 place of the part of P(z) that belongs to w stands where the motion of this period drags the sliders that the *point
-before* has left (`transient.dragged`). At the end P(z) = z, and friction remembers periodic motions alone, as if the
-excitation were changed gently from point to point.
+before* has left (`transient.dragged`). At the end P(z) = z, because with one tangent a second period drags no further,
+and friction remembers periodic motions alone: what grows gently to its level at each frequency leaves the same.
 
 References
 ----------
@@ -23,10 +23,11 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from reduction.jointed_system import FrictionContact, JointedSystem
+from reduction.jointed_system import FrictionContact, JenkinsElement, JointedSystem
 from transient.bench_structure import line_sums, stuck_structure
 from transient.dragged import dragged
 from transient.equilibrium import equilibrium
+from transient.errors import TransientError
 from transient.state import TransientState
 from transient.stepper import Record, Stepper
 from transient.updated_factor import UpdatedFactor
@@ -41,8 +42,6 @@ TOLERANCE = 1e-4
 MAX_PERIOD = 80
 #: Longest step towards the steady state but the first, as a share of the motion.
 LONGEST = 0.5
-#: A slider that moves less than this share of the motion over a period stood still.
-STOOD_STILL = 1e-12
 
 #: Harmonics of motions, of forces, share of slip, periods, whether periodic, sliders: what is known of a point.
 _Point = tuple[NDArray[np.complex128], NDArray[np.complex128], float, int, bool, Vector]
@@ -102,6 +101,11 @@ class SweptBench:
         Rows of the motion sensors by name, each of shape (r,) [-].
     steps_per_period
         [-].
+
+    Raises
+    ------
+    TransientError
+        A Jenkins element, or a contact with two tangents.
     """
 
     def __init__(
@@ -110,6 +114,11 @@ class SweptBench:
         self.system = system
         self.steps_per_period = steps_per_period
         self._contacts = [joint for joint in system.joints if isinstance(joint, FrictionContact)]
+        for joint in system.joints:
+            if isinstance(joint, JenkinsElement) or (isinstance(joint, FrictionContact) and len(joint.tangents) > 1):
+                raise TransientError(
+                    f'the bench follows the friction of contacts with one tangent, "{joint.name}" is none: make it one'
+                )
         self.structure = structure = stuck_structure(system)
         self._rows = np.array(list(sensors.values())) @ structure.mode_shapes
         self._lines = line_sums(system)
@@ -133,7 +142,6 @@ class SweptBench:
         level: float,
         multipliers: Vector | None = None,
         *,
-        start: TransientState | None = None,
         tolerance: float = TOLERANCE,
     ) -> Readings:
         """Steady states at one frequency after the other, the first one from rest unless told otherwise.
@@ -154,7 +162,7 @@ class SweptBench:
         """
         stepper = self.stepper(frequencies[0])
         rest = self._rest if multipliers is None else self.random_start(multipliers)
-        stepper.place(rest if start is None else start)
+        stepper.place(rest)
         n = len(self.weight)
         approach = _Approach(stepper.vector * self.weight, np.zeros((n, n)), stepper.state.slider)
         points = [self._settle(frequency, level, approach, tolerance) for frequency in frequencies]
@@ -205,7 +213,6 @@ class SweptBench:
                 approach.correction += np.outer(miss, last_step) / (last_step @ last_step)
                 jacobian.update(miss / (last_step @ last_step), last_step)
             step = -jacobian.solve(change)
-            step[n:][np.abs(change[n:]) <= STOOD_STILL * motion] = 0.0
             length = float(np.linalg.norm(step))
             distance = max(length, float(np.linalg.norm(change))) / motion
             if distance <= tolerance or n_period == MAX_PERIOD:
@@ -216,7 +223,10 @@ class SweptBench:
             longest = LONGEST * max(motion, approach.motion)
             last_step, last_change = step, change
             z = z + step
-        approach.state, approach.motion, approach.slider = z, motion, slider
+        approach.state, approach.motion = z, motion
+        if distance <= tolerance:
+            # What has not settled is no motion of the bench either.
+            approach.slider = slider
         return (*self.read(record), n_period, distance <= tolerance, record.slider[:, 0])
 
     def _dragged(self, stepper: Stepper, record: Record, left: Vector) -> Vector:

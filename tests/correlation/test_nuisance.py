@@ -222,7 +222,7 @@ def test_histories_grow_with_the_preloads_of_their_draws(bench: Bench, paper: Mo
         for covariance in (None, np.zeros((2, 2)), together)
     )
     np.testing.assert_array_equal(none, plain)
-    more = np.random.default_rng(seed).multivariate_normal(np.zeros(2), together, size=n_draw)[:, 0]
+    more = np.random.default_rng([seed, 1]).multivariate_normal(np.zeros(2), together, size=n_draw)[:, 0]
     before, after = (each[:, :-1] * np.sqrt(n_draw - 1) + each[:, -1:] for each in (plain, pressed))
     # Newton's 1e-9 of forces that are some hundred times what a history leaves of them in a line's sum.
     np.testing.assert_allclose(after, before * (1 + more), rtol=0, atol=1e-6 * np.abs(before).max())

@@ -4,6 +4,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from correlation.errors import CampaignError
 from correlation.feature_vector import FeatureVector
@@ -91,18 +92,42 @@ def test_known_jitter_comes_back(bench: Bench) -> None:
     seen = bench.scatter(bench.observed(n, 3, JITTER))
     for covariance, size in zip(seen.jitter, JITTER, strict=True):
         assert covariance.shape == (1, 1)
-        # Chi-square with 39 degrees of freedom: 4.5 relative standard deviations of 0.23, and 31.2 of it are exceeded
-        # in 80 %. The noise adds 1e-3 of a width over many points: little.
-        assert float(covariance[0, 0]) == pytest.approx(size**2 * 39 / 31.2, rel=4.5 * 0.23)
+        # A chi-square of 39 degrees of freedom over them; one in 1e5 is beyond either end. The noise adds 1e-3 of a
+        # width over many points: little.
+        least, most = chi2.ppf([1e-5, 1 - 1e-5], 39) / 39
+        assert least * size**2 < float(covariance[0, 0]) < most * size**2
 
 
-def test_jitter_is_seldom_larger_than_five_repeats_tell(bench: Bench) -> None:
-    """Four times in five, whatever they happen to be."""
-    sizes = [bench.scatter(bench.observed(5, seed, JITTER)).jitter for seed in range(60)]
+@pytest.mark.parametrize("n_repeat", [3, 5])
+def test_jitter_is_seldom_larger_than_the_covariance_reckons_with(bench: Bench, n_repeat: int) -> None:
+    """Four times in five, whatever a few repeats happen to be."""
+    many = 80
+    every = [bench.scatter(bench.observed(n_repeat, seed, JITTER)) for seed in range(many)]
     for cause, size in enumerate(JITTER):
-        covered = np.mean([float(found[cause][0, 0]) > size**2 for found in sizes])
-        # 60 trials: 0.05 is one standard deviation of their share.
-        assert covered == pytest.approx(0.8, abs=3 * 0.052)
+        mode = bench.modes[cause][:, 0]
+        # The modes of the mean come first, each along what its cause changes.
+        shares = [float(mode @ each.whitening.modes[:, cause] / (mode @ mode)) ** 2 * n_repeat for each in every]
+        covered = np.mean([share > size**2 for share in shares])
+        assert covered == pytest.approx(0.8, abs=3 * np.sqrt(0.8 * 0.2 / many))
+
+
+def test_repeats_of_another_test_say_nothing_of_a_jitter(bench: Bench) -> None:
+    observed = bench.observed(5, 3, JITTER)
+    free = observed.points.free
+
+    def of(n_free: int, n_jointed: int) -> float:
+        """Variance of the free test's frequency where each test has so many repeats."""
+        repeat, taken = observed.repeat.copy(), observed.taken.copy()
+        for rows, n in ((free, n_free), (~free, n_jointed)):
+            repeat[rows, n:], taken[rows, n:] = np.nan, False
+        columns = slice(max(n_free, n_jointed))
+        some = Observation(
+            points=observed.points, repeat=repeat[:, columns], motion=observed.motion, taken=taken[:, columns]
+        )
+        return float(bench.scatter(some).jitter[1][0, 0])
+
+    # The noise of the jointed test alone is told better by five repeats, and weighs nothing in the free one.
+    assert of(2, 5) == pytest.approx(of(2, 2), rel=1e-6)
 
 
 def test_jitter_is_taken_out_of_the_noise(bench: Bench) -> None:

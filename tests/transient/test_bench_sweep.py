@@ -1,13 +1,17 @@
 """Sweeps of the bench against exact solutions and against plain integration."""
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 
-from reduction.jointed_system import CubicSpring, FrictionContact, JointedSystem
+from reduction.jointed_system import CubicSpring, FrictionContact, JenkinsElement, JointedSystem
 from transient.bench_beam import BeamParameters, contacts, free_beam, jointed_beam, reduced_beam
 from transient.bench_repeats import marched
-from transient.bench_sweep import SweptBench
+from transient.bench_sweep import MAX_PERIOD, SweptBench
 from transient.dragged import dragged
+from transient.errors import TransientError
 from transient.integrate import integrate
 from transient.joint_table import joint_table
 from transient.updated_factor import UpdatedFactor
@@ -142,6 +146,8 @@ def test_friction_remembers_no_step_of_the_method() -> None:
     fine = bench.sweep(frequencies, 10.0, shares, tolerance=1e-7)
     # Another number of steps on the way leaves the same friction forces of some 6 N, to what the tolerance allows.
     assert rough.n_period.sum() < fine.n_period.sum()
+    assert rough.periodic.all()
+    assert fine.periodic.all()
     np.testing.assert_allclose(rough.force[:, :, 0], fine.force[:, :, 0], rtol=0, atol=0.01)
 
 
@@ -175,3 +181,27 @@ def test_sliders_are_dragged_by_what_a_motion_exceeds_their_limit_by() -> None:
         # The play operator: a slider is pulled up to the crest less its reach and down to the trough plus its reach.
         pulled = min(max(left, amplitude - reach), reach - amplitude) if amplitude < reach else amplitude - reach
         np.testing.assert_allclose(dragged(packed, motion, np.array([left]), 1e-5), [pulled], rtol=1e-12)
+
+
+def test_a_point_that_has_not_settled_leaves_no_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    beam, shares = reduced_beam(), np.linspace(-0.9, 0.9, 6)
+    bench = SweptBench(jointed_beam(beam, DRAWN), beam.places)
+    settle, settled = SweptBench._settle, bench.sweep([480.0], 10.0, shares)
+
+    def hasty(self: SweptBench, frequency: float, level: float, approach: Any, tolerance: float) -> Any:
+        with monkeypatch.context() as patch:
+            patch.setattr("transient.bench_sweep.MAX_PERIOD", 2 if frequency == 466.0 else MAX_PERIOD)
+            return settle(self, frequency, level, approach, tolerance)
+
+    monkeypatch.setattr(SweptBench, "_settle", hasty)
+    after = bench.sweep([466.0, 480.0], 10.0, shares)
+    assert after.periodic.tolist() == [False, True]
+    # To what the tolerance of 1e-4 allows of forces of some 10 N.
+    np.testing.assert_allclose(after.force[1], settled.force[0], rtol=0, atol=0.01)
+
+
+def test_a_joint_whose_friction_the_bench_cannot_follow_is_refused() -> None:
+    system = jointed_beam(reduced_beam(), DRAWN)
+    jenkins = JenkinsElement(name="j", direction=np.eye(system.n_dof)[0], tangential_stiffness=1e4, limit_force=1.0)
+    with pytest.raises(TransientError, match='"j"'):
+        SweptBench(replace(system, joints=[*system.joints, jenkins]), {})
