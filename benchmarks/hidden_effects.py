@@ -3,7 +3,7 @@
     python -m benchmarks.hidden_effects --workers 2
 
 makes and diagnoses 20 campaigns for each kind of effect, 100 without any, and 20 for each of three that the catalogue
-lacks; seeds from 110000 on. Every campaign is a line of `records.jsonl` in the folder; interrupted and run again, it
+lacks; seeds from 130000 on. Every campaign is a line of `records.jsonl` in the folder; interrupted and run again, it
 goes on where it was. Then, and by `--score` alone, it writes the score: `score.md` (tables with Wilson's intervals of
 95 %) and `confusion.png`.
 
@@ -82,7 +82,7 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--only", action="append", default=[], choices=[*ROWS], help="rows of the score; may be repeated"
     )
-    parser.add_argument("--first-seed", type=int, default=110_000)
+    parser.add_argument("--first-seed", type=int, default=130_000)
     parser.add_argument("--most-minutes", type=float, default=float("inf"), help="begin no campaign after so long")
     parser.add_argument("--again", action="store_true", help="try again what failed")
     parser.add_argument("--score", action="store_true", help="score what is there")
