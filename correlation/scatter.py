@@ -96,7 +96,10 @@ def scatter(
     weights = Whitening(deviation=np.sqrt(pooled), modes=history)
     amplitude = _amplitudes(apart, modes, weights)
     seen = [_seen(block, apart) for block in jitter]
-    covariances = [_covariance(rows[:, each]) for rows, each in zip(np.split(amplitude, starts), seen, strict=True)]
+    covariances = [
+        _margin(int(each.sum()) - 1) * _covariance(rows[:, each])
+        for rows, each in zip(np.split(amplitude, starts), seen, strict=True)
+    ]
     rest = apart - modes @ amplitude
     own = _variance(rest - weights.explained(np.nan_to_num(rest)), freedom)
     pooled = per_reading**2 * _pooled(own / per_reading**2, size, freedom, group)
@@ -104,10 +107,7 @@ def scatter(
     pooled = pooled * _unrest(own / pooled, freedom, features.state)
     variance = (POOLED * pooled + freedom * np.where(freedom > 0, own, 0.0)) / (POOLED + freedom)
     variance += ROUGH**2 * (history**2).sum(axis=1)
-    together = [
-        _margin(int(each.sum()) - 1) * block @ _root(covariance)
-        for block, covariance, each in zip(jitter, covariances, seen, strict=True)
-    ]
+    together = [block @ _root(covariance) for block, covariance in zip(jitter, covariances, strict=True)]
     shared = np.column_stack([*together, history]) / np.sqrt(observed.count[features.row])[:, None]
     deviation = np.sqrt(variance / np.maximum(observed.count[features.row], 1))
     return Scatter(Whitening(deviation=deviation, modes=np.column_stack([shared, budget])), covariances, noise)
@@ -117,9 +117,9 @@ class Scatter(NamedTuple):
     """What repeats say."""
 
     whitening: Whitening
-    """Its first modes are those of the jitter with its margin, in the order of its causes."""
+    """Its first modes are those of the jitter, in the order of its causes."""
     jitter: list[Float[NDArray[np.float64], "q q"]]
-    """Covariance of what differs in a single repeat, for each cause."""
+    """Covariance of what differs in a single repeat, for each cause, with the margin of `CAUTION`."""
     noise: Variance
     """Standard deviation of each number in a single repeat by the noise that all readings of a sensor share."""
 
@@ -143,9 +143,9 @@ def _seen(
 
 
 def _margin(freedom: int) -> float:
-    """By how much a deviation told by so many degrees of freedom is enlarged for `CAUTION`."""
+    """By how much a variance told by so many degrees of freedom is enlarged for `CAUTION`."""
     freedom = max(freedom, 1)
-    return float(np.sqrt(freedom / chi2.ppf(1 - CAUTION, freedom)))
+    return float(freedom / chi2.ppf(1 - CAUTION, freedom))
 
 
 def _root(covariance: Float[NDArray[np.float64], "q q"]) -> Float[NDArray[np.float64], "q q"]:

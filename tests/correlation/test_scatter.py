@@ -92,9 +92,9 @@ def test_known_jitter_comes_back(bench: Bench) -> None:
     seen = bench.scatter(bench.observed(n, 3, JITTER))
     for covariance, size in zip(seen.jitter, JITTER, strict=True):
         assert covariance.shape == (1, 1)
-        # A chi-square of 39 degrees of freedom over them; one in 1e5 is beyond either end. The noise adds 1e-3 of a
-        # width over many points: little.
-        least, most = chi2.ppf([1e-5, 1 - 1e-5], 39) / 39
+        # A chi-square of 39 degrees of freedom over that which 80 % exceed; one in 1e5 is beyond either end. The noise
+        # adds 1e-3 of a width over many points: little.
+        least, most = chi2.ppf([1e-5, 1 - 1e-5], 39) / chi2.ppf(0.2, 39)
         assert least * size**2 < float(covariance[0, 0]) < most * size**2
 
 
