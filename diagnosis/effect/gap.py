@@ -105,14 +105,17 @@ def _along(test_model: TestModel, members: Sequence[FrictionContact]) -> list[fl
 
 
 def _point(test_model: TestModel, contact: FrictionContact) -> Float[NDArray[np.float64], "3"] | None:
-    """Mean of the points whose translations the contact follows; none if one is not known."""
+    """Mean of the points whose translations the contact follows; none if one is not known.
+
+    None where it follows rotations as well: the shapes of beams and shells do not weigh their nodes by distance.
+    """
     weights, points = [], []
     for number in np.flatnonzero(np.abs(contact.directions).max(axis=0)):
         dof = test_model.dofs[int(number)]
         if dof.direction in TRANSLATIONS:
             weights.append(float(np.linalg.norm(contact.directions[:, number])))
             points.append(dof.coordinates)
-        elif dof.direction == "modal":
+        else:
             return None
     if not points or any(each is None for each in points):
         return None

@@ -142,7 +142,7 @@ def test_a_gap_is_linear_along_its_line(bench: TestModel) -> None:
     np.testing.assert_array_equal(again.system.static, bench.system.static)
 
 
-@pytest.mark.parametrize("dof", [Dof(), Dof(direction="z")])
+@pytest.mark.parametrize("dof", [Dof(), Dof(direction="z"), Dof(direction="ry", coordinates=np.array([0.3, 0, 0]))])
 def test_a_gap_along_contacts_of_unknown_coordinates_is_shared_evenly(bench: TestModel, dof: Dof) -> None:
     unknown = replace(bench, dofs=(dof,) * 7)
     np.testing.assert_allclose(
