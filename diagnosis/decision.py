@@ -64,7 +64,7 @@ def decide(
     arrangement, catalogue, scores, before, places, limits
         See `diagnosis.diagnose.Diagnosis`.
     refits
-        Best first by `support`.
+        Best first, see `diagnosis.diagnose.Diagnosis`.
     keep
         Looks up what a step gave before, or makes it.
     """

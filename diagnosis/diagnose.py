@@ -10,7 +10,7 @@ from correlation.test_model import TestModel
 from diagnosis.accepted import Accepted
 from diagnosis.arrangement import Added, Arrangement, arrange
 from diagnosis.catalogue import Catalogue, Extra, campaign_catalogue
-from diagnosis.decision import decide, support
+from diagnosis.decision import decide, passes, support
 from diagnosis.keep import Keep, computed
 from diagnosis.limits import Limits, linear_limits
 from diagnosis.localisation import Place, localise
@@ -60,7 +60,7 @@ class Diagnosis:
     before
         The model as it is, fitted and tested on the held-out data.
     refits
-        The shortlist fitted in earnest, best first.
+        The shortlist fitted in earnest, best first: what may be claimed before what may not, each by `support`.
     places
         Where an unknown force would explain the residual, best first.
     limits
@@ -145,7 +145,10 @@ def diagnose(
         refits.append(keep(f"refit of {score.effect.name}", partial(refit, arrangement, score, fit)))
     told("unknown forces", shares.places)
     places = keep("places", lambda: localise(arrangement))
-    ranked = sorted(refits, key=lambda each: -support(arrangement, before, each))
+    # What may be claimed stands before what may not.
+    ranked = sorted(
+        refits, key=lambda each: (not passes(arrangement, before, each, found), -support(arrangement, before, each))
+    )
     told("what is left", shares.left)
     verdict = decide(arrangement, listed, screened, before, ranked, places, found, keep)
     told("intervals", shares.intervals)
