@@ -49,11 +49,10 @@ class Budget:
 def jitter_modes(
     predictor: Predictor, features: FeatureVector, model: TestModel, prediction: Prediction
 ) -> list[Modes]:
-    """What repeats may differ in, for 100 % of each: the frequency of either test, and all pre-loads."""
-    shifts = _frequency_shifts(model, by_exciter=True)
-    presses = [_preload(model, name) for name in model.preloads]
-    modes = _features(predictor, features, model, prediction, [*shifts, *presses])
-    return [modes[:, :1], modes[:, 1:2], *([modes[:, 2:]] if presses else [])]
+    """What repeats may differ in, for 100 % of each: the frequency of either test, and all of `TestModel.presses`."""
+    tangents = [*_frequency_shifts(model, by_exciter=True), *(_press(model, group) for group in model.presses)]
+    modes = _features(predictor, features, model, prediction, tangents)
+    return [modes[:, :1], modes[:, 1:2], *([modes[:, 2:]] if model.presses else [])]
 
 
 def curvature_modes(
@@ -143,9 +142,9 @@ def history_modes(
     level by itself. The mean of the draws, beside the prediction that starts from none, is one more mode. The draws
     fill the space evenly: a few random ones leave directions in which histories seem to change nothing.
 
-    Where pre-loads differ as well, what slips under one history sticks under another: with their covariance `pressed`,
-    shape (q, q), each draw has pre-loads of its own, and what these do to first order is taken off again. What they do
-    beyond that stays, with a history or without.
+    Where pre-loads differ as well, what slips under one history sticks under another: with the covariance `pressed` of
+    `TestModel.presses`, shape (q, q), each draw has pre-loads of its own, and what these do to first order is taken off
+    again. What they do beyond that stays, with a history or without.
     """
     points = features.points
     contacts = [joint for joint in model.system.joints if isinstance(joint, FrictionContact)]
@@ -154,17 +153,18 @@ def history_modes(
         return np.zeros((len(features.row), 0))
     kept = points.where(~points.free)
     nominal = features.of_values(prediction.value)
-    amounts = np.zeros((n_draw, len(model.preloads)))
+    amounts = np.zeros((n_draw, len(model.presses)))
     if pressed is not None:
         amounts = np.random.default_rng([seed, 1]).multivariate_normal(amounts[0], pressed, size=n_draw)
-    press = [_preload(model, name) for name in model.preloads] if pressed is not None else []
+    press = [_press(model, group) for group in model.presses] if pressed is not None else []
     slopes = _features(predictor, features, model, prediction, press)
     changes, linear = [], Configuration.of(model, False, None)
     shares = LatinHypercube(len(model.system.joints), optimization="random-cd", rng=seed).random(n_draw)
     for share, amount in zip(shares, amounts, strict=True):
         moved = model
-        for name, by in zip(model.preloads, amount, strict=True):
-            moved = moved.pressed(name, 1 + by) if by else moved
+        for group, by in zip(model.presses, amount, strict=True):
+            for name in group if by else ():
+                moved = moved.pressed(name, 1 + by)
         draw = Predictor(
             points=kept,
             slider=left_by(moved, share),
@@ -223,9 +223,14 @@ def _frequency_shifts(model: TestModel, *, by_exciter: bool) -> list[Tangent]:
     ]
 
 
-def _preload(model: TestModel, name: str) -> Tangent:
-    static, slopes = model.preload_slope(name)
-    rates = {(contact, "preload"): slope for contact, slope in slopes.items()}
+def _press(model: TestModel, group: tuple[str, ...]) -> Tangent:
+    """Some of the pre-loads, by one factor."""
+    static = np.zeros(model.system.n_dof)
+    rates: dict[tuple[str, str], float] = {}
+    for name in group:
+        load, slopes = model.preload_slope(name)
+        static += load
+        rates |= {(contact, "preload"): slope for contact, slope in slopes.items()}
     return Tangent(jointed=ModelParameter(static_load=static, joints=rates), free=NOTHING, gain={})
 
 

@@ -30,7 +30,7 @@ Variance = Float[NDArray[np.float64], " m"]
 POOLED = 6.0
 #: Share of what histories do that is noise of each number: a few linear modes do not span it where slip begins. Of
 #: specimens without any effect, effects of contacts are then estimated with errors of about the size that is told.
-ROUGH = 0.3
+ROUGH = 0.2
 #: What a state's own scatter must outweigh, in degrees of freedom of `POOLED` numbers.
 STATE = 4.0
 #: Variance of a number, beside what is pooled, that says no more of its state: its own noise was pooled badly.

@@ -153,6 +153,9 @@ class TestModel:
         Named points with a direction, as rows of displacement: where an effect may act.
     dead_weights
         What presses lines, by name. The pre-loads are those under it: the system's static load holds it already.
+    pressed_together
+        Groups of `preloads` that one screw sets: from one assembly to the next they differ by one factor. All others
+        differ by themselves.
     shift
         By how much the true frequency of a test is above its label, by configuration, "jointed" or "free"; none by
         default [-].
@@ -162,7 +165,8 @@ class TestModel:
     Raises
     ------
     TestModelError
-        A row, part or table of another size than the structure, a line without its contacts, two sensors of one name.
+        A row, part or table of another size than the structure, a line without its contacts, two sensors of one name,
+        a pre-load that is none or in two groups.
     """
 
     __test__ = False  # no test of pytest's
@@ -174,6 +178,7 @@ class TestModel:
     lines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     places: Mapping[str, Row] = field(default_factory=dict)
     dead_weights: Mapping[str, DeadWeight] = field(default_factory=dict)
+    pressed_together: tuple[tuple[str, ...], ...] = ()
     shift: Mapping[str, float] = field(default_factory=dict)
     n_harmonic: int = 8
     n_sample: int = 0
@@ -188,6 +193,7 @@ class TestModel:
         object.__setattr__(self, "lines", {line: tuple(names) for line, names in self.lines.items()})
         object.__setattr__(self, "places", {name: _locked(row) for name, row in self.places.items()})
         object.__setattr__(self, "dead_weights", dict(self.dead_weights))
+        object.__setattr__(self, "pressed_together", tuple(tuple(group) for group in self.pressed_together))
         object.__setattr__(self, "sensors", tuple(self.sensors))
         self._check(r)
 
@@ -225,12 +231,27 @@ class TestModel:
         for each in self.sensors:
             if isinstance(each, LineSensor) and each.line not in self.lines:
                 raise TestModelError(f'sensor "{each.name}" reads line "{each.line}", which the model does not have')
+        together = [name for group in self.pressed_together for name in group]
+        for name in together:
+            if name not in self.preloads:
+                raise TestModelError(
+                    f'"{name}" is pressed together with others, but is no pre-load of the model: there are '
+                    f"{', '.join(self.preloads) or 'none'}"
+                )
+            if together.count(name) > 1:
+                raise TestModelError(f'"{name}" is pressed together with others twice: name it once')
 
     @property
     def preloads(self) -> tuple[str, ...]:
         """What may be pressed more or less by itself: dead weights, and lines that none of them presses."""
         pressed = {line for weight in self.dead_weights.values() for line in weight.lines}
         return (*self.dead_weights, *(line for line in self.lines if line not in pressed))
+
+    @property
+    def presses(self) -> tuple[tuple[str, ...], ...]:
+        """All `preloads` in groups that differ by one factor: `pressed_together`, and each other by itself."""
+        together = {name for group in self.pressed_together for name in group}
+        return (*self.pressed_together, *((name,) for name in self.preloads if name not in together))
 
     def preload_slope(self, name: str) -> tuple[Row, dict[str, float]]:
         """What 100 % more of one of `preloads` adds: static load, shape (r,) [N], and pre-loads by contact [N].
@@ -271,7 +292,7 @@ class TestModel:
         joints = [joint for joint in self.system.joints if joint.name not in members]
         sensors = tuple(each for each in self.sensors if isinstance(each, Sensor))
         system = replace(self.system, joints=joints, static_load=np.zeros(self.system.n_dof))
-        return replace(self, system=system, sensors=sensors, lines={}, dead_weights={})
+        return replace(self, system=system, sensors=sensors, lines={}, dead_weights={}, pressed_together=())
 
     def with_system(self, **changes: Any) -> "TestModel":
         """Other matrices, joints or loads."""

@@ -72,7 +72,9 @@ class Accepted:
         return test_model.with_system(stiffness=system.stiffness + (factor - 1) * whole)
 
 
-def accepted(test_model: TestModel, *, deviation: Mapping[str, float] | None = None) -> tuple[Accepted, ...]:
+def accepted(
+    test_model: TestModel, *, deviation: Mapping[str, float] | None = None, finer: Sequence[TestModel] = ()
+) -> tuple[Accepted, ...]:
     """Accepted parameters that the model has.
 
     Parameters
@@ -82,6 +84,8 @@ def accepted(test_model: TestModel, *, deviation: Mapping[str, float] | None = N
     deviation
         Other standard deviations of the priors, by name, relative to the model's values [-]; 0 leaves a parameter out,
         as one that is known.
+    finer
+        Models that the factors are applied to as well, and that they must leave possible.
 
     Raises
     ------
@@ -99,17 +103,17 @@ def accepted(test_model: TestModel, *, deviation: Mapping[str, float] | None = N
             name=name,
             physics=WHAT[name],
             deviation=float(value),
-            parameters=(_factor(test_model, name, float(value)),),
+            parameters=(_factor([test_model, *finer], name, float(value)),),
         )
         for name, value in (DEVIATION | given).items()
         if value and _has(test_model, name)
     )
 
 
-def _factor(test_model: TestModel, name: str, deviation: float) -> EffectParameter:
+def _factor(test_models: Sequence[TestModel], name: str, deviation: float) -> EffectParameter:
     lower, upper = BOUNDS[name]
-    if name == "bearing":
-        lower, upper = bearing_bounds(test_model, lower, upper)
+    for each in test_models if name == "bearing" else ():
+        lower, upper = bearing_bounds(each, lower, upper)
     typical = min(1 + deviation, upper)
     return EffectParameter(name="factor", unit="-", lower=lower, upper=upper, typical=typical, vanishes=1.0)
 

@@ -77,12 +77,22 @@ def jitter(model: TestModel, covariances: Sequence[Float[NDArray[np.float64], "q
 def preload_jitter(
     model: TestModel, covariance: Float[NDArray[np.float64], "q q"]
 ) -> list[tuple[PreloadJitter, float]]:
-    """Patterns in which pre-loads differ, independent of each other, with their standard deviations."""
+    """Patterns in which pre-loads differ, independent of each other, with their standard deviations.
+
+    Parameters
+    ----------
+    model
+        Whose `presses` differ.
+    covariance
+        Of these, shape (q, q).
+    """
     sizes, vectors = np.linalg.eigh(covariance)
     return [
         (
             PreloadJitter(
-                shares=tuple(zip(model.preloads, (float(share) for share in vector), strict=True)),
+                shares=tuple(
+                    (name, float(share)) for group, share in zip(model.presses, vector, strict=True) for name in group
+                ),
                 name=f"pre-loads, pattern {number + 1}",
             ),
             float(np.sqrt(size)),

@@ -108,7 +108,7 @@ def _shifts(model: TestModel, repeats: Sequence[Modes], seen: Scatter) -> list[S
     if len(seen.jitter) > 2 and (patterns := preload_jitter(model, seen.jitter[2])):
         effect, deviation = max(patterns, key=lambda each: each[1])
         size = REACH * deviation
-        along = np.array([share for _, share in effect.shares])
+        along = np.array([dict(effect.shares)[group[0]] for group in model.presses])
         found.append(
             Shift(models=(effect.apply(model, [size]), effect.apply(model, [-size])), change=repeats[2] @ along * size)
         )

@@ -97,6 +97,8 @@ class LineTable(CaseModel):
     shares: Annotated[tuple[Annotated[float, Field(gt=0)], ...] | None, Field(examples=[[1, 4, 1]])] = None
     friction: Literal["uncoupled", "coulomb"] = "uncoupled"
     balanced_preload: bool = False
+    pressed_by: Annotated[Name | None, Field(examples=["screw"])] = None
+    stations: Annotated[tuple[Name, ...] | None, Field(examples=[["1", "1.5", "2"]])] = None
 
     @model_validator(mode="after")
     def _shared(self) -> Self:

@@ -96,9 +96,6 @@ def read_test_case(path: Path | str, campaign: Campaign | None = None) -> TestSe
     if campaign is not None:
         model = with_sensors(model, campaign)
     mistakes = Mistakes(case)
-    known: tuple[Accepted, ...] = ()
-    with mistakes.at("accepted"):
-        known = accepted(model, deviation=case.accepted.deviation)
     for number, file in enumerate(case.effects.files):
         with mistakes.at("effects"):
             if not (path.parent / file).is_file():
@@ -109,6 +106,9 @@ def read_test_case(path: Path | str, campaign: Campaign | None = None) -> TestSe
     for file in case.numerical_error.refined:
         with mistakes.at("numerical_error"):
             refined.append(_refined(path.parent / file, path, model))
+    known: tuple[Accepted, ...] = ()
+    with mistakes.at("accepted"):
+        known = accepted(model, deviation=case.accepted.deviation, finer=refined)
     mistakes.raise_if_any()
     files = tuple(path.parent / file for file in case.effects.files)
     added = added_effects(case, model, files, mistakes)

@@ -66,6 +66,7 @@ def model_of_case(case: TestCase, folder: Path) -> TestModel:
     harmonic = _loads(case, where, static, mistakes)
     sensors = _sensors(case, where, mistakes)
     weights = _dead_weights(case, where, mistakes)
+    together = _pressed_together(case, mistakes)
     mistakes.raise_if_any()
     matrices, damping = structure.matrices, structure.matrices.damping
     with mistakes.at("damping"):
@@ -88,6 +89,7 @@ def model_of_case(case: TestCase, folder: Path) -> TestModel:
             lines=lines,
             places=where.places,
             dead_weights=weights,
+            pressed_together=together,
             n_harmonic=case.harmonics.highest + 1,
             n_sample=case.harmonics.samples or 0,
         )
@@ -122,6 +124,9 @@ def _contacts(line: LineTable, where: Whereabouts) -> list[FrictionContact]:
             raise TestModelError(f"{name} has {len(rows)} rows, normal {n}: a contact needs one of each")
     if line.shares is not None and len(line.shares) != n:
         raise TestModelError(f"shares has {len(line.shares)} numbers for {n} contacts: give one for each")
+    stations = line.stations or [f"{number + 1}" for number in range(n)]
+    if len(stations) != n or len(set(stations)) < n:
+        raise TestModelError(f"stations has {', '.join(stations)} for {n} contacts: give each a name of its own")
     share = np.ones(n) if line.shares is None else np.array(line.shares) / sum(line.shares)
 
     def each(name: str) -> Row:
@@ -136,7 +141,7 @@ def _contacts(line: LineTable, where: Whereabouts) -> list[FrictionContact]:
     )  # fmt: skip
     return [
         FrictionContact(
-            name=f"{line.name}.{number + 1}",
+            name=f"{line.name}.{stations[number]}",
             normal=normals[number],
             tangents=np.array([rows[number] for rows in tangents]),
             normal_stiffness=float(kn),
@@ -197,6 +202,22 @@ def _dead_weights(case: TestCase, where: Whereabouts, mistakes: Mistakes) -> dic
                     )
             found[table.name] = DeadWeight(row=table.force * where.row(table), lines=table.presses)
     return found
+
+
+def _pressed_together(case: TestCase, mistakes: Mistakes) -> tuple[tuple[str, ...], ...]:
+    """Lines by what presses them."""
+    found: dict[str, list[str]] = {}
+    weighed = {line: weight.name for weight in case.dead_weight for line in weight.presses}
+    for number, line in enumerate(case.line):
+        if line.pressed_by is not None:
+            with mistakes.at("line", number):
+                if line.name in weighed:
+                    raise TestModelError(
+                        f'pressed_by = "{line.pressed_by}": dead weight "{weighed[line.name]}" presses this line; '
+                        "remove one of them"
+                    )
+                found.setdefault(line.pressed_by, []).append(line.name)
+    return tuple(tuple(lines) for lines in found.values())
 
 
 def _damping(case: TestCase, structure: TestStructure, joints: Sequence[Joint]) -> NDArray[np.float64]:

@@ -68,6 +68,17 @@ def test_the_last_cause_is_the_preload_of_each_line(bench: Bench) -> None:
         same(mode, bench.change(*ends), bench)
 
 
+def test_lines_that_one_screw_presses_have_one_mode(small: TestModel, paper: ModuleType) -> None:
+    bench = Bench(replace(small, pressed_together=(("right", "left"),)), paper)
+    (mode,) = bench.jitter[2].T
+    ends = [bench.model.pressed("left", 1 + side * STEP).pressed("right", 1 + side * STEP) for side in (1, -1)]
+    same(mode, bench.change(*ends), bench)
+    # And so are the histories drawn with: a pre-load of 0 % scatter draws what no pre-load at all does.
+    of = (bench.predictor, bench.features, bench.model, bench.prediction, 2, 1)
+    np.testing.assert_array_equal(history_modes(*of, np.zeros((1, 1))), history_modes(*of))
+    assert history_modes(*of, np.array([[1e-4]])).shape == history_modes(*of).shape
+
+
 def test_a_model_without_lines_has_frequencies_alone(small: TestModel, paper: ModuleType) -> None:
     free = small.free()
     points = paper.make_points(small)

@@ -161,6 +161,20 @@ def test_it_is_accepted_where_a_line_has_three_contacts_and_a_prior(beam: TestMo
     assert values(given(beam).apply(beam, [0.9]), "left", "preload")[0] == pytest.approx(4 / 0.81)
 
 
+def test_its_bounds_leave_a_finer_model_possible(beam: TestModel) -> None:
+    finer = beam_model(n_station=5)
+    (alone,), (both,) = (
+        [
+            each.parameters[0]
+            for each in accepted(beam, deviation={"bearing": 0.05}, finer=models)
+            if each.name == "bearing"
+        ]
+        for models in ([], [finer])
+    )
+    assert (both.lower, both.upper) == bearing_bounds(finer, alone.lower, alone.upper)
+    assert alone.lower < both.lower
+
+
 @pytest.mark.parametrize("shares", [(1, 4, 1), (1, 2, 1), (1, 1, 1), (3, 1, 3), (1, 4, 2, 4, 1)])
 def test_within_its_bounds_every_contact_carries_something(shares: tuple[int, ...]) -> None:
     model = beam_model(n_station=len(shares))
@@ -190,4 +204,5 @@ def test_bounds_are_no_tighter_than_they_must_be() -> None:
     assert lower == pytest.approx((2 / 2.9) ** 0.5)
     assert upper == 1.5
     # A line of two contacts is left alone.
-    assert bearing_bounds(replace(equal, sensors=(), lines={"left": model.lines["left"][:2]}), 0.5, 1.5) == (0.5, 1.5)
+    two = replace(equal, sensors=(), lines={"left": model.lines["left"][:2]}, pressed_together=())
+    assert bearing_bounds(two, 0.5, 1.5) == (0.5, 1.5)

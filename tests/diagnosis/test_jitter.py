@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from correlation.errors import TestModelError
 from correlation.test_model import TestModel
 from diagnosis.jitter import FrequencyShift, PreloadJitter, jitter, preload_jitter
 
@@ -67,6 +68,32 @@ def test_preload_patterns_are_independent(small: TestModel) -> None:
         assert [line for line, _ in effect.shares] == ["left", "right", "middle"]
         share = np.array([share for _, share in effect.shares])
         np.testing.assert_allclose(share * np.sign(share @ pattern), pattern, rtol=0, atol=1e-12)
+
+
+def test_lines_that_one_screw_presses_differ_by_one_factor(small: TestModel) -> None:
+    model = replace(small, lines={**small.lines, "middle": ("left 1",)}, pressed_together=(("right", "left"),))
+    assert model.presses == (("right", "left"), ("middle",))
+    # The two as one, by 3 %, the third by 2 %.
+    patterns = {
+        round(deviation, 12): {line: abs(share) for line, share in effect.shares}
+        for effect, deviation in preload_jitter(model, np.diag([9e-4, 4e-4]))
+    }
+    assert patterns[0.03] == {"right": 1.0, "left": 1.0, "middle": 0.0}
+    assert patterns[0.02] == {"right": 0.0, "left": 0.0, "middle": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("groups", "message"),
+    [
+        ((("left", "up"),), '"up" is pressed together with others, but is no pre-load of the model: .* left, right'),
+        ((("left", "right"), ("left",)), '"left" is pressed together with others twice: name it once'),
+    ],
+)
+def test_what_is_pressed_together_is_a_preload_once(
+    small: TestModel, groups: tuple[tuple[str, ...], ...], message: str
+) -> None:
+    with pytest.raises(TestModelError, match=message):
+        replace(small, pressed_together=groups)
 
 
 def test_a_line_whose_preload_is_always_the_same_has_no_pattern(small: TestModel) -> None:

@@ -247,6 +247,8 @@ def test_the_beam_and_a_campaign_are_written_on_request(tmp_path: Path, monkeypa
     asked: list[tuple[Path, int]] = []
     monkeypatch.setattr("transient.bench.make_campaign", lambda folder, *, seed: asked.append((folder, seed)))
     beam_case.main([str(tmp_path / "here")])
-    assert {file.name for file in (tmp_path / "here").iterdir()} == {"beam.toml", "beam.npz"}
+    assert {file.name for file in (tmp_path / "here").iterdir()} == {
+        "beam.toml", "beam.npz", "beam_finer.toml", "beam_finer.npz",
+    }  # fmt: skip
     beam_case.main([str(tmp_path / "there"), "--campaign", "9"])
     assert asked == [(tmp_path / "there" / "campaign", 9)]

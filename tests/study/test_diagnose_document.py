@@ -34,7 +34,8 @@ def test_the_tables_of_the_document_make_a_case(tmp_path: Path) -> None:
     tables = re.search(r"(    \[calibrated\]\n.*?)\n\n\|", DOCUMENT, re.DOTALL)
     assert tables is not None
     shipped = ROOT / "study" / "cases" / "beam"
-    (tmp_path / "beam.npz").write_bytes((shipped / "beam.npz").read_bytes())
+    for name in ("beam.npz", "beam_finer.npz", "beam_finer.toml"):
+        (tmp_path / name).write_bytes((shipped / name).read_bytes())
     text = (shipped / "beam.toml").read_text(encoding="utf-8")
     case = tmp_path / "beam.toml"
     case.write_text(text + re.sub(r"(?m)^    ", "", tables[1]), encoding="utf-8")

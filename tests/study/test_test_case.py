@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from correlation.test_model import LineSensor, Sensor
+from correlation.test_model import LineSensor, Sensor, TestModel
 from reduction.jointed_system import CubicSpring
 from reduction.rom import ReducedModel
 from reduction.rom_io import save_rom
@@ -166,8 +166,30 @@ def test_the_shipped_beam_is_that_of_the_bench(tmp_path: Path) -> None:
         assert (ours.body, ours.node, ours.direction) == (theirs.body, theirs.node, theirs.direction)
         np.testing.assert_array_equal(ours.coordinates, theirs.coordinates)
     assert read.n_harmonic == model.n_harmonic
-    again = write_beam_case(tmp_path)
-    assert again.read_bytes() == BEAM.read_bytes(), "run python -m study.beam_case"
+    assert read.pressed_together == model.pressed_together == (("left", "right"),)
+    write_beam_case(tmp_path)
+    for file in ("beam.toml", "beam_finer.toml"):
+        assert (tmp_path / file).read_bytes() == BEAM.with_name(file).read_bytes(), "run python -m study.beam_case"
+
+
+def parabola(model: TestModel) -> np.ndarray:
+    x = np.array([0.0 if dof.coordinates is None else dof.coordinates[0] for dof in model.dofs])
+    return np.where([dof.direction == "z" for dof in model.dofs], x**2, 2 * x)
+
+
+def test_the_finer_beam_has_more_of_all_and_the_same_names() -> None:
+    setup = read_test_case(BEAM)
+    (finer,) = setup.budget.refined
+    assert finer.system.n_dof == 2 * setup.model.system.n_dof
+    assert finer.n_harmonic > setup.model.n_harmonic
+    for line, names in setup.model.lines.items():
+        assert len(finer.lines[line]) == 5
+        for name in names:
+            # The same point of the same beam: cubic elements of any size follow w = x^2 exactly.
+            ours, theirs = (model.contact(name).normal @ parabola(model) for model in (setup.model, finer))
+            assert ours == pytest.approx(theirs, rel=1e-12)
+        ends = [(model.contact(names[0]).gap, model.contact(names[-1]).gap) for model in (setup.model, finer)]
+        assert ends[0] == pytest.approx(ends[1], abs=1e-18)
 
 
 def test_a_reduced_model_knows_its_boundary(tmp_path: Path) -> None:
@@ -206,6 +228,16 @@ MISTAKES = {
     "no stored row": ('name = "middle"\nrow = "rows"', 'name = "middle"\nrow = "row"', 'did you mean "rows"?'),
     "no place": ('place = "end"', 'place = "start"', 'place = "start" is none of the case'),
     "no line": ('line = "left"', 'line = "wall"', 'line = "wall" is none of the case: there are left'),
+    "pressed twice": (
+        "balanced_preload = true",
+        'pressed_by = "screw"',
+        'pressed_by = "screw": dead weight "weight" presses this line; remove one of them',
+    ),
+    "stations": (
+        "balanced_preload = true",
+        'stations = ["1", "1"]',
+        "stations has 1, 1 for 2 contacts: give each a name of its own",
+    ),
     "nothing pressed": ('presses = ["left"]', 'presses = ["right"]', 'presses: "right" is no line of the case'),
     "weight and line": ('name = "weight"', 'name = "left"', 'name = "left" is taken by line[0]: give each its own'),
     "name twice": ('name = "b"', 'name = "a"', 'name = "a" is taken by sensor[0]: give each its own'),

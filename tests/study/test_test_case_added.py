@@ -13,7 +13,8 @@ from study.test_case_model import read_test_case
 
 
 def case_with(folder: Path, tables: str) -> Path:
-    (folder / "beam.npz").write_bytes(BEAM.with_name("beam.npz").read_bytes())
+    for name in ("beam.npz", "beam_finer.npz", "beam_finer.toml"):
+        (folder / name).write_bytes(BEAM.with_name(name).read_bytes())
     case = folder / "case.toml"
     case.write_text(f"{BEAM.read_text(encoding='utf-8')}\n{tables}", encoding="utf-8")
     return case
@@ -31,6 +32,14 @@ def test_a_complete_model_has_its_effects_on_top_of_its_factors(tmp_path: Path) 
         1.25 * drawn.contact("left.1").tangential_stiffness, rel=1e-14
     )
     assert setup.added[0].effect.name == "mass at tip"
+
+
+def test_an_added_gap_runs_along_the_contacts_of_the_finer_model_too(tmp_path: Path) -> None:
+    setup = read_test_case(case_with(tmp_path, '[[added]]\neffect = "gap of left at left.3"\ngap = "0.4 um"\n'))
+    (finer,) = setup.complete_budget.refined
+    gaps = [finer.contact(name).gap for name in finer.lines["left"]]
+    # Linear, from none at one end; six digits of a unit are written.
+    np.testing.assert_allclose(gaps, [0, 1e-7, 2e-7, 3e-7, 4e-7], rtol=1e-12, atol=1e-18)
 
 
 def test_a_case_without_effects_is_as_drawn() -> None:
