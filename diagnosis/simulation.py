@@ -143,21 +143,30 @@ class Simulation:
 
     def _error(self, generator: np.random.Generator) -> Float[NDArray[np.float64], " m"]:
         """Numerical error of each feature."""
-        arrangement, points = self.arrangement, self._predictor.points
+        common, apart = self._errors
+        error = common @ generator.standard_normal(common.shape[1])
+        levels, number = np.unique(self._predictor.points.level, return_inverse=True)
+        for change in apart.T:
+            error = error + change * generator.standard_normal(len(levels))[number[self._features.row]]
+        return np.asarray(error)
+
+    @cached_property
+    def _errors(self) -> tuple[Float[NDArray[np.float64], "m a"], Float[NDArray[np.float64], "m b"]]:
+        """What numerical errors do to each feature at one standard deviation: to all levels alike, to each apart."""
+        arrangement = self.arrangement
         fit, before = arrangement.fit, self._prediction
         errors = error_tangents(fit.model, arrangement.budget)
         rates = self._predictor.derivatives(fit.model, before, errors.tangents)
         slopes = self._features.slopes(before.value, rates) * errors.size
-        common, apart = slopes[:, : errors.whole], list(slopes[:, errors.whole :].T)
+        apart = [*slopes[:, errors.whole :].T]
         finer = [each.compose(fit.values) for each in arrangement.finer]
         for each in finer:
             value = self._predictor.predict(each, before).value
             apart.append(self._features.of_values(value) - self._features.of_values(before.value))
-        error = common @ generator.standard_normal(errors.whole)
-        levels, number = np.unique(points.level, return_inverse=True)
-        for change in apart:
-            error = error + change * generator.standard_normal(len(levels))[number[self._features.row]]
-        return np.asarray(np.nan_to_num(error))
+        # A state that one of them does not find has no error of this kind.
+        return np.nan_to_num(slopes[:, : errors.whole]), np.nan_to_num(
+            np.array(apart).reshape(len(apart), len(slopes)).T
+        )
 
 
 def _joined(sides: list[Points]) -> Points:
