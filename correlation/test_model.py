@@ -232,6 +232,8 @@ class TestModel:
             if isinstance(each, LineSensor) and each.line not in self.lines:
                 raise TestModelError(f'sensor "{each.name}" reads line "{each.line}", which the model does not have')
         together = [name for group in self.pressed_together for name in group]
+        if not all(self.pressed_together):
+            raise TestModelError("a group of pre-loads that are pressed together is empty: name them, or leave it out")
         for name in together:
             if name not in self.preloads:
                 raise TestModelError(

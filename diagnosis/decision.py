@@ -84,7 +84,10 @@ def decide(
             return verdict(Finding.UNKNOWN, place=there)
         return verdict(Finding.NOTHING)
     best = passed[0]
-    rest = keep("what is left", lambda: leftover(with_effect(arrangement, best), catalogue.candidates, limits.gain))
+    rest = keep(
+        f"what is left beside {best.name}, limit {limits.gain:.6g}",
+        lambda: leftover(with_effect(arrangement, best), catalogue.candidates, limits.gain),
+    )
     if _stand_in(gain(arrangement, best), rest, limits) or _bad(arrangement, before, best):
         return verdict(Finding.UNKNOWN, place=there)
     least = support(arrangement, before, best) - BEHIND

@@ -152,10 +152,12 @@ def diagnose(
     told("what is left", shares.left)
     verdict = decide(arrangement, listed, screened, before, ranked, places, found, keep)
     told("intervals", shares.intervals)
-    best, named = (*verdict.effects, before)[0], [ranked.index(each) for each in verdict.effects]
-    fitted_all = [before, *ranked]
-    before, *ranked = keep("intervals", lambda: widened(campaign, arrangement, best, fitted_all))
-    verdict = replace(verdict, before=before, effects=tuple(ranked[place] for place in named))
+    best, everyone = (*verdict.effects, before)[0], [before, *refits]
+    wide = keep(f"intervals beside {best.name}", lambda: widened(campaign, arrangement, best, everyone))
+    # By their names: which comes first is another matter with other limits.
+    by_name = {each.name: each for each in wide}
+    before, ranked = by_name[before.name], [by_name[each.name] for each in ranked]
+    verdict = replace(verdict, before=before, effects=tuple(by_name[each.name] for each in verdict.effects))
     told("done", 1.0)
     return Diagnosis(
         arrangement=arrangement, catalogue=listed, scores=tuple(screened), before=before, refits=tuple(ranked),

@@ -37,6 +37,11 @@ class OneEffect:
     fit: Fitted
 
     @property
+    def name(self) -> str:
+        """Of the effect; "nothing" without any."""
+        return "nothing" if self.effect is None else self.effect.name
+
+    @property
     def strength(self) -> float:
         """Of the effect [its unit]."""
         return float(self.fit.values[self._first]) if self.effect is not None else 0.0

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from correlation.test_model import TestModel
 from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
 from diagnosis.effect.contact_line import contacts
-from diagnosis.effect.place import TRANSLATIONS
+from diagnosis.effect.place import ROTATIONS, TRANSLATIONS
 from diagnosis.effect.scale import Scale, scale
 from reduction.jointed_system import FrictionContact
 
@@ -107,16 +107,17 @@ def _along(test_model: TestModel, members: Sequence[FrictionContact]) -> list[fl
 def _point(test_model: TestModel, contact: FrictionContact) -> Float[NDArray[np.float64], "3"] | None:
     """Mean of the points whose translations the contact follows; none if one is not known.
 
-    None where it follows rotations as well: the shapes of beams and shells do not weigh their nodes by distance.
+    None where it follows rotations of several points as well: the shapes of beams and shells do not weigh them by
+    distance.
     """
-    weights, points = [], []
+    weights, points, rotates = [], [], False
     for number in np.flatnonzero(np.abs(contact.directions).max(axis=0)):
         dof = test_model.dofs[int(number)]
-        if dof.direction in TRANSLATIONS:
-            weights.append(float(np.linalg.norm(contact.directions[:, number])))
-            points.append(dof.coordinates)
-        else:
+        if dof.direction == "modal" or dof.coordinates is None:
             return None
-    if not points or any(each is None for each in points):
+        rotates |= dof.direction in ROTATIONS
+        weights.append(float(np.linalg.norm(contact.directions[:, number])) if dof.direction in TRANSLATIONS else 0.0)
+        points.append(dof.coordinates)
+    if not any(weights) or (rotates and any((point != points[0]).any() for point in points)):
         return None
     return np.asarray(np.average(np.array(points, dtype=np.float64), axis=0, weights=weights))

@@ -209,7 +209,7 @@ def test_what_is_left_is_looked_at_once_and_only_where_something_passes() -> Non
     decided(refit("mass", 5, 5), asked=asked)
     assert asked == []
     decided(refit("mass", 100, 80), refit("spring", 99, 80), asked=asked)
-    assert asked == ["what is left"]
+    assert asked == [f"what is left beside mass, limit {LIMITS.gain:.6g}"]
 
 
 def test_smallest_strengths_gain_the_limit() -> None:

@@ -128,13 +128,18 @@ def test_scores_are_of_all_candidates_and_limits_of_the_scores(heavy: Diagnosis)
     assert {place.name for place in heavy.places} == {"root z", "tip z"}
 
 
+def left_of(heavy: Diagnosis) -> str:
+    return f"what is left beside {heavy.verdict.effects[0].name}, limit {heavy.limits.gain:.6g}"
+
+
 def test_steps_have_stable_names(heavy: Diagnosis, kept: Kept) -> None:
     refits = {f"refit of {each.effect.name}" for each in heavy.refits if each.effect is not None}
     fits = {
         f"fit of {score.effect.name}"
         for score in shortlist(heavy.scores, lost=is_lost(heavy.arrangement, heavy.arrangement.fit))
     }
-    assert set(kept.asked) == {*STEPS, *fits, *refits, "what is left", "intervals"}
+    wide = f"intervals beside {heavy.verdict.effects[0].name}"
+    assert set(kept.asked) == {*STEPS, *fits, *refits, left_of(heavy), wide}
     assert len(kept.asked) == len(set(kept.asked))
 
 
@@ -153,14 +158,31 @@ def test_an_interrupted_run_goes_on_where_it_was(heavy: Diagnosis, kept: Kept, b
     made: list[str] = []
 
     def after(name: str, make: Callable[[], Any]) -> Any:
-        if name in ("places", "what is left"):
+        if name in ("places", left_of(heavy)):
             made.append(name)
             return make()
         return pickle.loads(kept.results[name])
 
     again = bench.diagnose(bench.campaign((WHERE, MASS)), keep=after)
-    assert made == ["places", "what is left"]
+    assert made == ["places", left_of(heavy)]
     assert again.verdict.sentence == heavy.verdict.sentence
+
+
+def test_intervals_that_were_kept_in_another_order_stay_with_their_effects(
+    heavy: Diagnosis, kept: Kept, bench: Bench
+) -> None:
+    """Other limits rank otherwise."""
+
+    def turned(name: str, make: Callable[[], Any]) -> Any:
+        del make
+        result = pickle.loads(kept.results[name])
+        return result[::-1] if name.startswith("intervals") else result
+
+    again = bench.diagnose(bench.campaign((WHERE, MASS)), keep=turned)
+    assert again.verdict.sentence == heavy.verdict.sentence
+    assert [each.name for each in again.refits] == [each.name for each in heavy.refits]
+    for one, other in zip(heavy.refits, again.refits, strict=True):
+        assert one.deviation == other.deviation
 
 
 def test_progress_rises_from_nothing_to_all(heavy: Diagnosis, told: list[tuple[str, float]]) -> None:

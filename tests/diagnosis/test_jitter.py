@@ -86,6 +86,7 @@ def test_lines_that_one_screw_presses_differ_by_one_factor(small: TestModel) -> 
     ("groups", "message"),
     [
         ((("left", "up"),), '"up" is pressed together with others, but is no pre-load of the model: .* left, right'),
+        (((),), "a group of pre-loads that are pressed together is empty: name them, or leave it out"),
         ((("left", "right"), ("left",)), '"left" is pressed together with others twice: name it once'),
     ],
 )
