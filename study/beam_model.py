@@ -118,10 +118,7 @@ def _rows(x: float, n: int) -> tuple[Row, Row]:
 
 
 def _line(line: str, n_element: int, n_station: int) -> list[FrictionContact]:
-    """Contacts of one line: shares by Simpson's rule, which keeps the line's moment of inertia.
-
-    Those at the places of three are called as they would be of three, 1, 2 and 3.
-    """
+    """Contacts of one line: shares by Simpson's rule, which keeps the line's moment of inertia."""
     weights = np.array([1.0, 4.0, *([2.0, 4.0] * (n_station // 2 - 1)), 1.0])
     side, sine, cosine = SIDES[line], 0.5, sqrt(3) / 2
     height = side * THICKNESS / 2
@@ -131,7 +128,7 @@ def _line(line: str, n_element: int, n_station: int) -> list[FrictionContact]:
         axial = -height * slope
         contacts.append(
             FrictionContact(
-                name=f"{line}.{1 + 2 * number / (n_station - 1):g}",
+                name=f"{line}.{number + 1}",
                 tangents=cosine * w + side * sine * axial,
                 normal=side * sine * w - cosine * axial,
                 tangential_stiffness=TANGENTIAL_STIFFNESS * share,

@@ -137,7 +137,10 @@ def find_case(folder: Path) -> Path:
     LoopError
         There is none, or there are several.
     """
-    found = [file for file in sorted(folder.glob("*.toml")) if _is_case(file)]
+    cases = {file: case for file in sorted(folder.glob("*.toml")) if (case := _case(file)) is not None}
+    # A finer one of another is no case of its own.
+    finer = {(folder / name).resolve() for case in cases.values() for name in _refined(case)}
+    found = [file for file in cases if file.resolve() not in finer]
     if len(found) > 1:
         found = [file for file in found if history_of(file).steps] or found
     if len(found) == 1:
@@ -226,12 +229,19 @@ def _saved(case: Path, history: History, step: Step, text: str) -> Step:
     return longer.steps[-1]
 
 
-def _is_case(file: Path) -> bool:
+def _case(file: Path) -> dict[str, Any] | None:
+    """What a file says; none if it is no test case."""
     try:
         data = tomllib.loads(file.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError):
-        return False
-    return isinstance(data.get("model"), dict) and {"schema", "load"} <= data.keys()
+        return None
+    return data if isinstance(data.get("model"), dict) and {"schema", "load"} <= data.keys() else None
+
+
+def _refined(case: dict[str, Any]) -> list[str]:
+    table = case.get("numerical_error")
+    names = table.get("refined") if isinstance(table, dict) else None
+    return [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
 
 
 def _is_toml(text: str) -> bool:

@@ -58,6 +58,11 @@ def layout(setup: TestSetup, campaign: Campaign, candidates: Catalogue) -> dict[
         "n_dof": model.system.n_dof,
         "lines": {name: len(members) for name, members in model.lines.items()},
         "accepted": [each.name for each in setup.accepted],
+        "pressed_together": sorted(sorted(group) for group in model.pressed_together),
+        "numerical_error": [
+            *(float(f"{each:.4g}") for each in (setup.budget.frequency, setup.budget.compliance, setup.budget.shares)),
+            [[finer.system.n_dof, len(finer.system.joints), finer.n_harmonic] for finer in setup.budget.refined],
+        ],
         "candidates": sorted(candidates.names),
     }
 

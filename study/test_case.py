@@ -98,7 +98,6 @@ class LineTable(CaseModel):
     friction: Literal["uncoupled", "coulomb"] = "uncoupled"
     balanced_preload: bool = False
     pressed_by: Annotated[Name | None, Field(examples=["screw"])] = None
-    stations: Annotated[tuple[Name, ...] | None, Field(examples=[["1", "1.5", "2"]])] = None
 
     @model_validator(mode="after")
     def _shared(self) -> Self:

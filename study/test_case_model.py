@@ -92,9 +92,8 @@ def read_test_case(path: Path | str, campaign: Campaign | None = None) -> TestSe
     """
     path = Path(path)
     case = load_case(path, TestCase)
-    model = model_of_case(case, path.parent)
-    if campaign is not None:
-        model = with_sensors(model, campaign)
+    own = model_of_case(case, path.parent)
+    model = own if campaign is None else with_sensors(own, campaign)
     mistakes = Mistakes(case)
     for number, file in enumerate(case.effects.files):
         with mistakes.at("effects"):
@@ -105,7 +104,7 @@ def read_test_case(path: Path | str, campaign: Campaign | None = None) -> TestSe
     refined = []
     for file in case.numerical_error.refined:
         with mistakes.at("numerical_error"):
-            refined.append(_refined(path.parent / file, path, model))
+            refined.append(_refined(path.parent / file, path, own))
     known: tuple[Accepted, ...] = ()
     with mistakes.at("accepted"):
         known = accepted(model, deviation=case.accepted.deviation, finer=refined)

@@ -124,9 +124,6 @@ def _contacts(line: LineTable, where: Whereabouts) -> list[FrictionContact]:
             raise TestModelError(f"{name} has {len(rows)} rows, normal {n}: a contact needs one of each")
     if line.shares is not None and len(line.shares) != n:
         raise TestModelError(f"shares has {len(line.shares)} numbers for {n} contacts: give one for each")
-    stations = line.stations or [f"{number + 1}" for number in range(n)]
-    if len(stations) != n or len(set(stations)) < n:
-        raise TestModelError(f"stations has {', '.join(stations)} for {n} contacts: give each a name of its own")
     share = np.ones(n) if line.shares is None else np.array(line.shares) / sum(line.shares)
 
     def each(name: str) -> Row:
@@ -141,7 +138,7 @@ def _contacts(line: LineTable, where: Whereabouts) -> list[FrictionContact]:
     )  # fmt: skip
     return [
         FrictionContact(
-            name=f"{line.name}.{stations[number]}",
+            name=f"{line.name}.{number + 1}",
             normal=normals[number],
             tangents=np.array([rows[number] for rows in tangents]),
             normal_stiffness=float(kn),

@@ -77,9 +77,10 @@ def test_a_layout_is_known_by_its_design_and_not_by_its_values(
         layout(setup, replace(campaign, held_out=HeldOut(repeats=(5,))), known),
         layout(setup, replace(campaign, measurement=campaign.measurement.where(campaign.measurement.level < 5)), known),
         layout(replace(setup, accepted=setup.accepted[:1]), campaign, known),
+        layout(replace(setup, budget=replace(setup.budget, shares=0.123)), campaign, known),
         layout(setup, campaign, setup.candidates(campaign, ["cubic"])),
     ]
-    assert len({key, *map(layout_key, others)}) == 5
+    assert len({key, *map(layout_key, others)}) == 6
 
     assert limits_for(setup, campaign, ()) is None
     shipped = tmp_path / "limits.json"

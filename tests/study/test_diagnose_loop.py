@@ -11,6 +11,7 @@ import pytest
 from correlation.prediction import Predictor
 from correlation.read_campaign import read_campaign
 from study import cli
+from study.beam_case import write_beam_case
 from study.compare_run import compare
 from study.diagnose_add import add, find_case, undo
 from study.diagnose_history import case_key, history_of, read_text
@@ -247,3 +248,9 @@ def test_one_case_of_a_folder_is_found(two_masses: TwoMasses) -> None:
         find_case(Path())
     add(case, "mass at tip", ["5 g"])
     assert find_case(Path()).resolve() == case
+
+
+def test_the_finer_case_of_another_is_none_of_its_own(tmp_path: Path) -> None:
+    case = write_beam_case(tmp_path)
+    assert len([*tmp_path.glob("*.toml")]) == 2
+    assert find_case(tmp_path) == case
