@@ -105,7 +105,7 @@ def arrange(
     added
         Effects that were found before, and where to start them.
     listed
-        Effects of a finer model, where those that were added are found by their names.
+        Effects of a finer model, among which those that were added are found.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def arrange(
     effects = tuple(each.effect for each in added)
     unknowns = _unknowns(base, accepted, effects)
     finer = tuple(
-        replace(unknowns, base=each, effects=(*accepted, *(listed(each).effect(effect.name) for effect in effects)))
+        replace(unknowns, base=each, effects=(*accepted, *(listed(each).alike(effect) for effect in effects)))
         for each in budget.refined
     )
     values = np.array([*unknowns.vanishing[: len(accepted)], *(value for each in added for value in each.values)])

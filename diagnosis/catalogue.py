@@ -104,6 +104,21 @@ class Catalogue:
                 raise EffectError(f'"{name}" cannot be tested: {left.reason}')
         raise EffectError(f'there is no effect "{name}": there are {", ".join(self.names) or "none"}')
 
+    def alike(self, effect: Effect) -> Effect:
+        """The same effect as one of another mesh: of its name, or the gap towards the same end of the same line.
+
+        Raises
+        ------
+        EffectError
+            There is none.
+        """
+        if isinstance(effect, gap.Gap):
+            gaps = (each for each in self.candidates if isinstance(each, gap.Gap))
+            found = next((each for each in gaps if each.end == effect.end), None)
+            if found is not None:
+                return found
+        return self.effect(effect.name)
+
 
 def catalogue(
     test_model: TestModel,

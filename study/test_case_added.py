@@ -123,7 +123,7 @@ def apply_by_name(
     calibrated: Mapping[str, float],
     added: Sequence[Added],
 ) -> TestModel:
-    """The same for another mesh of the structure, whose effects of the same names are other rows.
+    """The same for another mesh of the structure, whose effects are other rows.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def apply_by_name(
     if not added:
         return apply_all(finer, known, calibrated, ())
     found = case_catalogue(finer, files)
-    own = [Added(effect=find_effect(found, each.effect.name), values=each.values) for each in added]
+    own = [Added(effect=found.alike(each.effect), values=each.values) for each in added]
     return apply_all(finer, known, calibrated, own)
 
 

@@ -141,4 +141,10 @@ def _refined(file: Path, own: Path, model: TestModel) -> TestModel:
     missing = [each.name for each in model.sensors if each.name not in {other.name for other in finer.sensors}]
     if missing:
         raise TestModelError(f'refined: "{file}" has no sensor "{missing[0]}": give both cases the same sensors')
+    for what, names, others in (("line", model.lines, finer.lines), ("place", model.places, finer.places)):
+        lacks = [name for name in names if name not in others]
+        if lacks:
+            raise TestModelError(
+                f'refined: "{file}" has no {what} "{lacks[0]}", where an effect may act: name it there'
+            )
     return finer

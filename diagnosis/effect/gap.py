@@ -43,6 +43,11 @@ class Gap:
         "resonances fall early and even harmonics of the normal force appear; nothing without contacts."
     )
 
+    @property
+    def end(self) -> tuple[str, bool]:
+        """Line, and whether it opens towards its last contact, however many there are."""
+        return self.line, self.share[-1] == 1.0
+
     def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
         """Gaps rise by their share; the static load stays, since the line is loaded and not moved."""
         (gap,) = values

@@ -261,6 +261,20 @@ def test_a_mistake_is_one_sentence_with_its_line(folder: Path, name: str) -> Non
     assert re.match(rf"{re.escape(str(path))}:\d+: ", str(problem))
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ('name = "middle"', 'name = "centre"', 'has no place "middle", where an effect may act: name it there'),
+        ('name = "a"', 'name = "c"', 'has no sensor "a": give both cases the same sensors'),
+    ],
+)
+def test_a_finer_case_has_the_same_names(folder: Path, old: str, new: str, expected: str) -> None:
+    (folder / "finer.toml").write_text(CASE.replace(old, new), encoding="utf-8")
+    case = written(folder, CASE.replace("[harmonics]", 'refined = ["finer.toml"]\n[harmonics]'))
+    with pytest.raises(CaseError, match=expected):
+        read_test_case(case)
+
+
 def test_all_mistakes_come_at_once(folder: Path) -> None:
     text = (
         CASE.replace("node = 7", "node = 9")

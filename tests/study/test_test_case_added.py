@@ -6,9 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from diagnosis.arrangement import Added
+from study.beam_model import beam_model
 from study.errors import CaseError
 from study.shipped import BEAM
-from study.test_case_added import case_catalogue, key_of, text_of, value_of
+from study.test_case_added import apply_by_name, case_catalogue, key_of, text_of, value_of
 from study.test_case_model import read_test_case
 
 
@@ -40,6 +42,15 @@ def test_an_added_gap_runs_along_the_contacts_of_the_finer_model_too(tmp_path: P
     gaps = [finer.contact(name).gap for name in finer.lines["left"]]
     # Linear, from none at one end: the nodes about a contact say nothing of where it is, their shapes are cubic.
     np.testing.assert_allclose(gaps, [0, 2e-7, 4e-7], rtol=1e-12, atol=1e-18)
+
+
+@pytest.mark.parametrize(("end", "gaps"), [(1, [4, 3, 2, 1, 0]), (3, [0, 1, 2, 3, 4])])
+def test_a_gap_towards_an_end_is_one_however_many_contacts_the_line_has(end: int, gaps: list[float]) -> None:
+    effect = case_catalogue(beam_model(24), [], level=10.0).effect(f"gap of left at left.{end}")
+    added = [Added(effect=effect, values=np.array([4e-7]))]
+    finer = apply_by_name(beam_model(24, n_station=5), [], [], {}, added)
+    found = [finer.contact(name).gap for name in finer.lines["left"]]
+    np.testing.assert_allclose(found, 1e-7 * np.array(gaps), rtol=1e-12, atol=1e-18)
 
 
 def test_a_case_without_effects_is_as_drawn() -> None:
