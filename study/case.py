@@ -33,8 +33,8 @@ validated in code as well.
 
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -131,8 +131,7 @@ def load_case(path: str | Path, model: type[Case]) -> Case:
     return case
 
 
-@contextmanager
-def located(case: CaseModel, *table: str | int, keys: Mapping[str, str] | None = None) -> Iterator[None]:
+def located(case: CaseModel, *table: str | int, keys: Mapping[str, str] | None = None) -> AbstractContextManager[None]:
     """Give an `InputError` of the numerical rooms the file and line that it comes from.
 
     The key is the one that the message speaks of, be it "root height" or "root_height"; if there is none, the table is
@@ -152,21 +151,16 @@ def located(case: CaseModel, *table: str | int, keys: Mapping[str, str] | None =
     CaseError
         In place of any other `InputError` raised within.
     """
-    try:
-        yield
-    except CaseError:
-        raise
-    except InputError as error:
-        source = case.source
-        if source is None:
-            raise
-        key = case_problem.key_in_message(str(error), case_problem.value_at(source.data, table), keys or {})
+
+    def problem(source: CaseSource, message: str) -> Problem:
+        key = case_problem.key_in_message(message, case_problem.value_at(source.data, table), keys or {})
         path = table if key is None else (*table, key)
-        raise CaseError([source.problem(path, str(error), show_value=key is not None)]) from error
+        return source.problem(path, message, show_value=key is not None)
+
+    return _told(case, problem)
 
 
-@contextmanager
-def at_key(case: CaseModel, *path: str | int) -> Iterator[None]:
+def at_key(case: CaseModel, *path: str | int) -> AbstractContextManager[None]:
     """As `located`, of a mistake that belongs to one key whatever its message speaks of: it is shown with its value.
 
     Raises
@@ -174,6 +168,11 @@ def at_key(case: CaseModel, *path: str | int) -> Iterator[None]:
     CaseError
         In place of any other `InputError` raised within.
     """
+    return _told(case, lambda source, message: source.problem(path, message))
+
+
+@contextmanager
+def _told(case: CaseModel, problem: Callable[[CaseSource, str], Problem]) -> Iterator[None]:
     try:
         yield
     except CaseError:
@@ -181,7 +180,7 @@ def at_key(case: CaseModel, *path: str | int) -> Iterator[None]:
     except InputError as error:
         if case.source is None:
             raise
-        raise CaseError([case.source.problem(path, str(error))]) from error
+        raise CaseError([problem(case.source, str(error))]) from error
 
 
 def _read(path: str | Path) -> CaseSource:
