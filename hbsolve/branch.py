@@ -10,6 +10,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from hbsolve.errors import BalanceError
+from hbsolve.netcdf import write_netcdf
 from hbsolve.output import harmonic_at
 from hbsolve.sampling import real_from_complex
 from reduction.array_input import whole_number
@@ -172,15 +173,9 @@ class ResponseBranch:
         BalanceError
             The file cannot be written.
         """
-        try:
-            data = self.to_xarray()
-            q = data["coefficients"]
-            data = data.drop_vars("coefficients").assign(coefficients_real=q.real, coefficients_imag=q.imag)
-            data.to_netcdf(path, engine="h5netcdf")
-        except OSError as error:
-            raise BalanceError(
-                f'"{path}" cannot be written ({error.strerror or error}): choose another folder'
-            ) from error
+        data = self.to_xarray()
+        q = data["coefficients"]
+        write_netcdf(data.drop_vars("coefficients").assign(coefficients_real=q.real, coefficients_imag=q.imag), path)
 
 
 def load_branch(path: Path | str) -> ResponseBranch:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
 from hbsolve.limits.local_search import Side
+from hbsolve.netcdf import write_netcdf
 from hbsolve.steady_state import SteadyState, steady_state
 
 Real = NDArray[np.float64]
@@ -147,12 +148,7 @@ class ResponseLimits:
         for name in ("repaired", "jump"):
             variables[name] = _DIMENSIONS[name], getattr(self, name).astype(np.int8)
         data = xarray.Dataset(variables, coords={"side": ["lower", "upper"], "state": ["stick", "slip", "separated"]})
-        try:
-            data.to_netcdf(path, engine="h5netcdf")
-        except OSError as error:
-            raise BalanceError(
-                f'"{path}" cannot be written ({error.strerror or error}): choose another folder'
-            ) from error
+        write_netcdf(data, path)
 
 
 def load_limits(path: Path | str) -> ResponseLimits:
