@@ -213,6 +213,10 @@ def _pressed_together(case: TestCase, mistakes: Mistakes) -> tuple[tuple[str, ..
                         f'pressed_by = "{line.pressed_by}": dead weight "{weighed[line.name]}" presses this line; '
                         "remove one of them"
                     )
+                if line.pressed_by in {weight.name for weight in case.dead_weight}:
+                    raise TestModelError(
+                        f'pressed_by = "{line.pressed_by}" is a dead weight: list the line in its presses instead'
+                    )
                 found.setdefault(line.pressed_by, []).append(line.name)
     return tuple(tuple(lines) for lines in found.values())
 

@@ -14,6 +14,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import FrictionContact
 from reduction.stuck import stuck_stiffness
+from study.beam_model import beam_model
 
 
 def applied(model: TestModel, name: str, value: float) -> TestModel:
@@ -148,6 +149,16 @@ def test_a_gap_along_contacts_of_unknown_coordinates_is_shared_evenly(bench: Tes
     np.testing.assert_allclose(
         values(applied(unknown, "gap of left at left 2", 1e-5), "left", "gap"), [0, 5e-6, 1e-5], atol=1e-18
     )
+
+
+def test_a_contact_at_a_node_that_turns_is_where_the_node_is() -> None:
+    model = beam_model(30)  # with nodes at the contacts, at 0.20, 0.21 and 0.22 m
+    moved = [
+        replace(dof, coordinates=np.array([0.205, 0, 0])) if dof.coordinates is not None and dof.node == 21 else dof
+        for dof in model.dofs
+    ]
+    changed = applied(replace(model, dofs=tuple(moved)), "gap of left at left.3", 4e-6)
+    np.testing.assert_allclose(values(changed, "left", "gap"), [0, 1e-6, 4e-6], rtol=1e-9, atol=1e-18)
 
 
 def test_a_gap_lowers_the_mean_normal_force(bench: TestModel) -> None:

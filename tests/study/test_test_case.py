@@ -231,6 +231,13 @@ MISTAKES = {
         'pressed_by = "screw"',
         'pressed_by = "screw": dead weight "weight" presses this line; remove one of them',
     ),
+    "pressed by a weight of others": (
+        '[[contact]]\nkind = "cubic"',
+        '[[line]]\nname = "right"\nnormal = { dof = 0 }\ntangent = { dof = 1 }\nnormal_stiffness = "1 N/um"\n'
+        'tangential_stiffness = "1 N/um"\nfriction_coefficient = 0.4\npressed_by = "weight"\n'
+        '[[contact]]\nkind = "cubic"',
+        'pressed_by = "weight" is a dead weight: list the line in its presses instead',
+    ),
     "nothing pressed": ('presses = ["left"]', 'presses = ["right"]', 'presses: "right" is no line of the case'),
     "weight and line": ('name = "weight"', 'name = "left"', 'name = "left" is taken by line[0]: give each its own'),
     "name twice": ('name = "b"', 'name = "a"', 'name = "a" is taken by sensor[0]: give each its own'),
