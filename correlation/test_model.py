@@ -166,7 +166,7 @@ class TestModel:
     ------
     TestModelError
         A row, part or table of another size than the structure, a line without its contacts, two sensors of one name,
-        a pre-load that is none or in two groups.
+        a group of pre-loads that is empty, names none, or shares one with another.
     """
 
     __test__ = False  # no test of pytest's

@@ -119,14 +119,12 @@ def _text(model: TestModel, file: str) -> str:
             f'preload = "{PRELOAD:g} N"\n{gap}balanced_preload = true\npressed_by = "screw"\n'
         )
     tables.append('[[load]] # 1 N; the level of a test scales it\nplace = "excitation"\n')
-    if file == NAME:
+    if file == NAME:  # the finer case is there for its structure alone
         tables.append(
             "[accepted] # relative standard deviations of what the drawing says\n"
             'kt = "10 %"\nkn = "10 %"\nmu = "10 %"\nzeta = "20 %"\nE = "1 %"\n'
             'bearing = "5 %" # distance of the contacts from the middle of their line\n'
-        )
-        tables.append(
-            "[numerical_error]\n"
+            "\n[numerical_error]\n"
             'frequency = "0.002 %"\ncompliance = "0.1 %"\n'
             'shares = "0 %" # the line has these three contacts by its drawing\n'
             f'refined = ["{FINER}.toml"]\n'
