@@ -33,7 +33,7 @@ from diagnosis.simulation import Simulation
 #: Draws that a layout deserves.
 TRIALS = 40
 #: What campaigns of a real structure gain beyond those drawn from its model: the model's error is not all in the
-#: budget. With this ratio none of 27 campaigns of the virtual bench without any effect passed the limit.
+#: budget. With this ratio 3 of 100 campaigns of the virtual bench without any effect passed the limits.
 STRANGER = 1.5
 
 
