@@ -11,13 +11,16 @@ place of the part of P(z) that belongs to w stands where the motion of this peri
 before* has left (`transient.dragged`). At the end P(z) = z, because with one tangent a second period drags no further,
 and friction remembers periodic motions alone: what grows gently to its level at each frequency leaves the same.
 
+Where the search finds no steady state, it goes there from the last point in smaller and smaller steps of frequency and
+level; where that does not help, as beyond a fold, the bench goes there slowly and waits until the motion repeats.
+
 References
 ----------
 Broyden, A class of methods for solving nonlinear simultaneous equations, Mathematics of Computation 19 (1965).
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -38,8 +41,11 @@ Matrix = Float[NDArray[np.float64], "n m"]
 STEPS_PER_PERIOD = 128
 #: Distance to the steady state, relative to the motion, at which a point is taken: a tenth of what noise leaves.
 TOLERANCE = 1e-4
-#: Periods after which a point is taken as it is.
-MAX_PERIOD = 80
+#: Periods of a search for a point, and of waiting for it.
+MAX_PERIOD, MAX_WAIT = 80, 2000
+#: Steps from the last point to one that was not found at once, and the periods that each of the smallest takes of a
+#: bench that goes slowly: a transient of 0.15 % damping falls to a third, so that it drags sliders hardly further.
+STEPS, SLOWLY = (2, 4, 8), 100
 #: Longest step towards the steady state but the first, as a share of the motion.
 LONGEST = 0.5
 
@@ -61,9 +67,9 @@ class Readings:
     slip_share
         Share of the period in which a contact slips, mean over the contacts, shape (point,) [-].
     n_period
-        Periods integrated at each point, shape (point,) [-].
+        Periods integrated for each point, shape (point,) [-].
     periodic
-        Whether the motion repeated at each point, shape (point,).
+        Whether the motion repeated at each point, shape (point,); where it did not, the others hold its last period.
     slider
         Where the sliders were at the phase 0 of each point, shape (point, slider) [m].
     final
@@ -79,14 +85,16 @@ class Readings:
     final: TransientState
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class _Approach:
-    """What a point starts from: weighted state, Broyden's correction of J_0, sliders left by the last, motion."""
+    """What a point starts from: the last one's weighted state, Broyden's correction of J_0, sliders left, motion."""
 
+    frequency: float
+    level: float
     state: Vector
     correction: Matrix
     slider: Vector
-    motion: float = 0.0
+    motion: float
 
 
 class SweptBench:
@@ -144,7 +152,7 @@ class SweptBench:
         *,
         tolerance: float = TOLERANCE,
     ) -> Readings:
-        """Steady states at one frequency after the other, the first one from rest unless told otherwise.
+        """Steady states at one frequency after the other, the first one from rest.
 
         Parameters
         ----------
@@ -155,8 +163,6 @@ class SweptBench:
         multipliers
             Friction force of each contact at rest as a share of its limit, shape (contact,) [-]; what the pre-load
             leaves by default.
-        start
-            Where the first point starts, in place of both.
         tolerance
             See `TOLERANCE` [-].
         """
@@ -164,8 +170,14 @@ class SweptBench:
         rest = self._rest if multipliers is None else self.random_start(multipliers)
         stepper.place(rest)
         n = len(self.weight)
-        approach = _Approach(stepper.vector * self.weight, np.zeros((n, n)), stepper.state.slider)
-        points = [self._settle(frequency, level, approach, tolerance) for frequency in frequencies]
+        approach = _Approach(
+            frequency=frequencies[0], level=0.0, state=stepper.vector * self.weight, correction=np.zeros((n, n)),
+            slider=stepper.state.slider, motion=0.0,
+        )  # fmt: skip
+        points = []
+        for frequency in frequencies:
+            point, approach = self._reach(frequency, level, approach, tolerance)
+            points.append(point)
         motion, force, slip, n_period, periodic, slider = (np.array(column) for column in zip(*points, strict=True))
         return Readings(
             motion=motion,
@@ -190,13 +202,36 @@ class SweptBench:
             self._steppers[frequency] = stepper, slope
         return self._steppers[frequency]
 
-    def _settle(self, frequency: float, level: float, approach: _Approach, tolerance: float) -> _Point:
+    def _reach(self, frequency: float, level: float, last: _Approach, tolerance: float) -> tuple[_Point, _Approach]:
+        """The steady state at a frequency and a level, and what the next point starts from."""
+        point, found = self._settle(frequency, level, last, tolerance)
+        spent = _n_period(point)
+        for n_step in STEPS:
+            if found is not None:
+                break
+            found = last
+            for between, grown in _way(last, frequency, level, n_step):
+                point, found = self._settle(between, grown, found, tolerance)
+                spent += _n_period(point)
+                if found is None:
+                    break
+        if found is None:
+            point, found = self._wait(frequency, level, last, tolerance)
+            spent += _n_period(point)
+        motion, force, slip, _, periodic, slider = point
+        return (motion, force, slip, spent, periodic, slider), found or last
+
+    def _settle(
+        self, frequency: float, level: float, approach: _Approach, tolerance: float
+    ) -> tuple[_Point, _Approach | None]:
+        """What the search for a steady state comes to, and what the next point starts from if it is one."""
         stepper, slope = self._stepper(frequency)
         stepper.level = level
         weight, n = self.weight, 2 * self.system.n_dof
         z, longest = approach.state, np.inf
         last_step, last_change = np.zeros(len(z)), np.zeros(len(z))
-        jacobian = UpdatedFactor(slope + approach.correction)
+        correction = approach.correction.copy()
+        jacobian = UpdatedFactor(slope + correction)
         n_period = 0
         while True:
             n_period += 1
@@ -209,8 +244,8 @@ class SweptBench:
             change[n:] = slider * weight[n:] - z[n:]
             motion = max(float(np.linalg.norm(record.modal_velocity, axis=1).max()), np.finfo(float).tiny)
             if last_step.any():
-                miss = change - last_change - (slope + approach.correction) @ last_step
-                approach.correction += np.outer(miss, last_step) / (last_step @ last_step)
+                miss = change - last_change - (slope + correction) @ last_step
+                correction += np.outer(miss, last_step) / (last_step @ last_step)
                 jacobian.update(miss / (last_step @ last_step), last_step)
             step = -jacobian.solve(change)
             length = float(np.linalg.norm(step))
@@ -223,11 +258,42 @@ class SweptBench:
             longest = LONGEST * max(motion, approach.motion)
             last_step, last_change = step, change
             z = z + step
-        approach.state, approach.motion = z, motion
-        if distance <= tolerance:
-            # What has not settled is no motion of the bench either.
-            approach.slider = slider
-        return (*self.read(record), n_period, distance <= tolerance, record.slider[:, 0])
+        settled = distance <= tolerance
+        point = (*self.read(record), n_period, settled, record.slider[:, 0])
+        if not settled:
+            return point, None
+        return point, _Approach(
+            frequency=frequency, level=level, state=z, correction=correction, slider=slider, motion=motion
+        )
+
+    def _wait(
+        self, frequency: float, level: float, last: _Approach, tolerance: float
+    ) -> tuple[_Point, _Approach | None]:
+        """The motion that a slow change of frequency and level ends in, and what the next point starts from."""
+        reached = last.state / self.weight
+        for between, grown in _way(last, frequency, level, STEPS[-1]):
+            stepper, _ = self._stepper(between)
+            stepper.level, stepper.vector = grown, reached
+            for _ in range(SLOWLY):
+                stepper.advance()
+            reached = stepper.vector
+        # A transient decays at least as fast as the structure alone; what is left of it is the sum of all changes.
+        decay = -float(np.expm1(self._rate.real.max() / frequency))
+        n_period = STEPS[-1] * SLOWLY
+        while True:
+            n_period += 1
+            z = stepper.vector * self.weight
+            record = stepper.record()
+            motion = max(float(np.linalg.norm(record.modal_velocity, axis=1).max()), np.finfo(float).tiny)
+            settled = bool(np.linalg.norm(stepper.vector * self.weight - z) <= tolerance * decay * motion)
+            if settled or n_period >= MAX_WAIT:
+                break
+        point = (*self.read(record), n_period, settled, record.slider[:, 0])
+        if not settled:
+            return point, None
+        return point, replace(
+            last, frequency=frequency, level=level, state=z, slider=record.slider[:, 0], motion=motion
+        )
 
     def _dragged(self, stepper: Stepper, record: Record, left: Vector) -> Vector:
         """Where a period of this motion drags the sliders that the point before has left."""
@@ -262,3 +328,13 @@ class SweptBench:
             normal = max(joint.preload + joint.normal_stiffness * closing, 0.0)
             sliders[number] = tangential - share * joint.friction_coefficient * normal / joint.tangential_stiffness
         return TransientState(displacement=self._rest.displacement, velocity=self._rest.velocity, slider=sliders)
+
+
+def _way(last: _Approach, frequency: float, level: float, n_step: int) -> list[tuple[float, float]]:
+    """Frequencies [Hz] and levels [N] on the way to a point, the point included."""
+    way = np.linspace((last.frequency, last.level), (frequency, level), n_step + 1)[1:]
+    return [(float(between), float(grown)) for between, grown in way]
+
+
+def _n_period(point: _Point) -> int:
+    return point[3]

@@ -9,7 +9,7 @@ import pytest
 from reduction.jointed_system import CubicSpring, FrictionContact, JenkinsElement, JointedSystem
 from transient.bench_beam import BeamParameters, contacts, free_beam, jointed_beam, reduced_beam
 from transient.bench_repeats import marched
-from transient.bench_sweep import MAX_PERIOD, SweptBench
+from transient.bench_sweep import MAX_PERIOD, SLOWLY, STEPS, SweptBench
 from transient.dragged import dragged
 from transient.errors import TransientError
 from transient.integrate import integrate
@@ -194,10 +194,27 @@ def test_a_point_that_has_not_settled_leaves_no_memory(monkeypatch: pytest.Monke
             return settle(self, frequency, level, approach, tolerance)
 
     monkeypatch.setattr(SweptBench, "_settle", hasty)
+    monkeypatch.setattr("transient.bench_sweep.MAX_WAIT", 0)
     after = bench.sweep([466.0, 480.0], 10.0, shares)
     assert after.periodic.tolist() == [False, True]
     # To what the tolerance of 1e-4 allows of forces of some 10 N.
     np.testing.assert_allclose(after.force[1], settled.force[0], rtol=0, atol=0.01)
+
+
+@pytest.mark.parametrize("most", [24, 12])
+def test_a_point_that_is_not_found_at_once_is_reached_slowly(monkeypatch: pytest.MonkeyPatch, most: int) -> None:
+    beam, shares = reduced_beam(), np.linspace(-0.9, 0.9, 6)
+    bench = SweptBench(jointed_beam(beam, DRAWN), beam.places)
+    at_once = bench.sweep([466.0], 10.0, shares)
+    assert 24 < at_once.n_period[0] < MAX_PERIOD
+    # 24 periods a search are enough for a half of the level, 12 for no eighth of it: then the bench waits.
+    monkeypatch.setattr("transient.bench_sweep.MAX_PERIOD", most)
+    slowly = bench.sweep([466.0], 10.0, shares)
+    assert slowly.periodic[0]
+    assert (slowly.n_period[0] > STEPS[-1] * SLOWLY) == (most == 12)
+    # To what the tolerance of 1e-4 leaves of some 40 um and of forces of some 10 N.
+    np.testing.assert_allclose(slowly.motion, at_once.motion, rtol=0, atol=5e-4 * abs(at_once.motion).max())
+    np.testing.assert_allclose(slowly.force, at_once.force, rtol=0, atol=0.01)
 
 
 def test_a_joint_whose_friction_the_bench_cannot_follow_is_refused() -> None:
