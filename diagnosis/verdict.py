@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
+import numpy as np
+
 from diagnosis.localisation import Place
 from diagnosis.refit import Refit
 from diagnosis.screening import Score
@@ -59,7 +61,7 @@ class Verdict:
         if self.finding is Finding.NOTHING:
             return (
                 "Nothing is missing beyond noise and numerical error: no candidate lowers chi^2 by more than chance "
-                f"does ({self.threshold:.0f}) and the held-out error with it. {self._smallest()}"
+                f"does ({self.threshold:.3g}) and the held-out error with it. {self._smallest()}"
             )
         if self.finding is Finding.UNKNOWN:
             where = f": {self.place.sentence}" if self.place is not None else ""
@@ -88,4 +90,12 @@ def _told(refit: Refit) -> str:
     assert refit.effect is not None
     parameter = refit.effect.parameters[0]
     unit = "" if parameter.unit == "-" else f" {parameter.unit}"
-    return f"{refit.effect.name} ({refit.strength:.4g}{unit} +- {INTERVAL * refit.deviation:.2g})"
+    half = INTERVAL * refit.deviation
+    return f"{refit.effect.name} ({refit.strength:.{worth(refit.strength, half)}g}{unit} +- {half:.2g})"
+
+
+def worth(value: float, half: float) -> int:
+    """Digits that a number is worth beside half its interval: as far as two of that one's, four at least."""
+    if not (np.isfinite([value, half]).all() and value and half > 0):
+        return 4
+    return max(4, int(np.floor(np.log10(abs(value))) - np.floor(np.log10(half))) + 2)

@@ -9,7 +9,7 @@ import numpy as np
 from diagnosis.effect.candidate import Effect, EffectParameter
 from diagnosis.refit import Refit
 from diagnosis.screening import Score
-from diagnosis.verdict import INTERVAL
+from diagnosis.verdict import INTERVAL, worth
 from study.diagnose_edit import Values, Written
 from study.diagnose_history import Errors
 from study.diagnose_round import Round, errors
@@ -100,10 +100,11 @@ def interval(value: float, deviation: float, parameter: EffectParameter) -> str:
     """A value with its 95 % interval in one unit: "52.4 +- 2.1 mg"."""
     _, _, unit = text_of(value, parameter).partition(" ")
     size = dict(WRITTEN.get(parameter.unit, ())).get(unit, 1.0)
-    number = digits(value / size, 4)
+    half = INTERVAL * deviation / size
+    number = digits(value / size, worth(value / size, half))
     if not np.isfinite(deviation) or deviation <= 0:
         return f"{number} {unit}".rstrip()
-    return f"{number} +- {digits(INTERVAL * deviation / size, 2)} {unit}".rstrip()
+    return f"{number} +- {digits(half, 2)} {unit}".rstrip()
 
 
 def short(value: float, parameter: EffectParameter, count: int = 3) -> str:

@@ -9,7 +9,7 @@ from diagnosis.effect.candidate import EffectParameter
 from diagnosis.localisation import Place
 from diagnosis.refit import Refit
 from diagnosis.screening import Score
-from diagnosis.verdict import Finding, Verdict, smallest_detectable
+from diagnosis.verdict import Finding, Verdict, smallest_detectable, worth
 
 MASS = EffectParameter(name="mass", unit="kg", lower=0.0, upper=1.0, typical=0.01)
 RATIO = EffectParameter(name="ratio", unit="-", lower=0.5, upper=2.0, typical=1.1, vanishes=1.0)
@@ -55,7 +55,7 @@ def test_several_cannot_be_told_apart() -> None:
 def test_nothing_is_missing() -> None:
     said = verdict(Finding.NOTHING)
     assert said.startswith("Nothing is missing beyond noise and numerical error")
-    assert "than chance does (12)" in said
+    assert "than chance does (12.4)" in said
     assert said.endswith("The smallest detectable strengths are: mass at tip z 0.0012 kg, gap of left 0.05.")
 
 
@@ -86,3 +86,9 @@ def test_the_smallest_detectable_strength_gains_the_threshold() -> None:
     found = smallest_detectable([score, unseen], 16.0)
     assert found["mass"] == pytest.approx(4 * 0.01 / 20)
     assert found["far"] == float("inf")
+
+
+def test_a_number_has_the_digits_that_its_interval_leaves() -> None:
+    assert [worth(0.99996, 0.00024), worth(918.3, 29.0), worth(1.0, 0.0), worth(0.0, 1.0)] == [5, 4, 4, 4]
+    assert f"{0.99996:.{worth(0.99996, 0.00024)}g}" == "0.99996"
+    assert worth(12345.6789, 0.02) == 8
