@@ -53,7 +53,7 @@ def planted(force: float) -> list[Planted]:
             name="pre-load by left dead weight",
             value=1 - 7.0 / force,
         ),
-        Planted(effect=HiddenEffect(kind="cubic", strength=1e13), name="cubic at tip", value=1e13),
+        Planted(effect=HiddenEffect(kind="cubic", strength=4e12), name="cubic at tip", value=4e12),
     ]
 
 

@@ -150,10 +150,46 @@ def _compared(
         fit = _calibrated(comparison, unknowns, values, prediction, _told(report, "calibration"))
         model, prediction, values = fit.model, fit.prediction, fit.values
     assert fit is not None
-    beside = held.predictor.predict(model, prediction)
-    tested, apart = weighed(held, model, beside, budget, [each.compose(values) for each in finer])
+    refined = [each.compose(values) for each in finer]
+    return {"train": comparison, "fit": fit, **_unseen(held, model, prediction, budget, refined)}
+
+
+def weighed_beside(
+    campaign: Campaign, arrangement: Arrangement, effect: Effect, fit: Fit, listed: Callable[[TestModel], Catalogue]
+) -> Arrangement:
+    """The same measurements, weighed where the model with an effect stands; the fit is still that without it.
+
+    What friction histories, jitter and a coarse mesh do depends on where contacts slip, and so on the model that says
+    it. Where the model without an effect is calibrated far from what was measured, so is its covariance.
+
+    Parameters
+    ----------
+    campaign, arrangement
+        Measurements beside the model.
+    effect, fit
+        Fitted beside the accepted parameters and what was added.
+    listed
+        As in `arrange`.
+    """
+    of = arrangement
+    seen, unseen = parted(campaign)
+    sweeps = followed(campaign)
+    train, held = Measured.of(seen, sweeps), Measured.of(unseen, sweeps)
+    finer = [replace(each, effects=(*each.effects, listed(each.base).alike(effect))) for each in of.finer]
+    refined = [each.compose(fit.values) for each in finer]
+    comparison, _ = weighed(train, fit.model, fit.prediction, of.budget, refined)
+    without = _calibrated(comparison, of.unknowns([]), of.fit.values, of.fit.prediction, None)
+    rest = _unseen(held, fit.model, fit.prediction, of.budget, refined)
+    return replace(of, train=comparison, fit=without, **rest)
+
+
+def _unseen(
+    held: Measured, model: TestModel, near: Prediction, budget: Budget, refined: Sequence[TestModel]
+) -> dict[str, Any]:
+    """What an arrangement has of the held-out data."""
+    tested, apart = weighed(held, model, held.predictor.predict(model, near), budget, refined)
     settled, shifts = _settled(tested, apart, model)
-    return {"train": comparison, "held": tested, "settled": settled, "jitter": tuple(shifts), "fit": fit}
+    return {"held": tested, "settled": settled, "jitter": tuple(shifts)}
 
 
 def _calibrated(

@@ -9,6 +9,8 @@ best one did, that one was a stand-in, and nothing known is the cause.
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from diagnosis.arrangement import Arrangement
 from diagnosis.catalogue import Catalogue
 from diagnosis.keep import Keep
@@ -23,6 +25,8 @@ from diagnosis.verdict import Finding, Verdict, smallest_detectable
 BEHIND = 6.0
 #: Share of what the best effect explains that may be left for others beyond chance.
 STAND_IN = 0.15
+#: Standard deviations of chi^2 by which a fit must be worse than noise, that it be asked whether its weights are wrong.
+BEYOND = 5.0
 #: chi^2 a number above which a fit is bad whatever noise does, and the share of what was above it that may stay.
 BAD, LEFT = 2.0, 0.1
 
@@ -93,6 +97,12 @@ def decide(
     least = support(arrangement, before, best) - BEHIND
     alike = [refit for refit in passed if support(arrangement, before, refit) > least]
     return verdict(Finding.AMBIGUOUS if len(alike) > 1 else Finding.MISSING, alike)
+
+
+def worse_than_noise(arrangement: Arrangement) -> bool:
+    """Whether the model without an effect fits so badly that its covariance is in doubt."""
+    n = arrangement.fit.n_number
+    return arrangement.fit.chi2 > n + BEYOND * float(np.sqrt(2 * n))
 
 
 def misfit(place: Place) -> float:

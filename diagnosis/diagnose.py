@@ -10,14 +10,15 @@ from correlation.test_model import TestModel
 from diagnosis.accepted import Accepted
 from diagnosis.arrangement import Added, Arrangement, arrange
 from diagnosis.catalogue import Catalogue, Extra, campaign_catalogue
-from diagnosis.decision import decide, passes, support
+from diagnosis.decision import worse_than_noise
+from diagnosis.judgement import Known, judge, second_look
 from diagnosis.keep import Keep, computed
 from diagnosis.limits import Limits, linear_limits
 from diagnosis.localisation import Place, localise
 from diagnosis.refit import Refit, all_searched, begun, finalists, is_lost, refit, shortlist, unchanged
 from diagnosis.screening import Score, screen
 from diagnosis.straying import widened
-from diagnosis.verdict import Verdict
+from diagnosis.verdict import Finding, Verdict
 
 #: What is being done, and the share of the whole diagnosis that is done [-].
 Report = Callable[[str, float], None]
@@ -123,9 +124,9 @@ def diagnose(
         An unknown kind of effect, or one's own that is none.
     """
     told = report or (lambda _what, _share: None)
-    known = {each.effect.name for each in added}
+    names = {each.effect.name for each in added}
     listed = campaign_catalogue(campaign, base, without=without, extra=extra)
-    listed = replace(listed, candidates=tuple(each for each in listed.candidates if each.name not in known))
+    listed = replace(listed, candidates=tuple(each for each in listed.candidates if each.name not in names))
     told("calibration", 0.0)
     every = partial(campaign_catalogue, campaign, extra=extra)
     arrangement = keep("arrangement", lambda: arrange(campaign, base, accepted, budget, added=added, listed=every))
@@ -145,23 +146,24 @@ def diagnose(
         refits.append(keep(f"refit of {score.effect.name}", partial(refit, arrangement, score, fit)))
     told("unknown forces", shares.places)
     places = keep("places", lambda: localise(arrangement))
-    # What may be claimed stands before what may not.
-    ranked = sorted(
-        refits, key=lambda each: (not passes(arrangement, before, each, found), -support(arrangement, before, each))
-    )
     told("what is left", shares.left)
-    verdict = decide(arrangement, listed, screened, before, ranked, places, found, keep)
+    known = Known(catalogue=listed, scores=screened, limits=found)
+    judged = judge(arrangement, before, refits, places, known, keep)
+    if judged.verdict.finding is Finding.UNKNOWN and worse_than_noise(arrangement):
+        judged = second_look(campaign, judged, known, every, keep, lambda what: told(what, shares.left))
+    arrangement, before, verdict = judged.arrangement, judged.before, judged.verdict
     told("intervals", shares.intervals)
-    best, everyone = (*verdict.effects, before)[0], [before, *refits]
-    wide = keep(f"intervals beside {best.name}", lambda: widened(campaign, arrangement, best, everyone))
+    best, everyone = (*verdict.effects, before)[0], [before, *judged.refits]
+    where = judged.weighed or best.name
+    wide = keep(f"intervals beside {where}", lambda: widened(campaign, arrangement, best, everyone))
     # By their names: which comes first is another matter with other limits.
     by_name = {each.name: each for each in wide}
-    before, ranked = by_name[before.name], [by_name[each.name] for each in ranked]
+    before, ranked = by_name[before.name], [by_name[each.name] for each in judged.refits]
     verdict = replace(verdict, before=before, effects=tuple(by_name[each.name] for each in verdict.effects))
     told("done", 1.0)
     return Diagnosis(
         arrangement=arrangement, catalogue=listed, scores=tuple(screened), before=before, refits=tuple(ranked),
-        places=tuple(places), limits=found, verdict=verdict,
+        places=judged.places, limits=found, verdict=verdict,
     )  # fmt: skip
 
 

@@ -25,8 +25,9 @@ from diagnosis.unknowns import Unknowns
 BEST, PARALLEL, PROMISING, MOST = 3, 0.6, 0.5, 6
 #: Of the shortlist, two are fitted thoroughly and tested, and up to so many whose chi^2 is not so far behind.
 FINALISTS, FAR_BEHIND = 3, 40.0
-#: What acts through stick and slip alone is refitted in any case: its derivative may point the wrong way.
-RUGGED, MOST_RUGGED = ("pre-load", "friction coefficient"), 3
+#: What acts through stick and slip alone is refitted in any case: its derivative may point the wrong way, and of
+#: several lines and weights that of the true one did.
+RUGGED, MOST_RUGGED = ("pre-load", "friction coefficient"), 8
 #: Gains below this are not worth a refit: the best of some dozens of candidates has more by chance.
 WORTHLESS = 3.0
 #: A fit that gains less than this share of what the screening promised is begun once more, from typical strength.
@@ -180,6 +181,12 @@ def refit(arrangement: Arrangement, score: Score, quick: Fit | None = None) -> R
     quick = fitted(arrangement, score) if quick is None else quick
     fit = calibrate(arrangement.train, quick.unknowns, quick.values, quick.prediction, slopes=quick.jacobian)
     return _tested(arrangement, score.effect, fit)
+
+
+def refit_anew(arrangement: Arrangement, found: Refit) -> Refit:
+    """An effect fitted again from where it was, to measurements that are weighed otherwise."""
+    fit = calibrate(arrangement.train, found.fit.unknowns, found.fit.values, found.fit.prediction)
+    return _tested(arrangement, found.effect, fit)
 
 
 def _slopes(score: Score, accepted: Fit) -> Float[NDArray[np.float64], "m p"] | None:
