@@ -1,0 +1,103 @@
+"""A second look: by the weights of an effect that is the one it holds, by those of one that is not it does not."""
+
+from dataclasses import replace
+from functools import partial
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+from correlation.nuisance import Budget
+from correlation.test_model import TestModel
+from diagnosis.accepted import Accepted, accepted
+from diagnosis.arrangement import Added, Arrangement, arrange, weighed_beside
+from diagnosis.catalogue import campaign_catalogue, catalogue
+from diagnosis.decision import worse_than_noise
+from diagnosis.judgement import Judgement, Known, judge, second_look
+from diagnosis.keep import computed
+from diagnosis.limits import linear_limits
+from diagnosis.localisation import localise
+from diagnosis.refit import refit, unchanged
+from diagnosis.screening import Score, screen
+from diagnosis.verdict import Finding
+
+BUDGET = Budget(frequency=0.0, compliance=0.0)
+MASS, TRUE, FALSE = 5e-3, "mass at tip z", "spring at tip z"  # kg, of 0.8
+
+
+@pytest.fixture(scope="module")
+def campaign(small: TestModel, paper: ModuleType) -> Any:
+    truth = catalogue(small, level=paper.LEVELS[1]).effect(TRUE).apply(small, [MASS])
+    return paper.make_campaign(truth, jitter=3e-5, seed=5)
+
+
+@pytest.fixture(scope="module")
+def free(small: TestModel) -> tuple[Accepted, ...]:
+    return tuple(accepted(small, deviation={"kn": 0.0, "E": 0.0}))
+
+
+@pytest.fixture(scope="module")
+def arrangement(campaign: Any, small: TestModel, free: tuple[Accepted, ...]) -> Arrangement:
+    return arrange(campaign, small, free, BUDGET)
+
+
+@pytest.fixture(scope="module")
+def scores(campaign: Any, small: TestModel, arrangement: Arrangement) -> list[Score]:
+    listed = campaign_catalogue(campaign, small)
+    return screen(arrangement, [listed.effect(name) for name in (TRUE, FALSE)])
+
+
+@pytest.fixture(scope="module")
+def known(campaign: Any, small: TestModel, scores: list[Score]) -> Known:
+    return Known(catalogue=campaign_catalogue(campaign, small), scores=scores, limits=linear_limits(scores))
+
+
+@pytest.fixture(scope="module")
+def first(arrangement: Arrangement, scores: list[Score], known: Known) -> Judgement:
+    refits = [refit(arrangement, score) for score in scores]
+    return judge(arrangement, unchanged(arrangement), refits, localise(arrangement), known, computed)
+
+
+def doubted(first: Judgement) -> Judgement:
+    return replace(first, verdict=replace(first.verdict, finding=Finding.UNKNOWN, effects=()))
+
+
+def test_a_fit_is_worse_than_noise_only_without_what_is_hidden(first: Judgement, arrangement: Arrangement) -> None:
+    best = first.refits[0]
+    assert worse_than_noise(arrangement)
+    assert not worse_than_noise(replace(arrangement, fit=best.fit))
+
+
+def test_weights_beside_an_effect_are_those_of_an_arrangement_that_has_it(
+    campaign: Any, small: TestModel, free: tuple[Accepted, ...], first: Judgement
+) -> None:
+    best = first.refits[0]
+    assert best.effect is not None
+    listed = partial(campaign_catalogue, campaign)
+    found = weighed_beside(campaign, first.arrangement, best.effect, best.fit, listed)
+    added = Added(effect=best.effect, values=best.fit.values[-1:])
+    other = arrange(campaign, small, free, BUDGET, added=[added], listed=listed)
+    assert found.fit.values.shape == first.arrangement.fit.values.shape
+    # One is weighed at the fit by the first weights, the other at its own: a small part of what noise there is.
+    ratio = found.train.whitening.deviation / other.train.whitening.deviation
+    assert np.median(abs(ratio - 1)) < 0.02
+    moved = found.train.whitening.deviation / first.arrangement.train.whitening.deviation
+    assert np.median(abs(moved - 1)) > 2 * np.median(abs(ratio - 1))
+
+
+def test_what_is_hidden_holds_by_its_own_weights(campaign: Any, first: Judgement, known: Known) -> None:
+    told: list[str] = []
+    listed = partial(campaign_catalogue, campaign)
+    found = second_look(campaign, doubted(first), known, listed, computed, told.append)
+    assert (found.verdict.finding, found.weighed) == (Finding.MISSING, TRUE)
+    assert [each.name for each in found.verdict.effects] == [TRUE]
+    assert found.verdict.effects[0].strength == pytest.approx(MASS, abs=3 * found.verdict.effects[0].deviation)
+    assert told[0] == f"weights beside {TRUE}"
+
+
+def test_what_is_not_hidden_does_not_hold_by_its_own_weights(campaign: Any, first: Judgement, known: Known) -> None:
+    alone = doubted(replace(first, refits=tuple(each for each in first.refits if each.name == FALSE)))
+    told: list[str] = []
+    assert second_look(campaign, alone, known, partial(campaign_catalogue, campaign), computed, told.append) is alone
+    assert told == [f"weights beside {FALSE}"]  # it was asked, since it passes as long as nothing else does
