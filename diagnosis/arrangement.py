@@ -26,9 +26,9 @@ Report = Callable[[str, float], None]
 
 #: Friction histories in the covariance of each calibration; each is weighed where the one before it came to.
 HISTORIES = (4, DRAWS)
-#: chi^2 a number beyond which a calibration has gone astray, and by how much the deviations of what is left out of
+#: chi^2 a number beyond which a calibration may have gone astray, and by how much the deviations of what is left out of
 #: the one before it are enlarged.
-ASTRAY, FAINT = 5.0, 1e3
+ASTRAY, FAINT = 1.5, 1e3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -199,10 +199,11 @@ def _calibrated(
     prediction: Prediction,
     report: Callable[[float], None] | None,
 ) -> Fit:
-    """The first fit; where it goes astray, begun anew from a fit of what is almost linear: the lowest level.
+    """The first fit; where it may have gone astray, begun anew from a fit of what is almost linear: the lowest level.
 
     Where a resonance is off by several of its widths, contacts slip in the model at frequencies at which they stick in
-    the test, and no slope of the friction says that the resonance is elsewhere. The lowest level says it.
+    the test, and no slope of the friction says that the resonance is elsewhere: friction then makes up for it as far
+    as it can. The lowest level says it. What is hidden makes a fit bad as well, and both starts then end alike.
     """
     fit = calibrate(comparison, unknowns, values, prediction, report, exact=True)
     if fit.chi2 <= ASTRAY * fit.n_number:

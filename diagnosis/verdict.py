@@ -67,10 +67,10 @@ class Verdict:
             where = f": {self.place.sentence}" if self.place is not None else ""
             return f"Something is missing, and it is none of the known effects{where}."
         told = [_told(each) for each in self.effects]
-        error = (
-            f"the held-out error falls from {100 * self.before.held_error:.2g} to "
-            f"{100 * self.effects[0].held_error:.2g} %"
-        )
+        before, after = self.before, self.effects[0]
+        error = f"the held-out error falls from {100 * before.held_error:.2g} to {100 * after.held_error:.2g} %"
+        if not after.held_error < before.held_error:
+            error = f"held-out chi^2 a number falls from {before.held_chi2:.3g} to {after.held_chi2:.3g}"
         if self.finding is Finding.AMBIGUOUS:
             return f"{' or '.join(told)}: these data cannot tell which ({error})."
         return f"{told[0]} is missing; {error}."
