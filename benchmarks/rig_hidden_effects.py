@@ -1,6 +1,6 @@
 """The diagnosis on the rig: which effect is named where a mass, a dead weight or a cubic spring was hidden.
 
-    OMP_NUM_THREADS=1 python -m benchmarks.rig_hidden_effects [--folder FOLDER] [--seeds 3] [--only mass]
+    OMP_NUM_THREADS=1 python -m benchmarks.rig_hidden_effects [--folder FOLDER] [--seeds 3] [--first 1] [--only mass]
 
 The model is the rig of the shipped case with elements of `MODEL_SIZE`, its numerical error what elements of
 `FINER_SIZE` change; what is measured is integrated in time on a reduced model of elements of `SPECIMEN_SIZE`, whose
@@ -108,13 +108,14 @@ def main(words: Sequence[str] | None = None) -> None:
     """All effects with all seeds, a line each."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--folder", type=Path, default=Path("rig_hidden_effects"))
-    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--seeds", type=int, default=3, help="how many")
+    parser.add_argument("--first", type=int, default=1, help="first seed")
     parser.add_argument("--only", choices=["mass", "preload", "cubic"], help="one kind of effect")
     given = parser.parse_args(words)
     case = write_model(given.folder / "model")
     print("| planted | seed | named | true | found | held-out error | made, diagnosed [CPU s] |")
     print("|---|---|---|---|---|---|---|")
-    for seed in range(1, given.seeds + 1):
+    for seed in range(given.first, given.first + given.seeds):
         for hidden in planted(load_case(RIG, RigCase).dead_weight.force):
             if given.only not in {None, hidden.effect.kind}:
                 continue

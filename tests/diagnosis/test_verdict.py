@@ -1,5 +1,6 @@
 """What a diagnosis says: one sentence for each of the four findings, with its numbers and units."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -42,6 +43,13 @@ def verdict(finding: Finding, *effects: Refit, place: Place | None = None) -> st
 def test_one_effect_is_missing() -> None:
     assert verdict(Finding.MISSING, TIP) == (
         "mass at tip z (0.0123 kg +- 0.00098) is missing; the held-out error falls from 3.4 to 0.21 %."
+    )
+
+
+def test_what_does_not_fall_is_not_said_to_fall() -> None:
+    weak = replace(TIP, held_error=0.035, held_chi2=0.812)
+    assert verdict(Finding.MISSING, weak) == (
+        "mass at tip z (0.0123 kg +- 0.00098) is missing; held-out chi^2 a number falls from 1 to 0.812."
     )
 
 
