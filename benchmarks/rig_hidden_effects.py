@@ -1,4 +1,4 @@
-"""The diagnosis on the rig: which effect is named where a mass, a dead weight or a cubic spring was hidden.
+"""The diagnosis on the rig: which effect is named where a mass, a dead weight, a cubic spring or nothing was hidden.
 
     OMP_NUM_THREADS=1 python -m benchmarks.rig_hidden_effects [--folder FOLDER] [--seeds 3] [--first 1] [--only mass]
 
@@ -45,7 +45,7 @@ class Planted:
 
 
 def planted(force: float) -> list[Planted]:
-    """The three effects; `force` is that of the drawing's dead weight [N]."""
+    """The three effects, and none; `force` is that of the drawing's dead weight [N]."""
     return [
         Planted(effect=HiddenEffect(kind="mass", strength=4e-3), name="mass at tip", value=4e-3),
         Planted(
@@ -54,6 +54,7 @@ def planted(force: float) -> list[Planted]:
             value=1 - 7.0 / force,
         ),
         Planted(effect=HiddenEffect(kind="cubic", strength=4e12), name="cubic at tip", value=4e12),
+        Planted(effect=HiddenEffect(kind="nothing"), name="nothing", value=0.0),
     ]
 
 
@@ -110,7 +111,7 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--folder", type=Path, default=Path("rig_hidden_effects"))
     parser.add_argument("--seeds", type=int, default=3, help="how many")
     parser.add_argument("--first", type=int, default=1, help="first seed")
-    parser.add_argument("--only", choices=["mass", "preload", "cubic"], help="one kind of effect")
+    parser.add_argument("--only", choices=["mass", "preload", "cubic", "nothing"], help="one kind of effect")
     given = parser.parse_args(words)
     case = write_model(given.folder / "model")
     print("| planted | seed | named | true | found | held-out error | made, diagnosed [CPU s] |")
