@@ -138,9 +138,7 @@ def _compared(
     report: Report | None,
 ) -> dict[str, Any]:
     """What an arrangement has of a campaign, by the names of its fields: comparisons, jitter and fit."""
-    seen, unseen = parted(campaign)
-    sweeps = followed(campaign)
-    train, held = Measured.of(seen, sweeps), Measured.of(unseen, sweeps)
+    train, held = _sides(campaign)
     model, fit = unknowns.compose(values), None
     prediction = train.predictor.predict(model)
     # Jitter and numerical error depend on where the contacts slip, and so on the fit that they weigh.
@@ -172,15 +170,20 @@ def weighed_beside(
         As in `arrange`.
     """
     of = arrangement
-    seen, unseen = parted(campaign)
-    sweeps = followed(campaign)
-    train, held = Measured.of(seen, sweeps), Measured.of(unseen, sweeps)
+    train, held = _sides(campaign)
     finer = [replace(each, effects=(*each.effects, listed(each.base).alike(effect))) for each in of.finer]
     refined = [each.compose(fit.values) for each in finer]
     comparison, _ = weighed(train, fit.model, fit.prediction, of.budget, refined)
     without = _calibrated(comparison, of.unknowns([]), of.fit.values, of.fit.prediction, None)
     rest = _unseen(held, fit.model, fit.prediction, of.budget, refined)
     return replace(of, train=comparison, fit=without, **rest)
+
+
+def _sides(campaign: Campaign) -> tuple[Measured, Measured]:
+    """Measurements to fit to, and those that test a fit."""
+    seen, unseen = parted(campaign)
+    sweeps = followed(campaign)
+    return Measured.of(seen, sweeps), Measured.of(unseen, sweeps)
 
 
 def _unseen(

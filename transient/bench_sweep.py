@@ -205,19 +205,19 @@ class SweptBench:
     def _reach(self, frequency: float, level: float, last: _Approach, tolerance: float) -> tuple[_Point, _Approach]:
         """The steady state at a frequency and a level, and what the next point starts from."""
         point, found = self._settle(frequency, level, last, tolerance)
-        spent = _n_period(point)
+        spent = point[3]
         for n_step in STEPS:
             if found is not None:
                 break
             found = last
             for between, grown in _way(last, frequency, level, n_step):
                 point, found = self._settle(between, grown, found, tolerance)
-                spent += _n_period(point)
+                spent += point[3]
                 if found is None:
                     break
         if found is None:
             point, found = self._wait(frequency, level, last, tolerance)
-            spent += _n_period(point)
+            spent += point[3]
         motion, force, slip, _, periodic, slider = point
         return (motion, force, slip, spent, periodic, slider), found or last
 
@@ -334,7 +334,3 @@ def _way(last: _Approach, frequency: float, level: float, n_step: int) -> list[t
     """Frequencies [Hz] and levels [N] on the way to a point, the point included."""
     way = np.linspace((last.frequency, last.level), (frequency, level), n_step + 1)[1:]
     return [(float(between), float(grown)) for between, grown in way]
-
-
-def _n_period(point: _Point) -> int:
-    return point[3]
