@@ -1,5 +1,6 @@
-"""Integrals over faces of solid cells: area, area vector, and the volume that a closed surface holds."""
+"""Integrals over faces of solid cells: area, area vector, the volume that a closed surface holds, nodal loads."""
 
+from collections.abc import Callable, Iterator
 from functools import cache
 
 import numpy as np
@@ -27,6 +28,30 @@ def enclosed_volume(mesh: Mesh) -> float:
     return float((points * vectors).sum() / 3)
 
 
+def face_integral(
+    mesh: Mesh,
+    faces: Faces,
+    density: Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]],
+) -> Float[NDArray[np.float64], "node n"]:
+    r"""Nodal values of densities on faces, \int N_i p dA, shape (n_node, n).
+
+    Parameters
+    ----------
+    mesh, faces
+        Cell and local face of each face, shape (k, 2) [-].
+    density
+        Of points and unit outward normals there, shapes (..., 3): the densities p, shape (..., n).
+    """
+    points, vectors = _samples(mesh, faces)
+    area = np.linalg.norm(vectors, axis=2, keepdims=True)
+    values = density(points, vectors / area) * area
+    found = np.zeros((mesh.n_node, values.shape[2]))
+    for here, element, local, nodes in _groups(mesh, faces):
+        shape = element.shape(_rule(element, local)[0])
+        np.add.at(found, nodes, np.einsum("qa,eqn->ean", shape, values[here]))
+    return found
+
+
 def outer_faces(mesh: Mesh) -> Faces:
     """Faces that belong to one cell alone: cell and local face, in the order of the cells."""
     keys, owners, start = [], [], 0
@@ -51,19 +76,27 @@ def _samples(
     """Gauss points on the faces, and their weighted outward normals."""
     n = N_POINT**2
     points, vectors = np.zeros((len(faces), n, 3)), np.zeros((len(faces), n, 3))
+    for here, element, local, cells in _groups(mesh, faces):
+        nodes = mesh.points[cells]
+        at, along, weights = _rule(element, local)
+        points[here] = np.einsum("qa,eai->eqi", element.shape(at), nodes)
+        slope = np.einsum("qaj,tj->tqa", element.gradient(at), along)
+        u, v = (np.einsum("qa,eai->eqi", part, nodes) for part in slope)
+        vectors[here] = np.cross(u, v) * weights[:, None]
+    return points, vectors
+
+
+def _groups(
+    mesh: Mesh, faces: Faces
+) -> Iterator[tuple[Int[NDArray[np.int64], " e"], Element, int, Int[NDArray[np.int64], "e node"]]]:
+    """Faces by element and local face: their places in `faces`, and the nodes of their cells."""
     start = 0
     for cell_type, cells in mesh.cells.items():
         element = ELEMENTS[cell_type]
         for local in range(len(element.faces)):
             here = np.flatnonzero((faces[:, 0] >= start) & (faces[:, 0] < start + len(cells)) & (faces[:, 1] == local))
-            nodes = mesh.points[cells[faces[here, 0] - start]]
-            at, along, weights = _rule(element, local)
-            points[here] = np.einsum("qa,eai->eqi", element.shape(at), nodes)
-            slope = np.einsum("qaj,tj->tqa", element.gradient(at), along)
-            u, v = (np.einsum("qa,eai->eqi", part, nodes) for part in slope)
-            vectors[here] = np.cross(u, v) * weights[:, None]
+            yield here, element, local, cells[faces[here, 0] - start]
         start += len(cells)
-    return points, vectors
 
 
 @cache

@@ -136,7 +136,7 @@ def mesh_rig(rig: Rig, cells: RigMesh) -> dict[str, Mesh]:
     """
     element, subdivisions = cells.blade.element, cells.blade.subdivisions
     lasers = {name: point for name, point in named_points(rig)["blade"].items() if name.startswith("laser")}
-    # The force acts at a node: half an element beside its height the first mode moves by a tenth more or less.
+    # The disc that the shaker pushes spans few elements: halves of it with as many are resolved best.
     blade = mesh_blade(rig.blade, cells.blade, cells.pads, rig.blade.excitation_height)
     found = {"blade": with_named_points(blade, lasers)}
     for body, place in placements(rig).items():

@@ -104,6 +104,47 @@ def station_coordinates(
     )
 
 
+def at_nodes(mesh: Mesh) -> StationCoordinates:
+    """The displacements of the nodes as they are."""
+    return StationCoordinates(mesh=mesh, to_nodes=sp.eye_array(3 * mesh.n_node, format="csr"))
+
+
+def with_mean(
+    place: StationCoordinates, name: str, weights: Float[NDArray[np.float64], " node"], held: Iterable[str] = ()
+) -> StationCoordinates:
+    """Make a weighted mean of nodes a coordinate of its own, so that a force on it is spread by the same weights.
+
+    Parameters
+    ----------
+    place
+        What is a coordinate so far.
+    name
+        Of the node set of its pivot; one of that name is replaced.
+    weights
+        Of the nodes; they sum to one [-].
+    held
+        Sets of nodes that will be fixed, whose nodes cannot give up their place.
+
+    Raises
+    ------
+    MeshError
+        All nodes that count are held or named.
+    """
+    mesh = place.mesh
+    sets = {other: nodes for other, nodes in mesh.node_sets.items() if other != name}
+    taken = {int(node) for nodes in sets.values() for node in nodes}
+    taken |= {int(node) for one in held for node in mesh.nodes(one)}
+    # The three directions are alike in T.
+    own = sp.csr_array(sp.csr_array(weights[None]) @ place.to_nodes[::3, ::3])
+    size = np.abs(own.toarray()[0])
+    size[list(taken)] = 0
+    pivot = np.array([size.argmax()])
+    if size[pivot[0]] < SMALL * np.abs(weights).max():
+        raise MeshError(f'no node can give up its place to "{name}", for those that count are held or named')
+    to_nodes = place.to_nodes @ _to_nodes(own, pivot, own[:, pivot].toarray())
+    return StationCoordinates(mesh=replace(mesh, node_sets={**sets, name: pivot}), to_nodes=sp.csr_array(to_nodes))
+
+
 def _pivots(weights: sp.csr_array, taken: set[int], labels: Sequence[str]) -> Int[NDArray[np.int64], " station"]:
     """A node of its own for each station, those of the largest weights in all."""
     nodes = np.setdiff1d(weights.indices, np.array(sorted(taken), dtype=np.int64))

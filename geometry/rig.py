@@ -12,7 +12,7 @@ from geometry import decoupler as decoupler_geometry
 from geometry.blade import Blade
 from geometry.damper import Damper
 from geometry.decoupler import Decoupler
-from geometry.dimension import in_millimetres, raise_geometry_error
+from geometry.dimension import SMALLEST, in_millimetres, raise_geometry_error
 from geometry.interface import N_STATION, ContactLine
 from geometry.part import Part, Point
 from geometry.placement import Placement
@@ -31,6 +31,8 @@ class Rig:
     ----------
     blade, damper, decoupler
         Their dimensions; both sides have the same.
+    excitation_radius
+        Of the disc on the blade's flat face that the shaker pushes: a force sensor's foot is 10 mm wide and more [m].
 
     Raises
     ------
@@ -45,9 +47,11 @@ class Rig:
     blade: Blade = field(default_factory=Blade)
     damper: Damper = field(default_factory=Damper)
     decoupler: Decoupler = field(default_factory=Decoupler)
+    excitation_radius: float = 0.005
 
     def __post_init__(self) -> None:
-        clauses = [*_mating_problems(self, "blade", self.blade), *_mating_problems(self, "decoupler", self.decoupler)]
+        clauses = [*_excitation_problems(self)]
+        clauses += [*_mating_problems(self, "blade", self.blade), *_mating_problems(self, "decoupler", self.decoupler)]
         if clauses:
             raise_geometry_error("rig", clauses)
 
@@ -169,6 +173,19 @@ def rig_parts(rig: Rig) -> dict[str, Part]:
         "decoupler": decoupler_geometry.decoupler_part(rig.decoupler),
     }
     return {name: place.part(own[name.partition("_")[0]], name) for name, place in placements(rig).items()}
+
+
+def _excitation_problems(rig: Rig) -> Iterator[str]:
+    """What keeps the disc that is pushed from lying on the blade's flat face, between root and pads."""
+    blade = rig.blade
+    height, width = blade.excitation_height, blade.flat_width / 2
+    most = min(width, height, blade.pad_bottom - height)
+    if not SMALLEST <= rig.excitation_radius <= most:
+        yield (
+            f"excitation_radius = {in_millimetres(rig.excitation_radius)} is not between {in_millimetres(SMALLEST)} "
+            f"and {in_millimetres(most)}, which is how far the blade's flat face goes about excitation_height = "
+            f"{in_millimetres(height)} (give a smaller disc or move it)"
+        )
 
 
 def _mating_problems(rig: Rig, name: str, body: Blade | Decoupler) -> Iterator[str]:

@@ -45,10 +45,10 @@ class ReducedBody:
 @stage("reduced body of a rig", rooms=RIG_REDUCTION_CODE)
 def reduced_body(model: RigModel, body: str) -> ReducedBody:
     """Mesh, hold and reduce one body; every named set of its mesh stays physical."""
-    mesh = model.meshes()[body]
+    meshed = model.meshed()
+    mesh, place = meshed.meshes[body], meshed.coordinates.get(body)
     quality = check_quality(mesh)
     mass, stiffness = assemble(mesh, model.material)
-    place = model.tetrahedra.get(body)
     if place is None:
         system = held_body(mesh, body, mass, stiffness)
     else:

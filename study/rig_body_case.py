@@ -5,12 +5,16 @@ from typing import Literal
 from geometry.blade import Blade
 from geometry.damper import Damper
 from geometry.decoupler import Decoupler
+from geometry.rig import Rig
 from study.case import CaseModel
 from study.quantity import Angle, Length
 
 
 class BladeDimensions(CaseModel):
-    """The rig's blade; the fields are those of `geometry.blade.Blade`, `kind` is what a blade's own case file says."""
+    """The rig's blade, and the disc on it that the shaker pushes.
+
+    The fields are those of `geometry.blade.Blade`, `kind` is what a blade's own case file says.
+    """
 
     kind: Literal["rig"] = "rig"
     length: Length = Blade.length
@@ -29,10 +33,11 @@ class BladeDimensions(CaseModel):
     groove_radius: Length = Blade.groove_radius
     cone_half_angle: Angle = Blade.cone_half_angle
     excitation_height: Length = Blade.excitation_height
+    excitation_radius: Length = Rig.excitation_radius
 
     def blade(self) -> Blade:
         """Its dimensions, checked as a whole."""
-        return Blade(**self.model_dump(exclude={"kind"}))
+        return Blade(**self.model_dump(exclude={"kind", "excitation_radius"}))
 
 
 class DamperDimensions(CaseModel):

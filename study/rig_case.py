@@ -224,7 +224,7 @@ def rig_model(case: RigCase) -> RigModel:
     with located(case, "material"):
         material = case.material.material()
     try:
-        rig = Rig(blade=blade, damper=damper, decoupler=decoupler)
+        rig = Rig(blade=blade, damper=damper, decoupler=decoupler, excitation_radius=case.blade.excitation_radius)
     except GeometryError as error:
         with located(case, *_table_at_fault(case, str(error))):
             raise error

@@ -3,12 +3,16 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from fe.element import ELEMENTS
+from fe.face_integral import outer_faces
 from fe.material import Material
 from fe.mesh import Mesh
+from fe.pressed_disc import disc_weights
 from fe.rig_mesher import RigMesh, mesh_rig, rig_mesh
-from fe.station_coordinates import StationCoordinates
-from geometry.rig import Rig, placements
+from fe.station_coordinates import StationCoordinates, at_nodes, with_mean
+from geometry.rig import Rig, named_points, placements
 
 #: The code that a model of a rig depends on, for the stages that compute with one.
 RIG_CODE = ("geometry", "fe", "study.rig_model")
@@ -16,6 +20,14 @@ RIG_CODE = ("geometry", "fe", "study.rig_model")
 BODIES = tuple(placements(Rig()))
 #: Sets of nodes that are held, by kind of body; contact alone holds the dampers.
 HELD = {"blade": ("clamp",), "damper": (), "decoupler": ("cell_upper", "cell_lower")}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MeshedRig:
+    """The meshes of a rig by body, and the coordinates of those bodies that have other ones than their nodes'."""
+
+    meshes: Mapping[str, Mesh]
+    coordinates: Mapping[str, StationCoordinates]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,12 +63,19 @@ class RigModel:
         (element,) = (each for each in ELEMENTS.values() if each.name == self.element)
         return rig_mesh(self.rig, element, self.size)
 
-    def meshes(self) -> dict[str, Mesh]:
+    def meshed(self) -> MeshedRig:
         """All bodies in their places, in the order of `BODIES`."""
         if self.tetrahedra:
-            return {body: self.tetrahedra[body].mesh for body in BODIES if body in self.tetrahedra}
+            made = {body: self.tetrahedra[body] for body in BODIES if body in self.tetrahedra}
+            return MeshedRig(meshes={body: each.mesh for body, each in made.items()}, coordinates=made)
         found = mesh_rig(self.rig, self.cells)
-        return {body: found[body] for body in BODIES}
+        pushed = with_excitation(at_nodes(found["blade"]), self.rig)
+        found["blade"] = pushed.mesh
+        return MeshedRig(meshes={body: found[body] for body in BODIES}, coordinates={"blade": pushed})
+
+    def meshes(self) -> dict[str, Mesh]:
+        """Their meshes alone."""
+        return dict(self.meshed().meshes)
 
     def modes_of(self, body: str) -> int:
         """So many modes of a body are enough to choose from [-]: that of its mirror image counts too."""
@@ -64,6 +83,21 @@ class RigModel:
             return self.n_mode
         kind = body.partition("_")[0]
         return max(count for name, count in self.n_mode.items() if name.partition("_")[0] == kind)
+
+
+def with_excitation(place: StationCoordinates, rig: Rig) -> StationCoordinates:
+    """The blade with the mean over the disc that the shaker pushes as the coordinates "excitation".
+
+    Raises
+    ------
+    MeshError
+        The disc is on no face, or its nodes are held or named.
+    """
+    centre = named_points(rig)["blade"]["excitation"]
+    weights = disc_weights(
+        place.mesh, outer_faces(place.mesh), centre, np.array([0.0, 1.0, 0.0]), rig.excitation_radius
+    )
+    return with_mean(place, "excitation", weights, held=HELD["blade"])
 
 
 def mirror_image(body: str) -> str | None:

@@ -121,8 +121,8 @@ def energy_share(
 
 def _computed(case: RigCase, model: RigModel, run: RunContext) -> tuple[str, RigReduction]:
     """Text of the STEP file, and the reduction."""
-    meshes = model.meshes()
-    reductions = reduction_tasks(model, meshes)
+    meshed = model.meshed()
+    reductions = reduction_tasks(model, meshed.meshes)
     solid = Task(stage=rig_solid, inputs={"rig": model.rig}, label="CAD solids", weight=SOLID_WORK)
     try:
         *bodies, step = run_parallel(
@@ -132,7 +132,7 @@ def _computed(case: RigCase, model: RigModel, run: RunContext) -> tuple[str, Rig
         # The dimensions are to blame, which stand in several tables: not the mesh.
         with located(case):
             raise error
-    return str(step.value), together(model, meshes, reductions, bodies)
+    return str(step.value), together(model, meshed, reductions, bodies)
 
 
 def _titled(assembly: ReducedAssembly, title: str) -> ReducedAssembly:

@@ -16,7 +16,7 @@ from reduction.rom import ReducedModel
 from study.parallel import Task, run_parallel
 from study.progress import Progress
 from study.rig_body import ReducedBody, reduced_body
-from study.rig_model import BODIES, RigModel, mirror_image
+from study.rig_model import BODIES, MeshedRig, RigModel, mirror_image
 from study.rig_tetrahedra import in_tetrahedra
 from study.store import Outcome, Store
 
@@ -35,15 +35,15 @@ class RigReduction:
         By body [-].
     reactions
         By body and held set of nodes, over all coordinates of the assembly.
-    stations
-        By body, where stations lie between nodes.
+    coordinates
+        By body, where some are no nodes': of stations between nodes, or of the disc that the shaker pushes.
     """
 
     meshes: Mapping[str, Mesh]
     assembly: ReducedAssembly
     least_scaled_jacobian: Mapping[str, float]
     reactions: Mapping[str, Mapping[str, Reaction]]
-    stations: Mapping[str, StationCoordinates] = field(default_factory=dict)
+    coordinates: Mapping[str, StationCoordinates] = field(default_factory=dict)
 
     @property
     def n_dof(self) -> int:
@@ -51,8 +51,8 @@ class RigReduction:
         return sum(len(rom.free) for rom in self.assembly.bodies.values())
 
     def places(self, body: str) -> Float[NDArray[np.float64], "node 3"]:
-        """Where each coordinate of a body is: nodes, or stations in place of nodes, shape (n_node, 3) [m]."""
-        return self.stations[body].places if body in self.stations else self.meshes[body].points
+        """Where each coordinate of a body is: nodes, or what stands in place of nodes, shape (n_node, 3) [m]."""
+        return self.coordinates[body].places if body in self.coordinates else self.meshes[body].points
 
 
 def reduce_rig(model: RigModel, store: Store, progress: Progress, title: str = "reduction of the rig") -> RigReduction:
@@ -71,10 +71,10 @@ def reduce_rig(model: RigModel, store: Store, progress: Progress, title: str = "
         As the stages raise them.
     """
     model = in_tetrahedra(model, store, progress)
-    meshes = model.meshes()
-    tasks = reduction_tasks(model, meshes)
+    meshed = model.meshed()
+    tasks = reduction_tasks(model, meshed.meshes)
     outcomes = run_parallel(tasks, store, progress, title, memory=available_memory())
-    return together(model, meshes, tasks, outcomes)
+    return together(model, meshed, tasks, outcomes)
 
 
 def reduction_tasks(model: RigModel, meshes: Mapping[str, Mesh]) -> list[Task]:
@@ -106,7 +106,7 @@ def reduction_tasks(model: RigModel, meshes: Mapping[str, Mesh]) -> list[Task]:
 
 
 def together(
-    model: RigModel, meshes: Mapping[str, Mesh], tasks: list[Task], outcomes: list[Outcome[ReducedBody]]
+    model: RigModel, meshed: MeshedRig, tasks: list[Task], outcomes: list[Outcome[ReducedBody]]
 ) -> RigReduction:
     """What the tasks of `reduction_tasks` found, with the mirror images, and with as many modes as were asked."""
     found = {str(task.inputs["body"]): outcome.value for task, outcome in zip(tasks, outcomes, strict=True)}
@@ -121,10 +121,10 @@ def together(
         bodies = lowest_modes(bodies, model.n_mode)
     assembly = ReducedAssembly(bodies=bodies)
     return RigReduction(
-        meshes=meshes,
+        meshes=meshed.meshes,
         assembly=assembly,
         least_scaled_jacobian={body: found[mirror_image(body) or body].least_scaled_jacobian for body in BODIES},
-        stations=model.tetrahedra,
+        coordinates=meshed.coordinates,
         reactions={body: _reactions(assembly, body, found[mirror_image(body) or body].reactions) for body in BODIES},
     )
 

@@ -129,7 +129,7 @@ def _dampers(reduction: RigReduction) -> dict[str, Float[NDArray[np.float64], "r
 
 
 def excitation(reduction: RigReduction) -> NDArray[np.complex128]:
-    """A harmonic force of 1 N at the blade's excitation point along y, shape (2, r) [N]."""
+    """A harmonic force of 1 N along y on the disc that the shaker pushes, shape (2, r) [N]."""
     force = np.zeros((2, reduction.assembly.n_dof), dtype=np.complex128)
     force[1, reduction.assembly.rows("blade", "excitation", Y)] = 1.0
     return force

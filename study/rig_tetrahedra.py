@@ -13,7 +13,7 @@ from geometry.rig import Rig, named_points, rig_parts
 from study.doctor import preflight
 from study.parallel import Task, run_parallel
 from study.progress import Progress
-from study.rig_model import BODIES, HELD, RigModel, mirror_image
+from study.rig_model import BODIES, HELD, RigModel, mirror_image, with_excitation
 from study.store import Store, stage
 
 #: Contact lines by kind of body, each with the face that it lies on.
@@ -55,11 +55,13 @@ def body_tetrahedra(rig: Rig, body: str, size: float) -> StationCoordinates:
     on = dict(LINES[kind])
     places = {name: part.contact_lines[name].stations for name in on}
     for name, point in named_points(rig)[body].items():
-        if name not in part.faces:  # those are middles of faces, which say more
+        # Points that are middles of faces are told by these, and the disc about the excitation follows below.
+        if name not in part.faces and name != "excitation":
             places[name], on[name] = point[None], SURFACE
     whole = replace(mesh, face_sets={**mesh.face_sets, SURFACE: outer_faces(mesh)})
     found = station_coordinates(whole, places, on, held=HELD[kind])
-    return replace(found, mesh=replace(found.mesh, face_sets=mesh.face_sets))
+    found = replace(found, mesh=replace(found.mesh, face_sets=mesh.face_sets))
+    return with_excitation(found, rig) if body == "blade" else found
 
 
 def in_tetrahedra(model: RigModel, store: Store, progress: Progress) -> RigModel:

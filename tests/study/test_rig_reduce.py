@@ -206,10 +206,10 @@ def test_a_second_run_and_one_with_other_contacts_start_no_process(
 
 
 def outcomes(model: RigModel, by_body: dict[str, ReducedBody]) -> RigReduction:
-    meshes = model.meshes()
-    tasks = reduction_tasks(model, meshes)
+    meshed = model.meshed()
+    tasks = reduction_tasks(model, meshed.meshes)
     found = [Outcome(value=by_body[task.inputs["body"]], seconds=0.0, cached=True) for task in tasks]
-    return together(model, meshes, tasks, found)
+    return together(model, meshed, tasks, found)
 
 
 def test_a_mirror_image_is_what_its_own_reduction_gives(by_body: dict[str, ReducedBody]) -> None:

@@ -1,0 +1,69 @@
+r"""A round patch of a flat face that a stinger pushes, as weights of the nodes.
+
+The pressure falls to nothing at the rim,
+
+.. math:: p(r) = \frac{2}{\pi a^2} \left(1 - \frac{r^2}{a^2}\right), \qquad w_i = \int N_i \, p \, dA ,
+
+and the same weights give the mean displacement under it, which does the work of the force. A force at a node is no
+substitute: how much a solid gives way beside it grows without bound as its elements shrink.
+"""
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.errors import MeshError
+from fe.face_integral import Faces, face_integral
+from fe.mesh import Mesh
+
+#: Cosine between normals of faces that count as one flat face.
+FLAT = 0.999
+
+
+def disc_weights(
+    mesh: Mesh,
+    faces: Faces,
+    centre: Float[NDArray[np.float64], " 3"],
+    normal: Float[NDArray[np.float64], " 3"],
+    radius: float,
+) -> Float[NDArray[np.float64], " node"]:
+    """Weights of the nodes in the mean over a pressed disc; they sum to one, about its centre, shape (n_node,) [-].
+
+    Parameters
+    ----------
+    mesh
+        The body.
+    faces
+        Those to look at, cell and local face, shape (k, 2) [-].
+    centre
+        Of the disc, on a flat face [m].
+    normal
+        Of that face, out of the body, a unit vector.
+    radius
+        a [m].
+
+    Raises
+    ------
+    MeshError
+        No face there that looks this way.
+    """
+
+    def pressure(
+        points: Float[NDArray[np.float64], "*k 3"], outward: Float[NDArray[np.float64], "*k 3"]
+    ) -> Float[NDArray[np.float64], "*k n"]:
+        about = (points - centre) / radius
+        one = np.where(outward @ normal > FLAT, np.maximum(1 - (about**2).sum(axis=-1), 0), 0)
+        return np.asarray(one[..., None] * np.concatenate([np.ones_like(about[..., :1]), about], axis=-1))
+
+    found = face_integral(mesh, faces, pressure)
+    total = found.sum(axis=0)
+    if not total[0] > 0:
+        raise MeshError(
+            f"no face of the mesh lies within {1e3 * radius:g} mm of the disc's centre at "
+            f"({', '.join(f'{1e3 * x:g}' for x in centre)}) mm: put the disc on a flat face of the body"
+        )
+    # Points of quadrature miss the rim: the pressure is tilted a little, so that its resultant is at the centre.
+    moment = (mesh.points - centre).T @ found / radius
+    tilt = np.linalg.lstsq(moment[:, 1:], -moment[:, 0], rcond=1e-6)[0]
+    weights = found @ np.concatenate([[1.0], tilt])
+    return np.asarray(weights / weights.sum())
