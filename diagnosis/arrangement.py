@@ -18,6 +18,7 @@ from diagnosis.calibration import Fit, calibrate
 from diagnosis.catalogue import Catalogue, catalogue
 from diagnosis.comparison import Comparison
 from diagnosis.effect.candidate import Effect
+from diagnosis.finer_model import FinerModel
 from diagnosis.jitter import jitter
 from diagnosis.unknowns import Unknowns, Values
 from diagnosis.weighing import DRAWS, Measured, weighed
@@ -61,7 +62,7 @@ class Arrangement:
     budget
         Numerical error of the model.
     finer
-        The finer models of the budget, with the same unknowns.
+        The finer models of the budget, calibrated to what the fit says.
     """
 
     base: TestModel
@@ -73,7 +74,7 @@ class Arrangement:
     jitter: tuple[tuple[Effect, float], ...]
     fit: Fit
     budget: Budget
-    finer: tuple[Unknowns, ...]
+    finer: tuple[FinerModel, ...]
 
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
         """Accepted parameters with their priors; what was added and more effects without."""
@@ -115,12 +116,17 @@ def arrange(
     effects = tuple(each.effect for each in added)
     unknowns = _unknowns(base, accepted, effects)
     finer = tuple(
-        replace(unknowns, base=each, effects=(*accepted, *(listed(each).alike(effect) for effect in effects)))
+        FinerModel(
+            unknowns=replace(
+                unknowns, base=each, effects=(*accepted, *(listed(each).alike(effect) for effect in effects))
+            ),
+            n_accepted=len(accepted),
+        )
         for each in budget.refined
     )
     values = np.array([*unknowns.vanishing[: len(accepted)], *(value for each in added for value in each.values)])
     found = _compared(campaign, unknowns, values, budget, finer, report)
-    return Arrangement(base=base, accepted=tuple(accepted), added=effects, budget=budget, finer=finer, **found)
+    return Arrangement(base=base, accepted=tuple(accepted), added=effects, budget=budget, **found)
 
 
 def arranged_anew(arrangement: Arrangement, campaign: Campaign) -> Arrangement:
@@ -134,7 +140,7 @@ def _compared(
     unknowns: Unknowns,
     values: Values,
     budget: Budget,
-    finer: Sequence[Unknowns],
+    finer: Sequence[FinerModel],
     report: Report | None,
 ) -> dict[str, Any]:
     """What an arrangement has of a campaign, by the names of its fields: comparisons, jitter and fit."""
@@ -147,9 +153,21 @@ def _compared(
         comparison, _ = weighed(train, model, prediction, budget, refined, n_draw, fitted=fit is not None)
         fit = _calibrated(comparison, unknowns, values, prediction, _told(report, "calibration"))
         model, prediction, values = fit.model, fit.prediction, fit.values
+        finer = [each.calibrated(comparison, fit) for each in finer]
     assert fit is not None
     refined = [each.compose(values) for each in finer]
-    return {"train": comparison, "fit": fit, **_unseen(held, model, prediction, budget, refined)}
+    fit = _as_uncertain(fit, finer)
+    return {"train": comparison, "fit": fit, "finer": tuple(finer), **_unseen(held, model, prediction, budget, refined)}
+
+
+def _as_uncertain(fit: Fit, finer: Sequence[FinerModel]) -> Fit:
+    """The fit with accepted parameters that are as uncertain as finer models, which need others, say."""
+    covariance = np.array(fit.covariance)
+    for each in finer:
+        if each.shift is not None:
+            own = slice(len(each.shift))
+            covariance[own, own] += np.outer(each.shift, each.shift)
+    return replace(fit, covariance=covariance)
 
 
 def weighed_beside(
@@ -171,7 +189,7 @@ def weighed_beside(
     """
     of = arrangement
     train, held = _sides(campaign)
-    finer = [replace(each, effects=(*each.effects, listed(each.base).alike(effect))) for each in of.finer]
+    finer = [each.with_effects([listed(each.unknowns.base).alike(effect)]) for each in of.finer]
     refined = [each.compose(fit.values) for each in finer]
     comparison, _ = weighed(train, fit.model, fit.prediction, of.budget, refined)
     without = _calibrated(comparison, of.unknowns([]), of.fit.values, of.fit.prediction, None)

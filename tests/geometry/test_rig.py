@@ -153,6 +153,9 @@ def test_the_step_file_holds_five_named_bodies(parts: dict[str, Part], tmp_path:
         ({"decoupler": Decoupler(contact_length=0.010)},
          r"contact_length = 12 mm of the damper is not that of the decoupler, 10 mm"),
         ({"blade": Blade(groove_radius=0.004)}, r"groove_radius = 4 mm of the blade does not take the damper's end"),
+        ({"excitation_radius": 0.012}, r"excitation_radius = 12 mm is not between .* and 11 mm, .* = 20 mm"),
+        ({"excitation_radius": 0.0}, r"excitation_radius = 0 mm is not between"),
+        ({"blade": Blade(excitation_height=0.003)}, r"excitation_radius = 5 mm is not between .* and 3 mm"),
     ],
 )  # fmt: skip
 def test_bodies_that_do_not_fit_are_refused_in_one_sentence(bodies: dict[str, object], message: str) -> None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from fe.dense_modes import dense_modes
 from fe.mesh_io import read_mesh
-from geometry.rig import Rig, mating_pairs
+from geometry.rig import Rig, mating_pairs, named_points
 from reduction.assembly import ReducedAssembly
 from reduction.assembly_io import load_assembly
 from reduction.jointed_system import FrictionContact
@@ -236,6 +236,15 @@ def test_modes_are_the_lowest_of_all_bodies_or_as_many_as_each_is_given(
     given = outcomes(replace(model, n_mode=counts), by_body).assembly.bodies
     assert {body: rom.n_dof - rom.n_boundary for body, rom in given.items()} == counts
     assert replace(model, n_mode=counts).modes_of("decoupler_right") == 4  # enough for its mirror image too
+
+
+def test_the_shaker_pushes_a_disc_about_the_named_point(model: RigModel, by_body: dict[str, ReducedBody]) -> None:
+    place = model.meshed().coordinates["blade"]
+    (pivot,) = place.mesh.nodes("excitation")
+    centre = named_points(model.rig)["blade"]["excitation"]
+    np.testing.assert_allclose(place.places[pivot], centre, atol=1e-12)
+    rom = by_body["blade"].rom
+    assert rom.boundary_node[rom.rows("excitation", 1)] == pivot
 
 
 def test_a_short_case_is_the_shipped_one(folder: Path, model: RigModel) -> None:
