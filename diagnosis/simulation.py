@@ -158,15 +158,22 @@ class Simulation:
         errors = error_tangents(fit.model, arrangement.budget)
         rates = self._predictor.derivatives(fit.model, before, errors.tangents)
         slopes = self._features.slopes(before.value, rates) * errors.size
-        apart = [*slopes[:, errors.whole :].T]
-        finer = [each.compose(fit.values) for each in arrangement.finer]
-        for each in finer:
-            value = self._predictor.predict(each, before).value
-            apart.append(self._features.of_values(value) - self._features.of_values(before.value))
+        apart = [*slopes[:, errors.whole :].T, *self._finer_changes()]
         # A state that one of them does not find has no error of this kind.
         return np.nan_to_num(slopes[:, : errors.whole]), np.nan_to_num(
             np.array(apart).reshape(len(apart), len(slopes)).T
         )
+
+    def _finer_changes(self) -> list[Float[NDArray[np.float64], " m"]]:
+        """What each finer model changes of each feature."""
+        arrangement, fit, before = self.arrangement, self.arrangement.fit, self._prediction
+        # They have what was added before, but not an effect that was fitted to see whether it is the one.
+        common = arrangement.unknowns([])
+        values = fit.values[: len(common.parameters)]
+        if arrangement.finer and len(values) < len(fit.values):
+            before = self._predictor.predict(common.compose(values), before)
+        refined = [self._predictor.predict(each.compose(values), before) for each in arrangement.finer]
+        return [self._features.of_values(each.value) - self._features.of_values(before.value) for each in refined]
 
 
 def _joined(sides: list[Points]) -> Points:
