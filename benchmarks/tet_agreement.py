@@ -33,7 +33,7 @@ from reduction.rom import ReducedModel
 from study.case import load_case
 from study.rig_case import RigCase, rig_model
 from study.rig_joints import line_pairs
-from study.rig_model import BODIES, HELD, RigModel, mirror_image
+from study.rig_model import BODIES, HELD, RigModel, mirror_image, with_excitation
 from study.rig_reduction import mirrored
 from study.rig_tetrahedra import LINES
 from study.shipped import RIG
@@ -53,7 +53,10 @@ Bodies = dict[str, tuple[Mesh, StationCoordinates | None]]
 
 def from_mapped(model: RigModel) -> Bodies:
     """Meshes with stations on nodes."""
-    return {body: (mesh, None) for body, mesh in model.meshes().items() if mirror_image(body) is None}
+    made = model.meshed()
+    return {
+        body: (mesh, made.coordinates.get(body)) for body, mesh in made.meshes.items() if mirror_image(body) is None
+    }
 
 
 def from_tetwild(model: RigModel, size: float) -> Bodies:
@@ -69,6 +72,8 @@ def from_tetwild(model: RigModel, size: float) -> Bodies:
         faces = LINES[body.partition("_")[0]]
         lines = {name: line.stations for name, line in part.contact_lines.items() if name in faces}
         place = station_coordinates(mesh, lines, faces, held=HELD[body.partition("_")[0]])
+        if body == "blade":
+            place = with_excitation(place, model.rig)
         area = max(abs(face_areas(mesh, mesh.face_sets[name]).sum() / part.faces[name].area - 1) for name in part.faces)
         quality = cell_quality(mesh)
         print(

@@ -37,7 +37,8 @@ class Budget:
     shares
         ... of how each line's stiffnesses and pre-load are shared among its contacts, relative at its ends [-].
     refined
-        The same model with more elements, stations or harmonics: what they change is one standard deviation.
+        The same model with more elements, stations or harmonics: what they change is one standard deviation; where
+        parameters are calibrated, what they change beyond that.
     """
 
     frequency: float = 2e-4

@@ -16,7 +16,7 @@ from correlation.whitening import Whitening
 from diagnosis.accepted import Accepted
 from diagnosis.calibration import Fit, calibrate
 from diagnosis.catalogue import Catalogue, catalogue
-from diagnosis.comparison import Comparison
+from diagnosis.comparison import FAINT, Comparison
 from diagnosis.effect.candidate import Effect
 from diagnosis.finer_model import FinerModel
 from diagnosis.jitter import jitter
@@ -27,9 +27,8 @@ Report = Callable[[str, float], None]
 
 #: Friction histories in the covariance of each calibration; each is weighed where the one before it came to.
 HISTORIES = (4, DRAWS)
-#: chi^2 a number beyond which a calibration may have gone astray, and by how much the deviations of what is left out of
-#: the one before it are enlarged.
-ASTRAY, FAINT = 1.5, 1e3
+#: chi^2 a number beyond which a calibration may have gone astray.
+ASTRAY = 1.5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -146,6 +145,8 @@ def _compared(
     """What an arrangement has of a campaign, by the names of its fields: comparisons, jitter and fit."""
     train, held = _sides(campaign)
     model, fit = unknowns.compose(values), None
+    # What a mesh does is the same beside other measurements.
+    known = all(each.shift is not None for each in finer)
     prediction = train.predictor.predict(model)
     # Jitter and numerical error depend on where the contacts slip, and so on the fit that they weigh.
     for n_draw in HISTORIES:
@@ -153,21 +154,11 @@ def _compared(
         comparison, _ = weighed(train, model, prediction, budget, refined, n_draw, fitted=fit is not None)
         fit = _calibrated(comparison, unknowns, values, prediction, _told(report, "calibration"))
         model, prediction, values = fit.model, fit.prediction, fit.values
-        finer = [each.calibrated(comparison, fit) for each in finer]
+        if not known:
+            finer = [each.calibrated(comparison, fit) for each in finer]
     assert fit is not None
     refined = [each.compose(values) for each in finer]
-    fit = _as_uncertain(fit, finer)
     return {"train": comparison, "fit": fit, "finer": tuple(finer), **_unseen(held, model, prediction, budget, refined)}
-
-
-def _as_uncertain(fit: Fit, finer: Sequence[FinerModel]) -> Fit:
-    """The fit with accepted parameters that are as uncertain as finer models, which need others, say."""
-    covariance = np.array(fit.covariance)
-    for each in finer:
-        if each.shift is not None:
-            own = slice(len(each.shift))
-            covariance[own, own] += np.outer(each.shift, each.shift)
-    return replace(fit, covariance=covariance)
 
 
 def weighed_beside(

@@ -45,7 +45,8 @@ class Fit:
     values
         Shape (p,).
     covariance
-        Of the values, from the curvature of chi^2, shape (p, p); wider once `diagnosis.straying` has seen to it.
+        Of the values, from the curvature of chi^2, shape (p, p); wider once `diagnosis.straying` and
+        `diagnosis.finer_model` have seen to it.
     chi2
         With the priors' share.
     model, prediction
@@ -158,7 +159,8 @@ class _Evaluation:
 def _evaluate(comparison: Comparison, unknowns: Unknowns, values: Values, before: Prediction | None) -> _Evaluation:
     model = unknowns.compose(values)
     prediction = comparison.predict(model, before)
-    away = (unknowns.vanishing - values) / unknowns.prior
+    centre = unknowns.vanishing if unknowns.centre is None else unknowns.centre
+    away = (centre - values) / unknowns.prior
     residual = np.concatenate([comparison.residual(prediction), away])
     return _Evaluation(
         values=values, model=model, prediction=prediction, residual=residual, chi2=float(residual @ residual)
@@ -190,7 +192,7 @@ def _step(
 
     Numbers that would pass a bound stop there, and the others go where that is best for them.
     """
-    size, (lower, upper) = unknowns.size, np.array(unknowns.bounds).T
+    size, (lower, upper) = unknowns.size, np.array(unknowns.bounds).reshape(-1, 2).T
     gradient, curvature = jacobian.T @ here.residual * size, jacobian.T @ jacobian * np.outer(size, size)
     free = _free(unknowns, here.values, gradient)
     moved = np.zeros(len(size))
@@ -225,5 +227,5 @@ def _jacobian(comparison: Comparison, unknowns: Unknowns, here: _Evaluation) -> 
 
 def _free(unknowns: Unknowns, values: Values, gradient: Values) -> NDArray[np.bool_]:
     """Numbers that are not held at a bound by the gradient (of -chi^2 / 2)."""
-    lower, upper = np.array(unknowns.bounds).T
+    lower, upper = np.array(unknowns.bounds).reshape(-1, 2).T
     return np.asarray(~(((values <= lower) & (gradient < 0)) | ((values >= upper) & (gradient > 0))))

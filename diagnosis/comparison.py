@@ -16,6 +16,8 @@ from diagnosis.unknowns import Unknowns, Values
 
 Vector = Float[NDArray[np.float64], " m"]
 
+#: By how much the deviations of numbers are enlarged that a calibration leaves out.
+FAINT = 1e3
 #: What a number counts whose steady state is not found, in standard deviations: a model that has none fits badly.
 NOT_FOUND = 10.0
 

@@ -2,7 +2,8 @@
 
 A coarse mesh is too stiff, and calibration finds a softer material: most of the error is gone then. What is left has
 little to do with the difference at the same parameters, which is a shifted resonance above all. The finer model is
-therefore calibrated to what the model says before the two are compared.
+therefore calibrated to what the model says before the two are compared, and what its parameters need for it tells how
+uncertain those of the model are.
 """
 
 from collections.abc import Sequence
@@ -13,7 +14,7 @@ import numpy as np
 from correlation.test_model import TestModel
 from correlation.whitening import Whitening
 from diagnosis.calibration import Fit, calibrate
-from diagnosis.comparison import Comparison
+from diagnosis.comparison import FAINT, Comparison
 from diagnosis.effect.candidate import Effect
 from diagnosis.unknowns import Unknowns, Values
 
@@ -29,8 +30,8 @@ class FinerModel:
     n_accepted
         So many of its values, the first ones, are accepted parameters [-].
     shift
-        What its accepted parameters need beyond the model's for it to say the same, shape (a,); none before it was
-        calibrated.
+        What its accepted parameters need beyond the model's for it to say the same, shape (n_accepted,); none before
+        it was calibrated.
     """
 
     unknowns: Unknowns
@@ -41,7 +42,7 @@ class FinerModel:
         """The finer model beside the model with these values."""
         shifted = np.array(values)
         if self.shift is not None:
-            shifted[: len(self.shift)] += self.shift
+            shifted[: self.n_accepted] += self.shift
         return self.unknowns.compose(self.unknowns.clipped(shifted))
 
     def with_effects(self, effects: Sequence[Effect]) -> "FinerModel":
@@ -49,7 +50,7 @@ class FinerModel:
         return replace(self, unknowns=replace(self.unknowns, effects=(*self.unknowns.effects, *effects)))
 
     def calibrated(self, comparison: Comparison, fit: Fit) -> "FinerModel":
-        """Calibrated to what the model says, with what was added as it is; itself if it was calibrated before.
+        """Calibrated to what the model says, from where it was calibrated before; what was added is as it is.
 
         Parameters
         ----------
@@ -58,17 +59,26 @@ class FinerModel:
         fit
             The model beside them.
         """
-        if self.shift is not None:
-            return self
-        of, values, n_accepted = self.unknowns, fit.values, self.n_accepted
-        added = Unknowns(base=of.base, effects=of.effects[n_accepted:], prior=of.prior[n_accepted:])
-        base = added.compose(values[n_accepted:])
-        free = Unknowns(base=base, effects=of.effects[:n_accepted], prior=np.full(n_accepted, np.inf))
-        said = comparison.features.of_values(fit.prediction.value)
+        n, said = self.n_accepted, comparison.features.of_values(fit.prediction.value)
+        if not n:
+            return replace(self, shift=np.zeros(0))
+        own, added = fit.values[:n], fit.values[n:]
+        # The order of the effects matters: damping does not scale a dashpot that was added.
+        free = replace(self.unknowns, prior=self.unknowns.prior[:n], centre=own, pinned=tuple(added.tolist()))
+        # What the model does not find tells nothing, whatever was measured there.
+        there = np.isfinite(said)
+        deviation = comparison.whitening.deviation * np.where(there, 1.0, FAINT)
         target = replace(
-            comparison,
-            measured=np.where(np.isfinite(said), said, comparison.measured),
-            whitening=Whitening(deviation=comparison.whitening.deviation),
+            comparison, measured=np.where(there, said, comparison.measured), whitening=Whitening(deviation=deviation)
         )
-        found = calibrate(target, free, values[:n_accepted], fit.prediction, quick=True)
-        return replace(self, shift=found.values - values[:n_accepted])
+        start = own if self.shift is None else own + self.shift
+        return replace(self, shift=calibrate(target, free, start, fit.prediction, quick=True).values - own)
+
+
+def as_uncertain(fit: Fit, finer: Sequence[FinerModel]) -> Fit:
+    """The fit with accepted parameters that are as uncertain as finer models, which need others, say."""
+    covariance = np.array(fit.covariance)
+    for each in finer:
+        if each.shift is not None:
+            covariance[: each.n_accepted, : each.n_accepted] += np.outer(each.shift, each.shift)
+    return replace(fit, covariance=covariance)

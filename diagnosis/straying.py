@@ -19,6 +19,7 @@ from correlation.observation import read_off
 from diagnosis.arrangement import Arrangement
 from diagnosis.calibration import Fit, inverse
 from diagnosis.comparison import Comparison, Vector
+from diagnosis.finer_model import as_uncertain
 from diagnosis.refit import Refit
 from diagnosis.simulation import Simulation
 from diagnosis.verdict import INTERVAL
@@ -32,6 +33,8 @@ FEW = float(stats.t.ppf(stats.norm.cdf(INTERVAL), DRAWS)) / INTERVAL
 def widened(campaign: Campaign, arrangement: Arrangement, best: Refit, refits: Sequence[Refit]) -> list[Refit]:
     """Refits with the deviations that campaigns drawn from the best of them have, where those are larger.
 
+    Accepted parameters are as uncertain as finer models say as well.
+
     Parameters
     ----------
     campaign, arrangement
@@ -42,7 +45,8 @@ def widened(campaign: Campaign, arrangement: Arrangement, best: Refit, refits: S
         Fits of the same measurements.
     """
     strayed = _strayed(campaign, replace(arrangement, fit=best.fit))
-    return [replace(each, fit=taken_to(each.fit, strayed)) for each in refits]
+    finer = arrangement.finer
+    return [replace(each, fit=as_uncertain(taken_to(each.fit, strayed), finer)) for each in refits]
 
 
 def _strayed(campaign: Campaign, arrangement: Arrangement) -> Float[NDArray[np.float64], "m n"]:

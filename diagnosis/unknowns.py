@@ -25,11 +25,17 @@ class Unknowns:
         Applied one after another.
     prior
         Standard deviation of each number; infinite for none.
+    centre
+        Values that priors are about; those that change nothing by default.
+    pinned
+        Values of the last effects that are not unknown.
     """
 
     base: TestModel
     effects: tuple[Effect, ...]
     prior: Values
+    centre: Values | None = None
+    pinned: tuple[float, ...] = ()
 
     @classmethod
     def of(cls, base: TestModel, accepted: Sequence[tuple[Effect, float]], effects: Sequence[Effect]) -> "Unknowns":
@@ -40,8 +46,9 @@ class Unknowns:
 
     @property
     def parameters(self) -> tuple[EffectParameter, ...]:
-        """Of all effects, in order."""
-        return tuple(parameter for effect in self.effects for parameter in effect.parameters)
+        """Of all effects, in order, but of those that are pinned."""
+        every = tuple(parameter for effect in self.effects for parameter in effect.parameters)
+        return every[: len(every) - len(self.pinned)]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -74,9 +81,7 @@ class Unknowns:
 
     def compose(self, values: Values) -> TestModel:
         """The model with all of them applied."""
-        model, first = self.base, 0
+        model, given = self.base, iter([*(float(value) for value in values), *self.pinned])
         for effect in self.effects:
-            last = first + len(effect.parameters)
-            model = effect.apply(model, [float(value) for value in values[first:last]])
-            first = last
+            model = effect.apply(model, [next(given) for _ in effect.parameters])
         return model

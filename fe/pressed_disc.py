@@ -18,6 +18,9 @@ from fe.mesh import Mesh
 
 #: Cosine between normals of faces that count as one flat face.
 FLAT = 0.999
+#: Mean square of the distance from the centre under the pressure, in parts of the radius's square, and by what share of
+#: it the points of quadrature may miss it: a disc among larger cells is another one, smaller and askew.
+SQUARE, COARSE = 1 / 3, 0.3
 
 
 def disc_weights(
@@ -45,7 +48,7 @@ def disc_weights(
     Raises
     ------
     MeshError
-        No face there that looks this way.
+        No face there that looks this way, or cells that are too large to tell the disc.
     """
 
     def pressure(
@@ -53,17 +56,18 @@ def disc_weights(
     ) -> Float[NDArray[np.float64], "*k n"]:
         about = (points - centre) / radius
         one = np.where(outward @ normal > FLAT, np.maximum(1 - (about**2).sum(axis=-1), 0), 0)
-        return np.asarray(one[..., None] * np.concatenate([np.ones_like(about[..., :1]), about], axis=-1))
+        square = (about**2).sum(axis=-1, keepdims=True)
+        return np.asarray(one[..., None] * np.concatenate([np.ones_like(square), about, square], axis=-1))
 
     found = face_integral(mesh, faces, pressure)
     total = found.sum(axis=0)
-    if not total[0] > 0:
+    if not total[0] > 0 or abs(total[4] / total[0] - SQUARE) > COARSE * SQUARE:
         raise MeshError(
-            f"no face of the mesh lies within {1e3 * radius:g} mm of the disc's centre at "
-            f"({', '.join(f'{1e3 * x:g}' for x in centre)}) mm: put the disc on a flat face of the body"
+            f"the disc of {1e3 * radius:g} mm radius about ({', '.join(f'{1e3 * x:g}' for x in centre)}) mm is not on "
+            "a flat face of the mesh, or cells there are too large for it: move or widen it, or mesh with smaller cells"
         )
     # Points of quadrature miss the rim: the pressure is tilted a little, so that its resultant is at the centre.
-    moment = (mesh.points - centre).T @ found / radius
+    moment = (mesh.points - centre).T @ found[:, :4] / radius
     tilt = np.linalg.lstsq(moment[:, 1:], -moment[:, 0], rcond=1e-6)[0]
-    weights = found @ np.concatenate([[1.0], tilt])
+    weights = found[:, :4] @ np.concatenate([[1.0], tilt])
     return np.asarray(weights / weights.sum())

@@ -184,7 +184,7 @@ def _excitation_problems(rig: Rig) -> Iterator[str]:
         yield (
             f"excitation_radius = {in_millimetres(rig.excitation_radius)} is not between {in_millimetres(SMALLEST)} "
             f"and {in_millimetres(most)}, which is how far the blade's flat face goes about excitation_height = "
-            f"{in_millimetres(height)} (give a smaller disc or move it)"
+            f"{in_millimetres(height)} (give a smaller excitation_radius, or move the disc)"
         )
 
 

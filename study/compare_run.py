@@ -18,6 +18,7 @@ from correlation.sensor_placement import with_sensors
 from correlation.test_model import TestModel
 from diagnosis.arrangement import arrange
 from diagnosis.comparison import NOT_FOUND, Comparison
+from diagnosis.finer_model import as_uncertain
 from diagnosis.weighing import Measured, weighed
 from study.case import load_case
 from study.compare_pictures import pictures
@@ -205,7 +206,7 @@ def _sides(
         # Effects stay as strong as the case says; the accepted parameters begin anew.
         begin = replace(setup, calibrated={})
         arrangement = arrange(campaign, begin.complete, setup.accepted, begin.complete_budget)
-        fit = arrangement.fit
+        fit = as_uncertain(arrangement.fit, arrangement.finer)
         held = arrangement.held.predict(fit.model, fit.prediction)
         sides = [
             Side(comparison=arrangement.train, prediction=fit.prediction),

@@ -10,8 +10,8 @@ from correlation.feature_vector import FeatureVector
 from correlation.prediction import Points
 from correlation.whitening import Whitening
 from diagnosis import arrangement
-from diagnosis.arrangement import ASTRAY, FAINT
-from diagnosis.comparison import Comparison
+from diagnosis.arrangement import ASTRAY
+from diagnosis.comparison import FAINT, Comparison
 
 N = 100
 LEVEL = np.array([0.1, 1.0, 3.0, 10.0])

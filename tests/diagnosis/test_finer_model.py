@@ -11,10 +11,14 @@ from correlation.measurement import Campaign
 from correlation.nuisance import Budget
 from correlation.test_model import TestModel
 from diagnosis.accepted import accepted
-from diagnosis.arrangement import Added, Arrangement, arrange
+from diagnosis.arrangement import Added, Arrangement, arrange, arranged_anew
 from diagnosis.calibration import calibrate
 from diagnosis.catalogue import Catalogue
+from diagnosis.finer_model import as_uncertain
+from diagnosis.refit import refit, unchanged
+from diagnosis.screening import screen
 from diagnosis.simulation import Simulation
+from diagnosis.straying import widened
 from diagnosis.unknowns import Unknowns
 
 #: The finer model is stiffer by this: its resonance is off by a width.
@@ -46,7 +50,9 @@ def left(of: Arrangement) -> NDArray[np.float64]:
     return change / of.train.whitening.deviation
 
 
-def test_what_calibration_makes_good_is_no_error_but_an_uncertainty(small: TestModel, campaign: Campaign) -> None:
+def test_what_calibration_makes_good_is_no_error_but_an_uncertainty(
+    small: TestModel, campaign: Campaign, listed: Catalogue
+) -> None:
     found = beside(campaign, small, stiffer(small))
     names = [each.name for each in found.accepted]
     young = names.index("E")
@@ -56,10 +62,15 @@ def test_what_calibration_makes_good_is_no_error_but_an_uncertainty(small: TestM
     assert shift[young] == pytest.approx(-STIFFER * found.fit.values[young], rel=FOUND)
     plain = replace(found.finer[0], shift=None)
     assert np.linalg.norm(left(found)) < FOUND * np.linalg.norm(left(replace(found, finer=(plain,))))
-    # E is not known better than two meshes that differ in nothing else say.
-    assert found.fit.deviation[young] >= STIFFER * (1 - FOUND)
-    alone = arrange(campaign, small, found.accepted, Budget(frequency=0.0, compliance=0.0, shares=0.0))
-    assert alone.fit.deviation[young] < STIFFER / 3
+    # E is not known better than two meshes that differ in nothing else say, with an effect or without.
+    effect = listed.effect("mass at tip z")
+    with_mass = calibrate(found.train, found.unknowns([effect]), np.append(found.fit.values, 0.0), found.fit.prediction)
+    for fit in (found.fit, with_mass):
+        assert fit.deviation[young] < STIFFER / 3
+        assert as_uncertain(fit, found.finer).deviation[young] >= STIFFER * (1 - FOUND)
+    before, (refitted,) = unchanged(found), [refit(found, score, with_mass) for score in screen(found, [effect])]
+    for each in widened(campaign, found, before, [before, refitted]):
+        assert each.fit.deviation[young] >= STIFFER * (1 - FOUND)
 
 
 def test_what_no_calibration_makes_good_stays(small: TestModel, campaign: Campaign, listed: Catalogue) -> None:
@@ -85,9 +96,56 @@ def test_an_added_effect_keeps_its_value_in_the_finer_model(
     np.testing.assert_allclose(composed.system.stiffness, expected.system.stiffness, rtol=1e-12)
 
 
-def test_it_is_calibrated_once(small: TestModel, campaign: Campaign) -> None:
+def test_other_measurements_do_not_move_it(small: TestModel, campaign: Campaign, paper: ModuleType) -> None:
     found = beside(campaign, small, stiffer(small))
-    assert found.finer[0].calibrated(found.train, found.fit) is found.finer[0]
+    anew = arranged_anew(found, paper.make_campaign(small, jitter=3e-5, seed=7))
+    assert anew.finer[0].shift is found.finer[0].shift
+    assert (anew.fit.values != found.fit.values).any()
+
+
+@pytest.mark.parametrize("effect", ["dashpot at root z", "mass at tip z"])
+def test_a_finer_model_that_is_the_model_needs_no_shift(
+    effect: str, small: TestModel, paper: ModuleType, listed: Catalogue
+) -> None:
+    # Damping that was calibrated does not scale a dashpot that was added.
+    added = listed.effect(effect)
+    strength = added.parameters[0].typical
+    (zeta,) = (each for each in accepted(small) if each.name == "zeta")
+    truth = added.apply(zeta.apply(small, [1.5]), [strength])
+    of = paper.make_campaign(truth, jitter=3e-5, seed=8)
+    found = beside(of, small, small, (Added(effect=added, values=np.array([strength])),))
+    assert found.fit.values[[each.name for each in found.accepted].index("zeta")] > 1.3
+    np.testing.assert_allclose(found.finer[0].shift, 0, atol=1e-6)
+
+
+def test_states_that_the_model_does_not_find_say_nothing(small: TestModel, campaign: Campaign) -> None:
+    found = beside(campaign, small, small)
+    value = found.fit.prediction.value.copy()
+    value[found.train.observed.points.level == found.train.observed.points.level.min()] = np.nan
+    unfound = replace(found.fit, prediction=replace(found.fit.prediction, value=value))
+    elsewhere = replace(found.train, measured=1.05 * found.train.measured)
+    shift = found.finer[0].calibrated(elsewhere, unfound).shift
+    assert shift is not None
+    # A thousandth of the weight, squared, of what was measured 5 % off.
+    np.testing.assert_allclose(shift, 0, atol=1e-5)
+
+
+def test_of_several_finer_models_each_counts(small: TestModel, campaign: Campaign) -> None:
+    budget = Budget(frequency=0.0, compliance=0.0, shares=0.0, refined=(stiffer(small), stiffer(small)))
+    found = arrange(campaign, small, accepted(small, deviation={"kn": 0.0}), budget)
+    young = [each.name for each in found.accepted].index("E")
+    assert as_uncertain(found.fit, found.finer).deviation[young] == pytest.approx(np.sqrt(2) * STIFFER, rel=FOUND)
+
+
+def test_without_accepted_parameters_the_difference_is_what_it_is(
+    small: TestModel, heavy_campaign: Campaign, listed: Catalogue
+) -> None:
+    mass = Added(effect=listed.effect("mass at tip z"), values=np.array([5e-3]))
+    budget = Budget(frequency=0.0, compliance=0.0, shares=0.0, refined=(stiffer(small),))
+    found = arrange(heavy_campaign, small, (), budget, added=(mass,))
+    assert found.finer[0].shift is not None
+    assert len(found.finer[0].shift) == 0
+    assert found.fit.values == pytest.approx([5e-3], rel=0.1)
 
 
 def test_an_effect_that_is_tried_is_no_numerical_error(

@@ -116,8 +116,11 @@ def test_as_a_coordinate_it_changes_no_frequency_and_carries_the_force(element: 
 
 def test_a_disc_beside_the_body_or_on_a_held_face_is_refused(box: BoxMesher) -> None:
     mesh = box(HEX20, counts=(4, 4, 3), size=SIZE)
-    with pytest.raises(MeshError, match=r"no face of the mesh lies within 250 mm .* \(450, 370, 900\) mm"):
+    sentence = r"the disc of 250 mm radius about \(450, 370, 900\) mm is not on a flat face of the mesh, or cells there"
+    with pytest.raises(MeshError, match=sentence):
         disc_weights(mesh, outer_faces(mesh), CENTRE + 0.3 * UP, UP, RADIUS)
+    with pytest.raises(MeshError, match=r"the disc of 10 mm radius .* cells there are too large for it"):
+        disc_weights(mesh, outer_faces(mesh), CENTRE, UP, 0.01)
     with pytest.raises(MeshError, match='no node can give up its place to "pushed"'):
         with_mean(at_nodes(mesh), "pushed", on_top(mesh), held=["z1"])
 

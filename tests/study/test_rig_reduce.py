@@ -13,7 +13,9 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from fe.dense_modes import dense_modes
+from fe.face_integral import outer_faces
 from fe.mesh_io import read_mesh
+from fe.pressed_disc import disc_weights
 from geometry.rig import Rig, mating_pairs, named_points
 from reduction.assembly import ReducedAssembly
 from reduction.assembly_io import load_assembly
@@ -245,6 +247,13 @@ def test_the_shaker_pushes_a_disc_about_the_named_point(model: RigModel, by_body
     np.testing.assert_allclose(place.places[pivot], centre, atol=1e-12)
     rom = by_body["blade"].rom
     assert rom.boundary_node[rom.rows("excitation", 1)] == pivot
+    # On the mesh the mean over the disc is the coordinate itself, in each direction.
+    weights = disc_weights(
+        place.mesh, outer_faces(place.mesh), centre, np.array([0.0, 1.0, 0.0]), model.rig.excitation_radius
+    )
+    on_mesh = rom.displacement(np.eye(rom.n_dof))
+    mean = np.einsum("n,nim->im", weights, on_mesh)
+    np.testing.assert_allclose(mean, np.eye(rom.n_dof)[rom.rows("excitation")], atol=1e-9)
 
 
 def test_a_short_case_is_the_shipped_one(folder: Path, model: RigModel) -> None:
