@@ -26,6 +26,9 @@ from diagnosis.verdict import INTERVAL
 
 #: Campaigns drawn, and the seed.
 DRAWS, SEED = 8, 1
+#: Of 19 effects that were hidden on the virtual bench, 15 lay within intervals without this factor, and 18 with it.
+#: Draws do not know which contacts a specimen has, nor that effects bend what they change.
+BEYOND = 1.3
 #: A deviation of so few draws may itself be too small: by Student's distribution an interval must be wider by this.
 FEW = float(stats.t.ppf(stats.norm.cdf(INTERVAL), DRAWS)) / INTERVAL
 
@@ -45,8 +48,9 @@ def widened(campaign: Campaign, arrangement: Arrangement, best: Refit, refits: S
         Fits of the same measurements.
     """
     strayed = _strayed(campaign, replace(arrangement, fit=best.fit))
-    finer = arrangement.finer
-    return [replace(each, fit=as_uncertain(taken_to(each.fit, strayed), finer)) for each in refits]
+    fits = [taken_to(each.fit, strayed) for each in refits]
+    fits = [replace(fit, covariance=BEYOND**2 * fit.covariance) for fit in fits]
+    return [replace(each, fit=as_uncertain(fit, arrangement.finer)) for each, fit in zip(refits, fits, strict=True)]
 
 
 def _strayed(campaign: Campaign, arrangement: Arrangement) -> Float[NDArray[np.float64], "m n"]:

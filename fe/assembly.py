@@ -7,6 +7,7 @@ import scipy.sparse as sp
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
+from fe.allocator import give_back
 from fe.element import ELEMENTS, Element
 from fe.errors import MeshError
 from fe.material import Material
@@ -72,6 +73,8 @@ def assemble(mesh: Mesh, materials: Material | Mapping[str, Material]) -> tuple[
     node_mass = (node_mass + node_mass[mirror]) / 2
     size = (3 * mesh.n_node, 3 * mesh.n_node)
     stiffness_matrix = sp.csr_array(sp.bsr_array((_interleaved(stiffness), column, row_start), shape=size))
+    del keys, sums, key, order, place, mirror, stiffness
+    give_back()
     return _same_in_each_direction(node_mass, column, row_start), stiffness_matrix
 
 

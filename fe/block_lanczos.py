@@ -9,6 +9,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.linalg.blas import dgemm
 
+from fe.allocator import give_back
 from fe.factor import Factor, Symmetric
 from fe.node_matrix import block_product
 
@@ -26,6 +27,8 @@ TRIAL = 3
 NOISE, UNCLEAN = 1e-12, 1e-6
 #: Growth of round-off at which a product with the mass is computed anew.
 STALE = 1e4
+#: Rows of the basis that are combined at once.
+PIECE = 4096
 #: Before giving up: blades need no restart, and three sweeps to make a block orthonormal.
 MAX_RESTART, MAX_SWEEP = 100, 12
 
@@ -83,6 +86,7 @@ def block_lanczos(
     block = block or (WIDE if n_mode >= MANY else NARROW)
     kept = n_mode + 2 * block
     basis = _KrylovBasis(factor, mass, max_basis or 6 * n_mode + 20 * block, seed)
+    give_back()  # the copies that the product with the mass was made of
     basis.refresh(block)
     settled = np.zeros(n_mode)
     n_fresh, trial_end, next_test, n_restart = max(2, block // 4), 0, kept, 0
@@ -116,7 +120,7 @@ def block_lanczos(
         if basis.size == mass.shape[0]:
             break
     order = np.argsort(1 / theta)
-    return 1 / theta[order], basis.combine(coordinates[:, order])
+    return 1 / theta[order], basis.taken(coordinates[:, order])
 
 
 class _KrylovBasis:
@@ -192,15 +196,24 @@ class _KrylovBasis:
         residual = np.linalg.norm(self._coupling @ S[self._previous :, order], axis=0)
         return theta[order], S[:, order], residual
 
-    def combine(self, coordinates: Matrix) -> Matrix:
-        """Vectors in the span of Q."""
-        return np.asarray(dgemm(1.0, self._vectors[:, : self.size], np.asfortranarray(coordinates)))
+    def taken(self, coordinates: Matrix) -> Matrix:
+        """Vectors in the span of Q, in its memory: the basis is no more."""
+        self._combine(coordinates)
+        # Shrinks in place, columns first; the rest goes back to the system.
+        vectors, self._vectors = self._vectors, np.empty((0, 0))
+        vectors.resize((len(vectors), coordinates.shape[1]), refcheck=False)
+        return vectors
+
+    def _combine(self, coordinates: Matrix) -> None:
+        """Put vectors in the span of Q in its place; two bases may not fit where one does."""
+        for first in range(0, len(self._vectors), PIECE):
+            piece = slice(first, first + PIECE)
+            self._vectors[piece, : coordinates.shape[1]] = self._vectors[piece, : self.size] @ coordinates
 
     def compress(self, n_kept: int) -> None:
         """Thick restart: the best Ritz vectors take the place of Q, and W stays."""
         theta, S, _residual = self.ritz_pairs(n_kept)
-        for i in range(0, len(self._vectors), 4096):  # in place: two bases may not fit where one does
-            self._vectors[i : i + 4096, :n_kept] = self._vectors[i : i + 4096, : self.size] @ S
+        self._combine(S)
         self._coupling = self._coupling @ S[self._previous :]
         self._projected, self._previous = np.diag(theta), 0
 

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from fe.allocator import give_back
 from fe.sparse_solver import SingularMatrix, factorise
 from fe.system import LinearSystem
 from reduction.constraint_modes import constraint_modes
@@ -95,6 +96,7 @@ def _basis(
             factor = factorise(stiffness.tocsr())
         except SingularMatrix as error:
             raise RomError(loose_interior(len(i))) from error
+        give_back()
         if n_mode:
             lambda_, recovery[i, n_boundary:] = fixed_interface_modes(mass, stiffness, n_mode, factor)
         recovery[i, :n_boundary] = constraint_modes(factor, system.stiffness[b][:, i])
