@@ -31,6 +31,7 @@ def reduced_matrices(
     n_mode: int,
     damping_ratio: float | None,
     provenance: Mapping[str, str],
+    checked: bool = False,
 ) -> ComparedReduction:
     """Reduce, damp and compare with the full system.
 
@@ -42,7 +43,7 @@ def reduced_matrices(
         A mass or stiffness whose written digits leave the reduced model indefinite.
     """
     try:
-        return compared_reduction(system, boundary, n_mode, damping_ratio, provenance)
+        return compared_reduction(system, boundary, n_mode, damping_ratio, provenance, checked=checked)
     except np.linalg.LinAlgError as error:
         raise MatrixFileError(
             f"the modes of the reduced model cannot be found ({error}): check signs and units of mass and stiffness, "

@@ -29,8 +29,10 @@ class ReducedMatrices:
     files: tuple[Path, ...]
 
 
-def run_reduce_matrices(path: Path, run: RunContext) -> ReducedMatrices:
+def run_reduce_matrices(path: Path, run: RunContext, *, checked: bool = False) -> ReducedMatrices:
     """Reduce the matrices of a case file and write the reduced model and the table of its full rows.
+
+    With `checked`, its fixed-interface modes are checked too.
 
     Raises
     ------
@@ -79,6 +81,7 @@ def run_reduce_matrices(path: Path, run: RunContext) -> ReducedMatrices:
                 "stickslip": importlib.metadata.version("stickslip"),
                 "files": repr(files),
             },
+            checked=checked,
         )
     written = (run.output / f"{path.stem}_rom.h5", run.output / f"{path.stem}_dofs.csv")
     save_rom(found.rom, written[0])

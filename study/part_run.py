@@ -59,8 +59,10 @@ class ReducedPart:
     files: tuple[Path, ...]
 
 
-def run_reduce_part(path: Path, run: RunContext) -> ReducedPart:
+def run_reduce_part(path: Path, run: RunContext, *, checked: bool = False) -> ReducedPart:
     """Mesh, assemble and reduce the part of a case file, and write mesh, reduced model, tables and pictures.
+
+    With `checked`, its fixed-interface modes are checked too.
 
     Raises
     ------
@@ -74,7 +76,7 @@ def run_reduce_part(path: Path, run: RunContext) -> ReducedPart:
         material = case.material.material()
     mesh, notes = _step(case, path.parent, run) if isinstance(case, StepCase) else _file(case, path.parent, run)
     found = places(case, mesh)
-    reduced = _reduced(case, material, found, run)
+    reduced = _reduced(case, material, found, run, checked)
     stem, compared = path.stem, reduced.compared
     files = {name: run.output / f"{stem}{name}" for name in (".vtu", "_rom.h5", "_frequencies.csv", "_stations.csv")}
     shapes = reduced.shapes
@@ -132,7 +134,7 @@ def _file(case: MeshCase, folder: Path, run: RunContext) -> tuple[Mesh, tuple[st
     return mesh, ()
 
 
-def _reduced(case: PartTables, material: Material, found: Places, run: RunContext) -> PartReduction:
+def _reduced(case: PartTables, material: Material, found: Places, run: RunContext, checked: bool) -> PartReduction:
     mesh, n_mode = found.mesh, case.reduction.modes
     n_boundary = sum(len(kept.nodes) * len(kept.directions) for kept in found.boundary.values())
     n_dof = 3 * mesh.n_node
@@ -159,6 +161,7 @@ def _reduced(case: PartTables, material: Material, found: Places, run: RunContex
                 "file": case.file,
                 "material": repr(material),
             },
+            checked=checked,
         )
 
 

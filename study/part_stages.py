@@ -120,6 +120,7 @@ def reduced_part(
     n_mode: int,
     damping_ratio: float | None,
     provenance: Mapping[str, str],
+    checked: bool = False,
 ) -> PartReduction:
     """Hold and reduce a part, with its stations as coordinates.
 
@@ -135,7 +136,7 @@ def reduced_part(
         What is held; nothing if empty.
     boundary
         What stays physical, by name.
-    n_mode, damping_ratio, provenance
+    n_mode, damping_ratio, provenance, checked
         As in `compared_reduction`.
 
     Raises
@@ -153,7 +154,7 @@ def reduced_part(
     for name, found in free.items():
         if not len(found):
             raise SupportError(f'all nodes of "{name}" are held: take it out of the boundary or out of the support')
-    compared = compared_reduction(system, free, n_mode, damping_ratio, provenance)
+    compared = compared_reduction(system, free, n_mode, damping_ratio, provenance, checked=checked)
     if place is not None:
         rom = replace(compared.rom, recovery=place.displacement(system, compared.rom.recovery))
         compared = replace(compared, rom=rom)

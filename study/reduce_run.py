@@ -36,21 +36,29 @@ class Reduced:
 
 
 @stage("reduced blade", rooms=REDUCTION_CODE)
-def reduced_blade(model: BladeModel, title: str) -> Reduction:
+def reduced_blade(model: BladeModel, title: str, checked: bool = False) -> Reduction:
     """Reduce a blade and note where it comes from."""
     provenance = {"title": title, "stickslip": importlib.metadata.version("stickslip"), "model": repr(model)}
-    return reduce_blade(model, provenance)
+    return reduce_blade(model, provenance, checked=checked)
 
 
-def run_reduce(path: Path, run: RunContext) -> Reduced:
-    """Reduce the blade of a case file and write STEP, mesh, reduced model and response."""
+def run_reduce(path: Path, run: RunContext, *, checked: bool = False) -> Reduced:
+    """Reduce the blade of a case file and write STEP, mesh, reduced model and response.
+
+    With `checked`, its fixed-interface modes are checked too.
+    """
     assert run.output is not None
     case = load_case(path, BladeCase)
     model = blade_model(case, element=case.mesh.element, through_thickness=case.mesh.elements_through_thickness)
     with located(case, "mesh"):
         run.store.run(mesh_size, model)
     tasks = [
-        Task(stage=reduced_blade, inputs={"model": model, "title": case.title}, label="reduction", weight=2.0),
+        Task(
+            stage=reduced_blade,
+            inputs={"model": model, "title": case.title, "checked": checked},
+            label="reduction",
+            weight=2.0,
+        ),
         Task(stage=solid_check, inputs={"inputs": model}, label="CAD solid"),
     ]
     found, solid = (outcome.value for outcome in run_parallel(tasks, run.store, run.progress, "mesh and reduction"))

@@ -11,10 +11,12 @@ from fe.assembly import assemble
 from fe.boundary import Support, supported_system
 from fe.mesh import Mesh
 from fe.mesh_quality import check_quality
+from fe.mode_check import ModeCheck
 from fe.reaction import Reaction, reaction
 from fe.system import LinearSystem
 from reduction.craig_bampton import craig_bampton
 from reduction.errors import RomError
+from reduction.mode_check import check_fixed_interface_modes
 from reduction.rom import ReducedModel
 from study.rig_model import HELD, RIG_CODE, RigModel
 from study.store import stage
@@ -35,15 +37,18 @@ class ReducedBody:
         Of its elements, 1 for a brick [-].
     reactions
         Of each held set of nodes, over the reduced coordinates.
+    check
+        Of the fixed-interface modes; None if none was asked for.
     """
 
     rom: ReducedModel
     least_scaled_jacobian: float
     reactions: Mapping[str, Reaction]
+    check: ModeCheck | None = None
 
 
 @stage("reduced body of a rig", rooms=RIG_REDUCTION_CODE)
-def reduced_body(model: RigModel, body: str) -> ReducedBody:
+def reduced_body(model: RigModel, body: str, checked: bool = False) -> ReducedBody:
     """Mesh, hold and reduce one body; every named set of its mesh stays physical."""
     meshed = model.meshed()
     mesh, place = meshed.meshes[body], meshed.coordinates.get(body)
@@ -60,12 +65,14 @@ def reduced_body(model: RigModel, body: str) -> ReducedBody:
         rom = craig_bampton(system, boundary, model.modes_of(body), provenance)
     except RomError as error:
         raise RomError(f"{body}: {error}") from error
+    check = check_fixed_interface_modes(system, rom) if checked and model.modes_of(body) else None
     if place is not None:
         rom = replace(rom, recovery=place.displacement(system, rom.recovery))
     held = HELD[body.partition("_")[0]]
     reactions = {name: reaction(stiffness, mass, mesh.nodes(name), system.free) for name in held}
     return ReducedBody(
         rom=rom,
+        check=check,
         least_scaled_jacobian=float(quality.scaled_jacobian.min()),
         reactions={
             name: Reaction(stiffness=each.stiffness @ rom.recovery, mass=each.mass @ rom.recovery)

@@ -63,8 +63,10 @@ class ReducedRig:
     files: tuple[Path, ...]
 
 
-def run_reduce_rig(path: Path, run: RunContext) -> ReducedRig:
+def run_reduce_rig(path: Path, run: RunContext, *, checked: bool = False) -> ReducedRig:
     """Reduce the rig of a case file and write STEP, mesh with modes, reduced assembly, test case and pictures.
+
+    With `checked`, the fixed-interface modes of its bodies are checked too.
 
     Raises
     ------
@@ -78,7 +80,7 @@ def run_reduce_rig(path: Path, run: RunContext) -> ReducedRig:
     dead_weights(case)  # sound here, so that no later command refuses what was reduced
     with located(case, "mesh"):
         model = in_tetrahedra(model, run.store, run.progress)
-        step, found = _computed(case, model, run)
+        step, found = _computed(case, model, run, checked)
     assembly = found.assembly
     frequency, shapes = stuck_modes(assembly, pairs, case.contact.sliding)
     displacement = assembly.on_whole_mesh(shapes[:, :N_DRAWN])
@@ -119,10 +121,10 @@ def energy_share(
     return found
 
 
-def _computed(case: RigCase, model: RigModel, run: RunContext) -> tuple[str, RigReduction]:
+def _computed(case: RigCase, model: RigModel, run: RunContext, checked: bool) -> tuple[str, RigReduction]:
     """Text of the STEP file, and the reduction."""
     meshed = model.meshed()
-    reductions = reduction_tasks(model, meshed.meshes)
+    reductions = reduction_tasks(model, meshed.meshes, checked)
     solid = Task(stage=rig_solid, inputs={"rig": model.rig}, label="CAD solids", weight=SOLID_WORK)
     try:
         *bodies, step = run_parallel(

@@ -8,6 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.mesh import Mesh
+from fe.mode_check import ModeCheck
 from fe.reaction import Reaction
 from fe.station_coordinates import StationCoordinates
 from reduction.assembly import ReducedAssembly, lowest_modes, truncated
@@ -35,6 +36,8 @@ class RigReduction:
         By body [-].
     reactions
         By body and held set of nodes, over all coordinates of the assembly.
+    checks
+        Of the fixed-interface modes of each body that is no mirror image; empty if none was asked for.
     coordinates
         By body, where some are no nodes': of stations between nodes, or of the disc that the shaker pushes.
     """
@@ -44,6 +47,7 @@ class RigReduction:
     least_scaled_jacobian: Mapping[str, float]
     reactions: Mapping[str, Mapping[str, Reaction]]
     coordinates: Mapping[str, StationCoordinates] = field(default_factory=dict)
+    checks: Mapping[str, ModeCheck] = field(default_factory=dict)
 
     @property
     def n_dof(self) -> int:
@@ -77,8 +81,10 @@ def reduce_rig(model: RigModel, store: Store, progress: Progress, title: str = "
     return together(model, meshed, tasks, outcomes)
 
 
-def reduction_tasks(model: RigModel, meshes: Mapping[str, Mesh]) -> list[Task]:
+def reduction_tasks(model: RigModel, meshes: Mapping[str, Mesh], checked: bool = False) -> list[Task]:
     """One task for each body that is no mirror image; the sizes of the meshes tell how long each takes.
+
+    With `checked`, the fixed-interface modes of each are checked too.
 
     Raises
     ------
@@ -96,7 +102,7 @@ def reduction_tasks(model: RigModel, meshes: Mapping[str, Mesh]) -> list[Task]:
         tasks.append(
             Task(
                 stage=reduced_body,
-                inputs={"model": model, "body": body},
+                inputs={"model": model, "body": body, "checked": checked},
                 label=f"reduction of {kind}",
                 weight=mesh.n_node / 1e3,
                 memory=memory,
@@ -125,6 +131,7 @@ def together(
         assembly=assembly,
         least_scaled_jacobian={body: found[mirror_image(body) or body].least_scaled_jacobian for body in BODIES},
         coordinates=meshed.coordinates,
+        checks={body: each.check for body, each in found.items() if each.check is not None},
         reactions={body: _reactions(assembly, body, found[mirror_image(body) or body].reactions) for body in BODIES},
     )
 

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from study.mode_check_words import check_document, check_sentence
 from study.rig_reduce_run import ReducedRig
 
 
@@ -24,6 +25,7 @@ def rig_document(reduced: ReducedRig) -> dict[str, Any]:
         "blade_frequency_hz": list(map(float, reduced.blade_frequency)),
         "stuck_frequency_hz": list(map(float, reduced.stuck_frequency)),
         "energy_share": {kind: list(map(float, share)) for kind, share in reduced.energy_share.items()},
+        **({"mode_check": {body: check_document(each) for body, each in found.checks.items()}} if found.checks else {}),
         "files": [str(file) for file in reduced.files],
     }
 
@@ -46,6 +48,8 @@ def rig_text(reduced: ReducedRig) -> str:
                 for body, row in rows.items()
             ),
             "",
+            *(f"  {body}: {check_sentence(each)}" for body, each in reduced.reduction.checks.items()),
+            *([""] if reduced.reduction.checks else []),
             f"  blade without contacts: {', '.join(f'{f:.2f}' for f in reduced.blade_frequency)} Hz",
             "",
             "  all contacts stuck                 kinetic energy in",

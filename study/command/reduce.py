@@ -40,6 +40,13 @@ def reduce(
     /,
     *,
     out: Out = Path("reduced"),
+    check: Annotated[
+        bool,
+        Parameter(
+            help="Check the fixed-interface modes: residuals, and a count that finds missed ones; half as long again.",
+            negative=(),
+        ),
+    ] = False,
     options: Options = DEFAULTS,
 ) -> Answer:
     """Reduce a blade, a rig, a part or matrices."""
@@ -50,24 +57,24 @@ def reduce(
 
     path = case or BLADE
     if is_matrices_case(path):
-        return _matrices(path, out, options)
+        return _matrices(path, out, check, options)
     if part_kind(path) is not None:
-        return _part(path, out, options)
-    return _rig(path, out, options) if is_rig_case(path) else _blade(path, out, options)
+        return _part(path, out, check, options)
+    return _rig(path, out, check, options) if is_rig_case(path) else _blade(path, out, check, options)
 
 
-def _rig(path: Path, out: Path, options: Options) -> Answer:
+def _rig(path: Path, out: Path, check: bool, options: Options) -> Answer:
     from study.rig_reduce_run import run_reduce_rig
     from study.rig_table import rig_document, rig_text
 
-    reduced = run_reduce_rig(path, options.open(out))
+    reduced = run_reduce_rig(path, options.open(out), checked=check)
     return Answer(document=rig_document(reduced), text=rig_text(reduced))
 
 
-def _matrices(path: Path, out: Path, options: Options) -> Answer:
+def _matrices(path: Path, out: Path, check: bool, options: Options) -> Answer:
     from study.matrices_run import run_reduce_matrices
 
-    reduced = run_reduce_matrices(path, options.open(out))
+    reduced = run_reduce_matrices(path, options.open(out), checked=check)
     files = [str(file) for file in reduced.files]
     return Answer(
         document={**_frequency_document(reduced.reduction), "files": files},
@@ -75,10 +82,10 @@ def _matrices(path: Path, out: Path, options: Options) -> Answer:
     )
 
 
-def _part(path: Path, out: Path, options: Options) -> Answer:
+def _part(path: Path, out: Path, check: bool, options: Options) -> Answer:
     from study.part_run import run_reduce_part
 
-    reduced = run_reduce_part(path, options.open(out))
+    reduced = run_reduce_part(path, options.open(out), checked=check)
     found, mesh = reduced.reduction, reduced.mesh
     files = [str(file) for file in reduced.files]
     return Answer(
@@ -102,10 +109,10 @@ def _part(path: Path, out: Path, options: Options) -> Answer:
     )
 
 
-def _blade(path: Path, out: Path, options: Options) -> Answer:
+def _blade(path: Path, out: Path, check: bool, options: Options) -> Answer:
     from study.reduce_run import run_reduce
 
-    reduced = run_reduce(path, options.open(out))
+    reduced = run_reduce(path, options.open(out), checked=check)
     found = reduced.reduction
     lines = [
         *_frequency_lines(found),
@@ -123,6 +130,8 @@ def _blade(path: Path, out: Path, options: Options) -> Answer:
 
 
 def _frequency_lines(found: "Reduction | ComparedReduction") -> list[str]:
+    from study.mode_check_words import check_sentence
+
     return [
         f"{found.n_dof} degrees of freedom reduced to {found.rom.n_dof}",
         "",
@@ -133,14 +142,18 @@ def _frequency_lines(found: "Reduction | ComparedReduction") -> list[str]:
                 zip(found.frequency, found.rom_frequency, found.rom_error, strict=True), start=1
             )
         ),
+        *([] if found.check is None else ["", f"  {check_sentence(found.check)}"]),
     ]
 
 
 def _frequency_document(found: "Reduction | ComparedReduction") -> dict[str, Any]:
+    from study.mode_check_words import check_document
+
     return {
         "n_dof": found.n_dof,
         "n_reduced": found.rom.n_dof,
         "frequency_hz": list(map(float, found.frequency)),
         "rom_frequency_hz": list(map(float, found.rom_frequency)),
         "rom_error": list(map(float, found.rom_error)),
+        **({} if found.check is None else {"mode_check": check_document(found.check)}),
     }

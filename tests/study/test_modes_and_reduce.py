@@ -113,7 +113,7 @@ def reduced(tmp_path_factory: pytest.TempPathFactory, case_text: dict[str, str])
     folder = tmp_path_factory.mktemp("reduce")
     text = case_text["blade"].replace("elements_through_thickness = 2", "elements_through_thickness = 1")
     (folder / "my.toml").write_text(text.replace("modes = 150", "modes = 40"))
-    done = stickslip(folder, "reduce", "my.toml", "--out", "out", "--json")
+    done = stickslip(folder, "reduce", "my.toml", "--out", "out", "--json", "--check")
     return folder, json.loads(done.stdout)
 
 
@@ -122,6 +122,9 @@ def test_reduce_writes_solid_mesh_model_and_response(reduced: tuple[Path, dict[s
     files = {Path(str(file)).name for file in document["files"]}  # type: ignore[attr-defined]
     assert files == {"my.step", "my.vtu", "my_rom.h5", "my_response.png"}
     assert {file.name for file in (folder / "out").iterdir()} == files
+    check = document["mode_check"]
+    assert check["n_below"] == check["n_found"] > 30  # type: ignore[index]
+    assert check["largest_residual"] < 1e-8  # type: ignore[index]
     assert (folder / "out" / "my.step").read_text().startswith("ISO-10303-21")
     assert (folder / "out" / "my_response.png").read_bytes().startswith(b"\x89PNG")
     mesh = read_mesh(folder / "out" / "my.vtu")

@@ -97,8 +97,12 @@ def stickslip(*words: str) -> int:
 def test_a_beam_in_millimetres_is_reduced_to_the_frequencies_of_the_closed_form(
     home: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    assert stickslip("reduce", "beam.toml", "--out", "out", "--json") == 0
+    assert stickslip("reduce", "beam.toml", "--out", "out", "--json", "--check") == 0
     document = json.loads(capfd.readouterr().out)
+    check = document["mode_check"]
+    # Twelve modes, of which the one above the highest gap is not counted.
+    assert check["n_below"] == check["n_found"] == 11
+    assert check["largest_residual"] < 1e-8
     assert (document["n_dof"], document["n_reduced"]) == (60, 3 + 12)
     # Round-off of the eigenvalues is 1e-9.
     np.testing.assert_allclose(np.array(document["frequency_hz"][:3]) / EXACT - 1, TOO_STIFF, rtol=0.05, atol=3e-9)

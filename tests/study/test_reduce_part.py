@@ -127,7 +127,8 @@ def test_frequencies_are_those_of_the_mesh_and_the_reduced_ones_lie_above(
     home: Path, capfd: pytest.CaptureFixture[str], element: str
 ) -> None:
     write_mesh(bar(element), home / "bar.inp")
-    found = document(capfd, "reduce", "bar.toml", "--out", "out")
+    found = document(capfd, "reduce", "bar.toml", "--out", "out", "--check")
+    assert found["mode_check"]["n_below"] == found["mode_check"]["n_found"] > 0
     full = np.array(found["frequency_hz"])
     # Stations are a change of variables: two solutions by Lanczos agree to 1e-10, twice the digits of an eigenvalue.
     np.testing.assert_allclose(full, full_frequency(bar(element), 10), rtol=1e-8)

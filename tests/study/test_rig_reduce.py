@@ -30,7 +30,7 @@ from study.progress import SilentProgress
 from study.rig_body import ReducedBody, reduced_body
 from study.rig_case import RigCase, is_rig_case, rig_model
 from study.rig_joints import dead_weights, line_pairs
-from study.rig_model import BODIES, RigModel
+from study.rig_model import BODIES, RigModel, mirror_image
 from study.rig_reduce_run import run_reduce_rig
 from study.rig_reduction import RigReduction, mirrored, reduction_tasks, together
 from study.run_context import RunContext
@@ -254,6 +254,14 @@ def test_the_shaker_pushes_a_disc_about_the_named_point(model: RigModel, by_body
     on_mesh = rom.displacement(np.eye(rom.n_dof))
     mean = np.einsum("n,nim->im", weights, on_mesh)
     np.testing.assert_allclose(mean, np.eye(rom.n_dof)[rom.rows("excitation")], atol=1e-9)
+
+
+def test_the_modes_of_all_bodies_can_be_checked(model: RigModel, by_body: dict[str, ReducedBody]) -> None:
+    checked = {body: reduced_body(model, body, checked=True) for body in BODIES if mirror_image(body) is None}
+    found = outcomes(model, {**by_body, **checked})
+    assert set(found.checks) == {"blade", "damper_right", "decoupler_right"}
+    assert all(each.n_missed == 0 and each.residual.max() < 1e-8 for each in found.checks.values())
+    assert not outcomes(model, by_body).checks
 
 
 def test_a_short_case_is_the_shipped_one(folder: Path, model: RigModel) -> None:
