@@ -34,6 +34,8 @@ from transient.steady import steady_motion
 #: Change of the fundamental by the last doubling of the harmonics, a tenth of what is asked of the comparison.
 CONVERGED, MOST_H = 1e-3, 40
 SAMPLES = 512
+#: Of the integration in a period: at 2.5 mm, 1 N and 253.8 Hz 512 steps err by 0.7 %, 1024 by 0.13 and 2048 by 0.02 %.
+STEPS = 2048
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -92,7 +94,7 @@ def compare(path: Path) -> None:
         state = steady_state(balance, omega, start=branch.start(balance, peak), slider=curve.slider)
         motion = steady_motion(
             model.system, omega, start_from(model.system, omega, state.coefficients, state.slider_at_start),
-            curve.fixed, tolerance=1e-4, steps_per_period=SAMPLES, max_steps_per_period=SAMPLES, acceleration=4,
+            curve.fixed, tolerance=1e-4, steps_per_period=STEPS, max_steps_per_period=STEPS, acceleration=4,
         )  # fmt: skip
         if not motion.periodic:
             print(f"| {curve.label} | {omega / 2 / np.pi:.3f} | {motion.words} |", flush=True)

@@ -18,12 +18,11 @@ from pathlib import Path
 from typing import Any
 
 from geometry.errors import InputError
+from study.blas_threads import ONE_THREAD
 from study.errors import ComputationFailed
 from study.progress import Progress
 from study.store import Outcome, Stage, Store
 
-#: Two processes with two BLAS threads each are slower on two cores than with one each.
-ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
 #: A fresh process for each task: the peak memory that it reports is that of the task alone. Where it exists, a small
 #: server that has imported what the stages need forks them, which saves each of them seconds.
 CONTEXT: ForkServerContext | SpawnContext = (
@@ -181,7 +180,7 @@ def _start(running: dict[int, _Worker], number: int, task: Task, folder: Path | 
 
 @contextmanager
 def single_threaded() -> Iterator[None]:
-    """Processes that start within have one BLAS thread each."""
+    """Processes that start within have one BLAS thread each: two with two each are slower on two cores."""
     before = {name: os.environ.get(name) for name in ONE_THREAD}
     os.environ.update(ONE_THREAD)
     try:

@@ -5,6 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from study.blas_threads import one_thread_by_default
 from study.run_context import DEFAULTS, Answer, Options, Out, command_app
 
 app = command_app(
@@ -31,6 +32,7 @@ def compare(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Compare a model with measurements."""
+    one_thread_by_default()
     from study.compare_run import run_compare
     from study.compare_words import document, in_words
 

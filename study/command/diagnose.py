@@ -5,6 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from study.blas_threads import one_thread_by_default
 from study.run_context import DEFAULTS, Answer, Options, Out, command_app
 
 app = command_app(
@@ -46,6 +47,7 @@ def diagnose(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Say what is missing."""
+    one_thread_by_default()
     from study.diagnose_add import LoopError
     from study.diagnose_run import full_document, full_text, run_diagnose
 

@@ -5,6 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from study.blas_threads import one_thread_by_default
 from study.run_context import DEFAULTS, Answer, Options, Out, command_app
 
 app = command_app(
@@ -29,6 +30,7 @@ def limits(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Search for the limits of the response over all friction histories."""
+    one_thread_by_default()
     from study.limits_run import run_limits
     from study.limits_table import limits_document, limits_text
     from study.shipped import LIMITS

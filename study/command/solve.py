@@ -5,6 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from study.blas_threads import one_thread_by_default
 from study.run_context import DEFAULTS, Answer, Options, Out, command_app
 
 app = command_app(
@@ -28,6 +29,7 @@ def solve(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Compute response curves of a structure with joints."""
+    one_thread_by_default()
     from study.matrices_case import is_matrices_case
     from study.part_case import refuse_part
     from study.rig_case import is_rig_case
