@@ -109,7 +109,7 @@ class Decoupler:
         if not (isfinite(self.arm_angle) and FLATTEST_ARM <= self.arm_angle <= STEEPEST_ARM):
             unsound["arm_angle"] = (
                 f"arm_angle = {degrees(self.arm_angle):.6g} deg is not between {degrees(FLATTEST_ARM):.0f} and "
-                f"{degrees(STEEPEST_ARM):.0f} deg (give radians)"
+                f"{degrees(STEEPEST_ARM):.0f} deg (in Python give radians)"
             )
         clauses = [*unsound.values(), *order_problems(dimensions, AT_MOST, unsound=unsound)]
         if not clauses:

@@ -32,7 +32,7 @@ def range_problems(dimensions: Mapping[str, float]) -> dict[str, str]:
     -------
     One clause for each dimension that is not finite, not positive or outside [`SMALLEST`, `LARGEST`].
     """
-    remedy = f"give metres between {SMALLEST:g} and {LARGEST:g}"
+    remedy = f"in Python give metres between {SMALLEST:g} and {LARGEST:g}"
     problems = {}
     for name, value in dimensions.items():
         said = f"{name} = {in_millimetres(value)}"
@@ -50,7 +50,7 @@ def range_problems(dimensions: Mapping[str, float]) -> dict[str, str]:
 def cone_angle_problems(angles: Mapping[str, float]) -> dict[str, str]:
     """What is wrong with half-angles of cones [rad], by name; sound ones are left out."""
     return {
-        name: f"{name} = {degrees(angle):.6g} deg is not between 0.05 and 45 deg (give radians)"
+        name: f"{name} = {degrees(angle):.6g} deg is not between 0.05 and 45 deg (in Python give radians)"
         for name, angle in angles.items()
         if not (isfinite(angle) and FLATTEST_CONE <= angle < STEEPEST_CONE)
     }

@@ -26,15 +26,24 @@ N_FRAME = 24
 STATION_LABEL = "station, from the damper's end"
 
 
+def most_loaded(levels: Sequence[float], peaks: Sequence[RigForces]) -> list[int]:
+    """Of each level, or some of them with the highest, the curve whose contacts come nearest to slipping as a whole."""
+    each = np.unique(levels)
+    shown = each[np.unique(np.linspace(0, len(each) - 1, min(len(each), MOST_CURVES)).round().astype(int))]
+    ratio = [max(line.ratio for line in peak.lines.values()) for peak in peaks]
+    return [max(np.flatnonzero(np.equal(levels, level)).tolist(), key=lambda one: ratio[one]) for level in shown]
+
+
 def draw_forces(
     stem: str,
     title: str,
     friction_coefficient: Mapping[str, float],
     labels: Sequence[str],
     peaks: Sequence[RigForces],
+    chosen: Sequence[int],
     run: RunContext,
 ) -> list[Path]:
-    """Write the figures of the highest points of some curves: of all levels, the last one among them.
+    """Write the figures of the highest points of some curves, see `most_loaded`; states are those of the last.
 
     Parameters
     ----------
@@ -44,11 +53,13 @@ def draw_forces(
         By pair [-].
     labels, peaks
         Of each curve.
+    chosen
+        Places of those to show.
     run
         Where to.
     """
     assert run.output is not None
-    chosen = np.unique(np.linspace(0, len(peaks) - 1, min(len(peaks), MOST_CURVES)).round().astype(int))
+    shown = chosen[-1]
     forces = [
         LineForce(
             name=name, label=labels[one], time=peaks[one].time, tangential=line.force.tangential,
@@ -64,19 +75,23 @@ def draw_forces(
         for one in chosen
         for pushed in (peaks[one].cells[body],)
     ]
-    last = peaks[-1].lines
+    last = peaks[shown].lines
     states = [
         [LineStates(name=f"{side}_{other}", states=last[f"{side}_{other}"].status) for side in SIDES]
         for other in ("blade", "decoupler")
     ]
     where = "at the highest point of each curve"
+    if len(chosen) < len(peaks):
+        where = (
+            f"at the highest point of {len(chosen)} of {len(peaks)} curves: of each level that with the largest |T| / N"
+        )
     pictures = {
         "line_forces": line_forces_figure(
             forces, friction_coefficient=friction_coefficient, title=f"{title}: contact forces", subtitle=where
         ),
         "load_cells": reactions_figure(cells, title=f"{title}: forces of the arms on their load cells", subtitle=where),
         "line_states": line_states_figure(
-            states, title=f"{title}: what the contacts do", subtitle=f"{labels[-1]}, highest point",
+            states, title=f"{title}: what the contacts do", subtitle=f"{labels[shown]}, highest point",
             station_label=STATION_LABEL,
         ),
     }  # fmt: skip

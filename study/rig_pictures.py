@@ -21,6 +21,8 @@ DRAWING_CODE = (*RIG_CODE, "study.figure", "study.rig_pictures")
 SHOWN = "right_blade"
 #: Largest deflection drawn [m]: bodies that slide on each other shall not seem to part by more than their size.
 AMPLITUDE = 0.015
+#: The same in parts of what moves: of the middle one of the three sides of the box around it.
+SHARE, MOVES = 0.35, 0.1
 
 
 @stage("pictures of a rig", rooms=DRAWING_CODE)
@@ -61,9 +63,16 @@ def stuck_mode_pictures(
         folder = Path(name)
         for number, (hertz, shape) in enumerate(zip(frequency, displacement, strict=True), start=1):
             file, title = folder / f"mode{number}.png", f"Stuck mode {number}"
-            mode_picture(whole, shape, file, frequency=float(hertz), title=title, amplitude=AMPLITUDE)
+            mode_picture(whole, shape, file, frequency=float(hertz), title=title, amplitude=_amplitude(whole, shape))
             report(number, len(frequency))
         return _contents(folder)
+
+
+def _amplitude(whole: Mesh, shape: Float[NDArray[np.float64], "node 3"]) -> float:
+    """Largest deflection drawn [m]: small for a mode in which small bodies move alone."""
+    length = np.linalg.norm(shape, axis=1)
+    sides = np.ptp(whole.points[length > MOVES * length.max()], axis=0)
+    return min(AMPLITUDE, SHARE * float(np.sort(sides)[1]))
 
 
 def _contact(rig: Rig, meshes: dict[str, Mesh], file: Path, title: str) -> None:

@@ -10,7 +10,7 @@ from hbsolve.balance import HarmonicBalance
 from reduction.rigid_body import RigidBody
 from study.case import load_case, located
 from study.rig_case import RigCase, rig_model
-from study.rig_force_pictures import draw_film, draw_forces
+from study.rig_force_pictures import draw_film, draw_forces, most_loaded
 from study.rig_forces import RigForces, rig_forces
 from study.rig_joints import dead_weights, line_pairs
 from study.rig_reduction import reduce_rig
@@ -90,10 +90,14 @@ def run_solve_rig(path: Path, run: RunContext) -> SolvedRig:
     ]
     friction = {pair.name: pair.friction_coefficient for pair in line_pairs(case, model.rig)}
     labels = [each.curve.label for each in curves]
-    files = [*solved.files, *draw_forces(path.stem, case.title, friction, labels, peaks, run)]
-    # The last curve is that of the highest level: the film of its peak shows most.
-    motion = reduction.assembly.on_whole_mesh(states[-1].coefficients.T)
-    files += draw_film(path.stem, case.title, model, labels[-1], states[-1].angular_frequency, motion, peaks[-1], run)
+    chosen = most_loaded([each.curve.fixed for each in curves], peaks)
+    files = [*solved.files, *draw_forces(path.stem, case.title, friction, labels, peaks, chosen, run)]
+    # At the highest level the film shows most.
+    last = chosen[-1]
+    motion = reduction.assembly.on_whole_mesh(states[last].coefficients.T)
+    files += draw_film(
+        path.stem, case.title, model, labels[last], states[last].angular_frequency, motion, peaks[last], run
+    )
     return SolvedRig(
         solved=replace(solved, files=tuple(files)), rest=_at_rest(system), dampers=system.dampers, peaks=peaks
     )

@@ -9,6 +9,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.distributed_load import distributed_load
+from geometry.errors import InputError
 from geometry.rig import SIDES, Rig, named_points
 from reduction.joined import Joined, joined, vibrating
 from reduction.rigid_body import RigidBody, check_held, rigid_body, rigid_motions
@@ -115,9 +116,18 @@ def resting_rig(case: RigCase, rig: Rig, reduction: RigReduction) -> RestingRig:
     if any(getattr(case.contact, name).uneven for name in bodies.lines):
         bodies = seated(bodies, _dampers(reduction))
     pull = _pulls(case, rig, reduction)
-    with located(case, "dead_weight"):
+    try:
         rest = bodies.rest(np.sum([*pull.values()], axis=0))
+    except InputError as error:
+        with located(case, "dead_weight", *_side_at_fault(case, str(error))):
+            raise error
     return RestingRig(joined=bodies, pull=pull, rest=rest, dampers=dampers)
+
+
+def _side_at_fault(case: RigCase, message: str) -> tuple[str, ...]:
+    """The table of the side that a message on a contact line speaks of, if the case has one."""
+    data = {} if case.source is None else case.source.data
+    return tuple(side for side in SIDES if f'"{side}_' in message and side in data.get("dead_weight", {}))[:1]
 
 
 def _dampers(reduction: RigReduction) -> dict[str, Float[NDArray[np.float64], "r 6"]]:

@@ -48,6 +48,7 @@ def rig_text(reduced: ReducedRig) -> str:
                 for body, row in rows.items()
             ),
             "",
+            *(["  checked, of each body more modes than are kept:"] if reduced.reduction.checks else []),
             *(f"  {body}: {check_sentence(each)}" for body, each in reduced.reduction.checks.items()),
             *([""] if reduced.reduction.checks else []),
             f"  blade without contacts: {', '.join(f'{f:.2f}' for f in reduced.blade_frequency)} Hz",

@@ -141,7 +141,10 @@ def _figures(
         unit, scale = SURFACE_UNIT[output.quantity]
         family = [
             DrawnCurve(
-                label=each.curve.label, parameter=each.parameter, response=scale * each.output(output)[:, harmonic]
+                label=each.curve.label,
+                parameter=each.parameter,
+                response=scale * each.output(output)[:, harmonic],
+                group=each.curve.fixed,
             )
             for each in curves
         ]
@@ -168,10 +171,12 @@ def _figures(
         ]
         for joint in joints
     ]
-    drawn["states"] = contact_states_figure(panels, title=f"{title}: what the contacts do", parameter_label=label)
+    which_joints = "the contacts do" if len(joints) == len(model.system.joints) else "the busiest contacts do"
+    drawn["states"] = contact_states_figure(panels, title=f"{title}: what {which_joints}", parameter_label=label)
+    which_curves = "each curve" if len(chosen) == len(curves) else f"{len(chosen)} of {len(curves)} curves"
     drawn["loops"] = hysteresis_figure(
         [(model.system.joints[joint].name, _loops(model, balance, chosen, joint)) for joint in joints],
-        title=f"{title}: contacts at the highest point of each curve",
+        title=f"{title}: contacts at the highest point of {which_curves}",
     )
     return drawn
 

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 #: Colours of an ordered family: the light end of the map would vanish on white.
 FIRST_COLOUR, LAST_COLOUR = 0.0, 0.82
+#: Lines of the curves of one group.
+LINES = ("-", "--", ":", "-.")
 #: A legend longer than this stands beside the curves.
 LONGEST_LEGEND = 6
 
@@ -31,11 +33,14 @@ class DrawnCurve:
         Frequency [Hz] or level [-] along the curve, shape (p,); it may turn back.
     response
         Complex amplitude, shape (p,) [unit of the figure].
+    group
+        Curves of one group have one colour and differ by their lines; by default each is a group.
     """
 
     label: str
     parameter: Float[NDArray[np.float64], " p"]
     response: Complex[NDArray[np.complex128], " p"]
+    group: float | None = None
 
 
 def family_colours(count: int) -> list[str]:
@@ -64,11 +69,12 @@ def response_curves_figure(
 
     figure = Figure(figsize=(9, 6), layout="constrained", dpi=160)
     amplitude, phase = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1))
-    for curve, colour in zip(curves, family_colours(len(curves)), strict=True):
-        amplitude.plot(curve.parameter, np.abs(curve.response), color=colour, linewidth=1.5, label=curve.label)
+    for curve, (colour, line) in zip(curves, _looks(curves), strict=True):
+        look = {"color": colour, "linestyle": line, "linewidth": 1.5}
+        amplitude.plot(curve.parameter, np.abs(curve.response), label=curve.label, **look)
         # A dot shows where the solver stood: the curve between two is drawn straight.
         amplitude.plot(curve.parameter, np.abs(curve.response), ".", color=colour, markersize=3)
-        phase.plot(curve.parameter, _phase(curve.response), color=colour, linewidth=1.5)
+        phase.plot(curve.parameter, _phase(curve.response), **look)
         top = int(np.argmax(np.abs(curve.response)))
         amplitude.plot(curve.parameter[top], np.abs(curve.response[top]), "o", color=colour, markersize=5)
     amplitude.set_ylabel(amplitude_label)
@@ -86,6 +92,14 @@ def response_curves_figure(
         amplitude.legend(frameon=False)
     add_title(figure, title)
     return png(figure)
+
+
+def _looks(curves: Sequence[DrawnCurve]) -> list[tuple[str, str]]:
+    """Colour and line of each curve."""
+    groups = [number if curve.group is None else (curve.group,) for number, curve in enumerate(curves)]
+    each = list(dict.fromkeys(groups))
+    colour = dict(zip(each, family_colours(len(each)), strict=True))
+    return [(colour[group], LINES[groups[:number].count(group) % len(LINES)]) for number, group in enumerate(groups)]
 
 
 def _phase(response: Complex[NDArray[np.complex128], " p"]) -> Float[NDArray[np.float64], " p"]:

@@ -119,7 +119,7 @@ def test_any_decoupler_has_the_volume_by_hand(angle: float, thickness: float, ne
     ("dimensions", "message"),
     [
         ({"width": nan}, r"the de-coupler cannot be built: width = nan mm is not finite"),
-        ({"arm_angle": 45.0}, r"arm_angle = 2578\.31 deg is not between 20 and 70 deg \(give radians\)"),
+        ({"arm_angle": 45.0}, r"arm_angle = 2578\.31 deg is not between 20 and 70 deg \(in Python give radians\)"),
         ({"neck_thickness": 0.015}, r"neck_thickness = 15 mm exceeds arm_thickness = 10 mm"),
         ({"cell_thickness": 0.009}, r"arm_thickness = 10 mm exceeds cell_thickness = 9 mm"),
         ({"arms_meet": 0.013}, r"arms_meet = 13 mm exceeds contact_length = 12 mm"),

@@ -221,7 +221,11 @@ def test_the_command_says_how_the_rig_rests_and_what_each_curve_does(document: d
     ("old", "new", "said"),
     [
         (SWEEP, "", "there is no [sweep]"),
-        ("[sweep]", '[dead_weight.right]\ninclination = "80 deg"\n[sweep]', '"right_blade" opens all along its line'),
+        (
+            "[sweep]",
+            '[dead_weight.right]\ninclination = "80 deg"\n[sweep]',
+            'dead_weight.right.inclination = "80 deg": under the static load "right_blade" opens all along its line',
+        ),
         ("[sweep]", '[dead_weight.left]\nshift = "7 mm"\n[sweep]', "lies beside the damper's cylinder"),
         # A wire that pushes down instead of pulling up takes the damper out of its grooves.
         ("[sweep]", '[dead_weight]\nforce = "-55 N"\n[sweep]', 'dead_weight.force = "-55 N": must be greater than 0 N'),
