@@ -95,7 +95,7 @@ def test_a_hidden_mass_is_named_with_its_strength(heavy: Diagnosis) -> None:
     assert names(heavy) == [WHERE]
     (best,) = heavy.verdict.effects
     assert best is heavy.refits[0]
-    # Normal: 4 standard deviations once in 16 000. The interval, 1.3 times as wide as draws say, is small enough for the
+    # Normal: 4 standard deviations once in 16 000. The interval, 1.3 times that of the draws, is small enough for the
     # test to mean something.
     assert best.strength == pytest.approx(MASS, abs=4 * best.deviation)
     assert best.deviation < 0.03 * MASS
