@@ -60,6 +60,10 @@ class FaceSelector:
 
     def __str__(self) -> str:
         given = {each.name: getattr(self, each.name) for each in fields(self)}
+        for name, power in (("at", 1), ("area", 2)):
+            if given[name] is not None:
+                values = ", ".join(f"{value * MILLIMETRES_PER_METRE**power:.6g}" for value in given[name])
+                given[name] = f"({values}) mm{'' if power == 1 else '^2'}"
         return ", ".join(f"{name} = {value}" for name, value in given.items() if value is not None)
 
 

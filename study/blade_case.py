@@ -74,7 +74,7 @@ class MaterialTable(CaseModel):
     """Isotropic elastic material."""
 
     young: Pressure
-    poisson: Ratio
+    poisson: Annotated[Ratio, Field(examples=[0.3])]
     density: Density
 
     def material(self) -> Material:
