@@ -53,11 +53,12 @@ class Unknowns:
     @property
     def names(self) -> tuple[str, ...]:
         """Of each number."""
-        return tuple(
+        every = tuple(
             effect.name if len(effect.parameters) == 1 else f"{effect.name}, {parameter.name}"
             for effect in self.effects
             for parameter in effect.parameters
         )
+        return every[: len(self.parameters)]
 
     @property
     def vanishing(self) -> Values:

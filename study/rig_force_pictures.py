@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from geometry.rig import SIDES, mating_pairs
 from hbsolve.fourier import samples_from_coefficients
 from study.errors import MissingSoftware
+from study.figure.evenly import evenly
 from study.figure.line_forces import LineForce, line_forces_figure
 from study.figure.line_states import LineStates, line_states_figure
 from study.figure.reactions import Reaction, reactions_figure
@@ -29,7 +30,7 @@ STATION_LABEL = "station, from the damper's end"
 def most_loaded(levels: Sequence[float], peaks: Sequence[RigForces]) -> list[int]:
     """Of each level, or some of them with the highest, the curve whose contacts come nearest to slipping as a whole."""
     each = np.unique(levels)
-    shown = each[np.unique(np.linspace(0, len(each) - 1, min(len(each), MOST_CURVES)).round().astype(int))]
+    shown = each[evenly(len(each), MOST_CURVES)]
     ratio = [max(line.ratio for line in peak.lines.values()) for peak in peaks]
     return [max(np.flatnonzero(np.equal(levels, level)).tolist(), key=lambda one: ratio[one]) for level in shown]
 

@@ -38,6 +38,9 @@ def rig_text(reduced: ReducedRig) -> str:
     worst = min(body["least_scaled_jacobian"] for body in bodies.values())
     rows = {**bodies, "all": {**total, "least_scaled_jacobian": worst}}
     stuck = zip(reduced.stuck_frequency, *reduced.energy_share.values(), strict=True)
+    checked = [f"  {body}: {check_sentence(each)}" for body, each in reduced.reduction.checks.items()]
+    if checked:
+        checked = ["  checked, of each body more modes than are kept:", *checked, ""]
     return "\n".join(
         [
             f"{document['n_dof']} degrees of freedom reduced to {document['n_reduced']}",
@@ -48,9 +51,7 @@ def rig_text(reduced: ReducedRig) -> str:
                 for body, row in rows.items()
             ),
             "",
-            *(["  checked, of each body more modes than are kept:"] if reduced.reduction.checks else []),
-            *(f"  {body}: {check_sentence(each)}" for body, each in reduced.reduction.checks.items()),
-            *([""] if reduced.reduction.checks else []),
+            *checked,
             f"  blade without contacts: {', '.join(f'{f:.2f}' for f in reduced.blade_frequency)} Hz",
             "",
             "  all contacts stuck                 kinetic energy in",

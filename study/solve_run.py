@@ -12,6 +12,7 @@ from reduction.jointed_system import ElasticStop, FrictionContact
 from study.case import load_case, located
 from study.checkpoint import Checkpoint
 from study.figure.contact_states import StatePanel, contact_states_figure
+from study.figure.evenly import evenly
 from study.figure.hysteresis_loops import Loop, hysteresis_figure
 from study.figure.response_curves import DrawnCurve, response_curves_figure
 from study.output import replace_file
@@ -191,8 +192,7 @@ def _busiest(curves: Sequence[SolvedCurve], n_joint: int) -> list[int]:
 
 def _spread(curves: Sequence[SolvedCurve]) -> list[SolvedCurve]:
     """At most `MOST_CURVES` of the curves, the first and the last among them."""
-    places = np.unique(np.linspace(0, len(curves) - 1, min(len(curves), MOST_CURVES)).round().astype(int))
-    return [curves[place] for place in places]
+    return [curves[place] for place in evenly(len(curves), MOST_CURVES)]
 
 
 def _loops(model: SolveModel, balance: HarmonicBalance, curves: Sequence[SolvedCurve], joint: int) -> list[Loop]:

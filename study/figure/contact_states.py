@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from study.figure.evenly import evenly
 from study.figure.look import add_title, png
 
 if TYPE_CHECKING:
@@ -87,7 +88,7 @@ def _draw(axes: "Axes", panel: StatePanel) -> bool:
     for number, state in enumerate(panel.states):
         axes.fill_between(place, edges[:, number], edges[:, number + 1], color=COLOURS[state], linewidth=0)
     if turns:
-        ticks = np.unique(np.linspace(0, len(place) - 1, N_TICK).round().astype(int))
+        ticks = evenly(len(place), N_TICK)
         axes.set_xticks(ticks, [f"{panel.parameter[tick]:.4g}" for tick in ticks])
     else:
         # A label at the right end would run into the first one of the panel beside it.

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from study.figure.evenly import evenly
 from study.figure.heading import add_heading
 from study.figure.look import INK, png
 
@@ -72,7 +73,7 @@ def misfit_map_figure(
         figsize=(max(1.4 + 3.7 * len(harmonics), 7.5), 1.9 + height * len(sensors)), layout="constrained", dpi=150
     )
     axes = figure.subplots(len(sensors), len(harmonics), squeeze=False, sharex=True, sharey=True)
-    ticks = np.unique(np.linspace(0, len(frequency) - 1, min(MOST_TICKS, len(frequency))).round().astype(int))
+    ticks = evenly(len(frequency), MOST_TICKS)
     bottom = {
         harmonic: max(row for row, sensor in enumerate(sensors) if (sensor, harmonic) in by_place)
         for harmonic in harmonics
