@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.linalg.blas import dgemm
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-import fe.block_lanczos
+import fe.krylov_basis
 import reduction.craig_bampton
 from fe.assembly import assemble
 from fe.blade_mesher import PadMesh, mesh_blade
@@ -146,7 +146,7 @@ def with_stickslip(shape: str, mesh: Mesh, is_checked: bool) -> dict[str, Any]:
     watch.watch(room, "factorise", "factor")
     watch.watch(room, "constraint_modes", "constraint modes")
     watch.watch(room, "fixed_interface_modes", "modes")
-    basis = fe.block_lanczos._KrylovBasis
+    basis = fe.krylov_basis.KrylovBasis
     for name, stage in (("_without", "orthogonality"), ("_orthonormalise", "block of orthonormal columns")):
         watch.watch(basis, name, stage)
     start = clock()

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from fe.block_lanczos import NoConvergence, block_lanczos
 from fe.errors import SupportError
 from fe.factor import Symmetric
+from fe.node_matrix import BlockProduct
 from fe.sparse_solver import Definiteness, Factor, SingularMatrix, factorise
 from fe.system import LinearSystem
 from geometry.errors import InputError
@@ -85,6 +86,7 @@ def lowest_eigenpairs(
 ) -> tuple[Float[NDArray[np.float64], " m"], Float[NDArray[np.float64], "n m"]]:
     """Lowest eigenvalues [rad^2/s^2], ascending, and mass-normalised eigenvectors; arguments as in `modes`."""
     n = stiffness.shape[0]
+    product: Symmetric | BlockProduct = mass
     if not 1 <= n_mode <= n:
         raise InputError(f"{n_mode} modes were asked of a system with {n} degrees of freedom: ask for 1 to {n}")
     if n <= DENSE or n_mode > n // 3:
@@ -94,13 +96,14 @@ def lowest_eigenpairs(
         try:
             if factor is None:
                 factor = factorise(stiffness.tocsr(), Definiteness.POSITIVE)
-            lambda_, shapes = block_lanczos(factor, mass, n_mode)
+            product = BlockProduct(mass.tocsr())
+            lambda_, shapes = block_lanczos(factor, product, n_mode)
         except (SingularMatrix, NoConvergence) as error:
             raise SupportError(SINGULAR) from error
     # Some columns at a time, in place: at the end of a reduction memory is what there is least of.
     for first in range(0, n_mode, AT_ONCE):
         part = shapes[:, first : first + AT_ONCE]
-        part /= np.sqrt(np.einsum("nm,nm->m", part, mass @ part))
+        part /= np.sqrt(np.einsum("nm,nm->m", part, product @ part))
         part *= np.sign(part[np.abs(part).argmax(axis=0), np.arange(part.shape[1])])
     # A singular stiffness may pass its factorisation, for round-off decides about the last pivots; its modes tell.
     lowest = shapes[:, 0]

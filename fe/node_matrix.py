@@ -4,29 +4,66 @@ Three degrees of freedom of k columns stand side by side in memory, so the matri
 entries, does the work of all directions at once.
 """
 
-from collections.abc import Callable
-
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from fe.mkl_product import MklProduct
+
 Matrix = NDArray[np.float64]
 
 DIRECTIONS = 3
+#: Rows that change from one order of memory to the other while they are in the cache.
+PIECE = 1024
 
 
-def block_product(matrix: sp.csr_array) -> Callable[[Matrix], Matrix]:
-    """A function that multiplies the matrix (n, n) by columns (n, k); its results are in Fortran order."""
-    node = node_matrix(matrix)
-    if node is None:
-        return lambda columns: np.asfortranarray(matrix @ columns)
-    n = matrix.shape[0]
+class BlockProduct:
+    """A symmetric sparse matrix, ready to be multiplied by many columns again and again.
 
-    def product(columns: Matrix) -> Matrix:
-        side_by_side = np.ascontiguousarray(columns).reshape(node.shape[0], -1)
-        return np.asfortranarray((node @ side_by_side).reshape(n, -1))
+    Parameters
+    ----------
+    matrix
+        Shape (n, n); it is not needed afterwards.
+    """
 
-    return product
+    def __init__(self, matrix: sp.csr_array) -> None:
+        self.shape = matrix.shape
+        node = node_matrix(matrix)
+        self._direction, kept = (1, matrix) if node is None else (DIRECTIONS, node)
+        try:
+            self._kernel: MklProduct | SparseProduct = MklProduct(kept)
+        except (ImportError, OSError):
+            self._kernel = SparseProduct(kept)
+        # Kept from one product to the next: fresh memory costs as much as the product.
+        self._given = self._result = np.empty((0, 0))
+
+    def __matmul__(self, columns: Matrix) -> Matrix:
+        """Product with columns (n, k), in Fortran order."""
+        n, k = columns.shape
+        if self._given.shape != (n, k):
+            self._given, self._result = np.empty((n, k)), np.empty((n, k))
+        _copy(self._given, columns)
+        wide = (n // self._direction, self._direction * k)
+        self._kernel.into(self._result.reshape(wide), self._given.reshape(wide))
+        product = np.empty((n, k), order="F")
+        _copy(product, self._result)
+        return product
+
+
+class SparseProduct:
+    """SciPy's product, where there is no MKL."""
+
+    def __init__(self, matrix: sp.csr_array) -> None:
+        self._matrix = matrix
+
+    def into(self, result: Matrix, columns: Matrix) -> None:
+        """As `MklProduct.into`."""
+        result[...] = self._matrix @ columns
+
+
+def _copy(target: Matrix, source: Matrix) -> None:
+    for first in range(0, len(source), PIECE):
+        target[first : first + PIECE] = source[first : first + PIECE]
 
 
 def node_matrix(matrix: sp.csr_array) -> sp.csr_array | None:

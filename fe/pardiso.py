@@ -9,10 +9,7 @@ Intel oneMKL reference, PARDISO: phases, mtype and the parameters iparm, which c
 """
 
 import ctypes
-import sys
 import weakref
-from functools import cache
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +17,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fe.factor import Columns, Definiteness, UnknownInertia, check_pattern, singular
+from fe.mkl import library
 
 ANALYSE, FACTORISE, SOLVE, RELEASE = 11, 22, 33, -1
 ZERO_PIVOT = -4
@@ -30,6 +28,7 @@ NODE = 3
 #: Zeros stored in blocks of a node may be this many times the entries; otherwise PARDISO looks for blocks itself, which
 #: may fill up to a fifth. Either way the graph that is ordered and analysed is that of the nodes, a ninth as large.
 FILL, SIMILAR = 1.05, 80
+NO_VALUES = np.zeros(0)
 #: Below this size no time is to be saved, and round-off is that of the plainest method.
 SMALL = 3000
 
@@ -53,9 +52,9 @@ class Pardiso:
         self._call = _Handle(self._upper, 2 if self._positive else -2)
         # MKL's memory is outside Python's reach; without this call each factor would stay for ever. At the end of the
         # process there is nothing left to save, and MKL may be gone already.
-        weakref.finalize(self, self._call, RELEASE, self._upper).atexit = False
+        weakref.finalize(self, self._call, RELEASE, self._upper._replace(values=NO_VALUES)).atexit = False
         self._call(ANALYSE, self._upper)
-        self._call(FACTORISE, self._upper)
+        self._factorise()
 
     def renew(self, matrix: sp.csr_array) -> None:
         """As `Factorisation.renew`."""
@@ -63,8 +62,14 @@ class Pardiso:
         upper = self._checked(matrix)
         if not np.array_equal(upper.column, self._upper.column):
             raise ValueError("the new matrix has entries in other places: factorise it by itself")
-        self._upper.values[...] = upper.values
+        self._upper = upper
+        self._factorise()
+
+    def _factorise(self) -> None:
         self._call(FACTORISE, self._upper)
+        # Where pivots were altered, a solution is refined with the matrix itself; Cholesky alters none.
+        if self._positive:
+            self._upper = self._upper._replace(values=NO_VALUES)
 
     def solve(self, right_hand_side: Columns) -> Columns:
         """As `Factor.solve`."""
@@ -134,31 +139,13 @@ def _has_diagonal(upper: Upper) -> bool:
     return bool(filled.all() and (upper.column[upper.row_start[:-1]] == np.arange(n)).all())
 
 
-@cache
-def library() -> Any:
-    """MKL's function `pardiso`.
-
-    Raises
-    ------
-    ImportError, OSError
-        There is no MKL, or it cannot be loaded.
-    """
-    # The wheel `mkl` puts its libraries here. Importing pypardiso would search all files of the installation for them,
-    # twice, which takes two seconds.
-    for place in sorted(Path(sys.prefix).glob("lib/libmkl_rt.*")):
-        return ctypes.CDLL(str(place)).pardiso
-    import pypardiso
-
-    return pypardiso.PyPardisoSolver()._mkl_pardiso
-
-
 class _Handle:
     """Parameters and memory that PARDISO works on."""
 
     def __init__(self, upper: Upper, mtype: int) -> None:
         n = len(upper.row_start) - 1
         self._n, self._mtype = n, mtype
-        self._run = library()
+        self._run = library().pardiso
         self._memory = np.zeros(64, dtype=np.intp)  # addresses that PARDISO keeps between calls
         self.parameters = np.zeros(64, dtype=np.int32)
         self.parameters[0] = 1  # own parameters

@@ -10,7 +10,7 @@ from typing import Any
 
 import scipy.sparse as sp
 
-from fe import cholmod, pardiso
+from fe import cholmod, mkl, pardiso
 from fe.errors import BackendError
 from fe.factor import Definiteness as Definiteness
 from fe.factor import Factor as Factor
@@ -36,7 +36,7 @@ REMEDY = {
 
 #: What loads each library, and fails where there is none.
 LIBRARY: dict[Backend, Callable[[], Any]] = {
-    Backend.PARDISO: lambda: pardiso.library(),
+    Backend.PARDISO: lambda: mkl.library(),
     Backend.CHOLMOD: lambda: cholmod.library(),
     Backend.SUPERLU: lambda: sp.linalg.splu,
 }
