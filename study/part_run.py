@@ -1,7 +1,8 @@
 """``stickslip reduce`` of a user's own part, from a STEP or a mesh file: to what ``stickslip solve`` takes."""
 
 import importlib.metadata
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -24,8 +25,16 @@ from study.output import replace_file
 from study.part_case import MeshCase, PartTables, StepCase, part_kind
 from study.part_pictures import face_pictures
 from study.part_places import Places, check_names, places
-from study.part_stages import PartReduction, named_areas, part_matrices, reduced_part, solid_summary, step_mesh
-from study.part_table import frequency_table, station_table
+from study.part_stages import (
+    NamedFaces,
+    PartReduction,
+    named_faces,
+    part_matrices,
+    reduced_part,
+    solid_summary,
+    step_mesh,
+)
+from study.part_table import face_lines, frequency_table, station_table
 from study.run_context import RunContext
 
 #: Until a run knows better: seconds of fTetWild for each cell, with about so many cells in the cube of their size; of
@@ -48,6 +57,8 @@ class ReducedPart:
         Of its cells [-].
     notes
         What was mended in the file, a clause each.
+    faces
+        Of the solid, by the names of the case; none for a mesh file.
     files
         Written ones.
     """
@@ -56,7 +67,17 @@ class ReducedPart:
     mesh: Mesh
     least_scaled_jacobian: float
     notes: tuple[str, ...]
+    faces: Mapping[str, NamedFaces]
     files: tuple[Path, ...]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Meshed:
+    """A mesh, and of a STEP file what was mended in it and which of its faces were named."""
+
+    mesh: Mesh
+    notes: tuple[str, ...] = ()
+    faces: Mapping[str, NamedFaces] = field(default_factory=dict)
 
 
 def run_reduce_part(path: Path, run: RunContext, *, checked: bool = False) -> ReducedPart:
@@ -74,8 +95,8 @@ def run_reduce_part(path: Path, run: RunContext, *, checked: bool = False) -> Re
     case = load_case(path, part_kind(path) or StepCase)
     with located(case, "material"):
         material = case.material.material()
-    mesh, notes = _step(case, path.parent, run) if isinstance(case, StepCase) else _file(case, path.parent, run)
-    found = places(case, mesh)
+    meshed = _step(case, path.parent, run) if isinstance(case, StepCase) else _file(case, path.parent, run)
+    found = places(case, meshed.mesh)
     reduced = _reduced(case, material, found, run, checked)
     stem, compared = path.stem, reduced.compared
     files = {name: run.output / f"{stem}{name}" for name in (".vtu", "_rom.h5", "_frequencies.csv", "_stations.csv")}
@@ -90,13 +111,14 @@ def run_reduce_part(path: Path, run: RunContext, *, checked: bool = False) -> Re
         reduction=compared,
         mesh=found.mesh,
         least_scaled_jacobian=float(cell_quality(found.mesh).scaled_jacobian.min()),
-        notes=notes,
+        notes=meshed.notes,
+        faces=meshed.faces,
         files=(*files.values(), *drawn),
     )
 
 
-def _step(case: StepCase, folder: Path, run: RunContext) -> tuple[Mesh, tuple[str, ...]]:
-    """The tetrahedra of a STEP file, and what was mended in it."""
+def _step(case: StepCase, folder: Path, run: RunContext) -> _Meshed:
+    """The tetrahedra of a STEP file."""
     file = folder / case.file
     with at_key(case, "file"):
         check_complete(file)
@@ -114,24 +136,26 @@ def _step(case: StepCase, folder: Path, run: RunContext) -> tuple[Mesh, tuple[st
     for note in solid.healing:
         run.note(f"{file}: {note}")
     with located(case, "face"):
-        run.store.run(named_areas, file, selectors)
+        faces = run.store.run(named_faces, file, selectors)
+    for line in face_lines(faces):  # before the mesher takes its minutes
+        run.note(line)
     n_boundary = 3 * (len(case.point) + sum(line.stations for line in case.line))
     with at_key(case, "mesh", "size"):
         needed = tetrahedra_memory(solid.volume, solid.longest, rule.size, n_boundary, case.reduction.modes)
         refuse_beyond_memory(needed, f"a part of {solid.volume * 1e6:.3g} cm^3 in cells of {rule.size * 1e3:g} mm")
     seconds = CELL_SECONDS * CELLS_PER_CUBE * solid.volume / rule.size**3
     with located(case, "mesh"), run.progress.step("tetrahedra", expected=seconds):
-        return run.store.run(step_mesh, file, selectors, rule), solid.healing
+        return _Meshed(mesh=run.store.run(step_mesh, file, selectors, rule), notes=solid.healing, faces=faces)
 
 
-def _file(case: MeshCase, folder: Path, run: RunContext) -> tuple[Mesh, tuple[str, ...]]:
+def _file(case: MeshCase, folder: Path, run: RunContext) -> _Meshed:
     """The mesh of a file."""
     with at_key(case, "file"):
         mesh = read_mesh(folder / case.file, case.length_unit)
     if HEX8.cell_type in mesh.cells:
         run.warn(f"{case.file} has hexahedra of 8 nodes, which are too stiff in bending: prefer those of 20 nodes")
     check_names(case, frozenset({*mesh.node_sets, *mesh.face_sets}), f"the sets of {case.file} are")
-    return mesh, ()
+    return _Meshed(mesh=mesh)
 
 
 def _reduced(case: PartTables, material: Material, found: Places, run: RunContext, checked: bool) -> PartReduction:

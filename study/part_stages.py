@@ -53,6 +53,25 @@ class SolidSummary:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class NamedFaces:
+    """Which faces of a solid go by one name.
+
+    Parameters
+    ----------
+    n_face
+        How many [-].
+    area
+        Of all of them [m^2].
+    centre
+        Their mean position, by area, shape (3,) [m].
+    """
+
+    n_face: int
+    area: float
+    centre: Float[NDArray[np.float64], " 3"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Kept:
     """A set of nodes that stays physical, in some directions."""
 
@@ -90,10 +109,13 @@ def solid_summary(file: Path) -> SolidSummary:
 
 
 @stage("named faces of a STEP file", rooms=("geometry", *CODE))
-def named_areas(file: Path, faces: Mapping[str, Sequence[FaceSelector]]) -> dict[str, float]:
-    """Area of each named face [m^2]."""
+def named_faces(file: Path, faces: Mapping[str, Sequence[FaceSelector]]) -> dict[str, NamedFaces]:
+    """What each name has got."""
     preflight("cad")
-    return {name: region.area for name, region in step_part(file, faces).faces.items()}
+    return {
+        name: NamedFaces(n_face=len(region.faces), area=region.area, centre=region.centre)
+        for name, region in step_part(file, faces).faces.items()
+    }
 
 
 @stage("tetrahedra of a STEP file", rooms=("geometry", "fe", *CODE))

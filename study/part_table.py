@@ -1,9 +1,42 @@
-"""Tables of a reduced part, as CSV: frequencies, and stations with their frames."""
+"""Tables of a reduced part: named faces of its solid, and as CSV frequencies, and stations with their frames."""
 
 from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
 
 from geometry.interface import ContactLine
+from geometry.part import MILLIMETRES_PER_METRE
 from study.compared_reduction import ComparedReduction
+from study.part_stages import NamedFaces
+
+
+def face_lines(faces: Mapping[str, NamedFaces]) -> list[str]:
+    """A line for each name, so that faces which a loose selector took together are seen; none without names."""
+    if not faces:
+        return []
+    width = max(4, *map(len, faces))
+    return [
+        f"  {'face':{width}}   CAD faces   area [mm^2]   mean position [mm]",
+        *(
+            f"  {name:{width}} {each['n_face']:11} {each['area_mm2']:13.2f}   "
+            f"({', '.join(f'{x:.2f}' for x in each['centre_mm'])})"
+            for name, each in face_document(faces).items()
+        ),
+    ]
+
+
+def face_document(faces: Mapping[str, NamedFaces]) -> dict[str, dict[str, Any]]:
+    """The same for programs."""
+    return {
+        name: {
+            "n_face": each.n_face,
+            "area_mm2": each.area * MILLIMETRES_PER_METRE**2,
+            # Of a symmetric face the middle is round-off, whose sign would be shown.
+            "centre_mm": (np.round(each.centre * MILLIMETRES_PER_METRE, 9) + 0.0).tolist(),
+        }
+        for name, each in faces.items()
+    }
 
 
 def frequency_table(found: ComparedReduction) -> str:

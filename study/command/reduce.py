@@ -84,6 +84,7 @@ def _matrices(path: Path, out: Path, check: bool, options: Options) -> Answer:
 
 def _part(path: Path, out: Path, check: bool, options: Options) -> Answer:
     from study.part_run import run_reduce_part
+    from study.part_table import face_document, face_lines
 
     reduced = run_reduce_part(path, options.open(out), checked=check)
     found, mesh = reduced.reduction, reduced.mesh
@@ -95,11 +96,14 @@ def _part(path: Path, out: Path, check: bool, options: Options) -> Answer:
             "n_element": mesh.n_cell,
             "least_scaled_jacobian": reduced.least_scaled_jacobian,
             "mended": list(reduced.notes),
+            **({"faces": face_document(reduced.faces)} if reduced.faces else {}),
             "boundary": {name: len(rows) for name, rows in found.rom.boundary_sets.items()},
             "files": files,
         },
         text="\n".join(
             [
+                *face_lines(reduced.faces),
+                *([""] if reduced.faces else []),
                 f"{mesh.n_cell} elements, worst scaled Jacobian {reduced.least_scaled_jacobian:.2f}",
                 *_frequency_lines(found),
                 "",

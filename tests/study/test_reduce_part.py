@@ -317,6 +317,9 @@ def test_a_step_file_is_meshed_and_reduced_and_calculix_finds_the_same_on_that_m
     found = document(capfd, "reduce", "bar.toml", "--out", "out")
     assert found["boundary"] == {"tip": 3, "rub": 9, "rim": 12}
     assert found["least_scaled_jacobian"] > 0.02
+    assert {name: each["n_face"] for name, each in found["faces"].items()} == {"foot": 1, "top": 1, "side": 1}
+    assert found["faces"]["side"]["area_mm2"] == pytest.approx(20 * 60)
+    assert found["faces"]["side"]["centre_mm"] == pytest.approx([10, 0, 30])
     # Tetrahedra of 6 mm against such of 5 mm cut from bricks: both a few parts in a thousand too stiff.
     np.testing.assert_allclose(found["frequency_hz"][:6], full_frequency(bar(), 6), rtol=5e-3)
     mesh = read_mesh(cad / "out" / "bar.vtu")
@@ -352,6 +355,18 @@ def test_mistakes_of_a_step_case_are_told_before_anything_is_meshed(
     (cad / "bar.toml").write_text(STEP_CASE.replace(old, new))
     assert stickslip("reduce", "bar.toml", "--out", "out") == 2
     assert said in capfd.readouterr().err
+
+
+def test_faces_that_a_loose_selector_takes_together_are_seen_before_anything_is_meshed(
+    cad: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    # Both long sides of the bar, and a mistake that stops the run once the faces are known.
+    loose = STEP_CASE.replace("normal = [0, -1, 0]", 'area = ["1199 mm^2", "1201 mm^2"]').replace("6 mm", "1 um")
+    (cad / "bar.toml").write_text(loose)
+    assert main(["reduce", "bar.toml", "--out", "out"]) == 2
+    said = capfd.readouterr().err
+    assert "stickslip:   side           2       2400.00   (10.00, 5.00, 30.00)" in said
+    assert "stickslip:   foot           1        200.00   (10.00, 5.00, 0.00)" in said
 
 
 def test_open_shells_and_overlapping_solids_are_refused_with_the_place_in_the_case(
