@@ -5,6 +5,7 @@
     ValueError
     └── InputError            the user can mend it: one sentence with the value and the remedy
         ├── GeometryError     a dimension or a shape that cannot be built
+        ├── SelectorError     a selector that means no face, or one that another has
         ├── fe.errors.MeshError
         │   └── fe.errors.InvertedCell
         ├── fe.errors.SupportError
@@ -33,3 +34,22 @@ class InputWarning(UserWarning):
 
 class GeometryError(InputError):
     """A dimension, or a set of dimensions, that describes no solid."""
+
+
+class SelectorError(InputError):
+    """A selector of faces that does not do.
+
+    Parameters
+    ----------
+    message
+        One sentence.
+    region
+        The name that it was to give.
+    number
+        Which of that name's selectors it is, from 0.
+    """
+
+    def __init__(self, message: str, region: str, number: int) -> None:
+        super().__init__(message)
+        self.region = region
+        self.number = number

@@ -1,18 +1,22 @@
 """Faces of a foreign solid found by what its user knows of them: name, colour, place, direction or area."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
-from math import cos, radians
+from difflib import SequenceMatcher
+from math import degrees, sqrt
 
 import numpy as np
 
-from geometry.errors import InputError
+from geometry.errors import InputError, SelectorError
 from geometry.part import MILLIMETRES_PER_METRE, FaceRegion, Shape
 from geometry.solid import face_region
 
-#: A face looks along a direction if its normal strays from it by less [rad].
-ALONG = cos(radians(1))
+#: A face looks along a direction if its normal strays from it by less [degree].
+ALONG = 1.0
+#: How far a face without the wanted colour, or one that is not plane, is from what is wanted, beside one that looks the
+#: opposite way [-].
+QUITE = 1.0
 #: A face is at a place if it is this near to it [mm].
 AT = 1e-3
 #: Faces that a refusal lists.
@@ -85,32 +89,43 @@ class KnownFace:
 
     def fits(self, selector: FaceSelector) -> bool:
         """Whether a selector means this face."""
-        return all(
-            [
-                selector.name is None or self.name == selector.name,
-                selector.colour is None or self.colour.upper() == selector.colour.upper(),
-                selector.area is None
-                or selector.area[0] <= self.shape.Area() / MILLIMETRES_PER_METRE**2 <= selector.area[1],
-                selector.normal is None or self._looks(selector.normal),
-                selector.at is None or self._is_at(selector.at),
-            ]
-        )
+        return not any(self.misfits(selector))
+
+    def misfits(self, selector: FaceSelector) -> Iterator[tuple[float, str]]:
+        """How far the face is from each thing that it misses [-], and what it has there, in words."""
+        if selector.name is not None and self.name != selector.name:
+            alike = SequenceMatcher(a=self.name.lower(), b=selector.name.lower()).ratio()
+            yield 1 - alike, f'its name is "{self.name}"' if self.name else "it has no name"
+        if selector.colour is not None and self.colour.upper() != selector.colour.upper():
+            yield QUITE, f"its colour is {self.colour}" if self.colour else "it has no colour"
+        area = self.shape.Area()
+        low, high = (each * MILLIMETRES_PER_METRE**2 for each in selector.area or (0.0, np.inf))
+        if not low <= area <= high:
+            yield max(low - area, area - high) / max(low, area), f"its area is {area:.6g} mm^2"
+        if selector.normal is not None:
+            yield from self._turned(selector.normal)
+        if selector.at is not None:
+            import cadquery as cq
+
+            distance = self.shape.distance(cq.Vertex.makeVertex(*(MILLIMETRES_PER_METRE * x for x in selector.at)))
+            if distance >= AT:
+                yield distance / sqrt(area), f"it is {distance:.4g} mm from that point"
 
     def __str__(self) -> str:
         x, y, z = self.shape.Center().toTuple()
         said = f"{self.shape.geomType().lower()} of {self.shape.Area():.4g} mm^2 around ({x:.4g}, {y:.4g}, {z:.4g}) mm"
         return said + (f' "{self.name}"' if self.name else "") + (f" {self.colour}" if self.colour else "")
 
-    def _looks(self, normal: tuple[float, float, float]) -> bool:
+    def _turned(self, normal: tuple[float, float, float]) -> Iterator[tuple[float, str]]:
         if self.shape.geomType() != "PLANE":
-            return False
-        return bool(np.array(self.shape.normalAt().toTuple()) @ normal > ALONG * np.linalg.norm(normal))
-
-    def _is_at(self, place: tuple[float, float, float]) -> bool:
-        import cadquery as cq
-
-        vertex = cq.Vertex.makeVertex(*(MILLIMETRES_PER_METRE * x for x in place))
-        return bool(self.shape.distance(vertex) < AT)
+            yield QUITE, "it is not plane"
+            return
+        own = np.array(self.shape.normalAt().toTuple()) + 0.0  # no negative zeros
+        wanted = np.array(normal) / np.linalg.norm(normal)
+        angle = degrees(np.arctan2(np.linalg.norm(np.cross(own, wanted)), own @ wanted))
+        if angle >= ALONG:
+            x, y, z = own
+            yield angle / 180, f"its normal is ({x:.4g}, {y:.4g}, {z:.4g}), {angle:.3g} degrees off"
 
 
 def select_faces(
@@ -129,23 +144,38 @@ def select_faces(
 
     Raises
     ------
-    InputError
-        A selector that no face fits, with the faces there are; or a face in two regions.
+    SelectorError
+        A selector that no face fits, with the nearest and the faces there are; or a face in two regions.
     """
     owner: dict[int, str] = {}
     regions = {}
     for region, wanted in selectors.items():
         chosen: dict[int, Shape] = {}
-        for selector in wanted:
+        for number, selector in enumerate(wanted):
             fitting = [k for k, face in enumerate(known) if face.fits(selector)]
             if not fitting:
                 there = "; ".join(map(str, known[:LISTED])) + ("; ..." if len(known) > LISTED else "")
-                raise InputError(f'no face of {body} fits "{region}" ({selector}): it has {there}')
-            chosen |= {k: known[k].shape for k in fitting}
-        for k in chosen:
-            if owner.setdefault(k, region) != region:
-                raise InputError(
-                    f'{body}: the {known[k]} is in "{owner[k]}" and in "{region}": say more precisely which is meant'
+                raise SelectorError(
+                    f'no face of {body} fits "{region}" ({selector}): {_nearest(known, selector)}; it has {there}',
+                    region,
+                    number,
                 )
+            for k in fitting:
+                if owner.setdefault(k, region) != region:
+                    raise SelectorError(
+                        f'{body}: the {known[k]} is in "{owner[k]}" and in "{region}": say more precisely which is '
+                        "meant",
+                        region,
+                        number,
+                    )
+            chosen |= {k: known[k].shape for k in fitting}
         regions[region] = face_region(region, tuple(chosen.values()))
     return regions
+
+
+def _nearest(known: Sequence[KnownFace], selector: FaceSelector) -> str:
+    """The face that misses the fewest things, and those by the least, with what to give for it."""
+    missed = [list(face.misfits(selector)) for face in known]
+    best = min(range(len(known)), key=lambda k: (len(missed[k]), sum(far for far, _ in missed[k])))
+    clauses = " and ".join(words for _, words in missed[best])
+    return f"the nearest is the {known[best]}, but {clauses}: give what the face that you mean has"

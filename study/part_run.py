@@ -1,7 +1,8 @@
 """``stickslip reduce`` of a user's own part, from a STEP or a mesh file: to what ``stickslip solve`` takes."""
 
 import importlib.metadata
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from fe.mesh import Mesh
 from fe.mesh_io import read_mesh, write_mesh
 from fe.mesh_quality import cell_quality
 from fe.tet_mesher import TetRule
+from geometry.errors import SelectorError
 from geometry.face_selector import FaceSelector
 from geometry.step_io import check_complete
 from reduction.memory_estimate import mesh_memory, refuse_beyond_memory, tetrahedra_memory
@@ -135,7 +137,7 @@ def _step(case: StepCase, folder: Path, run: RunContext) -> _Meshed:
         solid = run.store.run(solid_summary, file)
     for note in solid.healing:
         run.note(f"{file}: {note}")
-    with located(case, "face"):
+    with _at_selector(case):
         faces = run.store.run(named_faces, file, selectors)
     for line in face_lines(faces):  # before the mesher takes its minutes
         run.note(line)
@@ -146,6 +148,17 @@ def _step(case: StepCase, folder: Path, run: RunContext) -> _Meshed:
     seconds = CELL_SECONDS * CELLS_PER_CUBE * solid.volume / rule.size**3
     with located(case, "mesh"), run.progress.step("tetrahedra", expected=seconds):
         return _Meshed(mesh=run.store.run(step_mesh, file, selectors, rule), notes=solid.healing, faces=faces)
+
+
+@contextmanager
+def _at_selector(case: StepCase) -> Iterator[None]:
+    """Tell a selector that does not do where it stands; several tables may be of one name."""
+    try:
+        yield
+    except SelectorError as error:
+        tables = [number for number, face in enumerate(case.face) if face.name == error.region]
+        with at_key(case, "face", tables[error.number]):
+            raise
 
 
 def _file(case: MeshCase, folder: Path, run: RunContext) -> _Meshed:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from cadquery.occ_impl.exporters.assembly import exportAssembly
 
-from geometry.errors import InputError
+from geometry.errors import InputError, SelectorError
 from geometry.face_selector import FaceSelector, select_faces
 from geometry.part import Shape
 from geometry.step_part import read_body, step_part
@@ -135,10 +135,28 @@ def test_curves_alone_are_refused(tmp_path: Path) -> None:
 
 
 def test_a_selector_that_fits_nothing_shows_the_faces_there_are(named: Path) -> None:
-    with pytest.raises(InputError, match=r'fits "clamp" \(name = fot\): it has .*"foot"') as refused:
+    with pytest.raises(InputError, match=r'fits "clamp" \(name = fot\): the nearest is the plane .*"foot"') as refused:
         step_part(named, {"clamp": [FaceSelector(name="fot")]})
     assert "plane of 800 mm^2 around (10, 30, 20) mm #0000FF" in str(refused.value)
     assert "cylinder of 1257 mm^2 around (10, 15, 20) mm" in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("selector", "said"),
+    [
+        (
+            FaceSelector(normal=(0, 0.1, -1)),
+            r"around \(10, 15, 0\) mm \"foot\", but its normal is \(0, 0, -1\), 5.71 deg",
+        ),
+        (FaceSelector(area=(1.3e-3, 1.4e-3)), r"cylinder of 1257 mm\^2 .*, but its area is 1256.64 mm\^2: give"),
+        (FaceSelector(at=(0.01, 0.032, 0.02)), r"\(10, 30, 20\) mm #0000FF, but it is 2 mm from that point: give"),
+        (FaceSelector(colour="#0000FF", normal=(1, 0, 0)), r"0000FF, but its normal is \(0, 1, 0\), 90 degrees off"),
+    ],
+)
+def test_the_nearest_face_is_told_with_what_it_has(named: Path, selector: FaceSelector, said: str) -> None:
+    with pytest.raises(SelectorError, match=said) as refused:
+        step_part(named, {"clamp": [FaceSelector(name="foot"), selector]})
+    assert (refused.value.region, refused.value.number) == ("clamp", 1)
 
 
 def test_a_face_in_two_regions_is_refused(named: Path) -> None:

@@ -336,9 +336,10 @@ def test_a_step_file_is_meshed_and_reduced_and_calculix_finds_the_same_on_that_m
     [
         ('"bar.step"', '"no.step"', 'bar.toml:4: file = "no.step": the STEP file no.step cannot be read'),
         ('"bar.step"', '"bar.toml"', 'file = "bar.toml": bar.toml is not a complete STEP file: export it again'),
-        ("normal = [0, 0, -1]", "normal = [0, 1, -1]", 'no face of bar.step fits "foot"'),
+        ("normal = [0, 0, -1]", "normal = [0, 1, -1]", 'bar.toml:7: face[0]: no face of bar.step fits "foot"'),
+        ("normal = [0, -1, 0]", "normal = [0, -1, 1]", 'bar.toml:13: face[2]: no face of bar.step fits "side"'),
         ("normal = [0, 0, -1]", "normal = [0, 0, 0]", "face[0].normal"),
-        ("normal = [0, 0, -1]", "normal = [0, 0, 1]", 'is in "foot" and in "top": say more precisely'),
+        ("normal = [0, 0, -1]", "normal = [0, 0, 1]", "bar.toml:10: face[1]: bar.step: the plane"),
         ("normal = [0, 0, -1]", 'colour = "red"', 'colour = "red"'),
         ("normal = [0, 0, -1]", 'step_name = "A"', 'no face of bar.step fits "foot" (name = A)'),
         ('size = "6 mm"', 'size = "0 mm"', "mesh.size"),
