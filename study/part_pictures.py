@@ -1,4 +1,4 @@
-"""Pictures of a part's mesh as a stage: its named faces in colour, from both sides."""
+"""Pictures of a part's mesh as a stage: its named faces in colour and its named nodes, from both sides."""
 
 import tempfile
 from collections.abc import Mapping
@@ -22,11 +22,13 @@ def face_pictures(
     faces: Mapping[str, Int[NDArray[np.int64], "_ 2"]],
     stations: Float[NDArray[np.float64], "station 3"],
     title: str,
+    nodes: Mapping[str, Float[NDArray[np.float64], "_ 3"]],
 ) -> dict[str, NDArray[np.uint8]]:
     """Draw "faces.png" and "faces_behind.png"; bytes of each file by name."""
     with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
         folder, found = Path(name), {}
         for file, towards_eye in VIEWS.items():
-            named_faces_picture(mesh, faces, stations, folder / file, title=title, towards_eye=np.array(towards_eye))
+            eye = np.array(towards_eye)
+            named_faces_picture(mesh, faces, stations, folder / file, title=title, towards_eye=eye, nodes=nodes)
             found[file] = np.frombuffer((folder / file).read_bytes(), dtype=np.uint8)
         return found

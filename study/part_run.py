@@ -108,7 +108,7 @@ def run_reduce_part(path: Path, run: RunContext, *, checked: bool = False) -> Re
     save_rom(compared.rom, files["_rom.h5"])
     replace_file(files["_frequencies.csv"], frequency_table(compared))
     replace_file(files["_stations.csv"], station_table(found.lines))
-    drawn = _drawn(case, stem, found, reduced, run)
+    drawn = _drawn(case, meshed.mesh, stem, found, reduced, run)
     return ReducedPart(
         reduction=compared,
         mesh=found.mesh,
@@ -202,7 +202,9 @@ def _reduced(case: PartTables, material: Material, found: Places, run: RunContex
         )
 
 
-def _drawn(case: PartTables, stem: str, found: Places, reduced: PartReduction, run: RunContext) -> list[Path]:
+def _drawn(
+    case: PartTables, mesh: Mesh, stem: str, found: Places, reduced: PartReduction, run: RunContext
+) -> list[Path]:
     """Write the pictures; a machine that cannot draw has all the rest."""
     assert run.output is not None
     used = [name for support in case.support for name in support.on]
@@ -213,8 +215,11 @@ def _drawn(case: PartTables, stem: str, found: Places, reduced: PartReduction, r
     files = []
     try:
         with run.progress.step("pictures of the mesh"):
-            faces = {name: found.mesh.face_sets[name] for name in dict.fromkeys(used) if name in found.mesh.face_sets}
-            pictures = run.store.run(face_pictures, found.mesh, faces, stations, case.title)
+            names = list(dict.fromkeys(used))
+            faces = {name: mesh.face_sets[name] for name in names if name in mesh.face_sets}
+            sets = {name: mesh.node_sets[name] for name in names if name in mesh.node_sets and name not in faces}
+            nodes = {name: mesh.points[found] for name, found in sets.items()}
+            pictures = run.store.run(face_pictures, mesh, faces, stations, case.title, nodes)
         for name, content in pictures.items():
             files.append(run.output / f"{stem}_{name}")
             replace_file(files[-1], content.tobytes())

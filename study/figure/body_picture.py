@@ -1,7 +1,7 @@
 """Pictures of several bodies, each in a colour of its own: an assembly, and a cut through the mesh at a contact."""
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 
@@ -20,10 +20,37 @@ COLOURS = ("#7fa6c9", "#e0903c", "#9bb48c", "#c58ba8", "#c9b458")
 #: Of the stations of a contact line.
 STATION_COLOUR, STATION_SIZE = "#b3001b", 11
 NO_STATIONS = np.zeros((0, 3))
+#: How much is seen of a point through the body before it.
+THROUGH = 0.4
+#: What puts a point before all of the body, in lifts of `scene`: twice the body's radius.
+IN_FRONT = 1000
 #: What is seen of a cut around a contact line, beyond its ends [m].
 AROUND = 0.012
 #: From a cut at x = 0 towards the eye: nearly square to it, so that lengths can be compared.
 TOWARDS_CUT = np.array([0.94, 0.22, 0.26])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Marks:
+    """Places that are marked by dots.
+
+    Parameters
+    ----------
+    label
+        In the legend.
+    places
+        Shape (n, 3) [m].
+    colour, size
+        Of the dots [pixels].
+    seen_through
+        How much is seen of those that the body hides [-].
+    """
+
+    label: str
+    places: Vectors
+    colour: str = STATION_COLOUR
+    size: float = STATION_SIZE
+    seen_through: float = 0.0
 
 
 def bodies_picture(
@@ -89,7 +116,8 @@ def _drawn(
     # Of the colour of each node.
     number = np.repeat(np.arange(float(len(bodies))), [sum(each.n_node for each in group) for group in bodies.values()])
     with scene(mesh, number, (-0.5, len(bodies) - 0.5), colours, view, layout.body[2:]) as drawn:
-        return save_with_legend(drawn, mesh, layout, words, dict(zip(bodies, colours, strict=True)), stations, file)
+        legend, marks = dict(zip(bodies, colours, strict=True)), Marks(label="stations", places=stations)
+        return save_with_legend(drawn, mesh, layout, words, legend, [marks], file)
 
 
 def save_with_legend(
@@ -98,26 +126,36 @@ def save_with_legend(
     layout: Layout,
     words: tuple[str, str, str],
     legend: Mapping[str, str],
-    stations: Vectors,
+    marks: Sequence[Marks],
     file: Path,
 ) -> Path:
-    """Mark stations in a scene, and write what it shows of a mesh beside words and a legend of colours by name."""
+    """Mark places in a scene, and write what it shows of a mesh beside words and a legend of colours by name."""
     left, top, width, height = layout.body
-    if len(stations):
-        drawn.plotter.add_points(
-            stations + 2 * drawn.lift,
-            color=STATION_COLOUR,
-            point_size=STATION_SIZE * OVERSAMPLING,
-            render_points_as_spheres=True,
-            lighting=False,
-        )
-    picture = _furniture(layout, words, legend, with_stations=bool(len(stations)))
+    marks = [each for each in marks if len(each.places)]
+    for each in marks:
+        _dots(drawn, each, each.places + 2 * drawn.lift, 1.0)
+        if each.seen_through:
+            # Before the whole body: a parallel projection shows them where they are.
+            _dots(drawn, each, each.places + IN_FRONT * drawn.lift, each.seen_through)
+    drawn.plotter.reset_camera_clipping_range()
+    picture = _furniture(layout, words, legend, marks)
     picture[top : top + height, left : left + width] = drawn.image(mesh.points)
     save_picture(picture, file)
     return file
 
 
-def _furniture(layout: Layout, words: tuple[str, str, str], legend: Mapping[str, str], *, with_stations: bool) -> Image:
+def _dots(drawn: Scene, marks: Marks, places: Vectors, opacity: float) -> None:
+    drawn.plotter.add_points(
+        places,
+        color=marks.colour,
+        point_size=marks.size * OVERSAMPLING,
+        render_points_as_spheres=True,
+        lighting=False,
+        opacity=opacity,
+    )
+
+
+def _furniture(layout: Layout, words: tuple[str, str, str], legend: Mapping[str, str], marks: Sequence[Marks]) -> Image:
     """The picture without the bodies: words, and a legend where other pictures have a colour bar."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -135,8 +173,10 @@ def _furniture(layout: Layout, words: tuple[str, str, str], legend: Mapping[str,
     figure.text(left, 26 * scale / height, note, size=18 * points, color=PALE, va="bottom")
     body_left, body_top, body_width, body_height = layout.body
     handles: list[Patch | Line2D] = [Patch(color=colour, label=name) for name, colour in legend.items()]
-    if with_stations:
-        handles.append(Line2D([], [], ls="", marker="o", ms=9 * points, color=STATION_COLOUR, label="stations"))
+    handles += [
+        Line2D([], [], ls="", marker="o", ms=9 * points * each.size / STATION_SIZE, color=each.colour, label=each.label)
+        for each in marks
+    ]
     figure.legend(
         handles=handles,
         loc="center left",

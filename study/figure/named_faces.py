@@ -1,4 +1,4 @@
-"""A part's mesh with its named faces in colours, and the stations that stay physical as dots."""
+"""A part's mesh with its named faces in colours, and as dots its named nodes and the stations that stay physical."""
 
 from collections.abc import Mapping
 from os import PathLike
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fe.element import ELEMENTS
 from fe.mesh import Mesh
-from study.figure.body_picture import save_with_legend
+from study.figure.body_picture import THROUGH, Marks, save_with_legend
 from study.figure.caption import layout_for
 from study.figure.face_pattern import face_pattern
 from study.figure.mode_scene import TOWARDS_EYE, Vectors, scene, view_of
@@ -21,6 +21,8 @@ Faces = Int[NDArray[np.int64], "_ 2"]
 #: Of faces without a name, and of named ones in turn.
 PLAIN = "#d5dae0"
 COLOURS = ("#7fa6c9", "#e0903c", "#9bb48c", "#c58ba8", "#c9b458", "#6fbcb2", "#b58463", "#8f83c4")
+#: Of the dots of named nodes [pixels].
+NODE_SIZE = 8
 
 
 def named_faces_picture(
@@ -31,6 +33,7 @@ def named_faces_picture(
     *,
     title: str,
     towards_eye: Float[NDArray[np.float64], "3"] = TOWARDS_EYE,
+    nodes: Mapping[str, Vectors] | None = None,
 ) -> Path:
     """Draw a mesh into a PNG file.
 
@@ -41,13 +44,15 @@ def named_faces_picture(
     faces
         Cell and local face of the faces of each name.
     stations
-        Places that are marked, shape (station, 3) [m].
+        Places that are marked, shape (station, 3) [m]; those behind the body are seen through it.
     path
         The file.
     title
         First line above.
     towards_eye
         From the body.
+    nodes
+        Where the nodes of each name are [m], marked like stations.
 
     Raises
     ------
@@ -56,13 +61,21 @@ def named_faces_picture(
     """
     view = view_of(mesh.points, towards_eye)
     layout = layout_for(view.half_width / view.half_height)
-    colours = [PLAIN, *(COLOURS[k % len(COLOURS)] for k in range(len(faces)))]
+    nodes = nodes or {}
+    named = [COLOURS[k % len(COLOURS)] for k in range(len(faces) + len(nodes))]
+    colours = [PLAIN, *named[: len(faces)]]
+    marks = [
+        Marks(label=name, places=places, colour=colour, size=NODE_SIZE, seen_through=THROUGH)
+        for (name, places), colour in zip(nodes.items(), named[len(faces) :], strict=True)
+    ]
+    marks.append(Marks(label="stations", places=stations, seen_through=THROUGH))
     limits = (-0.5, len(colours) - 0.5)
-    words = (title, "Mesh and named faces", f"{mesh.n_node} nodes, {mesh.n_cell} elements")
+    behind = "; pale dots lie behind" if any(len(each.places) for each in marks) else ""
+    words = (title, "Mesh and named faces", f"{mesh.n_node} nodes, {mesh.n_cell} elements{behind}")
     with scene(mesh, np.zeros(mesh.n_node), limits, colours, view, layout.body[2:]) as drawn:
         drawn.surface.point_data["value"] = _numbers(mesh, faces)
         legend = dict(zip(faces, colours[1:], strict=True))
-        return save_with_legend(drawn, mesh, layout, words, legend, stations, Path(path))
+        return save_with_legend(drawn, mesh, layout, words, legend, marks, Path(path))
 
 
 def _numbers(mesh: Mesh, faces: Mapping[str, Faces]) -> Float[NDArray[np.float64], " point"]:

@@ -20,6 +20,7 @@ from fe.mesh import Mesh
 from fe.mesh_io import read_mesh, write_mesh
 from fe.modal import modes
 from reduction.rom_io import load_rom
+from study import part_run
 from study.cli import main
 
 needs_tetwild = pytest.mark.skipif(
@@ -80,6 +81,10 @@ name = "side"
 normal = [0, -1, 0]
 {REST}
 """
+
+
+#: Before tests replace it.
+DRAWN = part_run._drawn
 
 
 def stickslip(*words: str) -> int:
@@ -231,6 +236,23 @@ def test_mistakes_are_told_with_file_and_key(
     (home / "bar.toml").write_text(MESH_CASE.replace(old, new))
     assert stickslip("reduce", "bar.toml", "--out", "out") == 2
     assert said in capfd.readouterr().err
+
+
+def test_sets_of_faces_and_of_nodes_are_drawn(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = {}
+
+    def draw(mesh: Mesh, faces: dict, stations: np.ndarray, path: Path, *, nodes: dict, **_: object) -> None:
+        seen.update(faces=list(faces), stations=len(stations), **nodes)
+        path.write_bytes(b"")
+
+    monkeypatch.setattr("study.part_run._drawn", DRAWN)
+    monkeypatch.setattr("study.part_run.picture_modes", lambda *_: [])
+    monkeypatch.setattr("study.part_pictures.named_faces_picture", draw)
+    # Held too, by a set of nodes.
+    (home / "bar.toml").write_text(MESH_CASE.replace('on = ["foot"]', 'on = ["foot", "belt"]').split("[[boundary]]")[0])
+    assert stickslip("reduce", "bar.toml", "--out", "out") == 0
+    assert (seen["faces"], seen["stations"]) == (["foot", "top", "side"], 8)
+    np.testing.assert_allclose(seen["belt"], bar().points[bar().node_sets["belt"]], atol=1e-12)
 
 
 def test_a_part_without_anything_physical_and_other_commands_are_refused(
