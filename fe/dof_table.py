@@ -101,7 +101,8 @@ class DofTable:
                 own = [DIRECTIONS[each] for each in np.sort(self.direction[self.node == node])]
                 has = f"it has {', '.join(own)}" if own else "no row belongs to it"
                 wished = ", ".join(DIRECTIONS[each] for each in directions)
-                raise MatrixFileError(f"node {node} has no degree of freedom {wished}: {has}")
+                remedy = "name other directions" if own else "name a node of the model, or mend the table of its rows"
+                raise MatrixFileError(f"node {node} has no degree of freedom {wished}: {has}, so {remedy}")
             found.append(rows)
         return np.concatenate([np.zeros(0, dtype=np.int64), *found])
 
@@ -208,7 +209,9 @@ def _mapping(path: Path, lines: list[str]) -> list[tuple[int, int, int]]:
         except MatrixFileError as error:
             raise MatrixFileError(f'"{path}", line {number}: {error}; leave other fields out of the model') from None
         except ValueError:  # of thousands of digits
-            raise MatrixFileError(f'"{path}", line {number}: cannot read "{line.strip()[:SHOWN]}"') from None
+            raise MatrixFileError(
+                f'"{path}", line {number}: cannot read "{line.strip()[:SHOWN]}": give equation, node and label'
+            ) from None
     if not found:
         raise MatrixFileError(f'"{path}" lists no equation: write it with HBMAT, its last field YES')
     return found

@@ -188,7 +188,10 @@ def _on_one_table(
             )
     table = numbered(size) if dofs is None else read_dof_table(dofs)
     if table.n_dof != size:
-        raise MatrixFileError(f'"{dofs}" lists {table.n_dof} degrees of freedom, but the matrices have {size} rows')
+        raise MatrixFileError(
+            f'"{dofs}" lists {table.n_dof} degrees of freedom, but the matrices have {size} rows: write one line for '
+            "each row, all from the same model"
+        )
     return {name: each.matrix for name, each in found.items()}, table
 
 

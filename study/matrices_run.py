@@ -16,6 +16,7 @@ from study.compared_reduction import ComparedReduction
 from study.errors import CaseError
 from study.matrices_case import UNITS, MatricesCase
 from study.matrices_reduction import imported_matrices, reduced_matrices
+from study.matrix_file_words import at_file
 from study.mistakes import Mistakes
 from study.output import replace_file
 from study.run_context import RunContext
@@ -48,10 +49,10 @@ def run_reduce_matrices(path: Path, run: RunContext, *, checked: bool = False) -
     mistakes = Mistakes(case)
     given = {name: source.file for name, source in sources.items()} | ({} if table is None else {"dofs": table})
     for name, file in given.items():
-        with mistakes.at("files"), at_key(case, "files", name):
+        with mistakes.at("files"), at_file(case, {name: file}):
             require_file(file)  # before the store looks at its contents
     mistakes.raise_if_any()
-    with located(case, "files"), run.progress.step("reading the matrices"):
+    with at_file(case, given), run.progress.step("reading the matrices"):
         read = run.store.run(
             imported_matrices,
             mass=sources["mass"],

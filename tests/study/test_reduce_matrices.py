@@ -81,6 +81,10 @@ def write_beam(folder: Path) -> None:
         scipy.io.mmwrite(folder / f"{name}.mtx", sp.coo_array(whole), precision=17, symmetry="symmetric")
     rows = [f"{k},{k // 2 + 1},{'z' if k % 2 == 0 else 'roty'}" for k in range(n)]
     (folder / "dofs.csv").write_text("\n".join(["dof,node,direction", *rows]))
+    scipy.io.mmwrite(folder / "odd.mtx", sp.coo_array(np.ones((2, 3))))
+    scipy.io.mmwrite(folder / "small.mtx", sp.coo_array(np.eye(2)))
+    (folder / "few.csv").write_text("dof,node,direction\n0,1,x\n")
+    (folder / "bad.csv").write_text("dof,node,direction\n0,1,u\n")
     (folder / "beam.toml").write_text(CASE)
 
 
@@ -188,12 +192,24 @@ Change = Callable[[str], str]
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ('mass = "m.mtx"', 'mass = "no.mtx"', 'beam.toml:5: files.mass = "no.mtx": there is no file'),
-        ('mass = "m.mtx"', 'mass = "dofs.csv"', 'ends in ".csv": give a matrix as one of .mtx'),
+        (
+            'mass = "m.mtx"',
+            'mass = "no.mtx"',
+            'beam.toml:5: files.mass = "no.mtx": there is no such file: check its name and folder, which count from',
+        ),
+        ('mass = "m.mtx"', 'mass = "dofs.csv"', 'mass = "dofs.csv": ends in ".csv": give a matrix as one of .mtx'),
+        ('mass = "m.mtx"', 'mass = "odd.mtx"', 'mass = "odd.mtx": holds a matrix of 2 x 3: it must be square'),
+        ('mass = "m.mtx"', 'mass = "small.mtx"', 'stiffness = "k.mtx": the stiffness has 62 rows, but the mass of'),
+        (
+            '"dofs.csv"',
+            '"few.csv"',
+            'files.dofs = "few.csv": lists 1 degrees of freedom, but the matrices have 62 rows: w',
+        ),
+        ('"dofs.csv"', '"bad.csv"', 'files.dofs = "bad.csv": line 2: cannot read "0, 1, u": "u" is no direction'),
         (
             "nodes = [16]",
             "nodes = [99]",
-            "boundary[1].nodes = [99]: node 99 has no degree of freedom x, y, z: no",
+            "boundary[1].nodes = [99]: node 99 has no degree of freedom x, y, z: no row belongs to it, so name",
         ),
         ("nodes = [16]", "nodes = [1]", 'boundary[1].nodes = [1]: "middle" keeps node 1 z, which a support'),
         ('name = "middle"', 'name = "tip"', 'boundary[1].name = "tip": "tip" is taken'),
