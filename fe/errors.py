@@ -11,6 +11,31 @@ class InvertedCell(MeshError):
     """At least one cell is turned inside out."""
 
 
+class BesideMesh(MeshError):
+    """A place that is not on the surface of the mesh.
+
+    Parameters
+    ----------
+    message
+        One sentence.
+    number
+        Which of the places, from 0.
+    distance
+        From the nearest face [m].
+    nearest
+        Point of that face, x, y, z [m].
+    """
+
+    # Defaults, since an error that comes back from another process is made of its message first.
+    def __init__(
+        self, message: str, number: int = 0, distance: float = 0.0, nearest: tuple[float, ...] = (0.0, 0.0, 0.0)
+    ) -> None:
+        super().__init__(message)
+        self.number = number
+        self.distance = distance
+        self.nearest = nearest
+
+
 class SupportError(InputError):
     """Supports that name nothing, or leave a rigid-body motion free."""
 

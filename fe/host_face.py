@@ -1,5 +1,6 @@
 """Places on the surface of a mesh that are no nodes: the face that carries each, and its shape functions there."""
 
+from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fe.element import ELEMENTS, Element
-from fe.errors import MeshError
+from fe.errors import BesideMesh, MeshError
 from fe.face_integral import face_frame
 from fe.mesh import Mesh
 
@@ -64,7 +65,7 @@ def station_weights(mesh: Mesh, name: str, faces: Faces, stations: Places) -> sp
     Raises
     ------
     MeshError
-        No faces, or a place that is on none of them.
+        No faces, or (a `BesideMesh`) a place that is on none of them.
     """
     rows, columns, values = [], [], []
     for number, (element, local, nodes, at) in enumerate(_carriers(mesh, name, faces, stations)):
@@ -115,12 +116,21 @@ def _carriers(mesh: Mesh, name: str, faces: Faces, stations: Places) -> list[Car
         element, local, nodes = hosts[best]
         size = float(np.ptp(mesh.points[nodes[list(element.faces[local])]], axis=0).max())
         if distance > APART * size:
-            raise MeshError(
-                f'station {number + 1} of "{name}" is {distance * 1e6:.3g} um from the nearest face of the mesh: mesh '
-                "with smaller cells there, or check that it lies on the body"
+            nearest = tuple((element.shape(at[None])[0] @ mesh.points[nodes]).tolist())
+            raise BesideMesh(
+                f'station {number + 1} of "{name}", at {_millimetres(place)}, is {distance * 1e3:.4g} mm from the '
+                f"nearest face of the mesh, whose point {_millimetres(nearest)} is next to it: move it there, or mesh "
+                "with smaller cells",
+                number,
+                distance,
+                nearest,
             )
         found.append((element, local, nodes, at))
     return found
+
+
+def _millimetres(place: Sequence[float] | NDArray[np.float64]) -> str:
+    return f"({', '.join(f'{1e3 * x + 0.0:.5g}' for x in place)}) mm"
 
 
 def _carrier(

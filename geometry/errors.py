@@ -7,7 +7,8 @@
         ├── GeometryError     a dimension or a shape that cannot be built
         ├── SelectorError     a selector that means no face, or one that another has
         ├── fe.errors.MeshError
-        │   └── fe.errors.InvertedCell
+        │   ├── fe.errors.InvertedCell
+        │   └── fe.errors.BesideMesh
         ├── fe.errors.SupportError
         ├── fe.errors.{MatrixFileError, BackendError}
         ├── reduction.errors.{RomError, JointError, MatrixError, ExchangeError}
@@ -49,7 +50,8 @@ class SelectorError(InputError):
         Which of that name's selectors it is, from 0.
     """
 
-    def __init__(self, message: str, region: str, number: int) -> None:
+    # Defaults, since an error that comes back from another process is made of its message first.
+    def __init__(self, message: str, region: str = "", number: int = 0) -> None:
         super().__init__(message)
         self.region = region
         self.number = number

@@ -1,5 +1,7 @@
 """Where the supports, points, lines and sets of a part's case are on its mesh."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -7,7 +9,7 @@ import scipy.sparse as sp
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from fe.errors import MeshError
+from fe.errors import BesideMesh, MeshError
 from fe.face_integral import outer_faces
 from fe.host_face import named_faces, station_normals
 from fe.mesh import Mesh
@@ -121,11 +123,14 @@ def places(case: PartTables, mesh: Mesh) -> Places:
     for number, point in enumerate(case.point):
         with mistakes.at(), at_key(case, "point", number, "at"):
             faces[point.name] = point.on or SURFACE
-            lines[point.name] = _single(mesh, point.name, faces[point.name], np.array([point.at]))
+            with _beside(1):
+                lines[point.name] = _single(mesh, point.name, faces[point.name], np.array([point.at]))
     for number, table in enumerate(case.line):
-        with mistakes.at("line", number):
+        # What is wrong with a straight line shows at its end.
+        with mistakes.at(), at_key(case, "line", number, "to" if table.edge is None else "edge"):
             faces[table.name] = table.on or (table.edge or ("",))[0]
-            lines[table.name] = _line(mesh, table)
+            with _beside(table.stations):
+                lines[table.name] = _line(mesh, table)
     mistakes.raise_if_any()
     sets = {name: kept.nodes for name, kept in boundary.items()}
     bare = replace(mesh, node_sets=sets)
@@ -148,6 +153,20 @@ def places(case: PartTables, mesh: Mesh) -> Places:
         boundary=boundary,
         lines=lines,
     )
+
+
+@contextmanager
+def _beside(n_station: int) -> Iterator[None]:
+    """Tell a place beside the part as its user gave it: a point is no station to him."""
+    try:
+        yield
+    except BesideMesh as error:
+        x, y, z = (f"{1e3 * each + 0.0:.5g} mm" for each in error.nearest)
+        what = f"station {error.number} of 0 to {n_station - 1}" if n_station > 1 else "it"
+        raise MeshError(
+            f"{what} lies {error.distance * 1e3:.4g} mm beside the face; the nearest point there is "
+            f'["{x}", "{y}", "{z}"]: give that, or another place on the face'
+        ) from error
 
 
 def _pivots(mesh: Mesh, lines: dict[str, ContactLine]) -> dict[str, NDArray[np.int64]]:

@@ -200,7 +200,7 @@ def test_pivots_are_neither_held_nor_named_nor_shared(box: BoxMesher) -> None:
 def test_a_station_off_the_body_is_refused_with_its_distance(box: BoxMesher) -> None:
     mesh = box(TET10, size=SIZE)
     off = LINE + np.where(np.arange(7)[:, None] == 4, [0, 0, 0.05], 0)
-    with pytest.raises(MeshError, match=r'station 5 of "line" is 5e\+04 um from the nearest face'):
+    with pytest.raises(MeshError, match=r'station 5 of "line", at \(.*\) mm, is 50 mm from the nearest face'):
         station_weights(mesh, "line", outer_faces(mesh), off)
     with pytest.raises(MeshError, match='"line": there is no face'):
         station_weights(mesh, "line", np.zeros((0, 2), dtype=np.int64), LINE)

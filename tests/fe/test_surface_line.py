@@ -104,7 +104,7 @@ def test_lines_that_are_none_are_refused() -> None:
     here, there = np.array([0.003, 0.004, 0.04]), np.array([0.015, 0.009, 0.04])
     with pytest.raises(MeshError, match='the line "rub" begins where it ends'):
         line_between(mesh, "rub", "top", (here, here))
-    with pytest.raises(MeshError, match=r'station 2 of "rub" is 1e\+03 um from the nearest face'):
+    with pytest.raises(MeshError, match=r'station 2 of "rub", at \(.*\) mm, is 1 mm from the nearest face'):
         line_between(mesh, "rub", "top", (here, there + np.array([0, 0, 1e-3])), 2)
     with pytest.raises(MeshError, match='the line "rub" stands square to the face "top"'):
         line_between(mesh, "rub", "top", (here, here + np.array([0, 0, 1e-7])), 2)

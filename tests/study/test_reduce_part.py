@@ -214,8 +214,27 @@ def test_a_second_run_computes_nothing_and_other_modes_no_matrices(home: Path, m
             'support[0].on = ["hand"]: there is no "hand": the sets of bar.inp are belt',
         ),
         ('name = "rub"', 'name = "tip"', 'line[0].name = "tip": "tip" is taken'),
-        ('"7 mm", "3 mm", "60 mm"', '"7 mm", "3 mm", "61 mm"', "point[0].at"),
-        ('edge = ["top", "side"]', 'edge = ["top", "foot"]', 'the faces "top" and "foot" do not meet'),
+        (
+            '"7 mm", "3 mm", "60 mm"',
+            '"7 mm", "3 mm", "80 mm"',
+            'bar.toml:16: point[0].at = ["7 mm", "3 mm", "80 mm"]: it lies 20 mm beside the face; the nearest point '
+            'there is ["7 mm", "3 mm", "60 mm"]: give that',
+        ),
+        (
+            '"18 mm", "5 mm", "60 mm"',
+            '"18 mm", "5 mm", "62 mm"',
+            'line[0].to = ["18 mm", "5 mm", "62 mm"]: station 1 of 0 to 2 lies 1 mm beside the face; the nearest',
+        ),
+        (
+            '"18 mm", "5 mm", "60 mm"',
+            '"2 mm", "5 mm", "60 mm"',
+            'line[0].to = ["2 mm", "5 mm", "60 mm"]: the line "rub" b',
+        ),
+        (
+            'edge = ["top", "side"]',
+            'edge = ["top", "foot"]',
+            'line[1].edge = ["top", "foot"]: the line "rim": the faces "top" and "foot" do not meet: name two that',
+        ),
         ('edge = ["top", "side"]', 'edge = ["top", "top"]', 'edge names "top" twice'),
         ('on = "top"\nfrom', "from", "give a face with two of its points"),
         ("stations = 3", "stations = 30", "no node can give up its place to station "),
@@ -329,7 +348,7 @@ def test_a_step_file_is_meshed_and_reduced_and_calculix_finds_the_same_on_that_m
     # A mistake that shows on the mesh alone: what was finished before is kept.
     (cad / "bar.toml").write_text(STEP_CASE.replace('"18 mm", "5 mm", "60 mm"', '"18 mm", "5 mm", "66 mm"'))
     assert stickslip("reduce", "bar.toml", "--out", "out") == 2
-    assert 'station 2 of "rub" is 3e+03 um from the nearest face' in capfd.readouterr().err
+    assert '"66 mm"]: station 1 of 0 to 2 lies 3 mm beside the face' in capfd.readouterr().err
 
     def fail(*_: object) -> None:
         raise AssertionError
