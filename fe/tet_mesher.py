@@ -75,7 +75,9 @@ class TetRule:
         unknown = [name for name in self.near if name not in faces]
         if unknown:
             known = ", ".join(sorted(faces)) or "none"
-            raise MeshError(f'{part}: a cell size is given near the face "{unknown[0]}", but the part has {known}')
+            raise MeshError(
+                f'{part}: a cell size is given near the face "{unknown[0]}", but the part has {known}: name one of them'
+            )
 
 
 def mesh_solid(part: Part, rule: TetRule) -> Mesh:

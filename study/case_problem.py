@@ -139,7 +139,8 @@ def _problem(details: ErrorDetails, model: type[BaseModel], source: "CaseSource"
     if details["type"] in {"literal_error", "enum"}:
         text = text.replace("'", '"')
         choices = re.findall(r'"([^"]*)"', text)
-        text += did_you_mean(value, choices) if isinstance(value, str) else ""
+        # Of one choice the words before say it already.
+        text += did_you_mean(value, choices) if isinstance(value, str) and len(choices) > 1 else ""
     return source.problem(path, text)
 
 
@@ -154,7 +155,8 @@ def _unknown_kind(path: Path, details: ErrorDetails, source: "CaseSource") -> Pr
     *others, last = (f'"{choice}"' for choice in choices)
     listed = f"{', '.join(others)} or {last}" if others else last
     return source.problem(
-        (*path, context["discriminator"].strip("'")), f"must be {listed}" + did_you_mean(context["tag"], choices)
+        (*path, context["discriminator"].strip("'")),
+        f"must be {listed}" + (did_you_mean(context["tag"], choices) if others else ""),
     )
 
 

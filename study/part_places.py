@@ -1,14 +1,15 @@
 """Where the supports, points, lines and sets of a part's case are on its mesh."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
+from fe.dof_table import N_TRANSLATION
 from fe.errors import BesideMesh, MeshError
 from fe.face_integral import outer_faces
 from fe.host_face import named_faces, station_normals
@@ -120,6 +121,7 @@ def places(case: PartTables, mesh: Mesh) -> Places:
         with mistakes.at(), at_key(case, "boundary", number, "on"):
             nodes = _nodes(mesh, kept.on)
             boundary[kept.name] = Kept(nodes=nodes, directions=_numbers(kept.directions))
+            _check_free(kept.name, boundary[kept.name], supports)
     for number, point in enumerate(case.point):
         with mistakes.at(), at_key(case, "point", number, "at"):
             faces[point.name] = point.on or SURFACE
@@ -171,6 +173,20 @@ def _beside(n_station: int) -> Iterator[None]:
 
 def _pivots(mesh: Mesh, lines: dict[str, ContactLine]) -> dict[str, NDArray[np.int64]]:
     return {name: mesh.node_sets[name] for name in lines}
+
+
+def _check_free(name: str, kept: Kept, supports: Sequence[Kept]) -> None:
+    held = [_dofs(each) for each in supports]
+    if held and np.isin(_dofs(kept), np.concatenate(held)).all():
+        along = ", ".join(TRANSLATIONS[each] for each in kept.directions)
+        raise MeshError(
+            f'all {len(kept.nodes)} nodes of "{name}" are held along {along}: keep another set, or take what holds '
+            "them out of [[support]]"
+        )
+
+
+def _dofs(kept: Kept) -> Int[NDArray[np.int64], " k"]:
+    return np.ravel(N_TRANSLATION * kept.nodes[:, None] + np.array(kept.directions, dtype=np.int64))
 
 
 def _numbers(directions: tuple[str, ...]) -> tuple[int, ...]:

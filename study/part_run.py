@@ -3,7 +3,7 @@
 import importlib.metadata
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -131,8 +131,9 @@ def _step(case: StepCase, folder: Path, run: RunContext) -> _Meshed:
     check_names(case, frozenset(selectors), "the faces of this case are")
     with located(case, "mesh"):
         rule = TetRule(size=case.mesh.size, near=case.mesh.near)
-    with at_key(case, "mesh", "near"):
-        rule.check_names(file.name, selectors)
+    for name in rule.near:
+        with at_key(case, "mesh", "near", name):
+            replace(rule, near={name: rule.near[name]}).check_names(file.name, selectors)
     with at_key(case, "file"), run.progress.step("reading the solid"):
         solid = run.store.run(solid_summary, file)
     for note in solid.healing:

@@ -205,7 +205,7 @@ def test_a_second_run_computes_nothing_and_other_modes_no_matrices(home: Path, m
     ("old", "new", "said"),
     [
         ('file = "bar.inp"', 'file = "no.inp"', 'bar.toml:4: file = "no.inp": mesh file no.inp does not exist'),
-        ('kind = "mesh"', 'kind = "msh"', 'kind = "msh": must be "mesh"'),
+        ('kind = "mesh"', 'kind = "msh"', 'kind = "msh": must be "mesh"\n'),
         ('length_unit = "m"', 'length_unit = "kg"', 'length_unit = "kg"'),
         ('length_unit = "m"', "length_unit = 1", "is the unit of the coordinates in the file"),
         (
@@ -238,7 +238,11 @@ def test_a_second_run_computes_nothing_and_other_modes_no_matrices(home: Path, m
         ('edge = ["top", "side"]', 'edge = ["top", "top"]', 'edge names "top" twice'),
         ('on = "top"\nfrom', "from", "give a face with two of its points"),
         ("stations = 3", "stations = 30", "no node can give up its place to station "),
-        ('on = "belt"', 'on = "foot"', 'all nodes of "middle" are held'),
+        (
+            'on = "belt"',
+            'on = "foot"',
+            'boundary[0].on = "foot": all 45 nodes of "middle" are held along x, y: keep another set, or take',
+        ),
         (
             'on = ["foot"]',
             'on = ["foot"]\ndirections = ["z"]',
@@ -385,7 +389,11 @@ def test_a_step_file_is_meshed_and_reduced_and_calculix_finds_the_same_on_that_m
         ("normal = [0, 0, -1]", 'step_name = "A"', 'no face of bar.step fits "foot" (name = A)'),
         ('size = "6 mm"', 'size = "0 mm"', "mesh.size"),
         ('size = "6 mm"', 'size = "1 um"', "GB are free: take larger elements"),
-        ('size = "6 mm"', 'size = "6 mm"\nnear = { bore = "1 mm" }', 'near the face "bore", but the part has foot'),
+        (
+            'size = "6 mm"',
+            'size = "6 mm"\nnear = { bore = "1 mm" }',
+            'mesh.near.bore = "1 mm": bar.step: a cell size is given near the face "bore", but the part has foot, side',
+        ),
         ('on = ["foot"]', 'on = ["hand"]', 'there is no "hand": the faces of this case are foot, side, top'),
     ],
 )
