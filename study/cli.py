@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 from cyclopts import App, CycloptsError
 
 from study import console
+from study.made_folders import removed_if_empty
 
 if TYPE_CHECKING:
     from study.run_context import Answer
@@ -110,7 +111,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _guarded(run: "Callable[[], Answer | None]", words: Sequence[str], output: console.Output) -> int:
     """Run a command; whatever it raises becomes a message and an exit code."""
     try:
-        with _terminated_as_interrupted(), console.plain_warnings():
+        with _terminated_as_interrupted(), removed_if_empty(), console.plain_warnings():
             answer = run()
         # Help and version have been printed already and answer nothing.
         return ExitCode.DONE if answer is None else output.answer(answer)

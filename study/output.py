@@ -5,6 +5,7 @@ import tempfile
 from pathlib import Path
 
 from study.errors import OutputError
+from study.made_folders import make_folder
 
 
 def prepare_output(path: str | Path) -> Path:
@@ -26,7 +27,7 @@ def prepare_output(path: str | Path) -> Path:
     """
     folder = Path(path)
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         with tempfile.TemporaryFile(dir=folder):
             pass
     except FileExistsError:

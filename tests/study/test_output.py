@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from study.errors import OutputError
+from study.made_folders import removed_if_empty
 from study.output import prepare_output, replace_file
 
 
@@ -34,6 +35,28 @@ def test_a_folder_without_permission_is_refused(tmp_path: Path) -> None:
     with pytest.raises(OutputError, match="Permission denied"):
         prepare_output(tmp_path)
     tmp_path.chmod(0o700)
+
+
+def test_what_fails_leaves_no_empty_folder_and_keeps_all_others(tmp_path: Path) -> None:
+    def interrupted(name: str) -> None:
+        folder = prepare_output(tmp_path / name)
+        if name == "full/deep":
+            (folder / "table.csv").write_text("x")
+        raise KeyboardInterrupt
+
+    (tmp_path / "mine").mkdir()
+    for name in ("mine", "new/deep", "full/deep"):
+        with pytest.raises(KeyboardInterrupt), removed_if_empty():
+            interrupted(name)
+    assert sorted(str(each.relative_to(tmp_path)) for each in tmp_path.rglob("*")) == [
+        "full",
+        "full/deep",
+        "full/deep/table.csv",
+        "mine",
+    ]
+    with removed_if_empty():
+        prepare_output(tmp_path / "done")
+    assert (tmp_path / "done").is_dir()
 
 
 def test_a_file_is_replaced_whole_with_ordinary_permissions(tmp_path: Path) -> None:

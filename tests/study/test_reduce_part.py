@@ -259,6 +259,7 @@ def test_mistakes_are_told_with_file_and_key(
     (home / "bar.toml").write_text(MESH_CASE.replace(old, new))
     assert stickslip("reduce", "bar.toml", "--out", "out") == 2
     assert said in capfd.readouterr().err
+    assert not (home / "out").exists()
 
 
 def test_sets_of_faces_and_of_nodes_are_drawn(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
