@@ -52,8 +52,8 @@ def run_reduce_matrices(path: Path, run: RunContext, *, checked: bool = False) -
         with mistakes.at("files"), at_file(case, {name: file}):
             require_file(file)  # before the store looks at its contents
     mistakes.raise_if_any()
-    with at_file(case, given), run.progress.step("reading the matrices"):
-        read = run.store.run(
+    with at_file(case, given):
+        read = run.step("reading the matrices").run(
             imported_matrices,
             mass=sources["mass"],
             stiffness=sources["stiffness"],
@@ -70,8 +70,8 @@ def run_reduce_matrices(path: Path, run: RunContext, *, checked: bool = False) -
     with located(case, "files"):
         free = read.system(held)
     boundary = {name: free.row[rows] for name, rows in kept.items()}
-    with located(case, "boundary"), run.progress.step("reduction"):
-        found = run.store.run(
+    with located(case, "boundary"):
+        found = run.step("reduction").run(
             reduced_matrices,
             system=free.linear,
             boundary=boundary,

@@ -30,8 +30,8 @@ def picture_modes(shapes: Shapes, stem: str, run: RunContext, film_of: int | Non
     # A body that nothing holds has up to six modes at zero, without strain.
     elastic = min(int((shapes.frequency == 0).sum()), len(shapes.frequency) - 1)
     moving = elastic if film_of is None else film_of
-    with run.progress.step("pictures") as report:
-        drawn = run.store.run(mode_pictures, shapes, elastic, moving, report)
+    step = run.step("pictures")
+    drawn = step.run(mode_pictures, shapes, elastic, moving, step.report)
     shown = {
         **{f"mode{number + 1}.png": f"Mode {number + 1}, displacement" for number in range(len(shapes.frequency))},
         f"mode{elastic + 1}_stress.png": f"Mode {elastic + 1}, von Mises stress",

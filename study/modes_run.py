@@ -74,13 +74,12 @@ def run_modes(
             )
         with located(case, "mesh"):
             n_dof = run.store.run(mesh_size, model)
-        with run.progress.step("modes", expected=MODE_SECONDS * n_dof / 1e4):
-            shapes = run.store.run(blade_shapes, model, n_mode)
+        shapes = run.step("modes", expected=MODE_SECONDS * n_dof / 1e4).run(blade_shapes, model, n_mode)
     else:
         mesh, material = _own_mesh(source, own)
         try:
-            with run.progress.step("modes", expected=MODE_SECONDS * 3 * mesh.n_node / 1e4):
-                shapes = run.store.run(mesh_shapes, mesh, material, own.fixed, n_mode)
+            step = run.step("modes", expected=MODE_SECONDS * 3 * mesh.n_node / 1e4)
+            shapes = step.run(mesh_shapes, mesh, material, own.fixed, n_mode)
         except SupportError as error:
             raise SupportError(f"{source} with --fix {' --fix '.join(own.fixed)}: {error}") from None
     moving = None if film_of is None else film_of - 1

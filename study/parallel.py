@@ -91,13 +91,14 @@ def run_parallel(
     """
     outcomes: dict[int, Outcome[Any]] = {}
     total = sum(task.weight for task in tasks)
+    for number, task in enumerate(tasks):
+        if store.holds(task.stage, **task.inputs):
+            outcomes[number] = store.outcome(task.stage, **task.inputs)
+    missing = sorted(set(range(len(tasks))) - set(outcomes), key=lambda number: -tasks[number].weight)
+    if not missing:
+        progress.kept(title)
+        return [outcomes[number] for number in range(len(tasks))]
     with progress.step(title) as report:
-        for number, task in enumerate(tasks):
-            if store.holds(task.stage, **task.inputs):
-                outcomes[number] = store.outcome(task.stage, **task.inputs)
-        missing = sorted(set(range(len(tasks))) - set(outcomes), key=lambda number: -tasks[number].weight)
-        if not missing:
-            return [outcomes[number] for number in range(len(tasks))]
         n_worker = workers or os.cpu_count() or 1
         modules = sorted({_reference(tasks[number].stage)[0] for number in missing})
         with _kept(store) as kept, single_threaded(), _workers(modules) as workers_by_task:

@@ -134,8 +134,8 @@ def _step(case: StepCase, folder: Path, run: RunContext) -> _Meshed:
     for name in rule.near:
         with at_key(case, "mesh", "near", name):
             replace(rule, near={name: rule.near[name]}).check_names(file.name, selectors)
-    with at_key(case, "file"), run.progress.step("reading the solid"):
-        solid = run.store.run(solid_summary, file)
+    with at_key(case, "file"):
+        solid = run.step("reading the solid").run(solid_summary, file)
     for note in solid.healing:
         run.note(f"{file}: {note}")
     with _at_selector(case):
@@ -147,8 +147,9 @@ def _step(case: StepCase, folder: Path, run: RunContext) -> _Meshed:
         needed = tetrahedra_memory(solid.volume, solid.longest, rule.size, n_boundary, case.reduction.modes)
         refuse_beyond_memory(needed, f"a part of {solid.volume * 1e6:.3g} cm^3 in cells of {rule.size * 1e3:g} mm")
     seconds = CELL_SECONDS * CELLS_PER_CUBE * solid.volume / rule.size**3
-    with located(case, "mesh"), run.progress.step("tetrahedra", expected=seconds):
-        return _Meshed(mesh=run.store.run(step_mesh, file, selectors, rule), notes=solid.healing, faces=faces)
+    with located(case, "mesh"):
+        mesh = run.step("tetrahedra", expected=seconds).run(step_mesh, file, selectors, rule)
+    return _Meshed(mesh=mesh, notes=solid.healing, faces=faces)
 
 
 @contextmanager
@@ -180,10 +181,9 @@ def _reduced(case: PartTables, material: Material, found: Places, run: RunContex
         refuse_beyond_memory(
             mesh_memory(mesh, n_boundary, n_mode), f"reducing a mesh of {n_dof} degrees of freedom to {n_boundary}"
         )
-    with located(case), run.progress.step("matrices", expected=ASSEMBLY_SECONDS * n_dof):
-        matrices = run.store.run(part_matrices, mesh, material)
-    with located(case), run.progress.step("reduction", expected=REDUCTION_SECONDS * n_dof):
-        return run.store.run(
+    with located(case):
+        matrices = run.step("matrices", expected=ASSEMBLY_SECONDS * n_dof).run(part_matrices, mesh, material)
+        return run.step("reduction", expected=REDUCTION_SECONDS * n_dof).run(
             reduced_part,
             mesh=mesh,
             material=material,
@@ -215,12 +215,11 @@ def _drawn(
     stations = np.concatenate([line.stations for line in found.lines.values()] or [np.zeros((0, 3))])
     files = []
     try:
-        with run.progress.step("pictures of the mesh"):
-            names = list(dict.fromkeys(used))
-            faces = {name: mesh.face_sets[name] for name in names if name in mesh.face_sets}
-            sets = {name: mesh.node_sets[name] for name in names if name in mesh.node_sets and name not in faces}
-            nodes = {name: mesh.points[found] for name, found in sets.items()}
-            pictures = run.store.run(face_pictures, mesh, faces, stations, case.title, nodes)
+        names = list(dict.fromkeys(used))
+        faces = {name: mesh.face_sets[name] for name in names if name in mesh.face_sets}
+        sets = {name: mesh.node_sets[name] for name in names if name in mesh.node_sets and name not in faces}
+        nodes = {name: mesh.points[found] for name, found in sets.items()}
+        pictures = run.step("pictures of the mesh").run(face_pictures, mesh, faces, stations, case.title, nodes)
         for name, content in pictures.items():
             files.append(run.output / f"{stem}_{name}")
             replace_file(files[-1], content.tobytes())

@@ -138,10 +138,9 @@ def draw_film(
     shown = status[:, np.arange(N_FRAME) * status.shape[1] // N_FRAME]
     subtitle = f"{label}, {angular_frequency / (2 * np.pi):.2f} Hz"
     try:
-        with run.progress.step("film of the deflection"):
-            content = run.store.run(
-                rig_film, model, samples_from_coefficients(moving, N_FRAME), shown.T.copy(), title, subtitle
-            )
+        content = run.step("film of the deflection").run(
+            rig_film, model, samples_from_coefficients(moving, N_FRAME), shown.T.copy(), title, subtitle
+        )
     except MissingSoftware as error:
         run.warn(f"there is no film: {error}")
         return []

@@ -171,10 +171,9 @@ def _drawn(
     bodies: dict[str, NDArray[np.uint8]] = {}
     modes: dict[str, NDArray[np.uint8]] = {}
     try:
-        with run.progress.step("pictures of the rig"):
-            bodies = run.store.run(rig_pictures, model, title)
-        with run.progress.step("pictures of stuck modes") as report:
-            modes = run.store.run(stuck_mode_pictures, model, frequency, displacement, report)
+        bodies = run.step("pictures of the rig").run(rig_pictures, model, title)
+        step = run.step("pictures of stuck modes")
+        modes = step.run(stuck_mode_pictures, model, frequency, displacement, step.report)
     except MissingSoftware as error:
         run.warn(f"there are no pictures{' of modes' if bodies else ''}: {error}")
     files = []

@@ -9,8 +9,8 @@ A new command is one file under `study/command` and one line in `study.cli.COMMA
         from study.reduce_run import run_reduce            # heavy imports inside, so that help stays quick
 
         run = options.open(out)                            # refuses an unwritable folder before anything is computed
-        with run.progress.step("modes", expected=20) as report:
-            model = run.store.run(reduced_model, load_case(case, ReduceCase), report=report)
+        step = run.step("modes", expected=20)
+        model = step.run(reduced_model, load_case(case, ReduceCase), report=step.report)
         return Answer(document={"n_dof": model.n}, text=f"{model.n} degrees of freedom")
 
 Commands print nothing themselves: `Answer` is printed as text, or as one JSON document with
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from study.progress import Progress
+    from study.shown_step import ShownStep
     from study.store import Store
 
 Out = Annotated[Path, Parameter(help="Output folder; created if need be.")]
@@ -75,6 +76,12 @@ class RunContext:
     progress: "Progress"
     json: bool
     quiet: bool
+
+    def step(self, name: str, *, expected: float | None = None) -> "ShownStep":
+        """A step that is one stage; `expected` is as in `study.progress.Progress`."""
+        from study.shown_step import ShownStep
+
+        return ShownStep(name, self.store, self.progress, expected)
 
     def note(self, sentence: str) -> None:
         """Tell the user something worth knowing, on standard error, unless quiet was asked for."""

@@ -143,13 +143,25 @@ class Store:
 
     def outcome(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> Outcome[R]:
         """Result of a stage with the time that it took, looked up or computed."""
+        return self.outcome_within(contextlib.nullcontext, stage, *args, **kwargs)
+
+    def outcome_within(
+        self,
+        computing: Callable[[], contextlib.AbstractContextManager[object]],
+        stage: Stage[P, R],
+        *args: P.args,
+        **kwargs: P.kwargs,
+    ) -> Outcome[R]:
+        """The same, computed within a context that is not entered for a result that is found."""
         if self.folder is None:
-            return _timed(stage, *args, **kwargs)
+            with computing():
+                return _timed(stage, *args, **kwargs)
         entry = self._entry(self.folder, stage.key(*args, **kwargs))
         found = _read(entry, stage)
         if found is not None:
             return found
-        outcome = _timed(stage, *args, **kwargs)
+        with computing():
+            outcome = _timed(stage, *args, **kwargs)
         try:
             self._write(entry, stage, outcome)
         except OSError as error:  # such as a full disk: the result itself is sound

@@ -5,7 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from study.progress import BarProgress, Durations, LineProgress, Progress, SilentProgress, spoken
+from study.progress import BarProgress, Durations, LineProgress, Progress, Report, SilentProgress, spoken
+from study.shown_step import ShownStep
+from study.store import Store, stage
 
 
 class Clock:
@@ -54,6 +56,31 @@ def test_a_step_that_reports_nothing_says_what_it_took_last_time(clock: Clock, t
         with LineProgress(stream, Durations(file), clock).step("CAD"):
             clock.now += 20
         assert stream.getvalue().splitlines() == expected_lines
+
+
+@stage("twice a number", rooms=("study.progress",), ignore=("report",))
+def twice(number: int, report: Report) -> int:
+    report(1, 2)
+    return 2 * number
+
+
+def test_a_stage_that_is_kept_is_said_to_be_and_tells_no_former_time(clock: Clock, tmp_path: Path) -> None:
+    stream, store = io.StringIO(), Store(tmp_path)
+    progress = LineProgress(stream, clock=clock)
+    for _ in range(2):
+        step = ShownStep("doubling", store, progress, expected=20.0)
+
+        def report(done: float, total: float, step: ShownStep = step) -> None:
+            clock.now += 4
+            step.report(done, total)
+
+        assert step.run(twice, 3, report) == 6
+    assert stream.getvalue().splitlines() == [
+        "doubling ... about 20 s",
+        "doubling: 50 %, about 4.0 s left",
+        "doubling: done in 4.0 s",
+        "doubling: kept",
+    ]
 
 
 def test_steps_within_steps_are_indented(clock: Clock) -> None:
