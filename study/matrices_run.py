@@ -24,9 +24,10 @@ from study.run_context import RunContext
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ReducedMatrices:
-    """What the command reports: the reduction and its files."""
+    """What the command reports: the reduction, how many modes were asked for, and its files."""
 
     reduction: ComparedReduction
+    n_mode: int
     files: tuple[Path, ...]
 
 
@@ -87,7 +88,7 @@ def run_reduce_matrices(path: Path, run: RunContext, *, checked: bool = False) -
     written = (run.output / f"{path.stem}_rom.h5", run.output / f"{path.stem}_dofs.csv")
     save_rom(found.rom, written[0])
     replace_file(written[1], _full_rows(read, free))
-    return ReducedMatrices(reduction=found, files=written)
+    return ReducedMatrices(reduction=found, n_mode=case.reduction.modes, files=written)
 
 
 def _rows(case: MatricesCase, read: ImportedMatrices) -> tuple[Rows, dict[str, Rows]]:

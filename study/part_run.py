@@ -57,6 +57,8 @@ class ReducedPart:
         The mesh.
     least_scaled_jacobian
         Of its cells [-].
+    n_mode
+        Modes that were asked for [-].
     notes
         What was mended in the file, a clause each.
     faces
@@ -68,6 +70,7 @@ class ReducedPart:
     reduction: ComparedReduction
     mesh: Mesh
     least_scaled_jacobian: float
+    n_mode: int
     notes: tuple[str, ...]
     faces: Mapping[str, NamedFaces]
     files: tuple[Path, ...]
@@ -113,6 +116,7 @@ def run_reduce_part(path: Path, run: RunContext, *, checked: bool = False) -> Re
         reduction=compared,
         mesh=found.mesh,
         least_scaled_jacobian=float(cell_quality(found.mesh).scaled_jacobian.min()),
+        n_mode=case.reduction.modes,
         notes=meshed.notes,
         faces=meshed.faces,
         files=(*files.values(), *drawn),

@@ -29,9 +29,10 @@ N_DRAWN = 3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Reduced:
-    """What the command reports: the reduction and its files."""
+    """What the command reports: the reduction, how many modes were asked for, and its files."""
 
     reduction: Reduction
+    n_mode: int
     files: tuple[Path, ...]
 
 
@@ -67,7 +68,7 @@ def run_reduce(path: Path, run: RunContext, *, checked: bool = False) -> Reduced
     write_mesh(found.mesh, files[".vtu"])
     save_rom(found.rom, files["_rom.h5"])
     replace_file(files["_response.png"], _response_figure(found, case.title))
-    return Reduced(reduction=found, files=tuple(files.values()))
+    return Reduced(reduction=found, n_mode=model.n_mode, files=tuple(files.values()))
 
 
 def _response_figure(found: Reduction, title: str) -> bytes:

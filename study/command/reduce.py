@@ -78,7 +78,7 @@ def _matrices(path: Path, out: Path, check: bool, options: Options) -> Answer:
     files = [str(file) for file in reduced.files]
     return Answer(
         document={**_frequency_document(reduced.reduction), "files": files},
-        text="\n".join([*_frequency_lines(reduced.reduction), "", *files]),
+        text="\n".join([*_frequency_lines(reduced.reduction, reduced.n_mode), "", *files]),
     )
 
 
@@ -105,7 +105,7 @@ def _part(path: Path, out: Path, check: bool, options: Options) -> Answer:
                 *face_lines(reduced.faces),
                 *([""] if reduced.faces else []),
                 f"{mesh.n_cell} elements, worst scaled Jacobian {reduced.least_scaled_jacobian:.2f}",
-                *_frequency_lines(found),
+                *_frequency_lines(found, reduced.n_mode),
                 "",
                 *files,
             ]
@@ -119,7 +119,7 @@ def _blade(path: Path, out: Path, check: bool, options: Options) -> Answer:
     reduced = run_reduce(path, options.open(out), checked=check)
     found = reduced.reduction
     lines = [
-        *_frequency_lines(found),
+        *_frequency_lines(found, reduced.n_mode),
         "",
         f"  first, from the peak of the harmonic-balance response: {found.peak_natural:.5f} Hz",
         "",
@@ -133,19 +133,25 @@ def _blade(path: Path, out: Path, check: bool, options: Options) -> Answer:
     return Answer(document=document, text="\n".join(lines))
 
 
-def _frequency_lines(found: "Reduction | ComparedReduction") -> list[str]:
+def _frequency_lines(found: "Reduction | ComparedReduction", n_asked: int) -> list[str]:
+    """The frequencies, and what must be known of them; `n_asked` modes were to be kept."""
     from study.mode_check_words import check_sentence
 
+    n_mode = len(found.rom.fixed_interface_frequency)
+    fewer = f"all {n_mode} fixed-interface modes of the interior are kept: it has no more, though modes = {n_asked}"
     return [
         f"{found.n_dof} degrees of freedom reduced to {found.rom.n_dof}",
+        *([fewer] if n_mode < n_asked else []),
         "",
-        "  mode      full [Hz]   reduced [Hz]   estimated error",
+        "  mode      full [Hz]   reduced [Hz]   estimated truncation error",
         *(
-            f"  {number:4} {full:14.5f} {rom:14.5f}   {error:15.1e}"
+            f"  {number:4} {full:14.5f} {rom:14.5f}   {error:26.1e}"
             for number, (full, rom, error) in enumerate(
                 zip(found.frequency, found.rom_frequency, found.rom_error, strict=True), start=1
             )
         ),
+        "",
+        "  The error is that of the modes left out alone: what the full model errs, as by its mesh, is not in it.",
         *([] if found.check is None else ["", f"  {check_sentence(found.check)}"]),
     ]
 
@@ -156,6 +162,7 @@ def _frequency_document(found: "Reduction | ComparedReduction") -> dict[str, Any
     return {
         "n_dof": found.n_dof,
         "n_reduced": found.rom.n_dof,
+        "n_mode": len(found.rom.fixed_interface_frequency),
         "frequency_hz": list(map(float, found.frequency)),
         "rom_frequency_hz": list(map(float, found.rom_frequency)),
         "rom_error": list(map(float, found.rom_error)),

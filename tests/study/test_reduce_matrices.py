@@ -174,6 +174,20 @@ def test_a_free_beam_keeps_its_rigid_motions(home: Path, capfd: pytest.CaptureFi
     np.testing.assert_allclose(document["rom_frequency_hz"][:6], document["frequency_hz"][:6], rtol=1e-3)
 
 
+@pytest.mark.parametrize(("modes", "kept"), [(57, 57), (58, 57), (2000, 57)])
+def test_modes_beyond_the_interior_are_said_not_to_be_there(
+    home: Path, capfd: pytest.CaptureFixture[str], modes: int, kept: int
+) -> None:
+    # 60 free degrees of freedom, three of which are kept themselves.
+    (home / "beam.toml").write_text(CASE.replace("modes = 12", f"modes = {modes}"))
+    assert stickslip("reduce", "beam.toml", "--out", "out") == 0
+    said = capfd.readouterr().out
+    sentence = f"all {kept} fixed-interface modes of the interior are kept: it has no more, though modes = {modes}"
+    assert (sentence in said) == (modes > kept)
+    assert "estimated truncation error" in said
+    assert "The error is that of the modes left out alone" in said
+
+
 def test_a_second_run_finds_everything_kept(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert stickslip("reduce", "beam.toml", "--out", "out") == 0
 
