@@ -11,14 +11,12 @@ from numpy.typing import NDArray
 from fe.damping import damped, rayleigh_damping
 from fe.mesh import Mesh
 from fe.modal import modes
-from fe.mode_check import ModeCheck
 from hbsolve.dynamic_stiffness import DynamicStiffness
 from hbsolve.forced_response import forced_response
 from hbsolve.harmonic_force import HarmonicForce
 from hbsolve.peak import Peak, resonance_peak, undamped_from_peak
 from reduction.craig_bampton import craig_bampton
 from reduction.memory_estimate import reduction_memory, refuse_beyond_memory
-from reduction.mode_check import check_fixed_interface_modes
 from reduction.rom import ReducedModel
 from reduction.rom_error import rom_error
 from study.blade_model import MODEL_CODE, BladeModel, boundary_rows, clamped
@@ -50,8 +48,6 @@ class Reduction:
     peak_natural
         The natural frequency that the interpolated peak of the harmonic-balance response stands for, its damping shift
         taken out [Hz].
-    check
-        Of the fixed-interface modes; None if none was asked for.
     """
 
     mesh: Mesh
@@ -61,7 +57,6 @@ class Reduction:
     rom_frequency: Float[NDArray[np.float64], " m"]
     rom_error: Float[NDArray[np.float64], " m"]
     peak_natural: float
-    check: ModeCheck | None = None
 
     @property
     def n_dof(self) -> int:
@@ -69,7 +64,7 @@ class Reduction:
         return len(self.rom.free)
 
 
-def reduce_blade(model: BladeModel, provenance: Mapping[str, str] | None = None, *, checked: bool = False) -> Reduction:
+def reduce_blade(model: BladeModel, provenance: Mapping[str, str] | None = None) -> Reduction:
     """Mesh, clamp, damp and reduce a blade, and compare with the full model.
 
     Parameters
@@ -78,8 +73,6 @@ def reduce_blade(model: BladeModel, provenance: Mapping[str, str] | None = None,
         What is reduced.
     provenance
         Travels with the reduced model.
-    checked
-        Whether the fixed-interface modes are checked, which takes half as long again.
     """
     mesh, undamped, n_held = clamped(model)
     rows = boundary_rows(mesh, undamped)
@@ -99,7 +92,6 @@ def reduce_blade(model: BladeModel, provenance: Mapping[str, str] | None = None,
         rom_frequency=reduced.frequency,
         rom_error=rom_error(system, rom, N_FREQUENCY),
         peak_natural=undamped_from_peak(peak, model.damping_ratio) / (2 * pi),
-        check=check_fixed_interface_modes(system, rom) if checked else None,
     )
 
 

@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 from fe.damping import damped, rayleigh_damping
 from fe.errors import SupportError
 from fe.modal import STRAINLESS, modes
-from fe.mode_check import ModeCheck
 from fe.system import LinearSystem
 from reduction.craig_bampton import craig_bampton
 from reduction.memory_estimate import reduction_memory, refuse_beyond_memory
-from reduction.mode_check import check_fixed_interface_modes
 from reduction.rom import ReducedModel
 from reduction.rom_error import rom_error
 
@@ -46,15 +44,12 @@ class ComparedReduction:
         The first ones (ten at most), full and reduced, shape (m,) [Hz]; rigid-body motions are 0.
     rom_error
         Estimated relative truncation error of each reduced frequency, shape (m,) [-].
-    check
-        Of the fixed-interface modes; None if none was asked for.
     """
 
     rom: ReducedModel
     frequency: Frequencies
     rom_frequency: Frequencies
     rom_error: Frequencies
-    check: ModeCheck | None = None
 
     @property
     def n_dof(self) -> int:
@@ -68,8 +63,6 @@ def compared_reduction(
     n_mode: int,
     damping_ratio: float | None,
     provenance: Mapping[str, str],
-    *,
-    checked: bool = False,
 ) -> ComparedReduction:
     """Reduce, damp and compare with the full system.
 
@@ -85,8 +78,6 @@ def compared_reduction(
         Of Rayleigh damping on the first elastic mode [-]; None keeps the damping of the system.
     provenance
         Travels with the reduced model.
-    checked
-        Whether the fixed-interface modes are checked, which takes half as long again.
 
     Raises
     ------
@@ -97,7 +88,6 @@ def compared_reduction(
     needed = reduction_memory(system.stiffness, n_boundary, n_mode)
     refuse_beyond_memory(needed, f"reducing {system.n_dof} degrees of freedom to {n_boundary} and {n_mode} modes")
     rom = craig_bampton(system, boundary, n_mode, provenance)
-    check = check_fixed_interface_modes(system, rom) if checked else None
     n_compared = min(N_FREQUENCY, rom.n_dof)
     reduced = rom.modes(n_compared).frequency
     try:
@@ -114,7 +104,6 @@ def compared_reduction(
         frequency=full,
         rom_frequency=reduced,
         rom_error=np.where(reduced > 0, rom_error(system, rom, n_compared), 0.0),
-        check=check,
     )
 
 

@@ -8,7 +8,10 @@ import numpy as np
 from fe.errors import MatrixFileError
 from fe.imported_matrices import ImportedMatrices, Rows, Units, read_matrices
 from fe.matrix_file import MatrixSource
+from fe.mode_check import ModeCheck
 from fe.system import LinearSystem
+from reduction.mode_check import check_fixed_interface_modes
+from reduction.rom import ReducedModel
 from study.compared_reduction import ComparedReduction, compared_reduction
 from study.store import stage
 
@@ -31,7 +34,6 @@ def reduced_matrices(
     n_mode: int,
     damping_ratio: float | None,
     provenance: Mapping[str, str],
-    checked: bool = False,
 ) -> ComparedReduction:
     """Reduce, damp and compare with the full system.
 
@@ -43,9 +45,15 @@ def reduced_matrices(
         A mass or stiffness whose written digits leave the reduced model indefinite.
     """
     try:
-        return compared_reduction(system, boundary, n_mode, damping_ratio, provenance, checked=checked)
+        return compared_reduction(system, boundary, n_mode, damping_ratio, provenance)
     except np.linalg.LinAlgError as error:
         raise MatrixFileError(
             f"the modes of the reduced model cannot be found ({error}): check signs and units of mass and stiffness, "
             "and write them with more digits"
         ) from error
+
+
+@stage("check of reduced matrices", rooms=("fe", "reduction", *CODE))
+def checked_matrices(system: LinearSystem, rom: ReducedModel) -> ModeCheck:
+    """Check the fixed-interface modes of a system's reduced model."""
+    return check_fixed_interface_modes(system, rom)

@@ -10,12 +10,13 @@ from fe.dof_table import DIRECTIONS, N_TRANSLATION
 from fe.errors import MatrixFileError
 from fe.imported_matrices import ImportedMatrices, ImportedSystem, Rows
 from fe.matrix_file import require_file
+from fe.mode_check import ModeCheck
 from reduction.rom_io import save_rom
 from study.case import at_key, load_case, located
 from study.compared_reduction import ComparedReduction
 from study.errors import CaseError
 from study.matrices_case import UNITS, MatricesCase
-from study.matrices_reduction import imported_matrices, reduced_matrices
+from study.matrices_reduction import checked_matrices, imported_matrices, reduced_matrices
 from study.matrix_file_words import at_file
 from study.mistakes import Mistakes
 from study.output import replace_file
@@ -24,10 +25,11 @@ from study.run_context import RunContext
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ReducedMatrices:
-    """What the command reports: the reduction, how many modes were asked for, and its files."""
+    """What the command reports: the reduction, how many modes were asked for, their check if any, and its files."""
 
     reduction: ComparedReduction
     n_mode: int
+    check: ModeCheck | None
     files: tuple[Path, ...]
 
 
@@ -83,12 +85,12 @@ def run_reduce_matrices(path: Path, run: RunContext, *, checked: bool = False) -
                 "stickslip": importlib.metadata.version("stickslip"),
                 "files": repr(files),
             },
-            checked=checked,
         )
+        check = run.step("check of the modes").run(checked_matrices, free.linear, found.rom) if checked else None
     written = (run.output / f"{path.stem}_rom.h5", run.output / f"{path.stem}_dofs.csv")
     save_rom(found.rom, written[0])
     replace_file(written[1], _full_rows(read, free))
-    return ReducedMatrices(reduction=found, n_mode=case.reduction.modes, files=written)
+    return ReducedMatrices(reduction=found, n_mode=case.reduction.modes, check=check, files=written)
 
 
 def _rows(case: MatricesCase, read: ImportedMatrices) -> tuple[Rows, dict[str, Rows]]:

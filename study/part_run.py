@@ -13,6 +13,7 @@ from fe.material import Material
 from fe.mesh import Mesh
 from fe.mesh_io import read_mesh, write_mesh
 from fe.mesh_quality import cell_quality
+from fe.mode_check import ModeCheck
 from fe.tet_mesher import TetRule
 from geometry.errors import SelectorError
 from geometry.face_selector import FaceSelector
@@ -30,6 +31,7 @@ from study.part_places import Places, check_names, places
 from study.part_stages import (
     NamedFaces,
     PartReduction,
+    checked_part,
     named_faces,
     part_matrices,
     reduced_part,
@@ -59,6 +61,8 @@ class ReducedPart:
         Of its cells [-].
     n_mode
         Modes that were asked for [-].
+    check
+        Of the fixed-interface modes; None if none was asked for.
     notes
         What was mended in the file, a clause each.
     faces
@@ -71,6 +75,7 @@ class ReducedPart:
     mesh: Mesh
     least_scaled_jacobian: float
     n_mode: int
+    check: ModeCheck | None
     notes: tuple[str, ...]
     faces: Mapping[str, NamedFaces]
     files: tuple[Path, ...]
@@ -102,7 +107,7 @@ def run_reduce_part(path: Path, run: RunContext, *, checked: bool = False) -> Re
         material = case.material.material()
     meshed = _step(case, path.parent, run) if isinstance(case, StepCase) else _file(case, path.parent, run)
     found = places(case, meshed.mesh)
-    reduced = _reduced(case, material, found, run, checked)
+    reduced, check = _reduced(case, material, found, run, checked)
     stem, compared = path.stem, reduced.compared
     files = {name: run.output / f"{stem}{name}" for name in (".vtu", "_rom.h5", "_frequencies.csv", "_stations.csv")}
     shapes = reduced.shapes
@@ -117,6 +122,7 @@ def run_reduce_part(path: Path, run: RunContext, *, checked: bool = False) -> Re
         mesh=found.mesh,
         least_scaled_jacobian=float(cell_quality(found.mesh).scaled_jacobian.min()),
         n_mode=case.reduction.modes,
+        check=check,
         notes=meshed.notes,
         faces=meshed.faces,
         files=(*files.values(), *drawn),
@@ -177,7 +183,9 @@ def _file(case: MeshCase, folder: Path, run: RunContext) -> _Meshed:
     return _Meshed(mesh=mesh)
 
 
-def _reduced(case: PartTables, material: Material, found: Places, run: RunContext, checked: bool) -> PartReduction:
+def _reduced(
+    case: PartTables, material: Material, found: Places, run: RunContext, checked: bool
+) -> tuple[PartReduction, ModeCheck | None]:
     mesh, n_mode = found.mesh, case.reduction.modes
     n_boundary = sum(len(kept.nodes) * len(kept.directions) for kept in found.boundary.values())
     n_dof = 3 * mesh.n_node
@@ -187,7 +195,7 @@ def _reduced(case: PartTables, material: Material, found: Places, run: RunContex
         )
     with located(case):
         matrices = run.step("matrices", expected=ASSEMBLY_SECONDS * n_dof).run(part_matrices, mesh, material)
-        return run.step("reduction", expected=REDUCTION_SECONDS * n_dof).run(
+        reduced = run.step("reduction", expected=REDUCTION_SECONDS * n_dof).run(
             reduced_part,
             mesh=mesh,
             material=material,
@@ -203,8 +211,12 @@ def _reduced(case: PartTables, material: Material, found: Places, run: RunContex
                 "file": case.file,
                 "material": repr(material),
             },
-            checked=checked,
         )
+        if not checked:
+            return reduced, None
+        rom = reduced.compared.rom
+        step = run.step("check of the modes", expected=REDUCTION_SECONDS * n_dof / 2)
+        return reduced, step.run(checked_part, mesh, matrices, found.to_nodes, found.supports, rom)
 
 
 def _drawn(

@@ -14,6 +14,7 @@ from fe.boundary import Support, supported_system
 from fe.errors import SupportError
 from fe.material import Material
 from fe.mesh import Mesh
+from fe.mode_check import ModeCheck
 from fe.station_coordinates import StationCoordinates
 from fe.stress import nodal_stress, von_mises
 from fe.system import LinearSystem
@@ -21,6 +22,8 @@ from fe.tet_mesher import TetRule, mesh_solid
 from geometry.face_selector import FaceSelector
 from geometry.part import MILLIMETRES_PER_METRE
 from geometry.step_part import read_body, step_part
+from reduction.mode_check import check_fixed_interface_modes
+from reduction.rom import ReducedModel
 from study.blade_model import MODEL_CODE
 from study.compared_reduction import ComparedReduction, compared_reduction
 from study.doctor import preflight
@@ -142,7 +145,6 @@ def reduced_part(
     n_mode: int,
     damping_ratio: float | None,
     provenance: Mapping[str, str],
-    checked: bool = False,
 ) -> PartReduction:
     """Hold and reduce a part, with its stations as coordinates.
 
@@ -158,7 +160,7 @@ def reduced_part(
         What is held; nothing if empty.
     boundary
         What stays physical, by name.
-    n_mode, damping_ratio, provenance, checked
+    n_mode, damping_ratio, provenance
         As in `compared_reduction`.
 
     Raises
@@ -169,21 +171,43 @@ def reduced_part(
         As `compared_reduction`.
     """
     place = None if to_nodes is None else StationCoordinates(mesh=mesh, to_nodes=to_nodes)
-    mass, stiffness = matrices if place is None else (place.matrix(each) for each in matrices)
-    system = _held(mesh, mass, stiffness, supports)
+    system = _held(mesh, matrices, place, supports)
     rows = {name: system.rows(kept.nodes, kept.directions) for name, kept in boundary.items()}
     free = {name: found[found >= 0] for name, found in rows.items()}
     for name, found in free.items():
         if not len(found):
             raise SupportError(f'all nodes of "{name}" are held: take it out of the boundary or out of the support')
-    compared = compared_reduction(system, free, n_mode, damping_ratio, provenance, checked=checked)
+    compared = compared_reduction(system, free, n_mode, damping_ratio, provenance)
     if place is not None:
         rom = replace(compared.rom, recovery=place.displacement(system, compared.rom.recovery))
         compared = replace(compared, rom=rom)
     return PartReduction(compared=compared, shapes=_shapes(mesh, material, compared))
 
 
-def _held(mesh: Mesh, mass: sp.csr_array, stiffness: sp.csr_array, supports: Sequence[Kept]) -> LinearSystem:
+@stage("check of a reduced part", rooms=("fe", "reduction", *CODE))
+def checked_part(
+    mesh: Mesh,
+    matrices: tuple[sp.csr_array, sp.csr_array],
+    to_nodes: sp.csr_array | None,
+    supports: Sequence[Kept],
+    rom: ReducedModel,
+) -> ModeCheck:
+    """Check the fixed-interface modes of what `reduced_part` made of the same mesh, matrices and supports.
+
+    Its recovery is that of nodes, the system's that of coordinates: they differ at the nodes in whose place stations
+    stand, which are no interior ones.
+    """
+    place = None if to_nodes is None else StationCoordinates(mesh=mesh, to_nodes=to_nodes)
+    return check_fixed_interface_modes(_held(mesh, matrices, place, supports), rom)
+
+
+def _held(
+    mesh: Mesh,
+    matrices: tuple[sp.csr_array, sp.csr_array],
+    place: StationCoordinates | None,
+    supports: Sequence[Kept],
+) -> LinearSystem:
+    mass, stiffness = matrices if place is None else (place.matrix(each) for each in matrices)
     if supports:
         held = [Support(nodes=each.nodes, directions=each.directions) for each in supports]
         return supported_system(mesh, mass, stiffness, held)

@@ -8,11 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from fe.mesh_io import write_mesh
+from fe.mode_check import ModeCheck
 from hbsolve.dynamic_stiffness import DynamicStiffness
 from hbsolve.forced_response import forced_response
+from reduction.mode_check import check_fixed_interface_modes
+from reduction.rom import ReducedModel
 from reduction.rom_io import save_rom
 from study.blade_case import BladeCase
-from study.blade_model import BladeModel, blade_model, mesh_size
+from study.blade_model import BladeModel, blade_model, clamped, mesh_size
 from study.blade_reduction import REDUCTION_CODE, THICKNESS_DIRECTION, Reduction, reduce_blade, unit_force
 from study.case import load_case, located
 from study.figure.frequency_response import frequency_response_figure
@@ -29,18 +32,25 @@ N_DRAWN = 3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Reduced:
-    """What the command reports: the reduction, how many modes were asked for, and its files."""
+    """What the command reports: the reduction, how many modes were asked for, their check if any, and its files."""
 
     reduction: Reduction
     n_mode: int
+    check: ModeCheck | None
     files: tuple[Path, ...]
 
 
 @stage("reduced blade", rooms=REDUCTION_CODE)
-def reduced_blade(model: BladeModel, title: str, checked: bool = False) -> Reduction:
+def reduced_blade(model: BladeModel, title: str) -> Reduction:
     """Reduce a blade and note where it comes from."""
     provenance = {"title": title, "stickslip": importlib.metadata.version("stickslip"), "model": repr(model)}
-    return reduce_blade(model, provenance, checked=checked)
+    return reduce_blade(model, provenance)
+
+
+@stage("check of a reduced blade", rooms=REDUCTION_CODE)
+def checked_blade(model: BladeModel, rom: ReducedModel) -> ModeCheck:
+    """Check the fixed-interface modes of a blade's reduced model."""
+    return check_fixed_interface_modes(clamped(model)[1], rom)
 
 
 def run_reduce(path: Path, run: RunContext, *, checked: bool = False) -> Reduced:
@@ -56,19 +66,20 @@ def run_reduce(path: Path, run: RunContext, *, checked: bool = False) -> Reduced
     tasks = [
         Task(
             stage=reduced_blade,
-            inputs={"model": model, "title": case.title, "checked": checked},
+            inputs={"model": model, "title": case.title},
             label="reduction",
             weight=2.0,
         ),
         Task(stage=solid_check, inputs={"inputs": model}, label="CAD solid"),
     ]
     found, solid = (outcome.value for outcome in run_parallel(tasks, run.store, run.progress, "mesh and reduction"))
+    check = run.step("check of the modes").run(checked_blade, model, found.rom) if checked else None
     files = {name: run.output / f"{path.stem}{name}" for name in (".step", ".vtu", "_rom.h5", "_response.png")}
     replace_file(files[".step"], solid.step)
     write_mesh(found.mesh, files[".vtu"])
     save_rom(found.rom, files["_rom.h5"])
     replace_file(files["_response.png"], _response_figure(found, case.title))
-    return Reduced(reduction=found, n_mode=model.n_mode, files=tuple(files.values()))
+    return Reduced(reduction=found, n_mode=model.n_mode, check=check, files=tuple(files.values()))
 
 
 def _response_figure(found: Reduction, title: str) -> bytes:

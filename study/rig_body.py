@@ -13,6 +13,7 @@ from fe.mesh import Mesh
 from fe.mesh_quality import check_quality
 from fe.mode_check import ModeCheck
 from fe.reaction import Reaction, reaction
+from fe.station_coordinates import StationCoordinates
 from fe.system import LinearSystem
 from reduction.craig_bampton import craig_bampton
 from reduction.errors import RomError
@@ -37,27 +38,21 @@ class ReducedBody:
         Of its elements, 1 for a brick [-].
     reactions
         Of each held set of nodes, over the reduced coordinates.
-    check
-        Of the fixed-interface modes; None if none was asked for.
     """
 
     rom: ReducedModel
     least_scaled_jacobian: float
     reactions: Mapping[str, Reaction]
-    check: ModeCheck | None = None
 
 
 @stage("reduced body of a rig", rooms=RIG_REDUCTION_CODE)
-def reduced_body(model: RigModel, body: str, checked: bool = False) -> ReducedBody:
+def reduced_body(model: RigModel, body: str) -> ReducedBody:
     """Mesh, hold and reduce one body; every named set of its mesh stays physical."""
     meshed = model.meshed()
     mesh, place = meshed.meshes[body], meshed.coordinates.get(body)
     quality = check_quality(mesh)
     mass, stiffness = assemble(mesh, model.material)
-    if place is None:
-        system = held_body(mesh, body, mass, stiffness)
-    else:
-        system = held_body(mesh, body, place.matrix(mass), place.matrix(stiffness))
+    system = _in_coordinates(mesh, body, mass, stiffness, place)
     boundary = {name: system.rows(nodes) for name, nodes in mesh.node_sets.items()}
     version = importlib.metadata.version("stickslip")
     provenance = {"body": body, "stickslip": version, "model": repr(model)}
@@ -65,20 +60,36 @@ def reduced_body(model: RigModel, body: str, checked: bool = False) -> ReducedBo
         rom = craig_bampton(system, boundary, model.modes_of(body), provenance)
     except RomError as error:
         raise RomError(f"{body}: {error}") from error
-    check = check_fixed_interface_modes(system, rom) if checked and model.modes_of(body) else None
     if place is not None:
         rom = replace(rom, recovery=place.displacement(system, rom.recovery))
     held = HELD[body.partition("_")[0]]
     reactions = {name: reaction(stiffness, mass, mesh.nodes(name), system.free) for name in held}
     return ReducedBody(
         rom=rom,
-        check=check,
         least_scaled_jacobian=float(quality.scaled_jacobian.min()),
         reactions={
             name: Reaction(stiffness=each.stiffness @ rom.recovery, mass=each.mass @ rom.recovery)
             for name, each in reactions.items()
         },
     )
+
+
+@stage("check of a reduced body of a rig", rooms=RIG_REDUCTION_CODE)
+def checked_body(model: RigModel, body: str, rom: ReducedModel) -> ModeCheck:
+    """Check the fixed-interface modes of what `reduced_body` made; for its recovery see `part_stages.checked_part`."""
+    meshed = model.meshed()
+    mesh = meshed.meshes[body]
+    mass, stiffness = assemble(mesh, model.material)
+    system = _in_coordinates(mesh, body, mass, stiffness, meshed.coordinates.get(body))
+    return check_fixed_interface_modes(system, rom)
+
+
+def _in_coordinates(
+    mesh: Mesh, body: str, mass: sp.csr_array, stiffness: sp.csr_array, place: StationCoordinates | None
+) -> LinearSystem:
+    if place is None:
+        return held_body(mesh, body, mass, stiffness)
+    return held_body(mesh, body, place.matrix(mass), place.matrix(stiffness))
 
 
 def held_body(mesh: Mesh, body: str, mass: sp.csr_array, stiffness: sp.csr_array) -> LinearSystem:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fe.dense_modes import dense_modes
 from fe.mesh_io import write_mesh
+from fe.mode_check import ModeCheck
 from fe.whole_mesh import whole_mesh
 from geometry.errors import GeometryError
 from reduction.assembly import ReducedAssembly
@@ -25,7 +26,7 @@ from study.rig_case import RigCase, rig_model
 from study.rig_joints import dead_weights, line_pairs
 from study.rig_model import RigModel
 from study.rig_pictures import rig_pictures, stuck_mode_pictures
-from study.rig_reduction import RigReduction, reduction_tasks, together
+from study.rig_reduction import RigReduction, by_body, checks, reduction_tasks, together
 from study.rig_solid import rig_solid
 from study.rig_test_case import rig_test_case
 from study.rig_tetrahedra import in_tetrahedra
@@ -52,6 +53,8 @@ class ReducedRig:
     energy_share
         Part of each stuck mode's kinetic energy in a kind of body, "blade", "damper" or "decoupler", each of shape
         (6,) [-].
+    checks
+        Of the fixed-interface modes of each body that is no mirror image; empty if none was asked for.
     files
         Written ones.
     """
@@ -60,6 +63,7 @@ class ReducedRig:
     blade_frequency: Float[NDArray[np.float64], " 3"]
     stuck_frequency: Float[NDArray[np.float64], " 6"]
     energy_share: Mapping[str, Float[NDArray[np.float64], " 6"]]
+    checks: Mapping[str, ModeCheck]
     files: tuple[Path, ...]
 
 
@@ -80,7 +84,7 @@ def run_reduce_rig(path: Path, run: RunContext, *, checked: bool = False) -> Red
     dead_weights(case)  # sound here, so that no later command refuses what was reduced
     with located(case, "mesh"):
         model = in_tetrahedra(model, run.store, run.progress)
-        step, found = _computed(case, model, run, checked)
+        step, found, check = _computed(case, model, run, checked)
     assembly = found.assembly
     frequency, shapes = stuck_modes(assembly, pairs, case.contact.sliding)
     displacement = assembly.on_whole_mesh(shapes[:, :N_DRAWN])
@@ -98,6 +102,7 @@ def run_reduce_rig(path: Path, run: RunContext, *, checked: bool = False) -> Red
         blade_frequency=assembly.bodies["blade"].modes(N_BLADE).frequency,
         stuck_frequency=frequency[:N_STUCK],
         energy_share=energy_share(assembly, shapes[:, :N_STUCK]),
+        checks=check,
         files=(*files.values(), *tests, *pictures),
     )
 
@@ -121,10 +126,12 @@ def energy_share(
     return found
 
 
-def _computed(case: RigCase, model: RigModel, run: RunContext, checked: bool) -> tuple[str, RigReduction]:
-    """Text of the STEP file, and the reduction."""
+def _computed(
+    case: RigCase, model: RigModel, run: RunContext, checked: bool
+) -> tuple[str, RigReduction, dict[str, ModeCheck]]:
+    """Text of the STEP file, the reduction, and the checks of its bodies if they are wanted."""
     meshed = model.meshed()
-    reductions = reduction_tasks(model, meshed.meshes, checked)
+    reductions = reduction_tasks(model, meshed.meshes)
     solid = Task(stage=rig_solid, inputs={"rig": model.rig}, label="CAD solids", weight=SOLID_WORK)
     try:
         *bodies, step = run_parallel(
@@ -134,7 +141,8 @@ def _computed(case: RigCase, model: RigModel, run: RunContext, checked: bool) ->
         # The dimensions are to blame, which stand in several tables: not the mesh.
         with located(case):
             raise error
-    return str(step.value), together(model, meshed, reductions, bodies)
+    check = checks(model, by_body(reductions, bodies), run.store, run.progress) if checked else {}
+    return str(step.value), together(model, meshed, reductions, bodies), check
 
 
 def _titled(assembly: ReducedAssembly, title: str) -> ReducedAssembly:

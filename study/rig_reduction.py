@@ -1,6 +1,6 @@
 """From a rig's model to its reduced assembly."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -16,9 +16,10 @@ from reduction.memory_estimate import available_memory, mesh_memory, refuse_beyo
 from reduction.rom import ReducedModel
 from study.parallel import Task, run_parallel
 from study.progress import Progress
-from study.rig_body import ReducedBody, reduced_body
+from study.rig_body import ReducedBody, checked_body, reduced_body
 from study.rig_model import BODIES, MeshedRig, RigModel, mirror_image
 from study.rig_tetrahedra import in_tetrahedra
+from study.shown_step import ShownStep
 from study.store import Outcome, Store
 
 
@@ -36,8 +37,6 @@ class RigReduction:
         By body [-].
     reactions
         By body and held set of nodes, over all coordinates of the assembly.
-    checks
-        Of the fixed-interface modes of each body that is no mirror image; empty if none was asked for.
     coordinates
         By body, where some are no nodes': of stations between nodes, or of the disc that the shaker pushes.
     """
@@ -47,7 +46,6 @@ class RigReduction:
     least_scaled_jacobian: Mapping[str, float]
     reactions: Mapping[str, Mapping[str, Reaction]]
     coordinates: Mapping[str, StationCoordinates] = field(default_factory=dict)
-    checks: Mapping[str, ModeCheck] = field(default_factory=dict)
 
     @property
     def n_dof(self) -> int:
@@ -81,10 +79,8 @@ def reduce_rig(model: RigModel, store: Store, progress: Progress, title: str = "
     return together(model, meshed, tasks, outcomes)
 
 
-def reduction_tasks(model: RigModel, meshes: Mapping[str, Mesh], checked: bool = False) -> list[Task]:
+def reduction_tasks(model: RigModel, meshes: Mapping[str, Mesh]) -> list[Task]:
     """One task for each body that is no mirror image; the sizes of the meshes tell how long each takes.
-
-    With `checked`, the fixed-interface modes of each are checked too.
 
     Raises
     ------
@@ -102,7 +98,7 @@ def reduction_tasks(model: RigModel, meshes: Mapping[str, Mesh], checked: bool =
         tasks.append(
             Task(
                 stage=reduced_body,
-                inputs={"model": model, "body": body, "checked": checked},
+                inputs={"model": model, "body": body},
                 label=f"reduction of {kind}",
                 weight=mesh.n_node / 1e3,
                 memory=memory,
@@ -111,11 +107,25 @@ def reduction_tasks(model: RigModel, meshes: Mapping[str, Mesh], checked: bool =
     return tasks
 
 
+def checks(model: RigModel, found: Mapping[str, ReducedBody], store: Store, progress: Progress) -> dict[str, ModeCheck]:
+    """Check the fixed-interface modes of reduced bodies, those that keep any, one after the other."""
+    return {
+        body: ShownStep(f"check of {body.partition('_')[0]}", store, progress).run(checked_body, model, body, each.rom)
+        for body, each in found.items()
+        if model.modes_of(body)
+    }
+
+
+def by_body(tasks: Sequence[Task], outcomes: Sequence[Outcome[ReducedBody]]) -> dict[str, ReducedBody]:
+    """What the tasks of `reduction_tasks` found."""
+    return {str(task.inputs["body"]): outcome.value for task, outcome in zip(tasks, outcomes, strict=True)}
+
+
 def together(
     model: RigModel, meshed: MeshedRig, tasks: list[Task], outcomes: list[Outcome[ReducedBody]]
 ) -> RigReduction:
     """What the tasks of `reduction_tasks` found, with the mirror images, and with as many modes as were asked."""
-    found = {str(task.inputs["body"]): outcome.value for task, outcome in zip(tasks, outcomes, strict=True)}
+    found = by_body(tasks, outcomes)
     bodies = {
         body: found[body].rom if body in found else mirrored(found[mirror_image(body) or ""].rom, body)
         for body in BODIES
@@ -131,7 +141,6 @@ def together(
         assembly=assembly,
         least_scaled_jacobian={body: found[mirror_image(body) or body].least_scaled_jacobian for body in BODIES},
         coordinates=meshed.coordinates,
-        checks={body: each.check for body, each in found.items() if each.check is not None},
         reactions={body: _reactions(assembly, body, found[mirror_image(body) or body].reactions) for body in BODIES},
     )
 

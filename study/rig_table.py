@@ -25,7 +25,11 @@ def rig_document(reduced: ReducedRig) -> dict[str, Any]:
         "blade_frequency_hz": list(map(float, reduced.blade_frequency)),
         "stuck_frequency_hz": list(map(float, reduced.stuck_frequency)),
         "energy_share": {kind: list(map(float, share)) for kind, share in reduced.energy_share.items()},
-        **({"mode_check": {body: check_document(each) for body, each in found.checks.items()}} if found.checks else {}),
+        **(
+            {"mode_check": {body: check_document(each) for body, each in reduced.checks.items()}}
+            if reduced.checks
+            else {}
+        ),
         "files": [str(file) for file in reduced.files],
     }
 
@@ -38,7 +42,7 @@ def rig_text(reduced: ReducedRig) -> str:
     worst = min(body["least_scaled_jacobian"] for body in bodies.values())
     rows = {**bodies, "all": {**total, "least_scaled_jacobian": worst}}
     stuck = zip(reduced.stuck_frequency, *reduced.energy_share.values(), strict=True)
-    checked = [f"  {body}: {check_sentence(each)}" for body, each in reduced.reduction.checks.items()]
+    checked = [f"  {body}: {check_sentence(each)}" for body, each in reduced.checks.items()]
     if checked:
         checked = ["  checked, of each body more modes than are kept:", *checked, ""]
     return "\n".join(

@@ -8,6 +8,7 @@ from cyclopts import Parameter
 from study.run_context import DEFAULTS, Answer, Options, Out, command_app
 
 if TYPE_CHECKING:
+    from fe.mode_check import ModeCheck
     from study.blade_reduction import Reduction
     from study.compared_reduction import ComparedReduction
 
@@ -77,8 +78,8 @@ def _matrices(path: Path, out: Path, check: bool, options: Options) -> Answer:
     reduced = run_reduce_matrices(path, options.open(out), checked=check)
     files = [str(file) for file in reduced.files]
     return Answer(
-        document={**_frequency_document(reduced.reduction), "files": files},
-        text="\n".join([*_frequency_lines(reduced.reduction, reduced.n_mode), "", *files]),
+        document={**_frequency_document(reduced.reduction, reduced.check), "files": files},
+        text="\n".join([*_frequency_lines(reduced.reduction, reduced.n_mode, reduced.check), "", *files]),
     )
 
 
@@ -91,7 +92,7 @@ def _part(path: Path, out: Path, check: bool, options: Options) -> Answer:
     files = [str(file) for file in reduced.files]
     return Answer(
         document={
-            **_frequency_document(found),
+            **_frequency_document(found, reduced.check),
             "n_node": mesh.n_node,
             "n_element": mesh.n_cell,
             "least_scaled_jacobian": reduced.least_scaled_jacobian,
@@ -105,7 +106,7 @@ def _part(path: Path, out: Path, check: bool, options: Options) -> Answer:
                 *face_lines(reduced.faces),
                 *([""] if reduced.faces else []),
                 f"{mesh.n_cell} elements, worst scaled Jacobian {reduced.least_scaled_jacobian:.2f}",
-                *_frequency_lines(found, reduced.n_mode),
+                *_frequency_lines(found, reduced.n_mode, reduced.check),
                 "",
                 *files,
             ]
@@ -119,21 +120,21 @@ def _blade(path: Path, out: Path, check: bool, options: Options) -> Answer:
     reduced = run_reduce(path, options.open(out), checked=check)
     found = reduced.reduction
     lines = [
-        *_frequency_lines(found, reduced.n_mode),
+        *_frequency_lines(found, reduced.n_mode, reduced.check),
         "",
         f"  first, from the peak of the harmonic-balance response: {found.peak_natural:.5f} Hz",
         "",
         *map(str, reduced.files),
     ]
     document = {
-        **_frequency_document(found),
+        **_frequency_document(found, reduced.check),
         "hb_peak_hz": found.peak_natural,
         "files": [str(file) for file in reduced.files],
     }
     return Answer(document=document, text="\n".join(lines))
 
 
-def _frequency_lines(found: "Reduction | ComparedReduction", n_asked: int) -> list[str]:
+def _frequency_lines(found: "Reduction | ComparedReduction", n_asked: int, check: "ModeCheck | None") -> list[str]:
     """The frequencies, and what must be known of them; `n_asked` modes were to be kept."""
     from study.mode_check_words import check_sentence
 
@@ -152,11 +153,11 @@ def _frequency_lines(found: "Reduction | ComparedReduction", n_asked: int) -> li
         ),
         "",
         "  The error is that of the modes left out alone: what the full model errs, as by its mesh, is not in it.",
-        *([] if found.check is None else ["", f"  {check_sentence(found.check)}"]),
+        *([] if check is None else ["", f"  {check_sentence(check)}"]),
     ]
 
 
-def _frequency_document(found: "Reduction | ComparedReduction") -> dict[str, Any]:
+def _frequency_document(found: "Reduction | ComparedReduction", check: "ModeCheck | None") -> dict[str, Any]:
     from study.mode_check_words import check_document
 
     return {
@@ -166,5 +167,5 @@ def _frequency_document(found: "Reduction | ComparedReduction") -> dict[str, Any
         "frequency_hz": list(map(float, found.frequency)),
         "rom_frequency_hz": list(map(float, found.rom_frequency)),
         "rom_error": list(map(float, found.rom_error)),
-        **({} if found.check is None else {"mode_check": check_document(found.check)}),
+        **({} if check is None else {"mode_check": check_document(check)}),
     }

@@ -198,6 +198,10 @@ def test_a_second_run_finds_everything_kept(home: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr("study.matrices_reduction.read_matrices", fail)
     assert stickslip("reduce", "beam.toml", "--out", "again") == 0
     assert (home / "again" / "beam_rom.h5").exists()
+    # A check takes the kept reduction, and is kept itself.
+    assert stickslip("reduce", "beam.toml", "--out", "again", "--check") == 0
+    monkeypatch.setattr("study.matrices_reduction.check_fixed_interface_modes", fail)
+    assert stickslip("reduce", "beam.toml", "--out", "again", "--check") == 0
 
 
 Change = Callable[[str], str]

@@ -15,6 +15,7 @@ CARRIERS = {
     "study.case",
     "study.doctor",
     "study.errors",
+    "study.made_folders",
     "study.output",
     "study.parallel",
     "study.progress",
