@@ -156,7 +156,7 @@ def select_faces(
             if not fitting:
                 there = "; ".join(map(str, known[:LISTED])) + ("; ..." if len(known) > LISTED else "")
                 raise SelectorError(
-                    f'no face of {body} fits "{region}" ({selector}): {_nearest(known, selector)}; it has {there}',
+                    f'no face of {body} fits "{region}" ({selector}): {_nearest(known, selector)}; there are: {there}',
                     region,
                     number,
                 )

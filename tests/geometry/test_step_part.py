@@ -135,7 +135,9 @@ def test_curves_alone_are_refused(tmp_path: Path) -> None:
 
 
 def test_a_selector_that_fits_nothing_shows_the_faces_there_are(named: Path) -> None:
-    with pytest.raises(InputError, match=r'fits "clamp" \(name = fot\): the nearest is the plane .*"foot"') as refused:
+    with pytest.raises(
+        InputError, match=r'fits "clamp" \(name = fot\): the nearest is the plane .*; there are: .*"foot"'
+    ) as refused:
         step_part(named, {"clamp": [FaceSelector(name="fot")]})
     assert "plane of 800 mm^2 around (10, 30, 20) mm #0000FF" in str(refused.value)
     assert "cylinder of 1257 mm^2 around (10, 15, 20) mm" in str(refused.value)
