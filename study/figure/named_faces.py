@@ -1,6 +1,7 @@
 """A part's mesh with its named faces in colours, and as dots its named nodes and the stations that stay physical."""
 
 from collections.abc import Mapping
+from itertools import cycle
 from os import PathLike
 from pathlib import Path
 
@@ -21,8 +22,9 @@ Faces = Int[NDArray[np.int64], "_ 2"]
 #: Of faces without a name, and of named ones in turn.
 PLAIN = "#d5dae0"
 COLOURS = ("#7fa6c9", "#e0903c", "#9bb48c", "#c58ba8", "#c9b458", "#6fbcb2", "#b58463", "#8f83c4")
-#: Of the dots of named nodes [pixels].
-NODE_SIZE = 8
+#: Of the dots of named nodes: dark, to stand out from faces even where they are pale; and their size [pixels].
+NODE_COLOURS = ("#6a1b9a", "#00695c", "#1a3fb0", "#7a4100")
+NODE_SIZE = 10
 
 
 def named_faces_picture(
@@ -62,11 +64,10 @@ def named_faces_picture(
     view = view_of(mesh.points, towards_eye)
     layout = layout_for(view.half_width / view.half_height)
     nodes = nodes or {}
-    named = [COLOURS[k % len(COLOURS)] for k in range(len(faces) + len(nodes))]
-    colours = [PLAIN, *named[: len(faces)]]
+    colours = [PLAIN, *(COLOURS[k % len(COLOURS)] for k in range(len(faces)))]
     marks = [
         Marks(label=name, places=places, colour=colour, size=NODE_SIZE, seen_through=THROUGH)
-        for (name, places), colour in zip(nodes.items(), named[len(faces) :], strict=True)
+        for (name, places), colour in zip(nodes.items(), cycle(NODE_COLOURS), strict=False)
     ]
     marks.append(Marks(label="stations", places=stations, seen_through=THROUGH))
     limits = (-0.5, len(colours) - 0.5)
