@@ -48,7 +48,7 @@ class LimitsTable(CaseModel):
     frequencies: Annotated[tuple[Hertz, ...] | None, Field(min_length=1, examples=[["254 Hz"]])] = None
     levels: Annotated[tuple[Level, ...] | None, Field(min_length=1)] = None
     reach: Annotated[Literal["unbounded"] | float | None, BeforeValidator(_reach)] = None
-    population: Number = 12
+    population: Number = 24
     samples: Annotated[int, Field(strict=True, ge=0, le=100_000)] = 100
     block: Number = 15
     seed: Annotated[int, Field(strict=True, ge=0)] = 0

@@ -26,7 +26,7 @@ Sliders = Float[Real, " s"]
 #: Combinations of lines that are turned about at most.
 MOST_TURNS = 15
 #: Random kicks of each optimum, and their sizes, in lengths of the intervals.
-N_RANDOM, KICKS = 3, (0.3, 1.0)
+N_RANDOM, KICKS = 12, (0.3, 1.0)
 
 
 def kicked(

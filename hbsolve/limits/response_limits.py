@@ -49,7 +49,7 @@ class LimitSettings:
         A number that is not whole, or too small.
     """
 
-    population: int = 12
+    population: int = 24
     sample: int = 100
     block: int = 15
     seed: int = 0

@@ -1,0 +1,208 @@
+"""How far the limits of the shipped rig can be trusted, and what they cost beside other ways to find them.
+
+    OMP_NUM_THREADS=1 python -m benchmarks.rig_limits_trust [--histories 300] [--race SECONDS] [--spacing HZ]
+
+The case is `study/cases/rig.toml` with a step of its own. Two seeds search; new histories are counted against the
+frozen limits of the first, the limits are repaired from those outside, and as many new ones are counted again. Where
+the band is wide, the best sampled state and one local search are compared with the limit. The race gives single upper
+limits to the full space (`limits_full_space.py`), from one start each, until a state is within 1 % of the best known.
+"""
+
+import argparse
+import os
+import time
+from collections.abc import Sequence
+from math import pi
+
+for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(threads, "1")  # before numpy reads them
+
+import numpy as np  # noqa: E402
+from numpy.typing import NDArray  # noqa: E402
+
+from benchmarks.limits_full_space import interior_point, trust_region  # noqa: E402
+from hbsolve.limits.audit import audited  # noqa: E402
+from hbsolve.limits.fresh import fresh_histories  # noqa: E402
+from hbsolve.limits.local_search import Side, local_search  # noqa: E402
+from hbsolve.limits.optimum import Best, Optimum  # noqa: E402
+from hbsolve.limits.point import LimitPoint, Trial  # noqa: E402
+from hbsolve.limits.problem import LimitProblem  # noqa: E402
+from hbsolve.limits.response_limits import LimitSettings, response_limits  # noqa: E402
+from hbsolve.limits.result import ResponseLimits  # noqa: E402
+from hbsolve.limits.sampled import sampled_states  # noqa: E402
+from hbsolve.limits.task import Progress  # noqa: E402
+from study.case import load_case  # noqa: E402
+from study.limits_case import LimitsTable  # noqa: E402
+from study.limits_model import limit_search  # noqa: E402
+from study.progress import LineProgress  # noqa: E402
+from study.rig_case import RigCase, rig_model  # noqa: E402
+from study.rig_reduction import reduce_rig  # noqa: E402
+from study.rig_system import rig_system  # noqa: E402
+from study.shipped import RIG  # noqa: E402
+from study.store import Store, default_folder  # noqa: E402
+
+Real = NDArray[np.float64]
+#: Level and frequency [Hz] of the race: the resonance and its flanks.
+RACE = ((3.0, 254.0), (5.0, 254.0), (10.0, 253.0))
+#: A band wider than the first, as a share of the lower limit, must be reached by samples and search to the second.
+WIDE, REACHED = 1.02, 0.05
+
+
+def rig_problem(spacing: float) -> tuple[LimitProblem, Real, tuple[float, ...]]:
+    """The shipped case's search, on frequencies of that step [Hz]."""
+    case = load_case(RIG, RigCase)
+    model = rig_model(case)
+    system = rig_system(case, model.rig, reduce_rig(model, Store(default_folder()), LineProgress()))
+    table = LimitsTable.model_validate({"step": f"{spacing} Hz"})
+    search = limit_search(case, table, case.sweep, system.model, system.joined.lines)
+    return search.problem(), np.array(search.angular_frequency), search.levels
+
+
+def timed(
+    problem: LimitProblem, omega: Sequence[float] | Real, levels: Sequence[float], settings: LimitSettings
+) -> tuple[ResponseLimits, float, float]:
+    """Limits, and the processor time of the search and of its audit [s]."""
+    audit, last = 0.0, time.process_time()
+
+    def progress(step: Progress) -> None:
+        nonlocal audit, last
+        now = time.process_time()
+        audit += (now - last) * (step.stage == "audit")
+        last = now
+
+    began = last
+    limits = response_limits(problem, omega, levels, settings=settings, progress=progress)
+    return limits, time.process_time() - began - audit, audit
+
+
+def count_outside(problem: LimitProblem, limits: ResponseLimits, histories: int, seed: int) -> None:
+    """Print how many of so many new histories lie outside."""
+    fresh = fresh_histories(problem, limits, histories, seed=seed)
+    for level, excess in zip(limits.level, fresh.excess, strict=True):
+        found = excess[np.isfinite(excess)]
+        worst = np.unravel_index(np.nanargmax(excess), excess.shape)[0]
+        print(
+            f"  {level:g} N: {found.size} states, {(found > 1e-3).sum()} outside by more than 0.1 %, "
+            f"{(found > 5e-3).sum()} by more than 0.5 %, worst {found.max():.3%} at {limits.frequency[worst]:.2f} Hz"
+        )
+    print(f"  all: {fresh.share_outside(1e-3):.4%} outside by more than 0.1 %", flush=True)
+
+
+def repaired(problem: LimitProblem, limits: ResponseLimits, histories: int, seed: int) -> ResponseLimits:
+    """Limits after an audit of their own by so many histories."""
+    value = limits.value.copy()
+    numbers = range(len(limits.angular_frequency))
+    for row, level in enumerate(limits.level):
+        best: Best = {
+            (at, side): Optimum(
+                value=limits.value[k, row, at], x=limits.motion[k, row, at], w=limits.slider[k, row, at], residual=0.0
+            )
+            for at in numbers
+            for k, side in enumerate(Side)
+        }
+        mended, _, _ = audited(problem, float(level), limits.angular_frequency, numbers, best, histories, (seed, row))
+        for (at, side), optimum in mended.items():
+            value[list(Side).index(side), row, at] = optimum.value
+    changed = np.abs(value / limits.value - 1)
+    print(f"  repaired: {(changed > 1e-5).sum()} of {value.size} limits, by {changed.max():.2%} at most", flush=True)
+    fields = {name: getattr(limits, name) for name in limits.__dataclass_fields__} | {"value": value}
+    return ResponseLimits(**fields)
+
+
+def reached(problem: LimitProblem, limits: ResponseLimits, histories: int, seed: int) -> None:
+    """Print how near samples and one local search from the best of them come, where the band is wide."""
+    numbers = range(len(limits.angular_frequency))
+    worst, points = 0.0, 0
+    for row, level in enumerate(limits.level):
+        states = sampled_states(problem, float(level), limits.angular_frequency, numbers, histories, (seed, row))
+        for at in numbers:
+            if limits.upper[row, at] <= WIDE * limits.lower[row, at]:
+                continue
+            point = problem.at(float(limits.angular_frequency[at]), float(level))
+            for k, side in enumerate(Side):
+                if (at, side) not in states.extreme:
+                    continue
+                settled = point.settle(*states.extreme[at, side])
+                if settled is None:
+                    continue
+                limit = limits.value[k, row, at]
+                worst = max(worst, side * (limit - local_search(point, settled, side).value) / limit)
+                points += 1
+    print(f"samples and a local search: {points} limits of wide bands, at most {worst:.2%} short (aim {REACHED:.0%})")
+
+
+def start_of_race(problem: LimitProblem, point: LimitPoint) -> Trial | None:
+    """A state from which there is something to gain: a stuck one has no gradient."""
+    rest = point.from_rest(problem.box.nominal) or point.from_anywhere(problem.box.nominal)
+    random = np.random.default_rng(1)
+    for _ in range(60):
+        if rest is None:
+            return None
+        w = problem.box.nominal + random.uniform(-1, 1, problem.box.nominal.shape) * problem.box.reach
+        other = point.towards(w, rest)
+        other = other and point.settle(other.x, other.w)
+        if other and local_search(point, other, Side.UPPER).value > 1.02 * other.value:
+            return other
+    return None
+
+
+def race(problem: LimitProblem, limits: ResponseLimits, seconds: float) -> None:
+    """Print what one upper limit costs by the search of a single point, and what the full space finds in its time."""
+    for level, frequency in RACE:
+        at, row = int(np.abs(limits.frequency - frequency).argmin()), list(limits.level).index(level)
+        omega, best = float(limits.angular_frequency[at]), float(limits.upper[row, at])
+        own, spent, _ = timed(problem, [omega], [level], LimitSettings(sample=0))
+        print(
+            f"\n{level:g} N, {omega / 2 / pi:.2f} Hz, best known {best * 1e6:.3f} um\n"
+            f"  search of this point alone, both limits: {own.upper[0, 0] * 1e6:.3f} um in {spent:.2f} s",
+            flush=True,
+        )
+        point = problem.at(omega, level)
+        start = start_of_race(problem, point)
+        if start is None:
+            print("  no start from which there is anything to gain")
+            continue
+        print(f"  start of the full space: {start.value * 1e6:.3f} um")
+        for name, method in (("trust-constr, differences", trust_region), ("IPOPT, exact derivatives", interior_point)):
+            value, residual, cost = method(point, start, seconds, 0.99 * best)
+            more = "" if value >= 0.99 * best else "more than "
+            print(
+                f"  {name}: {value * 1e6:.3f} um, |R| {residual:.0e}, {cost:.0f} s: {more}{cost / spent:.0f} times",
+                flush=True,
+            )
+
+
+def main() -> None:
+    """Print all of it."""
+    words = argparse.ArgumentParser()
+    words.add_argument("--histories", type=int, default=300)
+    words.add_argument("--race", type=float, default=0.0, metavar="SECONDS", help="for each of the other ways")
+    words.add_argument("--spacing", type=float, default=0.25, metavar="HZ")
+    asked = words.parse_args()
+    problem, omega, levels = rig_problem(asked.spacing)
+    # Compiles.
+    response_limits(problem, [omega[0]], levels[:1], settings=LimitSettings(sample=2))
+    limits, search, audit = timed(problem, omega, levels, LimitSettings())
+    points = limits.lower.size
+    print(f"search {search:.1f} s, {search / points:.3f} s a point of {points}; audit {audit:.1f} s", flush=True)
+    if asked.histories:
+        print(f"{asked.histories} new histories a point against the frozen limits")
+        count_outside(problem, limits, asked.histories, 77)
+        mended = repaired(problem, limits, asked.histories, 78)
+        print(f"{asked.histories} more, after repair")
+        count_outside(problem, mended, asked.histories, 79)
+        reached(problem, mended, asked.histories, 80)
+        other, _, _ = timed(problem, omega, levels, LimitSettings(seed=1))
+        for name, one, two in (("upper", limits.upper, other.upper), ("lower", limits.lower, other.lower)):
+            differ = np.abs(two / one - 1)
+            row, at = np.unravel_index(differ.argmax(), differ.shape)
+            print(
+                f"two seeds, {name}: worst {differ.max():.2%} at {limits.level[row]:g} N, {limits.frequency[at]:.2f} "
+                f"Hz; {(differ > 5e-3).sum()} of {differ.size} above 0.5 %"
+            )
+    if asked.race:
+        race(problem, limits, asked.race)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,154 @@
+"""Repeated virtual tests of the shipped rig against its limits: time integration against harmonic balance.
+
+    OMP_NUM_THREADS=1 python -m benchmarks.rig_virtual_tests [--repeats 3] [--frequencies 252.5 255 0.5]
+        [--levels 3 5 10] [--folder FOLDER]
+
+Each repeat has a loading history of its own (`transient.bench_repeats`): the hand that places the dampers, pre-loads
+that shoot over and under, levels that overshoot, sweeps up and down. The campaign stays in the folder, for
+`stickslip compare`. Points whose sliders stay in the box must lie within the limits; the others are counted.
+"""
+
+import argparse
+import os
+import time
+from dataclasses import replace
+from math import pi
+from pathlib import Path
+
+for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(threads, "1")  # before numpy reads them
+
+import numpy as np  # noqa: E402
+from numpy.typing import NDArray  # noqa: E402
+
+from benchmarks.rig_campaign import LINES, SENSORS  # noqa: E402
+from correlation.band import coverage, interval_score, tightness  # noqa: E402
+from hbsolve.limits.response_limits import LimitSettings, response_limits  # noqa: E402
+from hbsolve.limits.result import ResponseLimits  # noqa: E402
+from study.case import load_case  # noqa: E402
+from study.figure.limit_band import Band, limit_band_figure  # noqa: E402
+from study.limits_case import LimitsTable  # noqa: E402
+from study.limits_model import limit_search  # noqa: E402
+from study.progress import LineProgress  # noqa: E402
+from study.rig_case import RigCase, rig_model  # noqa: E402
+from study.rig_reduction import reduce_rig  # noqa: E402
+from study.rig_system import rig_system  # noqa: E402
+from study.rig_test_case import measured_places  # noqa: E402
+from study.shipped import RIG  # noqa: E402
+from study.store import Store, default_folder  # noqa: E402
+from transient.bench_campaign import CampaignPoints, Layout, Sweep, write_campaign  # noqa: E402
+from transient.bench_repeats import repeated_tests  # noqa: E402
+
+Real = NDArray[np.float64]
+#: Harmonic balance with five harmonics against integration, worst of 12 points (`rig_witness`).
+BETWEEN_THEM = 0.007
+STEPS = 256
+TITLES = "| level | points | inside | in the box | inside of those | drift / box | band / spread | score [um] |"
+
+
+def measured(tests: list[Sweep], n_frequency: int) -> Real:
+    """Amplitudes of the tip, each repeat's sweep up and then, in the order of the frequencies, its sweep down."""
+    found = []
+    for test in tests:
+        tip = np.abs(test.readings.motion[:, list(SENSORS).index("tip"), 0])
+        found += [tip[:n_frequency], tip[: n_frequency - 1 : -1]]
+    return np.array(found)
+
+
+def drifts(tests: list[Sweep], nominal: Real, n_frequency: int) -> Real:
+    """How far sliders are from the middle of the box, in the same order [m]."""
+    found = []
+    for test in tests:
+        far = np.abs(test.readings.slider - nominal).max(axis=1)
+        found += [far[:n_frequency], far[: n_frequency - 1 : -1]]
+    return np.array(found)
+
+
+def told(level: float, limits: ResponseLimits, row: int, amplitude: Real, drift: Real) -> None:
+    """Print what lies inside."""
+    lower, upper = limits.lower[row] * (1 - BETWEEN_THEM), limits.upper[row] * (1 + BETWEEN_THEM)
+    held = drift <= limits.reach
+    boxed = np.where(held, amplitude, np.nan)
+    excess = np.maximum(boxed / limits.upper[row] - 1, 1 - boxed / limits.lower[row])
+    inside = f"{coverage(boxed, lower, upper):.1%}, worst {np.nanmax(excess):+.2%}" if held.any() else "none"
+    print(
+        f"| {level:g} N | {amplitude.size} | {coverage(amplitude, lower, upper):.1%} | {held.sum()} | {inside} "
+        f"| {drift.max() / limits.reach:.1f} | {np.nanmedian(tightness(amplitude, lower, upper)):.1f} "
+        f"| {1e6 * interval_score(amplitude, lower, upper, 0.05).mean():.2f} |",
+        flush=True,
+    )
+
+
+def main() -> None:
+    """A table to the screen, the campaign and a figure to the folder."""
+    words = argparse.ArgumentParser()
+    words.add_argument("--repeats", type=int, default=3)
+    band = [252.5, 255.0, 0.5]
+    words.add_argument("--frequencies", type=float, nargs=3, default=band, metavar=("FROM", "TO", "STEP"))
+    words.add_argument("--levels", type=float, nargs="*", default=[3.0, 5.0, 10.0])
+    words.add_argument("--folder", type=Path, default=Path("build/rig_virtual_tests"))
+    asked = words.parse_args()
+    first, last, step = asked.frequencies
+    frequencies = np.arange(first, last + step / 2, step)
+    case = load_case(RIG, RigCase)
+    model = rig_model(case)
+    reduction = reduce_rig(model, Store(default_folder()), LineProgress())
+    system = rig_system(case, model.rig, reduction)
+    search = limit_search(case, LimitsTable(), case.sweep, system.model, system.joined.lines)
+    problem = search.problem()
+    # The bench knows a line by the first word of its contacts' names.
+    joints = [replace(each, name=each.name.replace(".", " ")) for each in system.model.system.joints]
+    places = measured_places(reduction)
+    began = time.process_time()
+    tests = []
+    for test in repeated_tests(
+        replace(system.model.system, joints=joints), {name: places[name] for name in SENSORS}, frequencies.tolist(),
+        asked.levels, n_repeat=asked.repeats, seed=1, steps_per_period=STEPS,
+    ):  # fmt: skip
+        tests.append(test)
+        print(
+            f"repeat {test.repeat}, {test.level:g} N: {time.process_time() - began:.0f} s, "
+            f"{test.readings.n_period.sum()} periods, {(~test.readings.periodic).sum()} points not periodic",
+            flush=True,
+        )
+    points = CampaignPoints(
+        levels=asked.levels, frequencies=frequencies.tolist(), free_frequencies=(), n_repeat=asked.repeats
+    )
+    write_campaign(asked.folder, tests, points, Layout(title="Rig", sensors=SENSORS, lines=LINES, direction="y"))
+    amplitude, drift = (
+        np.array([found([test for test in tests if test.level == level]) for level in asked.levels])
+        for found in (
+            lambda own: measured(own, len(frequencies)),
+            lambda own: drifts(own, problem.box.nominal, len(frequencies)),
+        )
+    )
+    for reach, name in ((problem.box.reach, "band"), (1.01 * drift.max(), "wide_band")):
+        # The second box holds all sliders, so that all points must lie inside.
+        limits = response_limits(
+            replace(search, reach=reach).problem(), 2 * pi * frequencies, asked.levels, settings=LimitSettings()
+        )
+        print(f"\nbox of {1e6 * reach:.2f} um\n\n{TITLES}\n{'|---' * TITLES.count(' | ')}|---|")
+        for row, level in enumerate(asked.levels):
+            told(level, limits, row, amplitude[row], drift[row])
+        (asked.folder / f"{name}.png").write_bytes(picture(limits, amplitude, reach))
+
+
+def picture(limits: ResponseLimits, amplitude: Real, reach: float) -> bytes:
+    """The bands with the tests inside."""
+    bands = [
+        Band(
+            label=f"{level:g} N",
+            frequency=limits.frequency,
+            value=1e6 * limits.value[:, row],
+            sampled=1e6 * amplitude[row],
+            jump=limits.jump[:, row],
+            repaired=limits.repaired[:, row],
+        )
+        for row, level in enumerate(limits.level)
+    ]
+    title = f"Rig: repeated virtual tests, box of {1e6 * reach:.1f} um"
+    return limit_band_figure(bands, title=title, amplitude_label="tip [um]", sampled_label="repeated tests")
+
+
+if __name__ == "__main__":
+    main()
