@@ -18,6 +18,7 @@ from study.figure.limit_levels import LimitsByLevel, limit_levels_figure
 from study.kept_tasks import KeptTasks
 from study.limits_case import FORCES, LimitsTable
 from study.limits_curve import FoundLimits, found_limits
+from study.limits_grid import narrow_resonance
 from study.limits_model import limit_points, limit_search
 from study.limits_result import SIDES, LimitCurves, limit_curves, limits_csv
 from study.limits_search import LimitSearch
@@ -88,6 +89,9 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
     assert run.output is not None
     asked = _rig(path, run) if is_rig_case(path) else _structure(path)
     search = limit_search(asked.case, asked.table, asked.sweep, asked.model, asked.lines)
+    narrow = narrow_resonance(search)
+    if narrow is not None:
+        run.warn(str(narrow))
     found = _found(search, path.stem, run, executor)
     output = None
     if asked.table.objective not in FORCES:

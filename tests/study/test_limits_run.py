@@ -94,6 +94,26 @@ def stuck_amplitude(frequency: float, level: float) -> float:
     return level / abs(STIFFNESS + PAD - omega**2 + 1j * omega * DAMPING)
 
 
+def test_a_step_that_passes_by_a_resonance_is_told_with_one_that_does_not(
+    home: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    case = CASE.replace('from = "150 Hz"\nto = "130 Hz"', 'from = "170 Hz"\nto = "194 Hz"')
+    (home / "my.toml").write_text(case)
+    assert cli.main(["limits", "my.toml", "--out", "out"]) == 0
+    said = re.search(
+        r"are 8 Hz apart at (\S+) Hz, where .* is (\S+) Hz wide .* take a step of (\S+) Hz", capfd.readouterr().err
+    )
+    assert said is not None
+    middle, width, step = map(float, said.groups())
+    # Half a width away the amplitude is that of the top over the root of two, to the square of 1 % damping.
+    top = max(stuck_amplitude(f, 1) for f in np.linspace(middle - 1, middle + 1, 2001))
+    for side in (-1, 1):
+        assert stuck_amplitude(middle + side * width / 2, 1) == pytest.approx(top / np.sqrt(2), rel=0.02)
+    (home / "my.toml").write_text(case.replace('step = "8 Hz"', f'step = "{step} Hz"'))
+    assert cli.main(["limits", "my.toml", "--out", "out"]) == 0
+    assert "apart" not in capfd.readouterr().err
+
+
 def test_what_history_cannot_change_is_bounded_by_the_stuck_response_in_all_files(
     home: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
