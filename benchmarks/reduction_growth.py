@@ -2,7 +2,7 @@
 
     python -m benchmarks.reduction_growth [PICTURE] [--sizes 60x12x3 ...] [--keep FILE] [--limit GB]
 
-`--keep` as in `benchmarks.reduction`, whose file it may share. The largest size in the list takes 7 GB.
+`--keep` as in `benchmarks.reduction_race`, whose file it may share. The largest size in the list takes 7 GB.
 """
 
 import argparse
@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from benchmarks.reduction import Run, kept, measured
+from benchmarks.reduction_race import Run, kept, measured
 
 SIZES = ("40x8x2", "60x12x3", "80x16x4", "96x20x4", "120x24x5", "140x30x6")
 STAGES = {

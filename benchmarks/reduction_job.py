@@ -1,4 +1,4 @@
-"""One measurement of `benchmarks/reduction.py`, in a process of its own, so that its peak memory is its own.
+"""One measurement of `benchmarks/reduction_race.py`, in a process of its own, so that its peak memory is its own.
 
     python -m benchmarks.reduction_job KIND SHAPE SIZE
 

@@ -1,6 +1,6 @@
 """The Craig-Bampton reduction of blades beside ARPACK, scipy alone and CalculiX; how far each stage is from its bound.
 
-    python -m benchmarks.reduction [--only JOB ...] [--keep FILE]
+    python -m benchmarks.reduction_race [--only JOB ...] [--keep FILE]
 
 Each job runs in a process of its own, one thread, one after the other; processor time, peak memory of the process, and
 the speed of the machine (dgemm, reading memory) measured in the same process. `--keep` writes each job's line of
