@@ -130,7 +130,7 @@ def _carriers(mesh: Mesh, name: str, faces: Faces, stations: Places) -> list[Car
 
 
 def _millimetres(place: Sequence[float] | NDArray[np.float64]) -> str:
-    return f"({', '.join(f'{1e3 * x + 0.0:.5g}' for x in place)}) mm"
+    return f"({', '.join(f'{round(1e3 * x, 6) + 0.0:.12g}' for x in place)}) mm"
 
 
 def _carrier(

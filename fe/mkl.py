@@ -6,6 +6,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+#: Interface layer LP64, whatever the environment says: all integers that are handed over have 32 bits.
+SHORT_INTEGERS = 0
+
 
 @cache
 def library() -> Any:
@@ -19,7 +22,11 @@ def library() -> Any:
     # The wheel `mkl` puts its libraries here. Importing pypardiso would search all files of the installation for them,
     # twice, which takes two seconds.
     for place in sorted(Path(sys.prefix).glob("lib/libmkl_rt.*")):
-        return ctypes.CDLL(str(place))
-    import pypardiso
+        found = ctypes.CDLL(str(place))
+        break
+    else:
+        import pypardiso
 
-    return pypardiso.PyPardisoSolver().libmkl
+        found = pypardiso.PyPardisoSolver().libmkl
+    found.MKL_Set_Interface_Layer(SHORT_INTEGERS)
+    return found

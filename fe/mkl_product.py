@@ -38,10 +38,14 @@ class MklProduct:
     ------
     ImportError, OSError
         There is no MKL, or it cannot be loaded.
+    OverflowError
+        More entries than 32 bits count.
     """
 
     def __init__(self, matrix: sp.csr_array) -> None:
         self._mkl = library()
+        if matrix.nnz > np.iinfo(np.int32).max:
+            raise OverflowError(f"{matrix.nnz} entries are more than MKL's 32 bits count")
         self._shape = matrix.shape
         # MKL reads these as long as the handle lives.
         self._values = np.ascontiguousarray(matrix.data, dtype=np.float64)
@@ -68,6 +72,9 @@ class MklProduct:
             raise ValueError(f"a matrix {self._shape} cannot take {columns.shape} to {result.shape}")
         if not (columns.flags.c_contiguous and result.flags.c_contiguous):
             raise ValueError("MKL's product wants its columns in C order")
+        if not result.size or not columns.size:  # MKL refuses to do nothing
+            result[...] = 0
+            return
         self._checked(
             self._mkl.mkl_sparse_d_mm(
                 NOT_TRANSPOSED,
@@ -87,4 +94,4 @@ class MklProduct:
     @staticmethod
     def _checked(status: int) -> None:
         if status:
-            raise RuntimeError(f"MKL's sparse product failed with status {status}")
+            raise RuntimeError(f"MKL's product with a sparse matrix failed with status {status}")

@@ -32,7 +32,7 @@ class BlockProduct:
         self._direction, kept = (1, matrix) if node is None else (DIRECTIONS, node)
         try:
             self._kernel: MklProduct | SparseProduct = MklProduct(kept)
-        except (ImportError, OSError):
+        except (ImportError, OSError, OverflowError):
             self._kernel = SparseProduct(kept)
         # Kept from one product to the next: fresh memory costs as much as the product.
         self._given = self._result = np.empty((0, 0))

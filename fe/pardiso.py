@@ -62,7 +62,7 @@ class Pardiso:
         upper = self._checked(matrix)
         if not np.array_equal(upper.column, self._upper.column):
             raise ValueError("the new matrix has entries in other places: factorise it by itself")
-        self._upper = upper
+        self._upper = self._upper._replace(values=upper.values)
         self._factorise()
 
     def _factorise(self) -> None:

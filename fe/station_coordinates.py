@@ -62,6 +62,13 @@ class StationCoordinates:
         """Displacement of the nodes, on the free degrees of freedom, from vectors in the new coordinates."""
         return np.asarray(self.to_nodes[system.free][:, system.free] @ vectors)
 
+    def vectors(
+        self, system: LinearSystem, displacement: Float[NDArray[np.float64], "n m"]
+    ) -> Float[NDArray[np.float64], "n m"]:
+        """What `displacement` was made of."""
+        to_nodes = sp.csc_array(self.to_nodes[system.free][:, system.free])
+        return np.asarray(sp.linalg.splu(to_nodes).solve(np.ascontiguousarray(displacement)))
+
 
 def station_coordinates(
     mesh: Mesh, stations: Mapping[str, Places], faces: Mapping[str, str], held: Iterable[str] = ()

@@ -38,21 +38,26 @@ def narrow_resonance(search: LimitSearch) -> NarrowResonance | None:
         With a band of frequencies and an output; of contact forces nothing is said.
     """
     omega, system = np.array(search.angular_frequency), search.system
-    if search.row is None or len(omega) < 2 or search.harmonic >= len(system.dynamic):
+    if search.row is None or len(omega) < 2:
         return None
     modes = dense_modes(system.mass, stuck_stiffness(system.stiffness, system.joints))
-    inside = np.flatnonzero((modes.lambda_ > omega[0] ** 2) & (modes.lambda_ < omega[-1] ** 2))
+    # Harmonic h drives a mode at the h-th part of its frequency.
+    own = np.sqrt(modes.lambda_.clip(min=0)) / search.harmonic
+    shapes = modes.mode_shapes
+    driven = np.abs((search.row @ shapes) * (system.dynamic[search.harmonic] @ shapes))
+    width = (
+        np.einsum("rm,rs,sm->m", shapes, system.damping, shapes) / search.harmonic
+    )  # 2 zeta omega, at half the power
+    # Without damping a resonance has no width that a step could fit.
+    inside = np.flatnonzero((own > omega[0]) & (own < omega[-1]) & (driven > 0) & (width > 0))
     if not len(inside):
         return None
-    own, shapes = np.sqrt(modes.lambda_[inside]), modes.mode_shapes[:, inside]
-    damping = np.einsum("rm,rs,sm->m", shapes, system.damping, shapes)  # 2 zeta omega: the width at half the power
-    with np.errstate(divide="ignore"):
-        peak = np.abs((search.row @ shapes) * (system.dynamic[search.harmonic] @ shapes)) / (damping * own)
+    own, width, peak = own[inside], width[inside], driven[inside] / (width[inside] * own[inside])
     after = np.searchsorted(omega, own)
     step = omega[after] - omega[after - 1]
-    share = np.where(peak >= DRIVEN * peak.max(), step / damping, 0.0)
+    share = np.where(peak >= DRIVEN * peak.max(), step / width, 0.0)
     worst = int(np.argmax(share))
     if share[worst] <= 1:
         return None
-    frequency, width, apart = (float(each[worst]) / (2 * pi) for each in (own, damping, step))
+    frequency, width, apart = (float(each[worst]) / (2 * pi) for each in (own, width, step))
     return NarrowResonance(frequency=frequency, width=width, step=apart)

@@ -89,11 +89,9 @@ def run_parallel(
     InputError
         As the stages raise it.
     """
-    outcomes: dict[int, Outcome[Any]] = {}
     total = sum(task.weight for task in tasks)
-    for number, task in enumerate(tasks):
-        if store.holds(task.stage, **task.inputs):
-            outcomes[number] = store.outcome(task.stage, **task.inputs)
+    kept_ones = (store.kept(task.stage, **task.inputs) for task in tasks)
+    outcomes: dict[int, Outcome[Any]] = {number: found for number, found in enumerate(kept_ones) if found is not None}
     missing = sorted(set(range(len(tasks))) - set(outcomes), key=lambda number: -tasks[number].weight)
     if not missing:
         progress.kept(title)

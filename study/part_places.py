@@ -1,7 +1,6 @@
 """Where the supports, points, lines and sets of a part's case are on its mesh."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -125,14 +124,16 @@ def places(case: PartTables, mesh: Mesh) -> Places:
     for number, point in enumerate(case.point):
         with mistakes.at(), at_key(case, "point", number, "at"):
             faces[point.name] = point.on or SURFACE
-            with _beside(1):
-                lines[point.name] = _single(mesh, point.name, faces[point.name], np.array([point.at]))
+            lines[point.name] = _single(mesh, point.name, faces[point.name], point.at)
     for number, table in enumerate(case.line):
-        # What is wrong with a straight line shows at its end.
+        # What is wrong with all of a straight line shows at its end.
         with mistakes.at(), at_key(case, "line", number, "to" if table.edge is None else "edge"):
             faces[table.name] = table.on or (table.edge or ("",))[0]
-            with _beside(table.stations):
-                lines[table.name] = _line(mesh, table)
+            for key, end in (("from", table.start), ("to", table.end)):
+                if table.edge is None and end is not None:
+                    with at_key(case, "line", number, key):
+                        _single(mesh, table.name, faces[table.name], end)
+            lines[table.name] = _line(mesh, table)
     mistakes.raise_if_any()
     sets = {name: kept.nodes for name, kept in boundary.items()}
     bare = replace(mesh, node_sets=sets)
@@ -155,20 +156,6 @@ def places(case: PartTables, mesh: Mesh) -> Places:
         boundary=boundary,
         lines=lines,
     )
-
-
-@contextmanager
-def _beside(n_station: int) -> Iterator[None]:
-    """Tell a place beside the part as its user gave it: a point is no station to him."""
-    try:
-        yield
-    except BesideMesh as error:
-        x, y, z = (f"{1e3 * each + 0.0:.5g} mm" for each in error.nearest)
-        what = f"station {error.number} of 0 to {n_station - 1}" if n_station > 1 else "it"
-        raise MeshError(
-            f"{what} lies {error.distance * 1e3:.4g} mm beside the face; the nearest point there is "
-            f'["{x}", "{y}", "{z}"]: give that, or another place on the face'
-        ) from error
 
 
 def _pivots(mesh: Mesh, lines: dict[str, ContactLine]) -> dict[str, NDArray[np.int64]]:
@@ -206,8 +193,18 @@ def _nodes(mesh: Mesh, name: str) -> NDArray[np.int64]:
     return mesh.node_sets[name]
 
 
-def _single(mesh: Mesh, name: str, on: str, at: Vectors) -> ContactLine:
-    normal = station_normals(mesh, name, named_faces(mesh, name, on), at)
+def _single(mesh: Mesh, name: str, on: str, place: tuple[float, float, float]) -> ContactLine:
+    """One station; one beside the face is told as its user gave it, to whom a point is no station."""
+    at = np.array([place])
+    try:
+        normal = station_normals(mesh, name, named_faces(mesh, name, on), at)
+    except BesideMesh as error:
+        # To a nanometre, whose rounding no tolerance sees.
+        x, y, z = (f"{round(1e3 * each, 6) + 0.0:.12g} mm" for each in error.nearest)
+        raise MeshError(
+            f"it lies {error.distance * 1e3:.4g} mm beside the face; the nearest point there is "
+            f'["{x}", "{y}", "{z}"]: give that, or another place on the face'
+        ) from error
     return ContactLine(
         name=name, stations=at, normal=normal, tangents=np.zeros((1, 2, 3)), tributary_length=np.zeros(1)
     )
@@ -220,4 +217,10 @@ def _line(mesh: Mesh, table: LineTable) -> ContactLine:
     assert table.on is not None
     assert start is not None
     assert table.end is not None
-    return line_between(mesh, table.name, table.on, (start, np.array(table.end)), table.stations)
+    try:
+        return line_between(mesh, table.name, table.on, (start, np.array(table.end)), table.stations)
+    except BesideMesh as error:
+        raise MeshError(
+            f"station {error.number} of 0 to {table.stations - 1} lies {error.distance * 1e3:.4g} mm beside the face, "
+            "though both ends lie on it: give two points whose straight line stays on the face, or an edge"
+        ) from error

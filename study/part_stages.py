@@ -192,13 +192,12 @@ def checked_part(
     supports: Sequence[Kept],
     rom: ReducedModel,
 ) -> ModeCheck:
-    """Check the fixed-interface modes of what `reduced_part` made of the same mesh, matrices and supports.
-
-    Its recovery is that of nodes, the system's that of coordinates: they differ at the nodes in whose place stations
-    stand, which are no interior ones.
-    """
+    """Check the fixed-interface modes of what `reduced_part` made of the same mesh, matrices and supports."""
     place = None if to_nodes is None else StationCoordinates(mesh=mesh, to_nodes=to_nodes)
-    return check_fixed_interface_modes(_held(mesh, matrices, place, supports), rom)
+    system = _held(mesh, matrices, place, supports)
+    if place is not None:
+        rom = replace(rom, recovery=place.vectors(system, rom.recovery))
+    return check_fixed_interface_modes(system, rom)
 
 
 def _held(

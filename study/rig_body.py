@@ -76,11 +76,13 @@ def reduced_body(model: RigModel, body: str) -> ReducedBody:
 
 @stage("check of a reduced body of a rig", rooms=RIG_REDUCTION_CODE)
 def checked_body(model: RigModel, body: str, rom: ReducedModel) -> ModeCheck:
-    """Check the fixed-interface modes of what `reduced_body` made; for its recovery see `part_stages.checked_part`."""
+    """Check the fixed-interface modes of what `reduced_body` made."""
     meshed = model.meshed()
-    mesh = meshed.meshes[body]
+    mesh, place = meshed.meshes[body], meshed.coordinates.get(body)
     mass, stiffness = assemble(mesh, model.material)
-    system = _in_coordinates(mesh, body, mass, stiffness, meshed.coordinates.get(body))
+    system = _in_coordinates(mesh, body, mass, stiffness, place)
+    if place is not None:
+        rom = replace(rom, recovery=place.vectors(system, rom.recovery))
     return check_fixed_interface_modes(system, rom)
 
 

@@ -168,6 +168,10 @@ class Store:
             self._give_up(error)
         return outcome
 
+    def kept(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> Outcome[R] | None:
+        """Result of a stage if it is there and sound; it is not computed."""
+        return None if self.folder is None else _read(self._entry(self.folder, stage.key(*args, **kwargs)), stage)
+
     def holds(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> bool:
         """Whether a result is there (it is not read, and may still turn out damaged)."""
         return (

@@ -94,22 +94,38 @@ def stuck_amplitude(frequency: float, level: float) -> float:
     return level / abs(STIFFNESS + PAD - omega**2 + 1j * omega * DAMPING)
 
 
+def about_resonance(harmonic: int) -> str:
+    """A band about the frequency at which this harmonic drives the stuck mass."""
+    case = CASE.replace('amplitude = "1 N"', f'amplitude = "1 N"\nharmonic = {harmonic}')
+    case = case.replace("harmonics = 1", f"harmonics = {harmonic}").replace('"8 Hz"', f'"{8 / harmonic} Hz"')
+    ends = f'from = "{170 / harmonic} Hz"\nto = "{194 / harmonic} Hz"'
+    return case.replace('from = "150 Hz"\nto = "130 Hz"', ends)
+
+
+@pytest.mark.parametrize("harmonic", [1, 2])
 def test_a_step_that_passes_by_a_resonance_is_told_with_one_that_does_not(
-    home: Path, capfd: pytest.CaptureFixture[str]
+    home: Path, capfd: pytest.CaptureFixture[str], harmonic: int
 ) -> None:
-    case = CASE.replace('from = "150 Hz"\nto = "130 Hz"', 'from = "170 Hz"\nto = "194 Hz"')
+    case = about_resonance(harmonic)
     (home / "my.toml").write_text(case)
     assert cli.main(["limits", "my.toml", "--out", "out"]) == 0
-    said = re.search(
-        r"are 8 Hz apart at (\S+) Hz, where .* is (\S+) Hz wide .* take a step of (\S+) Hz", capfd.readouterr().err
-    )
+    words = rf"are {8 / harmonic:g} Hz apart at (\S+) Hz, where .* is (\S+) Hz wide .* take a step of (\S+) Hz"
+    said = re.search(words, capfd.readouterr().err)
     assert said is not None
     middle, width, step = map(float, said.groups())
     # Half a width away the amplitude is that of the top over the root of two, to the square of 1 % damping.
-    top = max(stuck_amplitude(f, 1) for f in np.linspace(middle - 1, middle + 1, 2001))
+    top = max(stuck_amplitude(harmonic * f, 1) for f in np.linspace(middle - 1, middle + 1, 2001))
     for side in (-1, 1):
-        assert stuck_amplitude(middle + side * width / 2, 1) == pytest.approx(top / np.sqrt(2), rel=0.02)
-    (home / "my.toml").write_text(case.replace('step = "8 Hz"', f'step = "{step} Hz"'))
+        beside = stuck_amplitude(harmonic * (middle + side * width / 2), 1)
+        assert beside == pytest.approx(top / np.sqrt(2), rel=0.02)
+    (home / "my.toml").write_text(case.replace(f'step = "{8 / harmonic} Hz"', f'step = "{step} Hz"'))
+    assert cli.main(["limits", "my.toml", "--out", "out"]) == 0
+    assert "apart" not in capfd.readouterr().err
+
+
+def test_of_a_resonance_without_width_nothing_is_said(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    np.savez(home / "mass.npz", M=np.eye(2), K=np.diag([STIFFNESS, 1e6]), C=np.zeros((2, 2)))
+    (home / "my.toml").write_text(about_resonance(1))
     assert cli.main(["limits", "my.toml", "--out", "out"]) == 0
     assert "apart" not in capfd.readouterr().err
 

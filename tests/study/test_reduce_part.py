@@ -3,6 +3,8 @@
 import csv
 import importlib.util
 import json
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -127,6 +129,35 @@ def full_frequency(mesh: Mesh, n: int) -> np.ndarray:
     return modes(system, n).frequency
 
 
+@pytest.mark.parametrize("kept", ['["z"]', '["x"]'])
+def test_a_check_is_right_where_a_point_keeps_some_directions_alone(
+    home: Path, capfd: pytest.CaptureFixture[str], kept: str
+) -> None:
+    # The other directions of the node that gave up its place are interior.
+    point = 'at = ["7 mm", "3 mm", "60 mm"]'
+    (home / "bar.toml").write_text(MESH_CASE.replace(point, f"{point}\ndirections = {kept}"))
+    found = document(capfd, "reduce", "bar.toml", "--out", "out", "--check")
+    assert found["mode_check"]["largest_residual"] < 1e-8
+
+
+def test_the_point_that_is_proposed_lies_on_the_part_wherever_that_is(
+    home: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    # In the coordinates of a vehicle, and none of them a round number.
+    away = np.array([12.3456789, 0.0000123, -3.2100001])
+    mesh = bar()
+    write_mesh(replace(mesh, points=mesh.points + away), home / "bar.inp")
+    text = MESH_CASE.replace('[[line]]\nname = "rim"\nedge = ["top", "side"]\nstations = 4\n', "")
+    text = text.replace(text[text.index("[[line]]") : text.index("[reduction]")], "")
+    given = 'at = ["12350 mm", "3 mm", "-3140 mm"]'
+    (home / "bar.toml").write_text(text.replace('at = ["7 mm", "3 mm", "60 mm"]', given))
+    assert stickslip("reduce", "bar.toml", "--out", "out") == 2
+    proposed = re.search(r"the nearest point there is (\[.*?\]): give that", capfd.readouterr().err)
+    assert proposed is not None
+    (home / "bar.toml").write_text(text.replace('at = ["7 mm", "3 mm", "60 mm"]', f"at = {proposed[1]}"))
+    assert stickslip("reduce", "bar.toml", "--out", "out") == 0
+
+
 @pytest.mark.parametrize("element", ["tet10", "hex20"])
 def test_frequencies_are_those_of_the_mesh_and_the_reduced_ones_lie_above(
     home: Path, capfd: pytest.CaptureFixture[str], element: str
@@ -228,7 +259,14 @@ def test_a_second_run_computes_nothing_and_other_modes_no_matrices(home: Path, m
         (
             '"18 mm", "5 mm", "60 mm"',
             '"18 mm", "5 mm", "62 mm"',
-            'line[0].to = ["18 mm", "5 mm", "62 mm"]: station 1 of 0 to 2 lies 1 mm beside the face; the nearest',
+            'line[0].to = ["18 mm", "5 mm", "62 mm"]: it lies 2 mm beside the face; the nearest point there is '
+            '["18 mm", "5 mm", "60 mm"]: give that',
+        ),
+        (
+            '"2 mm", "5 mm", "60 mm"',
+            '"2 mm", "5 mm", "57 mm"',
+            'line[0].from = ["2 mm", "5 mm", "57 mm"]: it lies 3 mm beside the face; the nearest point there is '
+            '["2 mm", "5 mm", "60 mm"]: give that',
         ),
         (
             '"18 mm", "5 mm", "60 mm"',
@@ -358,7 +396,7 @@ def test_a_step_file_is_meshed_and_reduced_and_calculix_finds_the_same_on_that_m
     # A mistake that shows on the mesh alone: what was finished before is kept.
     (cad / "bar.toml").write_text(STEP_CASE.replace('"18 mm", "5 mm", "60 mm"', '"18 mm", "5 mm", "66 mm"'))
     assert stickslip("reduce", "bar.toml", "--out", "out") == 2
-    assert '"66 mm"]: station 1 of 0 to 2 lies 3 mm beside the face' in capfd.readouterr().err
+    assert '"66 mm"]: it lies 6 mm beside the face' in capfd.readouterr().err
 
     def fail(*_: object) -> None:
         raise AssertionError
