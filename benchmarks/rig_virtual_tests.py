@@ -64,8 +64,8 @@ def drifts(tests: list[Sweep], nominal: Real, n_frequency: int) -> Real:
     return np.array(found)
 
 
-def told(level: float, limits: ResponseLimits, row: int, amplitude: Real, drift: Real) -> None:
-    """Print what lies inside."""
+def told(level: float, limits: ResponseLimits, row: int, amplitude: Real, drift: Real) -> bool:
+    """Print what lies inside; whether all does whose sliders stay in the box."""
     lower, upper = limits.lower[row] * (1 - BETWEEN_THEM), limits.upper[row] * (1 + BETWEEN_THEM)
     held = drift <= limits.reach
     boxed = np.where(held, amplitude, np.nan)
@@ -77,6 +77,7 @@ def told(level: float, limits: ResponseLimits, row: int, amplitude: Real, drift:
         f"| {1e6 * interval_score(amplitude, lower, upper, 0.05).mean():.2f} |",
         flush=True,
     )
+    return not held.any() or coverage(boxed, lower, upper) == 1
 
 
 def main() -> None:
@@ -122,6 +123,7 @@ def main() -> None:
             lambda own: drifts(own, problem.box.nominal, len(frequencies)),
         )
     )
+    sound = True
     for reach, name in ((problem.box.reach, "band"), (1.01 * drift.max(), "wide_band")):
         # The second box holds all sliders, so that all points must lie inside.
         limits = response_limits(
@@ -129,8 +131,10 @@ def main() -> None:
         )
         print(f"\nbox of {1e6 * reach:.2f} um\n\n{TITLES}\n{'|---' * TITLES.count(' | ')}|---|")
         for row, level in enumerate(asked.levels):
-            told(level, limits, row, amplitude[row], drift[row])
+            sound &= told(level, limits, row, amplitude[row], drift[row])
         (asked.folder / f"{name}.png").write_bytes(picture(limits, amplitude, reach))
+    if not sound:
+        raise SystemExit("points whose sliders stay in the box lie outside the limits")
 
 
 def picture(limits: ResponseLimits, amplitude: Real, reach: float) -> bytes:
