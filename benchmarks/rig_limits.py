@@ -182,7 +182,9 @@ def main() -> None:
         ]
         pictures = {
             "band": limit_band_figure(bands, title=title, amplitude_label="displacement [um]"),
-            "levels": limit_levels_figure(told, title=title, amplitude_label="displacement [um]"),
+            "levels": limit_levels_figure(
+                told, title=title, amplitude_label="displacement [um]", level_label="amplitude of the force [N]"
+            ),
         }
         if number in asked.forces:
             frequency = float(told.frequency[1, 0])

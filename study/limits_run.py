@@ -65,6 +65,8 @@ class _Asked:
     sweep: FrequencySweepTable | LevelSweepTable
     model: SolveModel
     lines: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    in_newtons: bool = False
+    """Whether a level is the amplitude of the force itself, as the rig's is."""
 
 
 def run_limits(path: Path, run: RunContext, executor: Executor | None = None) -> Limited:
@@ -100,7 +102,7 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
     files = {suffix: run.output / f"{path.stem}_limits.{suffix}" for suffix in ("nc", "csv")}
     _save(curves.limits, files["nc"])
     replace_file(files["csv"], limits_csv(curves))
-    for name, picture in _figures(curves, asked.title).items():
+    for name, picture in _figures(curves, asked).items():
         files[name] = run.output / f"{path.stem}_{name}.png"
         replace_file(files[name], picture)
     return Limited(curves=curves, objective=asked.table.objective, files=tuple(files.values()))
@@ -117,7 +119,13 @@ def _rig(path: Path, run: RunContext) -> _Asked:
         reduction = reduce_rig(model, run.store, run.progress)
     system = rig_system(case, model.rig, reduction)
     return _Asked(
-        case=case, title=case.title, table=case.limits, sweep=case.sweep, model=system.model, lines=system.joined.lines
+        case=case,
+        title=case.title,
+        table=case.limits,
+        sweep=case.sweep,
+        model=system.model,
+        lines=system.joined.lines,
+        in_newtons=True,
     )
 
 
@@ -148,13 +156,14 @@ def _save(limits: ResponseLimits, file: Path) -> None:
         replace_file(file, draft.read_bytes())
 
 
-def _figures(curves: LimitCurves, title: str) -> dict[str, bytes]:
-    limits, drawn = curves.limits, {}
+def _figures(curves: LimitCurves, asked: _Asked) -> dict[str, bytes]:
+    limits, title, drawn = curves.limits, asked.title, {}
+    names = [f"{level:g} N" if asked.in_newtons else f"level {level:g}" for level in limits.level]
     n_level, n_point = len(limits.level), len(limits.frequency)
     if n_point > 1:
         bands = [
             Band(
-                label=f"level {limits.level[level]:g}",
+                label=names[level],
                 frequency=limits.frequency,
                 value=curves.value[:, level],
                 sampled=curves.sampled[:, level],
@@ -168,7 +177,7 @@ def _figures(curves: LimitCurves, title: str) -> dict[str, bytes]:
         panels = [
             [
                 StatePanel(
-                    label=f"{SIDES[side]} limit, level {limits.level[level]:g}",
+                    label=f"{SIDES[side]} limit, {names[level]}",
                     parameter=limits.frequency,
                     states=STATES,
                     share=curves.share[side, level],
@@ -183,7 +192,10 @@ def _figures(curves: LimitCurves, title: str) -> dict[str, bytes]:
     if n_level > 1:
         what = "highest points" if curves.has_peaks else "range"
         drawn["limit_levels"] = limit_levels_figure(
-            _by_level(curves), title=f"{title}: {what} of both limits", amplitude_label=curves.label
+            _by_level(curves),
+            title=f"{title}: {what} of both limits",
+            amplitude_label=curves.label,
+            level_label="amplitude of the force [N]" if asked.in_newtons else "level of the harmonic force",
         )
     return drawn
 

@@ -38,7 +38,9 @@ class LimitsByLevel:
     doubtful: Bool[NDArray[np.bool_], "2 l"]
 
 
-def limit_levels_figure(limits: LimitsByLevel, *, title: str, amplitude_label: str) -> bytes:
+def limit_levels_figure(
+    limits: LimitsByLevel, *, title: str, amplitude_label: str, level_label: str = "level of the harmonic force"
+) -> bytes:
     """Draw the limits over the level as PNG; their frequencies below, if there is more than one.
 
     Parameters
@@ -47,8 +49,8 @@ def limit_levels_figure(limits: LimitsByLevel, *, title: str, amplitude_label: s
         At least one level.
     title
         Above the figure.
-    amplitude_label
-        Of the vertical axis, with its unit.
+    amplitude_label, level_label
+        Of the axes, with their units.
     """
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
@@ -65,7 +67,7 @@ def limit_levels_figure(limits: LimitsByLevel, *, title: str, amplitude_label: s
         _draw(rows[1], limits, limits.frequency)
         rows[1].set_ylabel("its frequency [Hz]")
         rows[1].ticklabel_format(axis="y", useOffset=False)
-    rows[-1].set_xlabel("level of the harmonic force")
+    rows[-1].set_xlabel(level_label)
     for axes in rows:
         open_box(axes)
     shown = [
