@@ -93,7 +93,8 @@ def _remarks(document: dict[str, Any]) -> list[str]:
         remarks.append(f"  {missing} limits were not found: no steady state there")
     held = sum(side["n_on_box"] for _, _, side in sides)
     if held:
-        remarks.append(f"  at {held} points the box holds a slider: another reach gives other limits")
+        of = len(sides) * document["n_frequency"]
+        remarks.append(f"  at {held} of {of} limits the box holds a slider: a wider reach may give wider ones there")
     return remarks
 
 
