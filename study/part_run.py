@@ -228,13 +228,15 @@ def _drawn(
     used += [name for entry in (*case.line, *case.point, *case.boundary) for name in _on(entry)]
     if isinstance(case, StepCase):
         used += [face.name for face in case.face]
-    stations = np.concatenate([line.stations for line in found.lines.values()] or [np.zeros((0, 3))])
+    points = {point.name: found.lines[point.name].stations for point in case.point}
+    lines = [line.stations for name, line in found.lines.items() if name not in points]
+    stations = np.concatenate([np.zeros((0, 3)), *lines])
     files = []
     try:
         names = list(dict.fromkeys(used))
         faces = {name: mesh.face_sets[name] for name in names if name in mesh.face_sets}
         sets = {name: mesh.node_sets[name] for name in names if name in mesh.node_sets and name not in faces}
-        nodes = {name: mesh.points[found] for name, found in sets.items()}
+        nodes = {name: mesh.points[found] for name, found in sets.items()} | points
         pictures = run.step("pictures of the mesh").run(face_pictures, mesh, faces, stations, case.title, nodes)
         for name, content in pictures.items():
             files.append(run.output / f"{stem}_{name}")

@@ -54,7 +54,7 @@ def named_faces_picture(
     towards_eye
         From the body.
     nodes
-        Where the nodes of each name are [m], marked like stations.
+        Where the nodes or points of each name are [m], marked like stations.
 
     Raises
     ------
