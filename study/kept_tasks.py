@@ -57,6 +57,11 @@ class KeptTasks(MutableMapping[str, Any]):
         """Their number."""
         return len(self._known)
 
+    @property
+    def n_left(self) -> int:
+        """Results under the key that are there, whoever kept them [-]."""
+        return sum(Checkpoint(file, self.key).load() is not None for file in self.folder.iterdir())
+
     def remove(self) -> None:
         """Remove the folder."""
         self._known.clear()

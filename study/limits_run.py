@@ -141,6 +141,9 @@ def _found(search: LimitSearch, stem: str, run: RunContext, executor: Executor |
     if run.store.holds(found_limits, search):
         return run.store.run(found_limits, search)
     kept = KeptTasks(run.output / f".{stem}_limits.part", found_limits.key(search))
+    before = kept.n_left
+    if before:
+        run.note(f"the search goes on: {before} of its tasks were finished before, and progress is told of the rest")
     pool = nullcontext(executor) if executor is not None else process_pool(["hbsolve.limits.search"])
     with run.progress.step("limits") as report, pool as processes:
         found = run.store.run(found_limits, search, kept=kept, executor=processes, report=report)

@@ -32,8 +32,10 @@ def test_a_result_of_other_inputs_and_a_damaged_one_are_not_found(tmp_path: Path
     kept = KeptTasks(tmp_path / "part", "a")
     kept["task"] = 1.5
     assert "task" not in KeptTasks(tmp_path / "part", "b")
+    assert (kept.n_left, KeptTasks(tmp_path / "part", "b").n_left) == (1, 0)
     (file,) = (tmp_path / "part").iterdir()
     file.write_bytes(file.read_bytes()[:-30])
+    assert KeptTasks(tmp_path / "part", "a").n_left == 0
     with pytest.raises(KeyError, match="task"):
         KeptTasks(tmp_path / "part", "a")["task"]
     kept.remove()
