@@ -5,8 +5,8 @@
 The case is `study/cases/rig.toml` with a step of its own. Two seeds search; new histories are counted against the
 frozen limits of the first, the limits are repaired from those outside, and as many new ones are counted again. Where
 the band is wide, the best sampled state and one local search are compared with the limit. The race gives single upper
-limits to the local search and to the full space (`limits_full_space.py`), from the same start each, until a state is
-within 1 % of the best known; IPOPT keeps its own time.
+limits to the local search and to the full space (`limits_full_space.py`), from the same start each: `trust-constr`
+until a state is within 1 % of the best known, IPOPT until it has converged.
 """
 
 import argparse

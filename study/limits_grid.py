@@ -6,8 +6,9 @@ from math import pi
 import numpy as np
 
 from fe.dense_modes import dense_modes
-from reduction.stuck import stuck_stiffness
+from study.limits_case import MOST_POINTS
 from study.limits_search import LimitSearch
+from study.stuck_contacts import stuck_at_rest
 
 #: A mode counts if its own peak at the output is at least this share of the largest in the band.
 DRIVEN = 0.1
@@ -15,17 +16,26 @@ DRIVEN = 0.1
 
 @dataclass(frozen=True, kw_only=True)
 class NarrowResonance:
-    """A resonance with all contacts stuck, narrower than the step between frequencies of the limits; all in Hz."""
+    """A resonance with the contacts stuck, narrower than the step between frequencies of the limits; all in Hz."""
 
     frequency: float
     width: float
     step: float
+    band: float
+    """From the first to the last frequency."""
 
-    def __str__(self) -> str:
+    def sentence(self, *, listed: bool) -> str:
+        """What to tell, and the remedy: another one where the frequencies are a list."""
+        fit = self.width / 4
+        remedy = f"take a step of {fit:.2g} Hz"
+        if listed:
+            remedy = f"give more of them there, {fit:.2g} Hz apart"
+        elif self.band / fit > MOST_POINTS:
+            remedy = f"search a narrow band there with a step of {fit:.2g} Hz"
         return (
             f"the limits' frequencies are {self.step:.3g} Hz apart at {self.frequency:.5g} Hz, where the resonance "
-            f"with all contacts stuck is {self.width:.3g} Hz wide at half its power: limits hold at these frequencies "
-            f"alone and may pass by its top; take a step of {self.width / 4:.2g} Hz"
+            f"with all contacts stuck that are closed at rest is {self.width:.3g} Hz wide at half its power: limits "
+            f"hold at these frequencies alone and may pass by its top; {remedy}"
         )
 
 
@@ -40,7 +50,7 @@ def narrow_resonance(search: LimitSearch) -> NarrowResonance | None:
     omega, system = np.array(search.angular_frequency), search.system
     if search.row is None or len(omega) < 2:
         return None
-    modes = dense_modes(system.mass, stuck_stiffness(system.stiffness, system.joints))
+    modes = dense_modes(system.mass, stuck_at_rest(system.stiffness, system.joints))
     # Harmonic h drives a mode at the h-th part of its frequency.
     own = np.sqrt(modes.lambda_.clip(min=0)) / search.harmonic
     shapes = modes.mode_shapes
@@ -59,5 +69,6 @@ def narrow_resonance(search: LimitSearch) -> NarrowResonance | None:
     worst = int(np.argmax(share))
     if share[worst] <= 1:
         return None
-    frequency, width, apart = (float(each[worst]) / (2 * pi) for each in (own, width, step))
-    return NarrowResonance(frequency=frequency, width=width, step=apart)
+    frequency, half_power, apart = (float(each[worst]) / (2 * pi) for each in (own, width, step))
+    band = float(omega[-1] - omega[0]) / (2 * pi)
+    return NarrowResonance(frequency=frequency, width=half_power, step=apart, band=band)

@@ -93,7 +93,7 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
     search = limit_search(asked.case, asked.table, asked.sweep, asked.model, asked.lines)
     narrow = narrow_resonance(search)
     if narrow is not None:
-        run.warn(str(narrow))
+        run.warn(narrow.sentence(listed=asked.table.frequencies is not None))
     found = _found(search, path.stem, run, executor)
     output = None
     if asked.table.objective not in FORCES:
@@ -138,8 +138,9 @@ def _structure(path: Path) -> _Asked:
 def _found(search: LimitSearch, stem: str, run: RunContext, executor: Executor | None) -> FoundLimits:
     """From the store, or searched for, each task kept beside the results until all are there."""
     assert run.output is not None
-    if run.store.holds(found_limits, search):
-        return run.store.run(found_limits, search)
+    known = run.store.kept(found_limits, search)
+    if known is not None:
+        return known.value
     kept = KeptTasks(run.output / f".{stem}_limits.part", found_limits.key(search))
     before = kept.n_left
     if before:

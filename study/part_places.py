@@ -126,13 +126,16 @@ def places(case: PartTables, mesh: Mesh) -> Places:
             faces[point.name] = point.on or SURFACE
             lines[point.name] = _single(mesh, point.name, faces[point.name], point.at)
     for number, table in enumerate(case.line):
+        faces[table.name] = table.on or (table.edge or ("",))[0]
+        wrong = len(mistakes.problems)
+        for key, end in (("from", table.start), ("to", table.end)):
+            if table.edge is None and end is not None:
+                with mistakes.at(), at_key(case, "line", number, key):
+                    _single(mesh, table.name, faces[table.name], end)
+        if len(mistakes.problems) > wrong:
+            continue
         # What is wrong with all of a straight line shows at its end.
         with mistakes.at(), at_key(case, "line", number, "to" if table.edge is None else "edge"):
-            faces[table.name] = table.on or (table.edge or ("",))[0]
-            for key, end in (("from", table.start), ("to", table.end)):
-                if table.edge is None and end is not None:
-                    with at_key(case, "line", number, key):
-                        _single(mesh, table.name, faces[table.name], end)
             lines[table.name] = _line(mesh, table)
     mistakes.raise_if_any()
     sets = {name: kept.nodes for name, kept in boundary.items()}

@@ -123,6 +123,33 @@ def test_a_step_that_passes_by_a_resonance_is_told_with_one_that_does_not(
     assert "apart" not in capfd.readouterr().err
 
 
+#: A contact that is open at rest, stiffer than the one that is closed.
+FAR = """\
+[[contact]]
+kind = "friction"
+name = "far"
+tangent = { dof = 0 }
+normal = { dof = 1 }
+normal_stiffness = "1 N/um"
+tangential_stiffness = "1 N/um"
+friction_coefficient = 0.5
+gap = "5 mm"
+[[load]]
+"""
+
+
+def test_contacts_that_are_open_at_rest_hold_no_resonance(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (home / "my.toml").write_text(about_resonance(1).replace("[[load]]\n", FAR, 1))
+    assert cli.main(["limits", "my.toml", "--out", "out"]) == 0
+    assert "are 8 Hz apart at 181.4" in capfd.readouterr().err
+
+
+def test_the_remedy_for_a_list_of_frequencies_is_a_longer_one(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (home / "my.toml").write_text(CASE + 'frequencies = ["170 Hz", "194 Hz"]\n')
+    assert cli.main(["limits", "my.toml", "--out", "out"]) == 0
+    assert "may pass by its top; give more of them there, 0.8 Hz apart" in capfd.readouterr().err
+
+
 def test_of_a_resonance_without_width_nothing_is_said(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
     np.savez(home / "mass.npz", M=np.eye(2), K=np.diag([STIFFNESS, 1e6]), C=np.zeros((2, 2)))
     (home / "my.toml").write_text(about_resonance(1))

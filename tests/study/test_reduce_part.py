@@ -129,6 +129,15 @@ def full_frequency(mesh: Mesh, n: int) -> np.ndarray:
     return modes(system, n).frequency
 
 
+def test_both_ends_of_a_line_are_told(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    line = 'from = ["2 mm", "5 mm", "60 mm"]\nto = ["18 mm", "5 mm", "60 mm"]'
+    (home / "bar.toml").write_text(MESH_CASE.replace(line, line.replace("60 mm", "64 mm")))
+    assert stickslip("reduce", "bar.toml", "--out", "out") == 2
+    said = capfd.readouterr().err
+    assert all(f"line[0].{key} = " in said for key in ("from", "to"))
+    assert said.count("it lies 4 mm beside the face") == 2
+
+
 @pytest.mark.parametrize("kept", ['["z"]', '["x"]'])
 def test_a_check_is_right_where_a_point_keeps_some_directions_alone(
     home: Path, capfd: pytest.CaptureFixture[str], kept: str
