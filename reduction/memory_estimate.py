@@ -28,12 +28,14 @@ FILL = 2.6
 #: Bytes of an entry of the factor, by the name of the back end: itself, and a quarter for work arrays. SuperLU keeps
 #: both triangles with their indices.
 FACTOR_BYTES = {"pardiso": 10.0, "cholmod": 10.0, "superlu": 20.0}
-#: Copies of the stiffness, of 12 bytes an entry, that stand beside the system at the peak: blocks of both matrices, the
-#: upper triangle, the solver's own.
-COPIES = 4.0
+#: Copies of the stiffness, of 12 bytes an entry, that stand beside the system while the factor is made: the interior's,
+#: in blocks, and its upper triangle.
+COPIES = 2.5
 #: Columns of the length of the system: of a mode, its share of Lanczos' basis and the recovery; of a boundary degree of
 #: freedom, its constraint mode before and after it is sorted in.
-PER_MODE, PER_BOUNDARY = 4.5, 1.5
+PER_MODE, PER_BOUNDARY = 4.0, 1.5
+#: What the solver's libraries take once [byte].
+LIBRARIES = 5e7
 #: Mass and stiffness, 12 bytes an entry each; those of the mesh are gone before the peak.
 SYSTEM_COPIES = 2.0
 ENTRY = 12.0
@@ -140,7 +142,7 @@ def _bytes(n_dof: float, n_entry: float, width: float, n_boundary: int, n_mode: 
     filled = min(FILL * n_dof * float(width) ** 0.75, n_dof * (n_dof + 1) / 2)
     factor = FACTOR_BYTES[default_backend().value] * filled
     columns = 8.0 * n_dof * (PER_MODE * n_mode + PER_BOUNDARY * n_boundary)
-    return float(factor + COPIES * ENTRY * n_entry + columns)
+    return float(LIBRARIES + factor + COPIES * ENTRY * n_entry + columns)
 
 
 def _level_width(graph: sp.csr_array) -> float:
