@@ -37,8 +37,18 @@ def refusal(at_home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captu
 
 CASE_MISTAKES = [
     # A negative or absurd dimension, a self-intersecting blade.
-    ("plain", 'length = "201.6 mm"', 'length = "-201.6 mm"', '"-201.6 mm": .* is not positive (in Python'),
-    ("plain", 'length = "201.6 mm"', 'length = "201.6 m"', '"201.6 m": .* is longer than any rig (in Python'),
+    (
+        "plain",
+        'length = "201.6 mm"',
+        'length = "-201.6 mm"',
+        'blade.length = "-201.6 mm": .* is not positive (in Python',
+    ),
+    (
+        "plain",
+        'length = "201.6 mm"',
+        'length = "201.6 m"',
+        'blade.length = "201.6 m": .* is longer than any rig (in Python',
+    ),
     ("plain", 'chord = "24 mm"', 'chord = "1 um"', 'blade.chord = "1 um": .* is thinner than can be made (in Python'),
     ("plain", 'root_thickness = "12 mm"', 'root_thickness = "5 mm"', "exceeds root_thickness = 5 mm (lower the one or"),
     ("plain", 'excitation_height = "20 mm"', 'excitation_height = "0.3 m"', "is not below the tip at length = 201.6"),
