@@ -22,6 +22,7 @@ import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
 from benchmarks.limits_full_space import interior_point, trust_region  # noqa: E402
+from benchmarks.rig_witness import prepared  # noqa: E402
 from hbsolve.limits.audit import audited  # noqa: E402
 from hbsolve.limits.fresh import fresh_histories  # noqa: E402
 from hbsolve.limits.local_search import Side, local_search  # noqa: E402
@@ -32,15 +33,9 @@ from hbsolve.limits.response_limits import LimitSettings, response_limits  # noq
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
 from hbsolve.limits.sampled import sampled_states  # noqa: E402
 from hbsolve.limits.task import Progress  # noqa: E402
-from study.case import load_case  # noqa: E402
 from study.limits_case import LimitsTable  # noqa: E402
 from study.limits_model import limit_search  # noqa: E402
-from study.progress import LineProgress  # noqa: E402
-from study.rig_case import RigCase, rig_model  # noqa: E402
-from study.rig_reduction import reduce_rig  # noqa: E402
-from study.rig_system import rig_system  # noqa: E402
 from study.shipped import RIG  # noqa: E402
-from study.store import Store, default_folder  # noqa: E402
 
 Real = NDArray[np.float64]
 #: Level and frequency [Hz] of the race: the resonance and its flanks.
@@ -51,11 +46,8 @@ WIDE, REACHED = 1.02, 0.05
 
 def rig_problem(spacing: float) -> tuple[LimitProblem, Real, tuple[float, ...]]:
     """The shipped case's search, on frequencies of that step [Hz]."""
-    case = load_case(RIG, RigCase)
-    model = rig_model(case)
-    system = rig_system(case, model.rig, reduce_rig(model, Store(default_folder()), LineProgress()))
-    table = LimitsTable.model_validate({"step": f"{spacing} Hz"})
-    search = limit_search(case, table, case.sweep, system.model, system.joined.lines)
+    rig, table = prepared(RIG, "along"), LimitsTable.model_validate({"step": f"{spacing} Hz"})
+    search = limit_search(rig.case, table, rig.case.sweep, rig.system.model, rig.system.joined.lines)
     return search.problem(), np.array(search.angular_frequency), search.levels
 
 

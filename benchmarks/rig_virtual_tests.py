@@ -22,20 +22,15 @@ import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
 from benchmarks.rig_campaign import LINES, SENSORS  # noqa: E402
+from benchmarks.rig_witness import prepared  # noqa: E402
 from correlation.band import coverage, interval_score, tightness  # noqa: E402
 from hbsolve.limits.response_limits import LimitSettings, response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
-from study.case import load_case  # noqa: E402
 from study.figure.limit_band import Band, limit_band_figure  # noqa: E402
 from study.limits_case import LimitsTable  # noqa: E402
 from study.limits_model import limit_search  # noqa: E402
-from study.progress import LineProgress  # noqa: E402
-from study.rig_case import RigCase, rig_model  # noqa: E402
-from study.rig_reduction import reduce_rig  # noqa: E402
-from study.rig_system import rig_system  # noqa: E402
 from study.rig_test_case import measured_places  # noqa: E402
 from study.shipped import RIG  # noqa: E402
-from study.store import Store, default_folder  # noqa: E402
 from transient.bench_campaign import CampaignPoints, Layout, Sweep, write_campaign  # noqa: E402
 from transient.bench_repeats import repeated_tests  # noqa: E402
 
@@ -91,15 +86,13 @@ def main() -> None:
     asked = words.parse_args()
     first, last, step = asked.frequencies
     frequencies = np.arange(first, last + step / 2, step)
-    case = load_case(RIG, RigCase)
-    model = rig_model(case)
-    reduction = reduce_rig(model, Store(default_folder()), LineProgress())
-    system = rig_system(case, model.rig, reduction)
-    search = limit_search(case, LimitsTable(), case.sweep, system.model, system.joined.lines)
+    rig = prepared(RIG, "along")
+    system = rig.system
+    search = limit_search(rig.case, LimitsTable(), rig.case.sweep, system.model, system.joined.lines)
     problem = search.problem()
     # The bench knows a line by the first word of its contacts' names.
     joints = [replace(each, name=each.name.replace(".", " ")) for each in system.model.system.joints]
-    places = measured_places(reduction)
+    places = measured_places(rig.reduction)
     began = time.process_time()
     tests = []
     for test in repeated_tests(

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from jaxtyping import Float, Int
+from jaxtyping import Int
 from numpy.typing import NDArray
 
 from fe.dof_table import N_TRANSLATION
@@ -27,8 +27,6 @@ SURFACE = "the surface"
 HELD = "what is held"
 #: What the tables of a case that name a boundary are called.
 NAMING = ("point", "line", "boundary")
-
-Vectors = Float[NDArray[np.float64], "station 3"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
