@@ -11,8 +11,11 @@ from scipy.sparse.csgraph import connected_components
 
 from fe.damping import RayleighDamping, damped
 from fe.errors import SupportError
+from fe.factor import Symmetric
 from fe.mesh import Mesh
+from fe.symmetric_part import part
 from fe.system import LinearSystem
+from fe.upper_blocks import UpperBlocks
 
 MOTIONS = (
     "translation along x",
@@ -78,8 +81,8 @@ class GroundedSpring:
 
 def supported_system(
     mesh: Mesh,
-    mass: sp.csr_array,
-    stiffness: sp.csr_array,
+    mass: Symmetric,
+    stiffness: Symmetric,
     supports: Sequence[Support] = (),
     springs: Sequence[GroundedSpring] = (),
     damping: RayleighDamping | None = None,
@@ -93,7 +96,7 @@ def supported_system(
     mesh
         The mesh.
     mass, stiffness
-        From `fe.assembly.assemble`, shape (3 n_node, 3 n_node) [kg, N/m].
+        From `fe.assembly.assemble` or `assemble_compact`, shape (3 n_node, 3 n_node) [kg, N/m].
     supports, springs
         What holds the body.
     damping
@@ -123,16 +126,24 @@ def supported_system(
     free = np.flatnonzero(~held.ravel())
     if not free.size:
         raise SupportError("the supports hold every degree of freedom of the mesh: leave some nodes to move")
-    K = (stiffness + sp.diags_array(grounded.ravel())).tocsr()[free][:, free]
-    M = mass[free][:, free]
+    if grounded.any():
+        stiffness = _plus_diagonal(stiffness, grounded.ravel())
     system = LinearSystem(
-        mass=sp.csr_array(M),
-        damping=sp.csr_array(M.shape),
-        stiffness=sp.csr_array(K),
+        mass=part(mass, free),
+        damping=sp.csr_array((len(free), len(free))),
+        stiffness=part(stiffness, free),
         free=free,
         n_node=mesh.n_node,
     )
     return system if damping is None else damped(system, damping)
+
+
+def unsupported_system(mesh: Mesh, mass: Symmetric, stiffness: Symmetric) -> LinearSystem:
+    """All degrees of freedom of a mesh, held by nothing; arguments as in `supported_system`."""
+    n = 3 * mesh.n_node
+    return LinearSystem(
+        mass=mass, damping=sp.csr_array((n, n)), stiffness=stiffness, free=np.arange(n), n_node=mesh.n_node
+    )
 
 
 def rigid_motions(
@@ -151,16 +162,23 @@ def rigid_motions(
     return motions
 
 
+def _plus_diagonal(matrix: Symmetric, added: Float[NDArray[np.float64], " n"]) -> Symmetric:
+    if isinstance(matrix, UpperBlocks):
+        return matrix.plus_diagonal(added)
+    return sp.csr_array(matrix.tocsr() + sp.diags_array(added))
+
+
 def _refuse_rigid_motion(
     mesh: Mesh,
-    stiffness: sp.csr_array,
+    stiffness: Symmetric,
     held: NDArray[np.bool_],
     grounded: Float[NDArray[np.float64], "node 3"],
 ) -> None:
     # Whether a motion is resisted is a matter of geometry alone: a soft spring holds as a stiff one does.
     resisting = held | (grounded > 0)
     # Rows of one node couple as a block, so the graph of the x rows is the graph of the bodies.
-    n_body, body_of_node = connected_components(stiffness[::3][:, ::3], directed=False)
+    graph = stiffness.graph() if isinstance(stiffness, UpperBlocks) else stiffness.tocsr()[::3][:, ::3]
+    n_body, body_of_node = connected_components(graph, directed=False)
     by_body = np.split(np.argsort(body_of_node, kind="stable"), np.cumsum(np.bincount(body_of_node))[:-1])
     for body, nodes in enumerate(by_body):
         if resisting[nodes].all():

@@ -35,7 +35,7 @@ def free_modes(system: LinearSystem, mesh: Mesh, material: Material, n_mode: int
     """
     size = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
     shift = (SHARE * sqrt(material.shear / material.density) / size) ** 2
-    held = replace(system, stiffness=sp.csr_array(system.stiffness + shift * system.mass))
+    held = replace(system, stiffness=sp.csr_array(system.stiffness.tocsr() + shift * system.mass.tocsr()))
     found = modes(held, n_mode)
     squared = found.angular_frequency**2 - shift
     frequency = np.sqrt(np.where(squared > RIGID * shift, squared, 0.0))

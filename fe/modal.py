@@ -95,8 +95,8 @@ def lowest_eigenpairs(
     else:
         try:
             if factor is None:
-                factor = factorise(stiffness.tocsr(), Definiteness.POSITIVE)
-            product = BlockProduct(mass.tocsr())
+                factor = factorise(stiffness, Definiteness.POSITIVE)
+            product = BlockProduct(mass)
             lambda_, shapes = block_lanczos(factor, product, n_mode)
         except (SingularMatrix, NoConvergence) as error:
             raise SupportError(SINGULAR) from error

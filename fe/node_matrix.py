@@ -1,13 +1,17 @@
-"""Products with a sparse matrix that is the same in each direction, A kron I_3, as a consistent mass is.
+"""A sparse matrix that is the same in each direction, A kron I_3, as a consistent mass is; products with it.
 
 Three degrees of freedom of k columns stand side by side in memory, so the matrix of the nodes, of a third of the
 entries, does the work of all directions at once.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import scipy.sparse as sp
+from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
+from fe.factor import Symmetric
 from fe.mkl_product import MklProduct
 
 Matrix = NDArray[np.float64]
@@ -15,6 +19,53 @@ Matrix = NDArray[np.float64]
 DIRECTIONS = 3
 #: Rows that change from one order of memory to the other while they are in the cache.
 PIECE = 1024
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NodeMatrix:
+    """A kron I_3 of which A is stored: a third of the entries.
+
+    Parameters
+    ----------
+    nodes
+        A, symmetric, both triangles, shape (n_node, n_node).
+    """
+
+    nodes: sp.csr_array
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the whole matrix."""
+        n = DIRECTIONS * self.nodes.shape[0]
+        return n, n
+
+    def __matmul__(self, columns: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Product with a vector (n,) or columns (n, k)."""
+        n_node = self.nodes.shape[0]
+        return np.asarray(self.nodes @ columns.reshape(n_node, columns.size // n_node)).reshape(columns.shape)
+
+    def diagonal(self) -> Float[NDArray[np.float64], " n"]:
+        """The diagonal, shape (n,)."""
+        return np.repeat(self.nodes.diagonal(), DIRECTIONS)
+
+    def part(self, nodes: Int[NDArray[np.int64], " m"]) -> "NodeMatrix":
+        """Of some nodes: a copy."""
+        return NodeMatrix(nodes=sp.csr_array(self.nodes[nodes][:, nodes]))
+
+    def tocsr(self) -> sp.csr_array:
+        """Each row three times, its columns moved apart, shape (n, n)."""
+        row_start, n = self.nodes.indptr, self.shape[0]
+        length = np.repeat(np.diff(row_start), DIRECTIONS)
+        start = np.concatenate([[0], np.cumsum(length)]).astype(np.int32)
+        ahead = start[:-1] - np.repeat(row_start[:-1], DIRECTIONS)
+        source = np.arange(start[-1], dtype=np.int32) - np.repeat(ahead, length)
+        direction = np.repeat(np.arange(n, dtype=np.int32) % DIRECTIONS, length)
+        column = DIRECTIONS * self.nodes.indices[source] + direction
+        return sp.csr_array((self.nodes.data[source], column, start), shape=self.shape)
+
+    def toarray(self) -> Float[NDArray[np.float64], "n n"]:
+        """All entries, shape (n, n)."""
+        return np.asarray(self.tocsr().toarray())
 
 
 class BlockProduct:
@@ -26,10 +77,14 @@ class BlockProduct:
         Shape (n, n); it is not needed afterwards.
     """
 
-    def __init__(self, matrix: sp.csr_array) -> None:
+    def __init__(self, matrix: Symmetric) -> None:
         self.shape = matrix.shape
-        node = node_matrix(matrix)
-        self._direction, kept = (1, matrix) if node is None else (DIRECTIONS, node)
+        if isinstance(matrix, NodeMatrix):
+            self._direction, kept = DIRECTIONS, matrix.nodes
+        else:
+            whole = matrix.tocsr()
+            node = node_matrix(whole)
+            self._direction, kept = (1, whole) if node is None else (DIRECTIONS, node)
         try:
             self._kernel: MklProduct | SparseProduct = MklProduct(kept)
         except (ImportError, OSError, OverflowError):

@@ -16,15 +16,14 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.factor import Columns, Definiteness, UnknownInertia, check_pattern, singular
+from fe.factor import Columns, Definiteness, Symmetric, UnknownInertia, check_pattern, singular
 from fe.mkl import library
+from fe.upper_blocks import NODE, UpperBlocks
 
 ANALYSE, FACTORISE, SOLVE, RELEASE = 11, 22, 33, -1
 ZERO_PIVOT = -4
 #: The parameter that tells the equation of a pivot that is not positive.
 NO_PIVOT = 29
-#: Degrees of freedom of a node.
-NODE = 3
 #: Zeros stored in blocks of a node may be this many times the entries; otherwise PARDISO looks for blocks itself, which
 #: may fill up to a fifth. Either way the graph that is ordered and analysed is that of the nodes, a ninth as large.
 FILL, SIMILAR = 1.05, 80
@@ -45,8 +44,10 @@ class Upper(NamedTuple):
 class Pardiso:
     """Cholesky or Bunch-Kaufman LDL^T of the upper triangle."""
 
-    def __init__(self, matrix: sp.csr_array, definiteness: Definiteness) -> None:
+    def __init__(self, matrix: Symmetric, definiteness: Definiteness) -> None:
         self._positive = definiteness is Definiteness.POSITIVE
+        if not isinstance(matrix, UpperBlocks):
+            matrix = matrix.tocsr()
         self._n, self._shape, self._nnz = matrix.shape[0], matrix.shape, matrix.nnz
         self._upper = self._checked(matrix)
         self._call = _Handle(self._upper, 2 if self._positive else -2)
@@ -92,15 +93,19 @@ class Pardiso:
         block = self._upper.block
         return None if self._call.parameters[36] < 0 else (entries * block**2, 1e6 * millions * block**3)
 
-    def _checked(self, matrix: sp.csr_array) -> Upper:
+    def _checked(self, matrix: sp.csr_array | UpperBlocks) -> Upper:
         if self._positive and not (matrix.diagonal() > 0).all():
             raise singular(self._n)
         return upper_triangle(matrix)
 
 
-def upper_triangle(matrix: sp.csr_array) -> Upper:
+def upper_triangle(matrix: sp.csr_array | UpperBlocks) -> Upper:
     """The upper triangle, in blocks of a node where rows and columns come by threes; with its whole diagonal."""
     n = matrix.shape[0]
+    if isinstance(matrix, UpperBlocks):
+        if n > SMALL:
+            return Upper(matrix.row_start, matrix.column, matrix.values, NODE)
+        matrix = matrix.tocsr()
     length = np.diff(matrix.indptr)
     if n > SMALL and n % NODE == 0 and (length.reshape(-1, NODE) == length[::NODE, None]).mean() > 1 / FILL:
         blocks = matrix.tobsr((NODE, NODE))

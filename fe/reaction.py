@@ -8,12 +8,12 @@ and those of one set of nodes, summed for each direction, are three rows over th
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
+
+from fe.factor import Symmetric
 
 Rows = Float[NDArray[np.float64], "3 n"]
 
@@ -33,8 +33,8 @@ class Reaction:
 
 
 def reaction(
-    stiffness: sp.csr_array[Any],
-    mass: sp.csr_array[Any],
+    stiffness: Symmetric,
+    mass: Symmetric,
     nodes: Int[NDArray[np.int64], " k"],
     free: Int[NDArray[np.int64], " n"],
 ) -> Reaction:

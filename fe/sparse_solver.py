@@ -16,6 +16,7 @@ from fe.factor import Definiteness as Definiteness
 from fe.factor import Factor as Factor
 from fe.factor import Factorisation as Factorisation
 from fe.factor import SingularMatrix as SingularMatrix
+from fe.factor import Symmetric as Symmetric
 from fe.factor import UnknownInertia as UnknownInertia
 from fe.superlu import SuperLU
 
@@ -57,11 +58,11 @@ def default_backend() -> Backend:
 
 
 def factorise(
-    matrix: sp.csr_array,
+    matrix: Symmetric,
     definiteness: Definiteness = Definiteness.POSITIVE,
     backend: Backend | None = None,
 ) -> Factorisation:
-    """Factorise a symmetric sparse matrix, both triangles given.
+    """Factorise a symmetric sparse matrix: both triangles of it, or what `fe.assembly.assemble_compact` returns.
 
     Parameters
     ----------
@@ -87,5 +88,5 @@ def factorise(
     if backend is Backend.PARDISO:
         return pardiso.Pardiso(matrix, definiteness)
     if backend is Backend.CHOLMOD and definiteness is Definiteness.POSITIVE:
-        return cholmod.Cholmod(matrix)
-    return SuperLU(matrix)
+        return cholmod.Cholmod(matrix.tocsr())
+    return SuperLU(matrix.tocsr())

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from fe.errors import MeshError
+from fe.factor import Symmetric
 from fe.host_face import Places, named_faces, station_weights
 from fe.mesh import Mesh
 from fe.system import LinearSystem
@@ -51,9 +52,9 @@ class StationCoordinates:
         found = sp.linalg.spsolve(sp.csc_array(self.to_nodes), self.mesh.points.ravel())
         return np.asarray(found).reshape(-1, 3)
 
-    def matrix(self, of_nodes: sp.csr_array) -> sp.csr_array:
+    def matrix(self, of_nodes: Symmetric) -> sp.csr_array:
         """A mass or stiffness in the new coordinates, T^T A T, symmetric to the last bit."""
-        found = sp.csr_array(self.to_nodes.T @ of_nodes @ self.to_nodes)
+        found = sp.csr_array(self.to_nodes.T @ of_nodes.tocsr() @ self.to_nodes)
         return sp.csr_array((found + found.T) / 2)
 
     def displacement(

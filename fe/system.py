@@ -7,6 +7,8 @@ import scipy.sparse as sp
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
+from fe.factor import Symmetric
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LinearSystem:
@@ -16,17 +18,20 @@ class LinearSystem:
 
     Parameters
     ----------
-    mass, damping, stiffness
-        Symmetric sparse matrices (CSR, both triangles), shape (n, n) [kg, N s/m, N/m].
+    mass, stiffness
+        Symmetric, shape (n, n) [kg, N/m]: SciPy's CSR arrays with both triangles, or what
+        `fe.assembly.assemble_compact` returns, which a reduction needs less memory for.
+    damping
+        Symmetric, CSR, both triangles, shape (n, n) [N s/m].
     free
         Mesh degree of freedom of each row, ascending, shape (n,) [-].
     n_node
         Nodes of the mesh [-]; the whole mesh has 3 n_node degrees of freedom.
     """
 
-    mass: sp.csr_array
+    mass: Symmetric
     damping: sp.csr_array
-    stiffness: sp.csr_array
+    stiffness: Symmetric
     free: Int[NDArray[np.int64], " n"]
     n_node: int
 
