@@ -24,8 +24,11 @@ SETTLED, JUMP = 1e-5, 1e-8
 #: Blocks that fresh random columns get to show a mode that all columns before were blind to.
 TRIAL = 3
 #: Blocks of the basis beside two columns a mode: a blade restarts once at most, for up to three per cent of the time (a
-#: cube, with its pairs of modes, for eight), and the basis takes a tenth less memory than it would freely.
-ROOM = 13
+#: cube, with its pairs of modes, for eight), and the basis takes a tenth less memory than it would freely. Where that
+#: were more memory than this [byte], there are just two columns a mode, which costs up to a tenth more solves.
+ROOM, MEMORY = 13, 5e8
+#: Blocks beyond the modes that a restart keeps, and new ones that there is room for in any case.
+SPARE, NEW = 4, 3
 #: Before giving up.
 MAX_RESTART = 100
 
@@ -58,8 +61,8 @@ def block_lanczos(
     block
         Columns in a block, by default fewer for few modes.
     max_basis
-        Columns of Q at which a restart compresses them, by default two a mode and some blocks; room for a few blocks
-        beyond the modes is always taken.
+        Columns of Q at which a restart compresses them, by default two a mode, and some blocks unless they are long;
+        room for a few blocks beyond the modes is always taken.
     seed
         Of the random columns: two runs with one seed agree to the last bit.
 
@@ -77,16 +80,17 @@ def block_lanczos(
     Grimes, Lewis and Simon, SIAM J. Matrix Anal. Appl. 15 (1994) 228-272, sections 2 to 4: block Lanczos.
     Wu and Simon, SIAM J. Matrix Anal. Appl. 22 (2000) 602-616: thick restart.
     """
-    block = block or (WIDE if n_mode >= MANY else NARROW)
-    kept = n_mode + 2 * block
-    product = mass if isinstance(mass, BlockProduct) else BlockProduct(mass.tocsr())
-    basis = KrylovBasis(factor, product, max_basis or 2 * n_mode + ROOM * block, seed)
+    block = block or default_block(n_mode)
+    kept, n_fresh = n_mode + SPARE * block, max(2, block // 4)
+    product = mass if isinstance(mass, BlockProduct) else BlockProduct(mass)
+    least = kept + NEW * (block + n_fresh)
+    basis = KrylovBasis(factor, product, max(max_basis or basis_columns(mass.shape[0], n_mode, block), least), seed)
     give_back()  # the copies that the product with the mass was made of
     basis.refresh(block)
     settled = np.zeros(n_mode)
-    n_fresh, trial_end, next_test, n_restart = max(2, block // 4), 0, kept, 0
+    trial_end, next_test, n_restart = 0, kept, 0
     while True:
-        basis.reserve(kept + 4 * basis.width)
+        basis.reserve(kept + NEW * basis.width)
         if n_restart == MAX_RESTART or not basis.width:
             raise NoConvergence(f"{n_mode} modes did not converge: {basis.n_solved} solutions lead no further")
         if basis.is_full:
@@ -116,3 +120,13 @@ def block_lanczos(
             break
     order = np.argsort(1 / theta)
     return 1 / theta[order], basis.taken(coordinates[:, order])
+
+
+def default_block(n_mode: int) -> int:
+    """Columns that are solved for together [-]."""
+    return WIDE if n_mode >= MANY else NARROW
+
+
+def basis_columns(n: int, n_mode: int, block: int) -> int:
+    """Columns of Q at which a restart compresses them, where nothing else is said, for n degrees of freedom [-]."""
+    return max(2 * n_mode, min(2 * n_mode + ROOM * block, int(MEMORY / (8 * n))))

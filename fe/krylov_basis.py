@@ -92,8 +92,9 @@ class KrylovBasis:
         fresh /= np.sqrt(np.einsum("nk,nk->k", fresh, self._mass @ fresh))
         for _ in range(2):
             fresh, _part = self._without(fresh)
-        mixing = self._orthonormalise(np.asfortranarray(np.hstack([self._next, fresh])), 1.0)
-        self._coupling = mixing[:, :width] @ self._coupling
+        widened = np.asfortranarray(np.hstack([self._next, fresh]))
+        self._next = self._mass_next = fresh = widened[:, :0]  # not to stand beside what they have gone into
+        self._coupling = self._orthonormalise(widened, 1.0)[:, :width] @ self._coupling
 
     def ritz_pairs(self, n_pair: int) -> tuple[Matrix, Matrix, Matrix]:
         """Theta of the largest magnitudes, their coordinates in Q, and their residuals."""
