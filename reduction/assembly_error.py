@@ -157,11 +157,11 @@ def joined_system(systems: Mapping[str, LinearSystem], assembly: ReducedAssembly
     between = sp.csr_array((springs[np.ix_(joined, joined)].ravel(), (to, of)), shape=(n_dof, n_dof))
     between.eliminate_zeros()
     node = np.cumsum([0, *(system.n_node for system in own)])
-    mass = sp.csr_array(sp.block_diag([system.mass for system in own]))
+    mass = sp.csr_array(sp.block_diag([system.mass.tocsr() for system in own]))
     return LinearSystem(
         mass=mass,
         damping=sp.csr_array(mass.shape),
-        stiffness=sp.csr_array(sp.block_diag([system.stiffness for system in own]) + between),
+        stiffness=sp.csr_array(sp.block_diag([system.stiffness.tocsr() for system in own]) + between),
         free=np.concatenate([3 * start + system.free for start, system in zip(node, own, strict=False)]),
         n_node=int(node[-1]),
     )

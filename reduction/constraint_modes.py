@@ -1,5 +1,7 @@
 """Constraint modes: the static shape of the interior when one boundary degree of freedom moves by one."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Float
@@ -7,11 +9,14 @@ from numpy.typing import NDArray
 
 from fe.sparse_solver import Factor
 
-#: Right-hand sides solved at once: enough for the solver's block kernels, few enough for its work arrays.
-BLOCK = 64
+#: Right-hand sides solved at once: enough for the solver's block kernels, and not more memory than this [byte], which
+#: the solution and the solver's own arrays take again.
+LEAST, MOST, MEMORY = 12, 64, 1.5e8
 
 
-def constraint_modes(factor: Factor, stiffness_boundary_interior: sp.csr_array) -> Float[NDArray[np.float64], "i b"]:
+def constraint_modes(
+    factor: Factor, stiffness_boundary_interior: sp.csr_array
+) -> Iterator[tuple[slice, Float[NDArray[np.float64], "i k"]]]:
     r"""Interior displacement for a unit displacement of each boundary degree of freedom, no force on the interior.
 
     .. math:: \Psi = -K_{ii}^{-1} K_{ib}
@@ -23,17 +28,17 @@ def constraint_modes(factor: Factor, stiffness_boundary_interior: sp.csr_array) 
     stiffness_boundary_interior
         K_bi = K_ib^T, shape (b, i) [N/m].
 
-    Returns
-    -------
-    Shape (i, b) [-]; with the boundary's own unit displacements it reproduces every rigid-body motion.
+    Yields
+    ------
+    Some boundary degrees of freedom, and their columns of Psi, shape (i, k) [-]; with the boundary's own unit
+    displacements all of them reproduce every rigid-body motion.
 
     References
     ----------
     Craig and Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6 (1968), eq. 5.
     """
     n_boundary, n_interior = stiffness_boundary_interior.shape
-    shapes = np.empty((n_interior, n_boundary), order="F")
-    for first in range(0, n_boundary, BLOCK):
-        block = slice(first, min(first + BLOCK, n_boundary))
-        shapes[:, block] = -factor.solve(stiffness_boundary_interior[block].toarray().T)
-    return shapes
+    width = int(np.clip(MEMORY / (8 * n_interior), LEAST, MOST))
+    for first in range(0, n_boundary, width):
+        block = slice(first, min(first + width, n_boundary))
+        yield block, -factor.solve(stiffness_boundary_interior[block].toarray().T)

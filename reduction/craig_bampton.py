@@ -8,14 +8,18 @@ from numpy.typing import NDArray
 
 from fe.allocator import give_back
 from fe.sparse_solver import SingularMatrix, factorise
+from fe.symmetric_part import part, rows_of
 from fe.system import LinearSystem
 from reduction.constraint_modes import constraint_modes
 from reduction.errors import RomError
 from reduction.fixed_interface_modes import fixed_interface_modes, loose_interior
-from reduction.partition import InteriorPart, Partition, Rows, partition
+from reduction.partition import Partition, Rows, interior_part, partition
 from reduction.rom import ReducedModel
 
 Matrix = Float[NDArray[np.float64], "r r"]
+
+#: Columns that are moved before their memory is given back.
+AT_ONCE = 16
 
 
 def craig_bampton(
@@ -88,19 +92,37 @@ def _basis(
     b, i, n_boundary = rows.boundary, rows.interior, len(rows.boundary)
     # Column after column in memory, as the shapes come; pages that nothing has touched yet cost nothing.
     recovery = np.zeros((system.n_dof, n_boundary + n_mode), order="F")
-    recovery[b, np.arange(n_boundary)] = 1.0
     lambda_ = np.zeros(0)
     if len(i):
-        mass, stiffness = (InteriorPart(matrix=each, rows=i) for each in (system.mass, system.stiffness))
+        mass, stiffness = (interior_part(each, i) for each in (system.mass, system.stiffness))
         try:
-            factor = factorise(stiffness.tocsr())
+            interior = part(system.stiffness, i)
+            give_back()
+            factor = factorise(interior)
         except SingularMatrix as error:
             raise RomError(loose_interior(len(i))) from error
+        del interior
         give_back()
         if n_mode:
-            lambda_, recovery[i, n_boundary:] = fixed_interface_modes(mass, stiffness, n_mode, factor)
-        recovery[i, :n_boundary] = constraint_modes(factor, system.stiffness[b][:, i])
+            lambda_, shapes = fixed_interface_modes(mass, stiffness, n_mode, factor)
+            _move(shapes, recovery[:, n_boundary:], i)
+        for block, shapes in constraint_modes(factor, rows_of(system.stiffness, b)[:, i]):
+            recovery[i, block] = shapes
+    recovery[b, np.arange(n_boundary)] = 1.0
     return recovery, lambda_
+
+
+def _move(
+    source: Float[NDArray[np.float64], "i m"], target: Float[NDArray[np.float64], "n m"], rows: NDArray[np.int64]
+) -> None:
+    """Put columns into rows of a target, the last ones first: what has been moved is given back on the way."""
+    # Of columns side by side in memory, the last ones can be cut off.
+    is_cut = source.flags.f_contiguous and source.flags.owndata
+    for first in reversed(range(0, source.shape[1], AT_ONCE)):
+        for k in range(first, source.shape[1] if is_cut else min(first + AT_ONCE, source.shape[1])):
+            target[rows, k] = source[:, k]
+        if is_cut:
+            source.resize((len(source), first), refcheck=False)
 
 
 def _mass(system: LinearSystem, rows: Partition, recovery: Float[NDArray[np.float64], "n r"]) -> Matrix:
@@ -123,7 +145,7 @@ def _stiffness(
     n_boundary, n_reduced = len(rows.boundary), recovery.shape[1]
     stiffness = np.zeros((n_reduced, n_reduced))
     # Rows of K on the boundary times T_b: K_bb + K_bi Psi.
-    condensed = system.stiffness[rows.boundary] @ recovery[:, :n_boundary]
+    condensed = rows_of(system.stiffness, rows.boundary) @ recovery[:, :n_boundary]
     stiffness[:n_boundary, :n_boundary] = _symmetric(condensed)
     modal = np.arange(n_boundary, n_reduced)
     stiffness[modal, modal] = lambda_

@@ -17,8 +17,11 @@ import scipy.sparse as sp
 from jaxtyping import Int
 from numpy.typing import NDArray
 
+from fe.block_lanczos import basis_columns, default_block
+from fe.factor import Symmetric
 from fe.mesh import Mesh
 from fe.sparse_solver import default_backend
+from fe.upper_blocks import NODE, UpperBlocks
 from reduction.errors import RomError
 
 #: Measured peaks lie within this factor of the estimate, either way.
@@ -28,17 +31,16 @@ FILL = 2.6
 #: Bytes of an entry of the factor, by the name of the back end: itself, and a quarter for work arrays. SuperLU keeps
 #: both triangles with their indices.
 FACTOR_BYTES = {"pardiso": 10.0, "cholmod": 10.0, "superlu": 20.0}
-#: Copies of the stiffness, of 12 bytes an entry, that stand beside the system while the factor is made: the interior's,
-#: in blocks, and its upper triangle.
-COPIES = 2.5
-#: Columns of the length of the system: of a mode, its share of Lanczos' basis and the recovery; of a boundary degree of
-#: freedom, its constraint mode before and after it is sorted in.
-PER_MODE, PER_BOUNDARY = 4.0, 1.5
+#: Bytes of an entry of the stiffness, both triangles counted, that stand beside the system while it is factorised: the
+#: interior's part; of a SciPy matrix also its blocks and its upper triangle.
+COMPACT_COPY, CSR_COPY = 6.0, 30.0
+#: Columns of the length of the system: work arrays of Lanczos' method beside its basis, in blocks; at the end, of a
+#: boundary degree of freedom, its constraint mode with the solver's own arrays.
+WORK_BLOCKS, PER_BOUNDARY = 9.0, 2.5
 #: What the solver's libraries take once [byte].
 LIBRARIES = 5e7
-#: Mass and stiffness, 12 bytes an entry each; those of the mesh are gone before the peak.
-SYSTEM_COPIES = 2.0
-ENTRY = 12.0
+#: Bytes of an entry of the stiffness in mass and stiffness as `fe.assembly.assemble_compact` makes them.
+SYSTEM_ENTRY = 5.6
 
 #: Of tetrahedra of ten nodes: degrees of freedom in the cube of their size (60 to 80 where fTetWild makes smaller cells
 #: than asked for), levels along an edge, entries in a row.
@@ -48,7 +50,7 @@ DOFS_PER_CUBE, LEVELS_PER_CELL, TET10_ROW = 40.0, 2.0, 78.0
 CGROUP = (("memory.max", "memory.current"), ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"))
 
 
-def reduction_memory(matrix: sp.csr_array, n_boundary: int, n_mode: int) -> float:
+def reduction_memory(matrix: Symmetric, n_boundary: int, n_mode: int) -> float:
     """Bytes that reducing a system takes beside the system itself.
 
     Parameters
@@ -58,7 +60,12 @@ def reduction_memory(matrix: sp.csr_array, n_boundary: int, n_mode: int) -> floa
     n_boundary, n_mode
         Degrees of freedom that are kept, and fixed-interface modes [-].
     """
-    return _bytes(matrix.shape[0], matrix.nnz, _level_width(matrix), n_boundary, n_mode)
+    if isinstance(matrix, UpperBlocks):
+        copies, width = COMPACT_COPY * matrix.nnz, NODE * _level_width(matrix.graph())
+    else:
+        whole = matrix.tocsr()
+        copies, width = CSR_COPY * whole.nnz, _level_width(whole)
+    return _bytes(matrix.shape[0], copies, width, n_boundary, n_mode)
 
 
 def mesh_memory(mesh: Mesh, n_boundary: int, n_mode: int) -> float:
@@ -71,9 +78,9 @@ def mesh_memory(mesh: Mesh, n_boundary: int, n_mode: int) -> float:
     used = np.concatenate(columns)
     belongs = sp.csr_array((np.ones(len(used), dtype=np.int32), used, start), shape=(len(start) - 1, mesh.n_node))
     graph = sp.csr_array(belongs.T @ belongs)
-    n_entry = 9 * graph.nnz
-    reduced = _bytes(3 * mesh.n_node, n_entry, 3 * _level_width(graph), n_boundary, n_mode)
-    return reduced + SYSTEM_COPIES * ENTRY * n_entry
+    n_entry = NODE**2 * graph.nnz
+    reduced = _bytes(NODE * mesh.n_node, COMPACT_COPY * n_entry, NODE * _level_width(graph), n_boundary, n_mode)
+    return reduced + SYSTEM_ENTRY * n_entry
 
 
 def tetrahedra_memory(volume: float, longest: float, size: float, n_boundary: int, n_mode: int) -> float:
@@ -91,7 +98,7 @@ def tetrahedra_memory(volume: float, longest: float, size: float, n_boundary: in
     n_dof = DOFS_PER_CUBE * volume / size**3
     width = n_dof / max(1.0, LEVELS_PER_CELL * longest / size)
     n_entry = TET10_ROW * n_dof
-    return _bytes(n_dof, n_entry, width, n_boundary, n_mode) + SYSTEM_COPIES * ENTRY * n_entry
+    return _bytes(n_dof, COMPACT_COPY * n_entry, width, n_boundary, n_mode) + SYSTEM_ENTRY * n_entry
 
 
 def refuse_beyond_memory(needed: float, what: str) -> None:
@@ -138,11 +145,13 @@ def available_memory(system: Path = Path("/")) -> float:
     return min(found)
 
 
-def _bytes(n_dof: float, n_entry: float, width: float, n_boundary: int, n_mode: int) -> float:
+def _bytes(n_dof: float, copies: float, width: float, n_boundary: int, n_mode: int) -> float:
     filled = min(FILL * n_dof * float(width) ** 0.75, n_dof * (n_dof + 1) / 2)
     factor = FACTOR_BYTES[default_backend().value] * filled
-    columns = 8.0 * n_dof * (PER_MODE * n_mode + PER_BOUNDARY * n_boundary)
-    return float(LIBRARIES + factor + COPIES * ENTRY * n_entry + columns)
+    block = default_block(n_mode)
+    in_lanczos = basis_columns(max(int(n_dof), 1), n_mode, block) + WORK_BLOCKS * block
+    at_the_end = n_mode + PER_BOUNDARY * n_boundary
+    return float(LIBRARIES + factor + max(copies, 8.0 * n_dof * max(in_lanczos, at_the_end)))
 
 
 def _level_width(graph: sp.csr_array) -> float:

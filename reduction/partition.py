@@ -8,6 +8,9 @@ import scipy.sparse as sp
 from jaxtyping import Int
 from numpy.typing import NDArray
 
+from fe.factor import Symmetric
+from fe.node_matrix import NodeMatrix
+from fe.symmetric_part import part
 from fe.system import LinearSystem
 from reduction.errors import RomError
 
@@ -62,6 +65,13 @@ def partition(system: LinearSystem, boundary: Mapping[str, Rows]) -> Partition:
     )
 
 
+def interior_part(matrix: Symmetric, rows: Rows) -> Symmetric:
+    """The interior's part of a matrix: a copy only where that is small, as of a mass of the nodes."""
+    if isinstance(matrix, NodeMatrix) and isinstance(copy := part(matrix, rows), NodeMatrix):
+        return copy
+    return InteriorPart(matrix=matrix, rows=rows)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class InteriorPart:
     """The interior's part of a matrix of the system, without a copy of it: half of what a reduction would hold.
@@ -74,7 +84,7 @@ class InteriorPart:
         Its interior rows, shape (i,) [-].
     """
 
-    matrix: sp.csr_array
+    matrix: Symmetric
     rows: Rows
 
     @property
@@ -94,7 +104,7 @@ class InteriorPart:
 
     def tocsr(self) -> sp.csr_array:
         """A copy, shape (i, i)."""
-        return sp.csr_array(self.matrix[self.rows][:, self.rows])
+        return part(self.matrix, self.rows).tocsr()
 
     def toarray(self) -> NDArray[np.float64]:
         """All entries, shape (i, i)."""

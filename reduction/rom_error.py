@@ -2,12 +2,13 @@
 
 import numpy as np
 import scipy.linalg
-import scipy.sparse as sp
 from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.dense_modes import dense_modes
+from fe.factor import Symmetric
 from fe.sparse_solver import factorise
+from fe.symmetric_part import part
 from fe.system import LinearSystem
 from reduction.errors import RomError
 from reduction.rom import ReducedModel
@@ -73,8 +74,7 @@ def rom_error(system: LinearSystem, rom: ReducedModel, n_mode: int) -> Float[NDA
     error = np.zeros(n_mode)
     if not len(interior):
         return error
-    mass = system.mass[interior][:, interior]
-    stiffness = system.stiffness[interior][:, interior]
+    mass, stiffness = part(system.mass, interior), part(system.stiffness, interior)
     factor = factorise(stiffness)
     retained = rom.recovery[interior, rom.n_boundary :]
 
@@ -109,7 +109,9 @@ def _drop(
     enriched stiffness is block diagonal, and its mass couples to the boundary alone, as in any Craig-Bampton model.
     """
     n_boundary, n_rom = rom.n_boundary, rom.n_dof
-    carried = system.mass[:, interior] @ added
+    whole = np.zeros((system.n_dof, added.shape[1]))
+    whole[interior] = added
+    carried = system.mass @ whole
     mass = scipy.linalg.block_diag(rom.mass, added.T @ carried[interior])
     mass[:n_boundary, n_rom:] = rom.recovery[:, :n_boundary].T @ carried
     mass[n_rom:, :n_boundary] = mass[:n_boundary, n_rom:].T
@@ -122,7 +124,7 @@ def _drop(
 
 
 def _new_directions(
-    block: Float[NDArray[np.float64], "i k"], known: Float[NDArray[np.float64], "i m"], mass: sp.csr_array
+    block: Float[NDArray[np.float64], "i k"], known: Float[NDArray[np.float64], "i m"], mass: Symmetric
 ) -> Float[NDArray[np.float64], "i l"]:
     """M-orthonormal basis of what the columns of a block add to the span of M-orthonormal known shapes."""
     block = _unit(block, mass, 0.0)  # of any length: small bodies have short shapes
@@ -135,9 +137,7 @@ def _new_directions(
     return block
 
 
-def _unit(
-    block: Float[NDArray[np.float64], "i k"], mass: sp.csr_array, least: float
-) -> Float[NDArray[np.float64], "i l"]:
+def _unit(block: Float[NDArray[np.float64], "i k"], mass: Symmetric, least: float) -> Float[NDArray[np.float64], "i l"]:
     """Columns of unit length in the mass norm, without those that are no longer than `least`."""
     length = np.sqrt(np.einsum("ik,ik->k", block, mass @ block))
     kept = length > least

@@ -1,5 +1,8 @@
 """What a Craig-Bampton model must satisfy."""
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.linalg
@@ -7,14 +10,19 @@ import scipy.sparse as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fe.assembly import assemble
-from fe.boundary import Support, rigid_motions, supported_system
-from fe.damping import rayleigh_damping
-from fe.material import STEEL
+import fe.block_lanczos
+import reduction.constraint_modes
+import reduction.craig_bampton
+from fe.assembly import assemble, assemble_compact
+from fe.boundary import GroundedSpring, Support, rigid_motions, supported_system
+from fe.damping import RayleighDamping, damped, rayleigh_damping
+from fe.factor import Symmetric
+from fe.material import STEEL, Material
 from fe.mesh import Mesh
 from fe.system import LinearSystem
 from reduction.craig_bampton import craig_bampton
 from reduction.errors import RomError
+from reduction.rayleigh import rayleigh_damped
 
 # Condition numbers here are below 1e6: ten digits of a double survive.
 ROUND_OFF = 1e-9
@@ -122,9 +130,54 @@ def test_constraint_modes_reproduce_rigid_body_motion_of_a_free_body() -> None:
     np.testing.assert_allclose(reduced.T @ rom.mass @ reduced, rigid_mass(mesh, mass), rtol=ROUND_OFF, atol=1e-12)
 
 
+def long_bar(springs: bool, assembled: Callable[[Mesh, Material], tuple[Symmetric, Symmetric]]) -> LinearSystem:
+    mesh = box(20, 4, 3)
+    # Without symmetry, so that no two components of a mode are alike and its sign is no matter of round-off.
+    x, y, z = mesh.points.T
+    mesh = replace(mesh, points=np.stack([x, y * (1 + x), z * (1 + 2 * x + 10 * y)], axis=1))
+    mass, stiffness = assembled(mesh, STEEL)
+    clamp = np.flatnonzero(mesh.points[:, 0] == 0)
+    if springs:
+        return supported_system(mesh, mass, stiffness, springs=[GroundedSpring(nodes=clamp, stiffness=(1e9, 2e9, 3e9))])
+    return supported_system(mesh, mass, stiffness, [Support(nodes=clamp)])
+
+
+@pytest.mark.parametrize("springs", [False, True], ids=["clamped", "on springs"])
+@pytest.mark.parametrize("boundary", [[30, 31, 32, 90, 91, 92], [31, 90, 200]], ids=["whole nodes", "directions"])
+def test_matrices_of_which_half_is_stored_give_the_same_model(springs: bool, boundary: list[int]) -> None:
+    compact, whole = (
+        craig_bampton(long_bar(springs, way), {"kept": np.array(boundary)}, n_mode=20)
+        for way in (assemble_compact, assemble)
+    )
+    for name in ("stiffness", "mass", "recovery"):
+        found, expected = getattr(compact, name), getattr(whole, name)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=ROUND_OFF * np.abs(expected).max())
+
+
+def test_narrow_blocks_and_a_short_basis_change_nothing_but_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    system = long_bar(False, assemble_compact)
+    boundary = {"kept": np.arange(40)}
+    wide = craig_bampton(system, boundary, n_mode=50)
+    monkeypatch.setattr(reduction.craig_bampton, "AT_ONCE", 7)
+    monkeypatch.setattr(reduction.constraint_modes, "MEMORY", 1.0)
+    monkeypatch.setattr(fe.block_lanczos, "MEMORY", 1.0)
+    narrow = craig_bampton(system, boundary, n_mode=50)
+    np.testing.assert_allclose(narrow.recovery, wide.recovery, rtol=0, atol=ROUND_OFF * np.abs(wide.recovery).max())
+    np.testing.assert_allclose(narrow.fixed_interface_frequency, wide.fixed_interface_frequency, rtol=ROUND_OFF)
+
+
 def rigid_mass(mesh: Mesh, mass: sp.csr_array) -> np.ndarray:
     motions = rigid_motions(mesh.points).reshape(-1, 6)
     return motions.T @ (mass @ motions)
+
+
+def test_damping_of_the_reduced_model_is_the_full_ones_reduced() -> None:
+    _, system = clamped_box()
+    damping = RayleighDamping(mass_factor=30.0, stiffness_factor=2e-7)
+    boundary = {"a": np.array([7, 3]), "b": np.array([50])}
+    of_full = craig_bampton(damped(system, damping), boundary, n_mode=8).damping
+    of_reduced = rayleigh_damped(craig_bampton(system, boundary, n_mode=8), damping).damping
+    np.testing.assert_allclose(of_reduced, of_full, rtol=0, atol=ROUND_OFF * np.abs(of_full).max())
 
 
 def test_projected_matrices_are_those_of_the_definition() -> None:
