@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.assembly import assemble
+from fe.assembly import assemble_compact
 from fe.blade_mesher import PadMesh
 from fe.boundary import Support, supported_system
 from fe.material import Material
@@ -121,7 +121,7 @@ def clamped(model: BladeModel) -> tuple[Mesh, LinearSystem, int]:
     """Mesh, clamped system without damping, and the number of held nodes."""
     mesh = mesh_any(model.blade, model.rule, model.pads)
     check_quality(mesh)
-    mass, stiffness = assemble(mesh, model.material)
+    mass, stiffness = assemble_compact(mesh, model.material)
     nodes = held_nodes(mesh, model.drop_every)
     return mesh, supported_system(mesh, mass, stiffness, [Support(nodes=nodes)]), len(nodes)
 

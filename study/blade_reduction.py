@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from fe.damping import damped, rayleigh_damping
+from fe.damping import rayleigh_damping
 from fe.mesh import Mesh
 from fe.modal import modes
 from hbsolve.dynamic_stiffness import DynamicStiffness
@@ -17,6 +17,7 @@ from hbsolve.harmonic_force import HarmonicForce
 from hbsolve.peak import Peak, resonance_peak, undamped_from_peak
 from reduction.craig_bampton import craig_bampton
 from reduction.memory_estimate import reduction_memory, refuse_beyond_memory
+from reduction.rayleigh import rayleigh_damped
 from reduction.rom import ReducedModel
 from reduction.rom_error import rom_error
 from study.blade_model import MODEL_CODE, BladeModel, boundary_rows, clamped
@@ -74,14 +75,14 @@ def reduce_blade(model: BladeModel, provenance: Mapping[str, str] | None = None)
     provenance
         Travels with the reduced model.
     """
-    mesh, undamped, n_held = clamped(model)
-    rows = boundary_rows(mesh, undamped)
+    mesh, system, n_held = clamped(model)
+    rows = boundary_rows(mesh, system)
     n_boundary = sum(len(each) for each in rows.values())
-    needed = reduction_memory(undamped.stiffness, n_boundary, model.n_mode)
-    refuse_beyond_memory(needed, f"reducing {undamped.n_dof} degrees of freedom to {n_boundary} and modes")
-    full = modes(undamped, N_FREQUENCY)
-    system = damped(undamped, rayleigh_damping(model.damping_ratio, float(full.frequency[0])))
-    rom = craig_bampton(system, rows, model.n_mode, provenance)
+    needed = reduction_memory(system.stiffness, n_boundary, model.n_mode)
+    refuse_beyond_memory(needed, f"reducing {system.n_dof} degrees of freedom to {n_boundary} and modes")
+    full = modes(system, N_FREQUENCY)
+    damping = rayleigh_damping(model.damping_ratio, float(full.frequency[0]))
+    rom = rayleigh_damped(craig_bampton(system, rows, model.n_mode, provenance), damping)
     reduced = rom.modes(N_FREQUENCY)
     peak = first_peak(rom, float(reduced.frequency[0]))
     return Reduction(

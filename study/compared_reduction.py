@@ -8,12 +8,13 @@ import scipy.sparse as sp
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from fe.damping import damped, rayleigh_damping
+from fe.damping import rayleigh_damping
 from fe.errors import SupportError
 from fe.modal import STRAINLESS, modes
 from fe.system import LinearSystem
 from reduction.craig_bampton import craig_bampton
 from reduction.memory_estimate import reduction_memory, refuse_beyond_memory
+from reduction.rayleigh import rayleigh_damped
 from reduction.rom import ReducedModel
 from reduction.rom_error import rom_error
 
@@ -96,9 +97,7 @@ def compared_reduction(
         full = _free_frequency(system, reduced)
         reduced = np.where(full > 0, reduced, 0.0)
     if damping_ratio is not None and reduced.any():
-        system = damped(system, rayleigh_damping(damping_ratio, float(reduced[reduced > 0][0])))
-        projected = rom.recovery.T @ (system.damping @ rom.recovery)
-        rom = replace(rom, damping=(projected + projected.T) / 2)
+        rom = rayleigh_damped(rom, rayleigh_damping(damping_ratio, float(reduced[reduced > 0][0])))
     return ComparedReduction(
         rom=rom,
         frequency=full,
@@ -115,7 +114,8 @@ def _free_frequency(system: LinearSystem, reduced: Frequencies) -> Frequencies:
         LEAST_SHIFT * float((stiff / heavy).max()),
         SHIFT * (2 * np.pi * float(elastic[0])) ** 2 if len(elastic) else 0.0,
     )
-    found = modes(replace(system, stiffness=sp.csr_array(system.stiffness + shift * system.mass)), len(reduced))
+    shifted = sp.csr_array(system.stiffness.tocsr() + shift * system.mass.tocsr())
+    found = modes(replace(system, stiffness=shifted), len(reduced))
     shapes = found.mode_shapes
     strain = np.einsum("nm,nm->m", shapes, system.stiffness @ shapes)
     share = strain / np.einsum("nm,n,nm->m", shapes, stiff, shapes)

@@ -9,16 +9,19 @@ import scipy.sparse as sp
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from fe.assembly import assemble
-from fe.boundary import Support, supported_system
+from fe.assembly import assemble_compact
+from fe.boundary import Support, supported_system, unsupported_system
 from fe.errors import SupportError
+from fe.factor import Symmetric
 from fe.material import Material
 from fe.mesh import Mesh
 from fe.mode_check import ModeCheck
+from fe.node_matrix import NodeMatrix
 from fe.station_coordinates import StationCoordinates
 from fe.stress import nodal_stress, von_mises
 from fe.system import LinearSystem
 from fe.tet_mesher import TetRule, mesh_solid
+from fe.upper_blocks import UpperBlocks
 from geometry.face_selector import FaceSelector
 from geometry.part import MILLIMETRES_PER_METRE
 from geometry.step_part import read_body, step_part
@@ -129,16 +132,16 @@ def step_mesh(file: Path, faces: Mapping[str, Sequence[FaceSelector]], rule: Tet
 
 
 @stage("matrices of a part", rooms=("fe", *CODE))
-def part_matrices(mesh: Mesh, material: Material) -> tuple[sp.csr_array, sp.csr_array]:
+def part_matrices(mesh: Mesh, material: Material) -> tuple[NodeMatrix, UpperBlocks]:
     """Mass and stiffness of all nodes [kg, N/m]."""
-    return assemble(mesh, material)
+    return assemble_compact(mesh, material)
 
 
 @stage("reduced part", rooms=("fe", "reduction", *CODE))
 def reduced_part(
     mesh: Mesh,
     material: Material,
-    matrices: tuple[sp.csr_array, sp.csr_array],
+    matrices: tuple[Symmetric, Symmetric],
     to_nodes: sp.csr_array | None,
     supports: Sequence[Kept],
     boundary: Mapping[str, Kept],
@@ -187,7 +190,7 @@ def reduced_part(
 @stage("check of a reduced part", rooms=("fe", "reduction", *CODE))
 def checked_part(
     mesh: Mesh,
-    matrices: tuple[sp.csr_array, sp.csr_array],
+    matrices: tuple[Symmetric, Symmetric],
     to_nodes: sp.csr_array | None,
     supports: Sequence[Kept],
     rom: ReducedModel,
@@ -202,7 +205,7 @@ def checked_part(
 
 def _held(
     mesh: Mesh,
-    matrices: tuple[sp.csr_array, sp.csr_array],
+    matrices: tuple[Symmetric, Symmetric],
     place: StationCoordinates | None,
     supports: Sequence[Kept],
 ) -> LinearSystem:
@@ -210,8 +213,7 @@ def _held(
     if supports:
         held = [Support(nodes=each.nodes, directions=each.directions) for each in supports]
         return supported_system(mesh, mass, stiffness, held)
-    everything = np.arange(3 * mesh.n_node)
-    return LinearSystem(mass=mass, damping=0 * mass, stiffness=stiffness, free=everything, n_node=mesh.n_node)
+    return unsupported_system(mesh, mass, stiffness)
 
 
 def _shapes(mesh: Mesh, material: Material, compared: ComparedReduction) -> Shapes:

@@ -4,11 +4,9 @@ import importlib.metadata
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-import numpy as np
-import scipy.sparse as sp
-
-from fe.assembly import assemble
-from fe.boundary import Support, supported_system
+from fe.assembly import assemble_compact
+from fe.boundary import Support, supported_system, unsupported_system
+from fe.factor import Symmetric
 from fe.mesh import Mesh
 from fe.mesh_quality import check_quality
 from fe.mode_check import ModeCheck
@@ -51,7 +49,7 @@ def reduced_body(model: RigModel, body: str) -> ReducedBody:
     meshed = model.meshed()
     mesh, place = meshed.meshes[body], meshed.coordinates.get(body)
     quality = check_quality(mesh)
-    mass, stiffness = assemble(mesh, model.material)
+    mass, stiffness = assemble_compact(mesh, model.material)
     system = _in_coordinates(mesh, body, mass, stiffness, place)
     boundary = {name: system.rows(nodes) for name, nodes in mesh.node_sets.items()}
     version = importlib.metadata.version("stickslip")
@@ -79,7 +77,7 @@ def checked_body(model: RigModel, body: str, rom: ReducedModel) -> ModeCheck:
     """Check the fixed-interface modes of what `reduced_body` made."""
     meshed = model.meshed()
     mesh, place = meshed.meshes[body], meshed.coordinates.get(body)
-    mass, stiffness = assemble(mesh, model.material)
+    mass, stiffness = assemble_compact(mesh, model.material)
     system = _in_coordinates(mesh, body, mass, stiffness, place)
     if place is not None:
         rom = replace(rom, recovery=place.vectors(system, rom.recovery))
@@ -87,17 +85,16 @@ def checked_body(model: RigModel, body: str, rom: ReducedModel) -> ModeCheck:
 
 
 def _in_coordinates(
-    mesh: Mesh, body: str, mass: sp.csr_array, stiffness: sp.csr_array, place: StationCoordinates | None
+    mesh: Mesh, body: str, mass: Symmetric, stiffness: Symmetric, place: StationCoordinates | None
 ) -> LinearSystem:
     if place is None:
         return held_body(mesh, body, mass, stiffness)
     return held_body(mesh, body, place.matrix(mass), place.matrix(stiffness))
 
 
-def held_body(mesh: Mesh, body: str, mass: sp.csr_array, stiffness: sp.csr_array) -> LinearSystem:
+def held_body(mesh: Mesh, body: str, mass: Symmetric, stiffness: Symmetric) -> LinearSystem:
     """A body in full, on its supports."""
     held = HELD[body.partition("_")[0]]
     if held:
         return supported_system(mesh, mass, stiffness, [Support(nodes=mesh.nodes(name)) for name in held])
-    everything = np.arange(3 * mesh.n_node)
-    return LinearSystem(mass=mass, damping=0 * mass, stiffness=stiffness, free=everything, n_node=mesh.n_node)
+    return unsupported_system(mesh, mass, stiffness)

@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from fe.assembly import assemble
-from fe.boundary import Support, supported_system
+from fe.assembly import assemble_compact
+from fe.boundary import Support, supported_system, unsupported_system
 from fe.free_modes import free_modes
 from fe.material import Material
 from fe.mesh import Mesh
@@ -53,13 +53,11 @@ def blade_shapes(model: BladeModel, n_mode: int) -> Shapes:
 @stage("mode shapes of a mesh", rooms=MODEL_CODE)
 def mesh_shapes(mesh: Mesh, material: Material, fixed: tuple[str, ...], n_mode: int) -> Shapes:
     """Compute the lowest modes of a mesh, held at the named sets, or free if there are none."""
-    mass, stiffness = assemble(mesh, material)
+    mass, stiffness = assemble_compact(mesh, material)
     if fixed:
         system = supported_system(mesh, mass, stiffness, [Support(nodes=mesh.nodes(name)) for name in fixed])
         return _shapes(mesh, material, system, modes(system, n_mode))
-    everything = np.arange(3 * mesh.n_node)
-    nothing = 0 * mass
-    system = LinearSystem(mass=mass, damping=nothing, stiffness=stiffness, free=everything, n_node=mesh.n_node)
+    system = unsupported_system(mesh, mass, stiffness)
     return _shapes(mesh, material, system, free_modes(system, mesh, material, n_mode))
 
 

@@ -233,7 +233,7 @@ def test_a_second_run_computes_nothing_and_other_modes_no_matrices(home: Path, m
     def fail(*_: object, **__: object) -> None:
         raise AssertionError
 
-    monkeypatch.setattr("study.part_stages.assemble", fail)
+    monkeypatch.setattr("study.part_stages.assemble_compact", fail)
     (home / "bar.toml").write_text(MESH_CASE.replace("modes = 12", "modes = 6"))
     assert stickslip("reduce", "bar.toml", "--out", "out") == 0
     (home / "bar.toml").write_text(MESH_CASE)
@@ -348,7 +348,7 @@ def test_more_than_the_memory_is_refused_before_it_is_taken(
     home: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("reduction.memory_estimate.available_memory", lambda: 1e6)
-    monkeypatch.setattr("study.part_stages.assemble", None)
+    monkeypatch.setattr("study.part_stages.assemble_compact", None)
     assert stickslip("reduce", "bar.toml", "--out", "out") == 2
     said = capfd.readouterr().err
     assert "GB of memory, but 0.001 GB are free: take larger elements" in said
