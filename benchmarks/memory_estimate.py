@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from fe.allocator import give_back
-from fe.assembly import assemble
+from fe.assembly import assemble_compact
 from fe.blade_mesher import mesh_blade
 from fe.boundary import Support, supported_system
 from fe.element import HEX20
@@ -71,7 +71,7 @@ def measure(body: str) -> None:
     before_matrices = held("VmRSS")
     early = mesh_memory(mesh, 3 * N_NODE, N_MODE)
     clamp = mesh.nodes("clamp")
-    system = supported_system(mesh, *assemble(mesh, STEEL), [Support(nodes=clamp)])
+    system = supported_system(mesh, *assemble_compact(mesh, STEEL), [Support(nodes=clamp)])
     free = np.setdiff1d(mesh.corner_nodes(), clamp)
     kept = np.random.default_rng(0).permutation(free)[:N_NODE]
     estimate = reduction_memory(system.stiffness, 3 * N_NODE, N_MODE)

@@ -21,8 +21,9 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 import fe.krylov_basis
 import reduction.craig_bampton
-from fe.assembly import assemble
+from fe.assembly import assemble_compact
 from fe.blade_mesher import PadMesh, mesh_blade
+from fe.boundary import unsupported_system
 from fe.calculix_run import run_frequency
 from fe.element import HEX20
 from fe.hex_blocks import Block, mesh_blocks
@@ -30,6 +31,7 @@ from fe.material import STEEL
 from fe.mesh import Mesh
 from fe.mesh_rule import MeshRule
 from fe.sparse_solver import Backend, Factor, factorise
+from fe.symmetric_part import part
 from fe.system import LinearSystem
 from geometry.blade import Blade
 from reduction.mode_check import check_fixed_interface_modes
@@ -83,7 +85,7 @@ class Stopwatch:
         self.seconds: dict[str, float] = {}
         self.columns: dict[str, int] = {}
         self.calls: dict[str, int] = {}
-        self.factor: Any = None
+        self.work: tuple[float, float] | None = None
         self.stage = ""
 
     def watch(self, owner: Any, name: str, stage: str) -> None:
@@ -99,18 +101,23 @@ class Stopwatch:
 
         setattr(owner, name, timed)
 
-    def keep(self, factor: Factor) -> Factor:
-        self.factor = factor
-        return self
+
+class TimedFactor:
+    """A factor whose solutions are timed. The stopwatch does not hold it: it goes when the reduction drops it."""
+
+    def __init__(self, factor: Factor, watch: Stopwatch) -> None:
+        self.factor, self.watch = factor, watch
+        watch.work = getattr(factor, "work", None)
 
     def solve(self, right_hand_side: NDArray[np.float64]) -> NDArray[np.float64]:
+        watch = self.watch
         start = clock()
         solution = self.factor.solve(right_hand_side)
         width = 1 if right_hand_side.ndim == 1 else right_hand_side.shape[1]
-        key = f"{self.stage}: solves"
-        self.seconds[key] = self.seconds.get(key, 0.0) + clock() - start
-        self.columns[key] = self.columns.get(key, 0) + width
-        self.calls[key] = self.calls.get(key, 0) + 1
+        key = f"{watch.stage or 'constraint modes'}: solves"
+        watch.seconds[key] = watch.seconds.get(key, 0.0) + clock() - start
+        watch.columns[key] = watch.columns.get(key, 0) + width
+        watch.calls[key] = watch.calls.get(key, 0) + 1
         return solution
 
 
@@ -142,9 +149,8 @@ def with_stickslip(shape: str, mesh: Mesh, is_checked: bool) -> dict[str, Any]:
     boundary = {"root": system.rows(boundary_nodes(mesh, shape))}
     room = reduction.craig_bampton
     plain = room.factorise
-    room.factorise = lambda matrix: watch.keep(plain(matrix))
+    room.factorise = lambda matrix: TimedFactor(plain(matrix), watch)
     watch.watch(room, "factorise", "factor")
-    watch.watch(room, "constraint_modes", "constraint modes")
     watch.watch(room, "fixed_interface_modes", "modes")
     basis = fe.krylov_basis.KrylovBasis
     for name, stage in (("_without", "orthogonality"), ("_orthonormalise", "block of orthonormal columns")):
@@ -152,8 +158,6 @@ def with_stickslip(shape: str, mesh: Mesh, is_checked: bool) -> dict[str, Any]:
     start = clock()
     rom = room.craig_bampton(system, boundary, N_MODE)
     total, memory = clock() - start, peak()
-    work = getattr(watch.factor, "work", None)
-    watch.factor = None
     result = {
         "n_dof": system.n_dof,
         "n_boundary": rom.n_boundary,
@@ -162,7 +166,7 @@ def with_stickslip(shape: str, mesh: Mesh, is_checked: bool) -> dict[str, Any]:
         "stages": watch.seconds,
         "columns": watch.columns,
         "calls": watch.calls,
-        "work": work,
+        "work": watch.work,
         "frequency": list(rom.fixed_interface_frequency),
     }
     if is_checked:
@@ -174,18 +178,14 @@ def with_stickslip(shape: str, mesh: Mesh, is_checked: bool) -> dict[str, Any]:
 
 
 def unsupported(mesh: Mesh) -> LinearSystem:
-    mass, stiffness = assemble(mesh, STEEL)
-    n = mass.shape[0]
-    return LinearSystem(
-        mass=mass, damping=sp.csr_array((n, n)), stiffness=stiffness, free=np.arange(n), n_node=mesh.n_node
-    )
+    return unsupported_system(mesh, *assemble_compact(mesh, STEEL))
 
 
 def with_eigsh(shape: str, mesh: Mesh, backend: Backend) -> dict[str, Any]:
     """ARPACK on a factor; the time of the factor and of the modes apart."""
     system = unsupported(mesh)
     interior = np.setdiff1d(np.arange(system.n_dof), system.rows(boundary_nodes(mesh, shape)))
-    mass, stiffness = (sp.csr_array(each[interior][:, interior]) for each in (system.mass, system.stiffness))
+    mass, stiffness = (part(each, interior).tocsr() for each in (system.mass, system.stiffness))
     del system
     start = clock()
     factor = factorise(stiffness, backend=backend)

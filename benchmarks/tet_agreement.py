@@ -23,7 +23,6 @@ from fe.mesh import Mesh
 from fe.mesh_quality import cell_quality
 from fe.modal import modes
 from fe.station_coordinates import StationCoordinates, station_coordinates
-from fe.system import LinearSystem
 from fe.tet_mesher import TetRule, mesh_solid
 from geometry.rig import rig_parts
 from reduction.assembly import ReducedAssembly
@@ -31,6 +30,7 @@ from reduction.craig_bampton import craig_bampton
 from reduction.joined import joined
 from reduction.rom import ReducedModel
 from study.case import load_case
+from study.rig_body import held_body
 from study.rig_case import RigCase, rig_model
 from study.rig_joints import line_pairs
 from study.rig_model import BODIES, HELD, RigModel, mirror_image, with_excitation
@@ -91,12 +91,7 @@ def reduced(model: RigModel, body: str, mesh: Mesh, place: StationCoordinates | 
     mass, stiffness = assemble(mesh, model.material)
     if place is not None:
         mass, stiffness = place.matrix(mass), place.matrix(stiffness)
-    held = [Support(nodes=mesh.nodes(name)) for name in HELD[body.partition("_")[0]]]
-    if held:
-        system = supported_system(mesh, mass, stiffness, held)
-    else:
-        everything = np.arange(3 * mesh.n_node)
-        system = LinearSystem(mass=mass, damping=0 * mass, stiffness=stiffness, free=everything, n_node=mesh.n_node)
+    system = held_body(mesh, body, mass, stiffness)
     rom = craig_bampton(system, {name: system.rows(nodes) for name, nodes in mesh.node_sets.items()}, N_MODE)
     return rom if place is None else replace(rom, recovery=place.displacement(system, rom.recovery))
 

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.linalg import eigh
 
-from fe.assembly import assemble
+from fe.assembly import assemble_compact
 from fe.blade_mesher import mesh_blade
 from fe.boundary import Support, supported_system
 from fe.damping import rayleigh_damping
@@ -26,7 +26,7 @@ LEVELS = (1.0, 3.0, 5.0, 10.0)  # N
 
 blade = Blade()
 mesh = mesh_blade(blade, MeshRule(element=HEX20, through_thickness=1, length_ratio=2.3, length_cap=0.008))
-free = supported_system(mesh, *assemble(mesh, STEEL), [Support(nodes=mesh.nodes("clamp"))])
+free = supported_system(mesh, *assemble_compact(mesh, STEEL), [Support(nodes=mesh.nodes("clamp"))])
 names = ("excitation", "response", "contact_positive", "contact_negative")
 rom = craig_bampton(free, {name: free.rows(mesh.node_sets[name]) for name in names}, n_mode=40)
 

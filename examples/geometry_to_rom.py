@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from fe.assembly import assemble
+from fe.assembly import assemble_compact
 from fe.blade_mesher import mesh_blade
 from fe.boundary import Support, supported_system
 from fe.element import HEX20
@@ -19,7 +19,7 @@ write_step(blade_part(blade), Path("blade.step"))
 
 rule = MeshRule(element=HEX20, through_thickness=1, length_ratio=2.3, length_cap=0.008)
 mesh = mesh_blade(blade, rule)
-mass, stiffness = assemble(mesh, STEEL)
+mass, stiffness = assemble_compact(mesh, STEEL)
 system = supported_system(mesh, mass, stiffness, [Support(nodes=mesh.nodes("clamp"))])
 
 names = ("excitation", "response", "contact_positive", "contact_negative")
