@@ -15,6 +15,7 @@ from study.errors import CaseError
 from study.figure.contact_states import StatePanel, contact_states_figure
 from study.figure.limit_band import Band, limit_band_figure
 from study.figure.limit_levels import LimitsByLevel, limit_levels_figure
+from study.kept_modes import fewer_modes_of_rig
 from study.kept_tasks import KeptTasks
 from study.limits_case import FORCES, LimitsTable
 from study.limits_curve import FoundLimits, found_limits
@@ -117,6 +118,8 @@ def _rig(path: Path, run: RunContext) -> _Asked:
     model = rig_model(case)
     with located(case, "mesh"):
         reduction = reduce_rig(model, run.store, run.progress)
+    for sentence in fewer_modes_of_rig(reduction.assembly, model.n_mode):
+        run.note(sentence)
     system = rig_system(case, model.rig, reduction)
     return _Asked(
         case=case,
