@@ -31,7 +31,7 @@ from study.rig_system import no_sweep, rig_system
 from study.run_context import RunContext
 from study.solve_case import FrequencySweepTable, LevelSweepTable, SolveCase
 from study.solve_model import SolveModel, solve_model
-from study.solve_result import STATES
+from study.solve_result import DRAWN_STATES
 
 #: Columns of the figure of states that can still be read.
 MOST_LEVELS = 6
@@ -186,7 +186,7 @@ def _figures(curves: LimitCurves, asked: _Asked) -> dict[str, bytes]:
                 StatePanel(
                     label=f"{SIDES[side]} limit, {names[level]}",
                     parameter=limits.frequency,
-                    states=STATES,
+                    states=DRAWN_STATES,
                     share=curves.share[side, level],
                 )
                 for level in chosen
