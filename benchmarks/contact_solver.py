@@ -11,7 +11,6 @@ import os
 import resource
 import sys
 import time
-from collections.abc import Callable
 
 for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[threads] = "1"  # before numpy reads them
@@ -19,6 +18,7 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import numpy as np  # noqa: E402
 from damper_model import TIP, damper_system, stuck_frequencies  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
+from processor_time import processor_time  # noqa: E402
 
 from hbsolve.balance import HarmonicBalance  # noqa: E402
 from hbsolve.condensed import Condensed  # noqa: E402
@@ -27,17 +27,6 @@ from hbsolve.newton import newton  # noqa: E402
 from hbsolve.steady_state import MAX_ITERATION, TOLERANCE, NoConvergence, SteadyState, forces_at, residual, steady_state  # noqa: E402
 
 N_HARMONIC, N_SAMPLE, N_POINT = 6, 256, 100
-
-
-def best(job: Callable[[], object], repeats: int) -> float:
-    """Processor time of one call, the best of five rounds [s]."""
-    rounds = []
-    for _ in range(5):
-        start = time.process_time()
-        for _ in range(repeats):
-            job()
-        rounds.append((time.process_time() - start) / repeats)
-    return min(rounds)
 
 
 def forward_differences(balance: HarmonicBalance, condensed: Condensed, state: SteadyState) -> NDArray[np.float64]:
@@ -101,7 +90,7 @@ def measure(force: float) -> None:
         return residual(balance, condensed, x, forces_at(balance, peak.angular_frequency, x, peak.start, want))
 
     active = int(forces_at(balance, peak.angular_frequency, x, peak.start, JACOBIAN).active.sum())
-    one, both = best(lambda: evaluate(FORCE), 20), best(lambda: evaluate(JACOBIAN), 20)
+    one, both = processor_time(lambda: evaluate(FORCE), 20), processor_time(lambda: evaluate(JACOBIAN), 20)
     start = time.process_time()
     differences = forward_differences(balance, condensed, peak)
     by_differences = time.process_time() - start
@@ -122,7 +111,7 @@ def measure(force: float) -> None:
 
     iterations = max(solve(), 1)
     # A call evaluates the start as well.
-    iteration = (best(solve, 5) - both) / iterations
+    iteration = (processor_time(solve, 5) - both) / iterations
 
     print(f"\n{system.n_dof} degrees of freedom, {len(system.joints)} contacts, {x.size} unknowns, {force:g} N\n")
     print("| what | time |\n|---|---|")
@@ -130,7 +119,9 @@ def measure(force: float) -> None:
     print(f"| residual and Jacobian of all joints | {1e3 * both:.3f} ms |")
     print(f"| {x.size} forward differences | {1e3 * by_differences:.0f} ms |")
     print(f"| Newton iteration, mean of {iterations} | {1e3 * iteration:.3f} ms |")
-    print(f"| condensing at a frequency | {1e3 * best(lambda: balance.at(peak.angular_frequency), 5):.2f} ms |")
+    print(
+        f"| condensing at a frequency | {1e3 * processor_time(lambda: balance.at(peak.angular_frequency), 5):.2f} ms |"
+    )
     print(f"| curve, {N_POINT} points | {curve:.2f} s |")
     print(f"| first solve, kernels from their cache | {compiled:.2f} s |")
     print(f"\nforward differences against residual and Jacobian: {by_differences / both:.0f}")

@@ -18,11 +18,10 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import numpy as np  # noqa: E402
 from damper_model import TIP, damper_system, stuck_frequencies  # noqa: E402
-from limits_full_space import interior_point, trust_region  # noqa: E402
+from limits_full_space import race  # noqa: E402
 
 from hbsolve.balance import HarmonicBalance  # noqa: E402
 from hbsolve.limits.fresh import fresh_histories  # noqa: E402
-from hbsolve.limits.local_search import Side, local_search  # noqa: E402
 from hbsolve.limits.objective import Output  # noqa: E402
 from hbsolve.limits.problem import LimitProblem  # noqa: E402
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits  # noqa: E402
@@ -71,38 +70,6 @@ def show(limits: ResponseLimits) -> None:
     print(f"largest residual {np.nanmax(limits.residual):.1e}")
 
 
-def full_space(problem: LimitProblem, limits: ResponseLimits, level: int, at: int, seconds: float) -> None:
-    """One upper limit, from the same start, in the sliders alone and in all unknowns."""
-    omega, force = float(limits.angular_frequency[at]), float(limits.level[level])
-    point = problem.at(omega, force)
-    start = point.from_rest(problem.box.nominal) or point.from_anywhere(problem.box.nominal)
-    settled = start and point.settle(start.x, start.w)
-    if settled is None:
-        print("no start")
-        return
-    # A stuck state has no gradient: all ways start from one from which there is something to gain.
-    random = np.random.default_rng(1)
-    for _ in range(60):
-        w = problem.box.nominal + random.uniform(-1, 1, len(settled.w)) * problem.box.reach
-        other = point.towards(w, settled)
-        other = other and point.settle(other.x, other.w)
-        if other and local_search(point, other, Side.UPPER).value > 1.1 * other.value:
-            settled = other
-            break
-    else:
-        print("no start from which there is anything to gain")
-        return
-    best = limits.upper[level, at]
-    began = time.process_time()
-    own = local_search(point, settled, Side.UPPER)
-    spent = time.process_time() - began
-    where = f"{force:g} N, {omega / 2 / np.pi:.2f} Hz: start {settled.value * 1e6:.3f} um, best known {best * 1e6:.3f}"
-    print(f"\n{where}\n  in the sliders: {own.value * 1e6:.3f} um in {spent:.3f} s")
-    for name, method in (("trust-constr, differences", trust_region), ("IPOPT, exact derivatives", interior_point)):
-        value, residual, cost = method(point, settled, seconds, max(0.99 * best, own.value * 0.999))
-        print(f"  {name}: {value * 1e6:.3f} um, |R| {residual:.0e}, {cost:.1f} s, {cost / spent:.0f} times")
-
-
 def main() -> None:
     given = [float(text) for text in sys.argv[1:]] + [60, 300, 1, 0][len(sys.argv) - 1 :]
     n_frequency, n_history, second, seconds = int(given[0]), int(given[1]), int(given[2]), given[3]
@@ -138,8 +105,8 @@ def main() -> None:
             differ = np.abs(two / one - 1)
             print(f"two seeds, {name}: worst {differ.max():.2%}, {(differ > 5e-3).sum()} of {differ.size} above 0.5 %")
     if seconds:
-        for level, share in ((2, 0.96), (1, 0.985)):
-            full_space(problem, limits, level, int(np.abs(omega - share * first).argmin()), seconds)
+        for level in (2, 1):  # where the band is widest
+            race(problem, limits, level, int(np.nanargmax(limits.upper[level] / limits.lower[level])), seconds)
 
 
 if __name__ == "__main__":

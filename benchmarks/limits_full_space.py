@@ -3,10 +3,12 @@
 `trust_region` is closest to the paper's way: SciPy's trust-constr with forward differences of everything.
 `interior_point` gives IPOPT the exact first derivatives, and lets it build its second ones from them.
 Both are stopped by processor time; the first also once it holds a state as good as asked for with a small residual.
+`race` runs them and the local search from one start; `limits.py` and `rig_limits_trust.py` call it.
 """
 
 import time
 from contextlib import suppress
+from math import pi
 
 import numpy as np
 import scipy.optimize
@@ -14,7 +16,10 @@ from numpy.typing import NDArray
 
 from hbsolve.aft import Start
 from hbsolve.contact.law import FORCE, PARAMETERS
+from hbsolve.limits.local_search import Side, local_search
 from hbsolve.limits.point import LimitPoint, Trial
+from hbsolve.limits.problem import LimitProblem
+from hbsolve.limits.result import ResponseLimits
 from hbsolve.parameter import spread
 from hbsolve.steady_state import forces_at, residual
 
@@ -198,3 +203,48 @@ def interior_point(point: LimitPoint, trial: Trial, seconds: float, _wanted: flo
     with suppress(RuntimeError):
         solver(x0=space.start, lbx=space.bounds[0], ubx=space.bounds[1], lbg=0, ubg=0)
     return *space.best, space.spent
+
+
+#: What a race runs beside the local search.
+WAYS = (("trust-constr, differences", trust_region), ("IPOPT, exact derivatives", interior_point))
+#: `trust_region` is stopped at this share of the best known value.
+NEAR = 0.99
+#: The local search raises the start of a race by this share at least.
+GAIN = 0.02
+
+
+def start_of_race(problem: LimitProblem, point: LimitPoint) -> Trial | None:
+    """A state from which there is something to gain: a stuck one has no gradient."""
+    rest = point.from_rest(problem.box.nominal) or point.from_anywhere(problem.box.nominal)
+    random = np.random.default_rng(1)
+    for _ in range(60):
+        if rest is None:
+            return None
+        w = problem.box.nominal + random.uniform(-1, 1, problem.box.nominal.shape) * problem.box.reach
+        other = point.towards(w, rest)
+        other = other and point.settle(other.x, other.w)
+        if other and local_search(point, other, Side.UPPER).value > (1 + GAIN) * other.value:
+            return other
+    return None
+
+
+def race(problem: LimitProblem, limits: ResponseLimits, row: int, at: int, seconds: float) -> None:
+    """Print what one upper limit, by row of levels and place of its frequency, costs in each way from one start."""
+    omega, level, best = float(limits.angular_frequency[at]), float(limits.level[row]), float(limits.upper[row, at])
+    print(f"\n{level:g} N, {omega / 2 / pi:.2f} Hz, best known {best * 1e6:.3f} um", flush=True)
+    point = problem.at(omega, level)
+    start = start_of_race(problem, point)
+    if start is None:
+        print("  no start from which there is anything to gain")
+        return
+    began = time.process_time()
+    local = local_search(point, start, Side.UPPER).value
+    spent = time.process_time() - began
+    print(f"  start of the race: {start.value * 1e6:.3f} um; local search: {local * 1e6:.3f} um in {spent:.3f} s")
+    for name, method in WAYS:
+        value, size, cost = method(point, start, seconds, NEAR * best)
+        more = "" if value >= NEAR * best else "more than "
+        print(
+            f"  {name}: {value * 1e6:.3f} um, |R| {size:.0e}, {cost:.0f} s: {more}{cost / spent:.0f} times",
+            flush=True,
+        )

@@ -28,6 +28,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from processor_time import processor_time
+
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1") | {
     "XLA_FLAGS": "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
 }
@@ -62,17 +64,6 @@ def chain(n_mass: int, sliding: list[int], frequency_count: int) -> dict[str, An
         "force": 10.0,
         "angular_frequency": np.linspace(first, last, frequency_count),
     }
-
-
-def processor_time(job: Callable[[], object], repeats: int) -> float:
-    """Of one call [s]: the best of five rounds."""
-    rounds = []
-    for _ in range(5):
-        start = time.process_time()
-        for _ in range(repeats):
-            job()
-        rounds.append((time.process_time() - start) / repeats)
-    return min(rounds)
 
 
 def with_pyharm(problem: dict[str, Any], data: dict[str, Any], answers: Any) -> dict[str, Any]:

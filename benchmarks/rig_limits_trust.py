@@ -13,7 +13,6 @@ import argparse
 import os
 import time
 from collections.abc import Sequence
-from math import pi
 
 for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(threads, "1")  # before numpy reads them
@@ -21,13 +20,12 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
-from benchmarks.limits_full_space import interior_point, trust_region  # noqa: E402
+from benchmarks.limits_full_space import race  # noqa: E402
 from benchmarks.rig_witness import prepared  # noqa: E402
 from hbsolve.limits.audit import audited  # noqa: E402
 from hbsolve.limits.fresh import fresh_histories  # noqa: E402
 from hbsolve.limits.local_search import Side, local_search  # noqa: E402
 from hbsolve.limits.optimum import Best, Optimum  # noqa: E402
-from hbsolve.limits.point import LimitPoint, Trial  # noqa: E402
 from hbsolve.limits.problem import LimitProblem  # noqa: E402
 from hbsolve.limits.response_limits import LimitSettings, response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
@@ -130,48 +128,13 @@ def reached(problem: LimitProblem, limits: ResponseLimits, histories: int, seed:
     print(f"samples and a local search: {points} limits of wide bands, at most {worst:.2%} short (aim {REACHED:.0%})")
 
 
-def start_of_race(problem: LimitProblem, point: LimitPoint) -> Trial | None:
-    """A state from which there is something to gain: a stuck one has no gradient."""
-    rest = point.from_rest(problem.box.nominal) or point.from_anywhere(problem.box.nominal)
-    random = np.random.default_rng(1)
-    for _ in range(60):
-        if rest is None:
-            return None
-        w = problem.box.nominal + random.uniform(-1, 1, problem.box.nominal.shape) * problem.box.reach
-        other = point.towards(w, rest)
-        other = other and point.settle(other.x, other.w)
-        if other and local_search(point, other, Side.UPPER).value > 1.02 * other.value:
-            return other
-    return None
-
-
-def race(problem: LimitProblem, limits: ResponseLimits, seconds: float) -> None:
-    """Print what one upper limit costs by the search of a single point, from one start, and in the full space."""
+def races(problem: LimitProblem, limits: ResponseLimits, seconds: float) -> None:
+    """Print what single upper limits cost by the search of their point alone, by a local search, and in full space."""
     for level, frequency in RACE:
         at, row = int(np.abs(limits.frequency - frequency).argmin()), list(limits.level).index(level)
-        omega, best = float(limits.angular_frequency[at]), float(limits.upper[row, at])
-        own, spent, _ = timed(problem, [omega], [level], LimitSettings(sample=0))
-        print(
-            f"\n{level:g} N, {omega / 2 / pi:.2f} Hz, best known {best * 1e6:.3f} um\n"
-            f"  search of this point alone, both limits: {own.upper[0, 0] * 1e6:.3f} um in {spent:.2f} s",
-            flush=True,
-        )
-        point = problem.at(omega, level)
-        start = start_of_race(problem, point)
-        if start is None:
-            print("  no start from which there is anything to gain")
-            continue
-        began = time.process_time()
-        local = local_search(point, start, Side.UPPER).value
-        spent = time.process_time() - began
-        print(f"  start of the race: {start.value * 1e6:.3f} um; local search: {local * 1e6:.3f} um in {spent:.3f} s")
-        for name, method in (("trust-constr, differences", trust_region), ("IPOPT, exact derivatives", interior_point)):
-            value, residual, cost = method(point, start, seconds, 0.99 * best)
-            more = "" if value >= 0.99 * best else "more than "
-            print(
-                f"  {name}: {value * 1e6:.3f} um, |R| {residual:.0e}, {cost:.0f} s: {more}{cost / spent:.0f} times",
-                flush=True,
-            )
+        race(problem, limits, row, at, seconds)
+        own, spent, _ = timed(problem, [float(limits.angular_frequency[at])], [level], LimitSettings(sample=0))
+        print(f"  search of this point alone, both limits: {own.upper[0, 0] * 1e6:.3f} um in {spent:.2f} s", flush=True)
 
 
 def main() -> None:
@@ -203,7 +166,7 @@ def main() -> None:
                 f"{limits.frequency[at]:.2f} Hz; {(differ > 5e-3).sum()} of {differ.size} above 0.5 %"
             )
     if asked.race:
-        race(problem, limits, asked.race)
+        races(problem, limits, asked.race)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Units at the door of a campaign: what stands in its files becomes SI.
+"""Units at the door of a campaign: what stands in its files becomes SI; `study.quantity` does so for case files.
 
 Compared by root units, not by dimension alone, because an angle has none: "deg" is no ratio, and 60 rpm is 1 Hz.
 """
@@ -14,12 +14,11 @@ if TYPE_CHECKING:
     import pint
 
 NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
-#: What test benches write; a misspelt unit is compared with these.
+#: What test benches and case files are written in; a misspelt unit is compared with these.
 FAMILIAR_UNITS = (
-    "m", "mm", "um", "µm", "nm", "cm", "inch", "N", "mN", "kN", "s", "ms", "us", "Hz", "kHz", "rpm", "rad/s", "rad",
-    "mrad", "deg", "m/s", "mm/s", "m/s^2", "mm/s^2", "g_n", "V", "mV", "%",
+    "m", "mm", "um", "µm", "nm", "cm", "km", "inch", "N", "mN", "kN", "MN", "Pa", "kPa", "MPa", "GPa", "kg", "g", "mg",
+    "tonne", "s", "ms", "us", "min", "Hz", "kHz", "rpm", "rad", "mrad", "deg", "percent", "J", "W", "g_n", "V", "mV",
 )  # fmt: skip
-_MEANS = {"%": "percent"}
 
 
 def si_factor(unit: str, si: str) -> float:
@@ -40,11 +39,11 @@ def si_factor(unit: str, si: str) -> float:
     # Pint takes half a second to import: most campaigns are written in SI and do without.
     if unit == si:
         return 1.0
-    factor, root = _root(unit)
-    wanted_factor, wanted = _root(si)
+    factor, root = root_units(unit)
+    wanted_factor, wanted = root_units(si)
     if root == wanted:
         return float(factor / wanted_factor)
-    if si == "Hz" and root == _root("rad/s")[1]:
+    if si == "Hz" and root == root_units("rad/s")[1]:
         return float(factor) / (2 * math.pi)
     hint = "; for the acceleration of gravity write g_n" if unit == "g" and si == "m/s^2" else ""
     needed = f'a unit such as "{si}" is needed' if si else "a bare number is needed"
@@ -56,7 +55,7 @@ def base_unit(unit: str) -> tuple[float, str]:
     if unit in {"m", "m/s", "m/s^2", "s", "rad", "N", "V", "Hz"}:
         return 1.0, unit
     for si in ("m", "m/s", "m/s^2", "N", "V", "s", "rad", "Hz"):
-        if _root(unit)[1] == _root(si)[1]:
+        if root_units(unit)[1] == root_units(si)[1]:
             return si_factor(unit, si), si
     raise ValueError(f'"{unit}" is no unit of a time record; give one such as "m", "m/s", "m/s^2", "N", "V" or "s"')
 
@@ -87,29 +86,40 @@ def si_quantity(value: object, si: str) -> float:
 
 
 @cache
-def _registry() -> "pint.UnitRegistry[Decimal]":
+def unit_registry() -> "pint.UnitRegistry[Decimal]":
+    """One registry for the process: pint takes over half a second to import and to read its definitions."""
     import pint
 
     return pint.UnitRegistry(non_int_type=Decimal)
 
 
 @cache
-def _root(unit: str) -> tuple[Decimal, tuple[tuple[str, float], ...]]:
-    """Factor to root units, and those units as sorted (name, exponent) pairs."""
+def root_units(unit: str) -> tuple[Decimal, tuple[tuple[str, float], ...]]:
+    """Factor to root units, and those units as sorted (name, exponent) pairs.
+
+    Raises
+    ------
+    ValueError
+        The unit is unknown or cannot be read; in words, with the remedy.
+    """
     import pint
 
-    registry = _registry()
+    registry = unit_registry()
     try:
-        factor, root = registry.get_root_units(registry.parse_units(_MEANS.get(unit, unit)))
-    except pint.UndefinedUnitError:
-        raise ValueError(f'unknown unit "{unit}"{_did_you_mean(unit)}') from None
+        factor, root = registry.get_root_units(registry.parse_units(unit))
+    except pint.UndefinedUnitError as error:
+        names = cast("Any", error).unit_names
+        raise ValueError(_unknown(names if isinstance(names, str) else next(iter(names)), unit)) from None
     except Exception:  # Pint raises tokenizer, attribute and arithmetic errors of many kinds on malformed text.
-        raise ValueError(f'cannot read the unit "{unit}"; write it like "um" or "m/s^2"') from None
+        raise ValueError(f'cannot read the unit "{unit}"; write it like "N/um" or "m/s^2"') from None
     container = cast("Any", root)._units
     return Decimal(str(factor)), tuple(sorted((name, float(exponent)) for name, exponent in container.items()))
 
 
-def _did_you_mean(unit: str) -> str:
-    same_letters = [known for known in FAMILIAR_UNITS if known.lower() == unit.lower()]
-    close = same_letters or difflib.get_close_matches(unit, FAMILIAR_UNITS, 1, 0.5)
-    return f'; did you mean "{close[0]}"?' if close else "; units are written like um, mm/s, m/s^2, N"
+def _unknown(name: str, unit: str) -> str:
+    same_letters = [known for known in FAMILIAR_UNITS if known.lower() == name.lower()]
+    close = same_letters or difflib.get_close_matches(name, FAMILIAR_UNITS, 1, 0.5)
+    if not close:
+        return f'unknown unit "{name}"; units are written like N/um, m/s^2, deg'
+    mended = re.sub(rf"(?<!\w){re.escape(name)}(?!\w)", close[0], unit)
+    return f'unknown unit "{name}"; did you mean "{mended}"?'

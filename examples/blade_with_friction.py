@@ -79,7 +79,7 @@ for level in LEVELS:
 response.axvline(stuck, color="grey", linestyle=":", label="stuck")
 response.legend()
 response.set(xlabel="frequency [Hz]", ylabel="tip amplitude / force [um/N]", title="response")
-states.set(xlabel="frequency [Hz]", ylabel="mean share of the period", title="contacts that do not stick")
+states.set(xlabel="frequency [Hz]", ylabel="mean share of the period", title="contacts that are not stuck")
 loop.set(xlabel="displacement [um]", ylabel="T [N]", title=f"{joints[0].name}, at {stuck:.1f} Hz")
 forces.set(xlabel="time / period", ylabel="T / N [-]", title=f"{joints[0].name}, at {stuck:.1f} Hz")
 figure.savefig("blade_with_friction.png")

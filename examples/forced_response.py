@@ -46,7 +46,7 @@ for level in (0.02, 1.0, 2.5, 4.0):
         stuck = np.sqrt(np.linalg.eigvalsh(K_stuck)[0]) / (2 * np.pi)
         assert np.isclose(curve.frequency[peak], stuck, rtol=4e-3)
 
-for name, share in zip(("stick", "slip", "separated"), curve.contact_share[:, 0].T, strict=True):
+for name, share in zip(("stuck", "slipping", "separated"), curve.contact_share[:, 0].T, strict=True):
     states.plot(curve.frequency, share, ".-", markersize=3, label=name)
 response.set(xlabel="frequency [Hz]", ylabel="amplitude of the last mass / force [mm/N]", title="response")
 loop.set(xlabel="displacement [mm]", ylabel="friction force [N]", title="friction at the peaks")

@@ -39,11 +39,7 @@ class ExitCode(IntEnum):
 COMMANDS = (
     ("table1", "study.command.table1:app", "Reproduce the paper's mesh study: one frequency three ways, ten models."),
     ("modes", "study.command.modes:app", "Draw the mode shapes of a blade or of your own mesh."),
-    (
-        "reduce",
-        "study.command.reduce:app",
-        "Reduce a blade or a rig by Craig-Bampton: CAD, mesh, reduced model, modes.",
-    ),
+    ("reduce", "study.command.reduce:app", "Reduce a blade, a rig, your own part or matrices by Craig-Bampton."),
     (
         "solve",
         "study.command.solve:app",
@@ -58,7 +54,7 @@ COMMANDS = (
     ("cache", "study.command.cache:app", "Show how much the kept results take, or remove them."),
 )
 
-HELP = "From the CAD model of a blade or a rig to reduced models and the response of friction-damped structures."
+HELP = "From the CAD model of a blade, a rig or your own part to reduced models and the response with friction."
 
 EPILOGUE = """\
 Examples:

@@ -115,7 +115,7 @@ def measured_limits(
 
 
 def is_measured(key: str, n_trial: int, store: Store) -> bool:
-    """Whether all campaigns of a layout are kept."""
+    """Whether all campaigns of a layout are kept, and sound."""
     # What is ignored in the key may be anything.
     ignored: dict[str, Any] = {"simulation": None, "effects": ()}
     return all(store.holds(chance, key, seed, **ignored) for seed in range(n_trial))

@@ -152,7 +152,7 @@ def bootstrap(
     key = layout_key(layout(setup, campaign, known))
     if announce is not None and not is_measured(key, trials, store):
         announce(
-            f"this layout of tests is new: {trials} campaigns without any effect tell what chance does in it; that is "
+            f"{trials} campaigns without any effect tell what chance does in this layout of tests; that is "
             "done once, an interrupted run goes on, and --trials 0 does without"
         )
     with progress.step("calibration"):
@@ -229,7 +229,7 @@ def kept(store: Store, setup: TestSetup, campaign: Campaign, without: Sequence[s
 
 
 def holds(store: Store, setup: TestSetup, campaign: Campaign, without: Sequence[str], name: str) -> bool:
-    """Whether a step of a round is in a store."""
+    """Whether a step of a round is in a store, and sound."""
     return store.folder is not None and store.holds(step, _key(setup, campaign, without), name, dict)
 
 

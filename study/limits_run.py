@@ -15,6 +15,7 @@ from study.errors import CaseError
 from study.figure.contact_states import StatePanel, contact_states_figure
 from study.figure.limit_band import Band, limit_band_figure
 from study.figure.limit_levels import LimitsByLevel, limit_levels_figure
+from study.kept_modes import fewer_modes_of_rig
 from study.kept_tasks import KeptTasks
 from study.limits_case import FORCES, LimitsTable
 from study.limits_curve import FoundLimits, found_limits
@@ -30,7 +31,7 @@ from study.rig_system import no_sweep, rig_system
 from study.run_context import RunContext
 from study.solve_case import FrequencySweepTable, LevelSweepTable, SolveCase
 from study.solve_model import SolveModel, solve_model
-from study.solve_result import STATES
+from study.solve_result import DRAWN_STATES
 
 #: Columns of the figure of states that can still be read.
 MOST_LEVELS = 6
@@ -117,6 +118,8 @@ def _rig(path: Path, run: RunContext) -> _Asked:
     model = rig_model(case)
     with located(case, "mesh"):
         reduction = reduce_rig(model, run.store, run.progress)
+    for sentence in fewer_modes_of_rig(reduction.assembly, model.n_mode):
+        run.note(sentence)
     system = rig_system(case, model.rig, reduction)
     return _Asked(
         case=case,
@@ -183,7 +186,7 @@ def _figures(curves: LimitCurves, asked: _Asked) -> dict[str, bytes]:
                 StatePanel(
                     label=f"{SIDES[side]} limit, {names[level]}",
                     parameter=limits.frequency,
-                    states=STATES,
+                    states=DRAWN_STATES,
                     share=curves.share[side, level],
                 )
                 for level in chosen

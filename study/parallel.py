@@ -223,9 +223,10 @@ def _result(worker: _Worker, task: Task, kept: Store) -> Outcome[Any]:
             f"{task.label} was killed, most often for lack of memory: close other programs, or take fewer elements; "
             "what was finished is kept"
         )
-    if not kept.holds(task.stage, **task.inputs):
+    found = kept.kept(task.stage, **task.inputs)
+    if found is None:
         raise ComputationFailed(
             f"the result of {task.label} is not in {kept.folder}: free some space, or name another folder with "
             "--cache; if stickslip itself was changed meanwhile, run it again"
         )
-    return kept.outcome(task.stage, **task.inputs)
+    return found

@@ -4,26 +4,17 @@ Each type is a `float` in SI that pydantic reads from text. It is checked by *ro
 because an angle has no dimension: "3 deg" is not a ratio, and 60 rpm is 1 Hz, not 6.28 Hz.
 """
 
-import difflib
 import math
 import re
 from dataclasses import dataclass
 from decimal import Decimal
-from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import Annotated
 
 from pydantic import BeforeValidator, Field
 
-if TYPE_CHECKING:
-    import pint
+from correlation.unit import root_units, unit_registry
 
 NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
-
-# What mechanics is written in; a misspelt unit is compared with these.
-FAMILIAR_UNITS = (
-    "m", "mm", "um", "µm", "nm", "cm", "km", "inch", "N", "mN", "kN", "MN", "Pa", "kPa", "MPa", "GPa", "kg", "g", "mg",
-    "tonne", "s", "ms", "us", "min", "Hz", "kHz", "rpm", "rad", "mrad", "deg", "percent", "J", "W",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -124,7 +115,7 @@ def format_quantity(value: float, unit: str, digits: int = 4) -> str:
     """
     if not unit:
         return f"{value:.{digits}g}"
-    factor, _ = _root(unit)
+    factor, _ = root_units(unit)
     dimension_factor = Decimal(1000) ** _mass_exponent(unit)
     # Root units count mass in grams, SI in kilograms; a Hz is a root unit already.
     return f"{value * float(dimension_factor / factor):.{digits}g} {unit}"
@@ -138,58 +129,23 @@ def _finite(value: float) -> float:
 
 def _si(number: Decimal, unit: str, dimension: Dimension) -> float:
     """Convert exactly in decimals, so that "0.1 mm" is the float 1e-4 and no neighbour of it."""
-    factor, root = _root(unit)
-    wanted_factor, wanted = _root(dimension.si)
+    factor, root = root_units(unit)
+    wanted_factor, wanted = root_units(dimension.si)
     if root == wanted:
         return float(number * factor / wanted_factor)
-    if dimension is FREQUENCY and root == _root("rad/s")[1]:
+    if dimension is FREQUENCY and root == root_units("rad/s")[1]:
         return float(number * factor) / (2 * math.pi)
-    found = next((other for other in DIMENSIONS if _root(other.si)[1] == root), None)
+    found = next((other for other in DIMENSIONS if root_units(other.si)[1] == root), None)
     what = found.name if found else ("a bare number" if not root else f"of another kind [{_readable(unit)}]")
     raise ValueError(f'"{unit}" makes it {what}, but {dimension.name} is needed, e.g. "{dimension.example}"')
 
 
-@cache
-def _registry() -> "pint.UnitRegistry[Decimal]":
-    """One registry for the process: pint takes over half a second to import and to read its definitions."""
-    import pint
-
-    return pint.UnitRegistry(non_int_type=Decimal)
-
-
-@cache
-def _root(unit: str) -> tuple[Decimal, tuple[tuple[str, float], ...]]:
-    """Factor to root units, and those units as sorted (name, exponent) pairs."""
-    import pint
-
-    registry = _registry()
-    try:
-        parsed = registry.parse_units(unit)
-        factor, root = registry.get_root_units(parsed)
-    except pint.UndefinedUnitError as error:
-        names = cast("Any", error).unit_names
-        raise ValueError(_unknown(names if isinstance(names, str) else next(iter(names)), unit)) from None
-    except Exception:  # Pint raises tokenizer, attribute and arithmetic errors of many kinds on malformed text.
-        raise ValueError(f'cannot read the unit "{unit}"; write it like "N/um" or "kg/m^3"') from None
-    container = cast("Any", root)._units
-    return Decimal(str(factor)), tuple(sorted((name, float(exponent)) for name, exponent in container.items()))
-
-
 def _mass_exponent(unit: str) -> int:
-    return int(dict(_root(unit)[1]).get("gram", 0))
+    return int(dict(root_units(unit)[1]).get("gram", 0))
 
 
 def _readable(unit: str) -> str:
-    return f"{_registry().parse_units(unit):~P}"
-
-
-def _unknown(name: str, unit: str) -> str:
-    same_letters = [known for known in FAMILIAR_UNITS if known.lower() == name.lower()]
-    close = same_letters or difflib.get_close_matches(name, FAMILIAR_UNITS, 1, 0.5)
-    if not close:
-        return f'unknown unit "{name}"; units are written like N/um, kg/m^3, deg'
-    mended = re.sub(rf"(?<!\w){re.escape(name)}(?!\w)", close[0], unit)
-    return f'unknown unit "{name}"; did you mean "{mended}"?'
+    return f"{unit_registry().parse_units(unit):~P}"
 
 
 Length = Annotated[float, BeforeValidator(LENGTH.read), Field(examples=[LENGTH.example])]

@@ -33,7 +33,7 @@ class LineMotion:
         Sums over the stations, on the body that the damper touches: T away from the damper along the line, N into the
         body, each of shape (n,) [N].
     status
-        0 stick, 1 slip, 2 separated, of each station, shape (station, n); slip in either tangent counts.
+        0 stuck, 1 slipping, 2 separated, of each station, shape (station, n); slip in either tangent counts.
     """
 
     force: ContactForce

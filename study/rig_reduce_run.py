@@ -46,6 +46,8 @@ class ReducedRig:
     ----------
     reduction
         Meshes and reduced bodies.
+    n_mode
+        Fixed-interface modes that were asked for, of all bodies together or of each [-].
     blade_frequency
         Of the blade without contacts, shape (3,) [Hz].
     stuck_frequency
@@ -60,6 +62,7 @@ class ReducedRig:
     """
 
     reduction: RigReduction
+    n_mode: int | Mapping[str, int]
     blade_frequency: Float[NDArray[np.float64], " 3"]
     stuck_frequency: Float[NDArray[np.float64], " 6"]
     energy_share: Mapping[str, Float[NDArray[np.float64], " 6"]]
@@ -99,6 +102,7 @@ def run_reduce_rig(path: Path, run: RunContext, *, checked: bool = False) -> Red
     pictures = _drawn(path.stem, case.title, model, frequency[:N_DRAWN], displacement, run)
     return ReducedRig(
         reduction=found,
+        n_mode=model.n_mode,
         blade_frequency=assembly.bodies["blade"].modes(N_BLADE).frequency,
         stuck_frequency=frequency[:N_STUCK],
         energy_share=energy_share(assembly, shapes[:, :N_STUCK]),

@@ -9,6 +9,7 @@ import numpy as np
 from hbsolve.balance import HarmonicBalance
 from reduction.rigid_body import RigidBody
 from study.case import load_case, located
+from study.kept_modes import fewer_modes_of_rig
 from study.rig_case import RigCase, rig_model
 from study.rig_force_pictures import draw_film, draw_forces, most_loaded
 from study.rig_forces import RigForces, rig_forces
@@ -79,6 +80,8 @@ def run_solve_rig(path: Path, run: RunContext) -> SolvedRig:
     with located(case, "mesh"):
         model = in_tetrahedra(model, run.store, run.progress)
         reduction = reduce_rig(model, run.store, run.progress)
+    for sentence in fewer_modes_of_rig(reduction.assembly, model.n_mode):
+        run.note(sentence)
     system = rig_system(case, model.rig, reduction)
     asked = system.model
     balance = HarmonicBalance(system=asked.system, n_harmonic=asked.harmonics + 1, n_sample=asked.n_sample)

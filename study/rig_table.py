@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from study.kept_modes import fewer_modes_of_rig
 from study.mode_check_words import check_document, check_sentence
 from study.rig_reduce_run import ReducedRig
 
@@ -36,7 +37,7 @@ def rig_document(reduced: ReducedRig) -> dict[str, Any]:
 
 def rig_text(reduced: ReducedRig) -> str:
     """The same as a table."""
-    document = rig_document(reduced)
+    document, found = rig_document(reduced), reduced.reduction
     bodies = document["bodies"]
     total = {name: sum(body[name] for body in bodies.values()) for name in ("n_dof", "n_kept", "n_mode")}
     worst = min(body["least_scaled_jacobian"] for body in bodies.values())
@@ -48,6 +49,7 @@ def rig_text(reduced: ReducedRig) -> str:
     return "\n".join(
         [
             f"{document['n_dof']} degrees of freedom reduced to {document['n_reduced']}",
+            *fewer_modes_of_rig(found.assembly, reduced.n_mode),
             "",
             "  body              full    kept   modes   least scaled Jacobian",
             *(

@@ -21,6 +21,7 @@ Commands print nothing themselves: `Answer` is printed as text, or as one JSON d
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from inspect import cleandoc
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -160,4 +161,4 @@ def command_app(name: str, details: str, *, examples: Sequence[str]) -> App:
         Command lines that work as they are.
     """
     shown = "\n".join(f"    {example}" for example in examples)
-    return App(name=name, help_epilogue=f"{details}\n\nExamples:\n\n{shown}")
+    return App(name=name, help_epilogue=f"{cleandoc(details)}\n\nExamples:\n\n{shown}")

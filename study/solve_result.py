@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 #: Unit of each quantity on the surface, and how many of it make the SI unit.
 SURFACE_UNIT = {"displacement": ("um", 1e6), "velocity": ("mm/s", 1e3), "acceleration": ("m/s^2", 1.0)}
 SI_UNIT = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
-STATES = ("stick", "slip", "separated")
+#: Of a contact, in the columns of files, and as they are drawn.
+STATES, DRAWN_STATES = ("stick", "slip", "separated"), ("stuck", "slipping", "separated")
 #: Instants of a period that its range is read from: the highest harmonic is then off by half a percent at most.
 SAMPLE_PER_HARMONIC = 32
 #: An amplitude whose estimated error is larger than this is not to be used unawares.
@@ -88,9 +89,9 @@ class SolvedCurve:
         return int(np.argmax(np.abs(self.output(output)[:, harmonic])))
 
 
-def state_names(joint: Joint) -> dict[int, str]:
+def state_names(joint: Joint, names: Sequence[str] = STATES) -> dict[int, str]:
     """Names of a joint's states by their place in `STATES`: a stop has no friction, and so neither sticks nor slips."""
-    return {0: "closed", 2: "separated"} if isinstance(joint, ElasticStop) else dict(enumerate(STATES))
+    return {0: "closed", 2: "separated"} if isinstance(joint, ElasticStop) else dict(enumerate(names))
 
 
 def main_harmonic(system: JointedSystem) -> int:

@@ -21,6 +21,7 @@ from study.solve_case import SolveCase
 from study.solve_curve import response_curve
 from study.solve_model import SolveModel, solve_model
 from study.solve_result import (
+    DRAWN_STATES,
     SURFACE_UNIT,
     Peak,
     SolvedCurve,
@@ -165,7 +166,7 @@ def _figures(
             StatePanel(
                 label=f"{model.system.joints[joint].name}, {each.curve.label}",
                 parameter=each.parameter,
-                states=tuple(state_names(model.system.joints[joint]).values()),
+                states=tuple(state_names(model.system.joints[joint], DRAWN_STATES).values()),
                 share=each.branch.contact_share[:, joint, list(state_names(model.system.joints[joint]))],
             )
             for each in chosen

@@ -14,7 +14,8 @@ comment recomputes nothing, an edited formula all that depends on it. Each entry
                          tree.json, arrays.npz, ...
 
 It is written under another name and then renamed: at any moment, after any crash and with any number of processes, an
-entry is complete or absent. An entry that was damaged later is found by its checksums and computed again.
+entry is complete or absent. An entry that was damaged later is found by its checksums: that is told in a sentence, the
+entry is removed, and it is computed again like any that was never there.
 """
 
 import contextlib
@@ -30,6 +31,7 @@ import time
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Generic, ParamSpec, TypeVar
 
@@ -38,6 +40,7 @@ from study.codec import NPZ, Codec
 
 P = ParamSpec("P")
 R = TypeVar("R")
+T = TypeVar("T")
 
 # What a crash leaves behind is removed after this time; no stage writes its result for longer.
 LEFTOVER_AGE = 24 * 3600.0  # s
@@ -125,7 +128,7 @@ class Store:
     folder
         Created if need be. One that cannot be written is given up with one warning.
     warn
-        Receives that warning, one sentence.
+        Receives that warning, and one for each damaged result; one sentence each.
     """
 
     def __init__(self, folder: Path | None, warn: Callable[[str], None] = warnings.warn) -> None:
@@ -156,27 +159,25 @@ class Store:
         if self.folder is None:
             with computing():
                 return _timed(stage, *args, **kwargs)
-        entry = self._entry(self.folder, stage.key(*args, **kwargs))
-        found = _read(entry, stage)
+        key = stage.key(*args, **kwargs)
+        found = self._looked_up(partial(_read, stage=stage), stage.name, key)
         if found is not None:
             return found
         with computing():
             outcome = _timed(stage, *args, **kwargs)
         try:
-            self._write(entry, stage, outcome)
+            self._write(self._entry(self.folder, key), stage, outcome)
         except OSError as error:  # such as a full disk: the result itself is sound
             self._give_up(error)
         return outcome
 
     def kept(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> Outcome[R] | None:
         """Result of a stage if it is there and sound; it is not computed."""
-        return None if self.folder is None else _read(self._entry(self.folder, stage.key(*args, **kwargs)), stage)
+        return self._looked_up(partial(_read, stage=stage), stage.name, stage.key(*args, **kwargs))
 
     def holds(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> bool:
-        """Whether a result is there (it is not read, and may still turn out damaged)."""
-        return (
-            self.folder is not None and (self._entry(self.folder, stage.key(*args, **kwargs)) / "entry.json").exists()
-        )
+        """Whether a result is there with all its files as they were written; it is not read."""
+        return self._looked_up(_intact, stage.name, stage.key(*args, **kwargs)) is not None
 
     def size(self) -> tuple[int, int]:
         """Number of results, and what they take together [bytes]."""
@@ -215,6 +216,18 @@ class Store:
     @staticmethod
     def _entry(folder: Path, key: str) -> Path:
         return folder / "objects" / key[:2] / key
+
+    def _looked_up(self, read: Callable[[Path], T | None], name: str, key: str) -> T | None:
+        """What is read of an entry; one that is there and cannot be read is told and removed."""
+        if self.folder is None:
+            return None
+        entry = self._entry(self.folder, key)
+        there = entry.exists()  # asked first: another process may put it there meanwhile
+        found = read(entry)
+        if there and found is None:
+            self._warn(f"a kept result is damaged and will be computed again: {name} in {entry}")
+            shutil.rmtree(entry, ignore_errors=True)
+        return found
 
     def _write(self, entry: Path, stage: Stage[P, R], outcome: Outcome[R]) -> None:
         assert self.folder is not None

@@ -11,10 +11,10 @@ app = command_app(
     "modes",
     """Compute natural frequencies and draw the mode shapes of a blade or of your own mesh.
 
-    SOURCE is a case file (.toml; without one, the rig's blade) or a mesh (.inp, .msh, .vtu) of 8- or 20-node hexahedra
-    or 10-node tetrahedra with named sets. A mesh file needs its length unit, and what holds it. Writes a picture of
-    each mode, the von Mises stress of the first, a film, and a VTU file with all modes for ParaView. The modes of a rig
-    are drawn by `stickslip reduce`.""",
+    SOURCE is a case file (.toml; without one, the rig's blade) or a mesh (.inp, .msh, .vtu, .bdf, .nas) of 8- or
+    20-node hexahedra or 10-node tetrahedra with named sets. A mesh file needs its length unit, and what holds it.
+    Writes a picture of each mode, the von Mises stress of the first, a film, and a VTU file with all modes for
+    ParaView. The modes of a rig or of a part's case are drawn by `stickslip reduce`.""",
     examples=[
         "stickslip modes --out modes",
         "stickslip modes part.inp --length-unit mm --fix CLAMP",

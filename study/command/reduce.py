@@ -136,13 +136,12 @@ def _blade(path: Path, out: Path, check: bool, options: Options) -> Answer:
 
 def _frequency_lines(found: "Reduction | ComparedReduction", n_asked: int, check: "ModeCheck | None") -> list[str]:
     """The frequencies, and what must be known of them; `n_asked` modes were to be kept."""
+    from study.kept_modes import fewer_modes
     from study.mode_check_words import check_sentence
 
-    n_mode = len(found.rom.fixed_interface_frequency)
-    fewer = f"all {n_mode} fixed-interface modes of the interior are kept: it has no more, though modes = {n_asked}"
     return [
         f"{found.n_dof} degrees of freedom reduced to {found.rom.n_dof}",
-        *([fewer] if n_mode < n_asked else []),
+        *fewer_modes(len(found.rom.fixed_interface_frequency), n_asked),
         "",
         "  mode      full [Hz]   reduced [Hz]   estimated truncation error",
         *(

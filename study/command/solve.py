@@ -12,10 +12,15 @@ app = command_app(
     "solve",
     """Response curves of a structure with joints, by harmonic balance and continuation round folds.
 
-    Reads mass, damping and stiffness (.npz, .mat, or .h5 as `stickslip reduce` writes it), puts the case's contacts,
-    loads and outputs on it, and follows the periodic response over frequency or level. Writes netCDF, CSV and figures:
-    response curves, contact states, friction loops. Ctrl-C keeps what is done: the same command goes on from there.
-    Without a case file: a small chain. Every key stands in docs/solve_case.md.""",
+    A rig's case (docs/rig.md): reduces its bodies unless that was done before, finds rest under the dead weights, and
+    writes contact forces, load cells and a film as well.
+
+    Any other case: reads mass, damping and stiffness (.npz, .mat, or .h5 as `stickslip reduce` writes it), and puts
+    the case's contacts, loads and outputs on it.
+
+    Follows the periodic response over frequency or level. Writes netCDF, CSV and figures: response curves, contact
+    states, friction loops. Ctrl-C keeps what is done: the same command goes on from there. Without a case file: a small
+    chain. Every key stands in docs/solve_case.md.""",
     examples=["stickslip solve --out solved", "stickslip solve my_rig.toml --out mine --json"],
 )
 

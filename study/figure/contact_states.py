@@ -1,4 +1,4 @@
-"""What contacts do over a period, along response curves: shares of stick, slip and separation as stacked areas."""
+"""What contacts do over a period, along response curves: the shares stuck, slipping and separated as stacked areas."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 #: In the order of the legend; "closed" is a contact without friction, which can neither stick nor slip.
-COLOURS = {"stick": "#0072b2", "slip": "#e69f00", "closed": "#009e73", "separated": "#d1d5db"}
+COLOURS = {"stuck": "#0072b2", "slipping": "#e69f00", "closed": "#009e73", "separated": "#d1d5db"}
 #: Labelled places along a curve that turns back.
 N_TICK = 5
 

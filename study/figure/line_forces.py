@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 #: Rows that still can be read on one page.
 MOST_ROWS = 4
-#: A line whose normal force is below this share of its largest one is open: there T / N means nothing.
-OPEN = 1e-6
+#: A line whose normal force is below this share of its largest one is separated: there T / N means nothing.
+SEPARATED = 1e-6
 LINE = 1.4
 
 
@@ -54,8 +54,8 @@ class LineForce:
 
     @property
     def utilisation(self) -> Samples:
-        """|T| / N, shape (n,) [-]; NaN where the line is open."""
-        closed = self.normal > OPEN * max(float(self.normal.max()), 0.0)
+        """|T| / N, shape (n,) [-]; NaN where the line is separated."""
+        closed = self.normal > SEPARATED * max(float(self.normal.max()), 0.0)
         return np.where(closed, np.abs(self.tangential) / np.where(closed, self.normal, 1.0), np.nan)
 
 

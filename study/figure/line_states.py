@@ -1,4 +1,4 @@
-"""What contact lines do over one period: time across, stations upwards, each cell stuck, slipping or open."""
+"""What contact lines do over one period: time across, stations upwards, each cell stuck, slipping or separated."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 #: Colours of the states 0, 1 and 2 by what the legend calls them, in their order.
-STATES = {"stuck": COLOURS["stick"], "slipping": COLOURS["slip"], "open": COLOURS["separated"]}
+STATES = {name: COLOURS[name] for name in ("stuck", "slipping", "separated")}
 #: Beyond so many stations not each one has a number at the axis, and lines between them would hide the cells.
 MOST_NUMBERS, MOST_GAPS = 12, 24
 #: Height of a station, and the least and largest height of a panel [inches].
@@ -34,8 +34,8 @@ class LineStates:
     name
         Above its panel.
     states
-        0 stuck, 1 slipping, 2 open, of each station at instants evenly spaced from the start of the period, its end
-        left out, shape (station, sample) [-].
+        0 stuck, 1 slipping, 2 separated, of each station at instants evenly spaced from the start of the period, its
+        end left out, shape (station, sample) [-].
 
     Raises
     ------
@@ -63,7 +63,7 @@ def refuse_unknown_states(what: str, states: Int[NDArray[np.int64], "..."]) -> I
     """
     copy = np.array(states)
     if (strange := ~np.isin(copy, (0, 1, 2))).any():
-        raise InputError(f"{what} have the value {copy[strange][0]}: give 0 stuck, 1 slipping or 2 open")
+        raise InputError(f"{what} have the value {copy[strange][0]}: give 0 stuck, 1 slipping or 2 separated")
     copy = copy.astype(np.int64)
     copy.setflags(write=False)
     return copy

@@ -43,7 +43,7 @@ class StationStates:
     node
         Of the mesh, where each station is, shape (station,) [-].
     states
-        0 stuck, 1 slipping, 2 open, shape (frame, station) [-].
+        0 stuck, 1 slipping, 2 separated, shape (frame, station) [-].
 
     Raises
     ------

@@ -12,9 +12,10 @@ from correlation.read_campaign import read_campaign
 from diagnosis.keep import computed
 from diagnosis.limits import Limits
 from study import diagnose_limits, diagnose_round
-from study.diagnose_limits import layout, layout_key, limits_for
+from study.diagnose_limits import is_measured, layout, layout_key, limits_for
 from study.diagnose_round import bootstrap, diagnose_case
 from study.diagnose_ship import ship
+from study.diagnose_steps import chance
 from study.progress import SilentProgress
 from study.store import Store
 from study.test_case_model import read_test_case
@@ -37,7 +38,7 @@ def test_a_new_layout_is_measured_once(two_masses: TwoMasses, monkeypatch: pytes
     # The largest of a handful of squares of standard normals, 1 % of the time; four trials tell it roughly.
     assert first.gain < 60
     (announced,) = said
-    assert "this layout of tests is new: 4 campaigns without any effect" in announced
+    assert announced.startswith("4 campaigns without any effect tell what chance does in this layout of tests")
     monkeypatch.setattr("study.parallel._start", lambda *_: pytest.fail("a trial is made again"))
     # What is shipped is the same, and is found.
     shipped = Path("limits.json")
@@ -50,6 +51,24 @@ def test_a_new_layout_is_measured_once(two_masses: TwoMasses, monkeypatch: pytes
     two_masses({"spring at tip": 500.0})
     assert diagnosed() == first
     assert len(said) == 1
+
+
+def test_a_campaign_whose_kept_result_is_damaged_is_not_measured(tmp_path: Path) -> None:
+    told: list[str] = []
+    store = Store(tmp_path, told.append)
+
+    def made(layout: str, seed: int, simulation: object, effects: object) -> dict[str, float]:
+        return {"seed": seed, "gain": 1.0, "misfit": 1.0}
+
+    trial = replace(chance, compute=made)  # type: ignore[arg-type]
+    for seed in range(2):
+        store.run(trial, "abc", seed, simulation=None, effects=())  # type: ignore[arg-type]
+    assert is_measured("abc", 2, store)
+    file = next(file for file in tmp_path.rglob("objects/*/*/*.json") if file.name != "entry.json")
+    file.write_bytes(file.read_bytes()[:-1])
+    assert not is_measured("abc", 2, store)
+    (sentence,) = told
+    assert sentence.startswith("a kept result is damaged and will be computed again: what chance does in ")
 
 
 def test_effects_of_ones_own_are_found_in_finer_models(two_masses: TwoMasses, monkeypatch: pytest.MonkeyPatch) -> None:

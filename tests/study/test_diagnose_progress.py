@@ -2,11 +2,14 @@
 
 import io
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from diagnosis.diagnose import LONG, USUAL
 from study.diagnose_progress import phases
+from study.diagnose_steps import step
 from study.progress import LineProgress
+from study.store import Store
 
 PARTS = ("screening", "fits", "tests", "places", "left", "intervals")
 
@@ -64,6 +67,32 @@ def test_what_is_kept_is_called_so_and_does_not_shorten_the_time_left() -> None:
 def test_a_round_that_is_kept_as_a_whole_takes_no_time() -> None:
     lines = shown(STEPS, set(STEPS))
     assert lines == [f"  {name}: kept" for name in STEPS]
+
+
+def test_a_step_whose_kept_result_is_damaged_is_one_that_is_to_be_made(tmp_path: Path) -> None:
+    told: list[str] = []
+    store, clock, stream = Store(tmp_path, told.append), Clock(), io.StringIO()
+    for name in STEPS:
+        store.run(step, "key", name, dict)
+    (entry,) = (
+        file.parent for file in tmp_path.rglob("step.pickle") if file.parent.name == step.key("key", "scores", dict)
+    )
+    (entry / "step.pickle").write_bytes(b"")
+
+    def slowly() -> dict[str, float]:
+        clock.now += 20.0
+        return {}
+
+    with phases(LineProgress(stream, clock=clock), lambda name: store.holds(step, "key", name, dict)) as of:
+        look = of.watched(lambda name, make: store.run(step, "key", name, make))
+        for name in STEPS:
+            of.report(name, 0.5)
+            look(name, slowly)
+    (sentence,) = told
+    assert sentence.startswith("a kept result is damaged and will be computed again: step of a diagnosis in ")
+    lines = stream.getvalue().splitlines()
+    assert [line for line in lines if "kept" in line] == [f"  {name}: kept" for name in STEPS if name != "scores"]
+    assert {"  scores: done in 20 s", "diagnosis, from the screening on: done in 20 s"} <= set(lines)
 
 
 def test_shares_of_a_round_rise() -> None:

@@ -88,7 +88,7 @@ def force(name: str = "line", label: str = "5 N", scale: float = 1.0) -> LineFor
     return LineForce(name=name, label=label, time=TIME, tangential=-0.5 * normal, normal=normal)
 
 
-def test_the_share_of_the_friction_limit_has_no_value_where_the_line_is_open() -> None:
+def test_the_share_of_the_friction_limit_has_no_value_where_the_line_is_separated() -> None:
     one = force()
     is_open = one.normal == 0
     assert is_open.any()

@@ -182,7 +182,7 @@ def test_modes_beyond_the_interior_are_said_not_to_be_there(
     (home / "beam.toml").write_text(CASE.replace("modes = 12", f"modes = {modes}"))
     assert stickslip("reduce", "beam.toml", "--out", "out") == 0
     said = capfd.readouterr().out
-    sentence = f"all {kept} fixed-interface modes of the interior are kept: it has no more, though modes = {modes}"
+    sentence = f"all {kept} fixed-interface modes of the interior are kept: there are no more, though modes = {modes}"
     assert (sentence in said) == (modes > kept)
     assert "estimated truncation error" in said
     assert "The error is that of the modes left out alone" in said

@@ -33,6 +33,7 @@ from study.rig_joints import dead_weights, line_pairs
 from study.rig_model import BODIES, RigModel
 from study.rig_reduce_run import run_reduce_rig
 from study.rig_reduction import RigReduction, checks, mirrored, reduction_tasks, together
+from study.rig_table import rig_text
 from study.run_context import RunContext
 from study.shipped import BLADE, RIG
 from study.store import Outcome, Store
@@ -197,6 +198,8 @@ def test_a_second_run_and_one_with_other_contacts_start_no_process(
     other = short_rig + '[contact.left_blade]\nkn = "4 N/um"\n[damping]\nratio = "1 %"\n'
     (folder / "other.toml").write_text(other, encoding="utf-8")
     changed = run_reduce_rig(folder / "other.toml", run)
+    assert "fixed-interface modes" not in rig_text(changed)
+    assert "all 40 fixed-interface modes of the bodies are kept" in rig_text(replace(changed, n_mode=41))
     springs = {name: Springs(normal=4e6) if name == "left_blade" else Springs() for name in mating_pairs(Rig())}
     assembly = load_assembly(output / "other_rom.h5")
     by_hand = frequencies(assembly.mass, stuck_by_hand(assembly, springs))[:6]
