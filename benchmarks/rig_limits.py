@@ -1,10 +1,11 @@
-"""Response limits of the rig in the paper's four configurations, and limits of its contact forces at resonance.
+"""Response limits of the rig in the paper's four configurations and in two more, and limits of its contact forces.
 
     OMP_NUM_THREADS=1 python -m benchmarks.rig_limits [--size MM] [--configurations 3 4] [--forces 3]
-        [--band 222 258 1] [--gap-angle 0.35] [--folder FOLDER]
+        [--band 222 258 1] [--gap-angle 0.35] [--mu 0.6] [--inclination 15] [--folder FOLDER]
 
 The configurations are those of the paper's Fig. 16: contact parameters, then dead weights that are shifted along the
-damper, then inclined, then a gap that opens along one line of the left damper. Tables and figures go to the folder.
+damper, then inclined, then a gap that opens along one line of the left damper. Number 5 has gaps that vibration closes,
+6 is the same without them (`--configurations 6 5 --forces --band 247 257.1 0.5`). Tables and figures go to the folder.
 """
 
 import argparse
@@ -20,6 +21,7 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
+from geometry.rig import SIDES  # noqa: E402
 from hbsolve.balance import HarmonicBalance  # noqa: E402
 from hbsolve.limits.objective import ContactForce, Output  # noqa: E402
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits  # noqa: E402
@@ -43,7 +45,7 @@ FORCES = {"T0": (0, 0), "N0": (-1, 0), "T1": (0, 1), "N1": (-1, 1)}
 
 @dataclass(frozen=True, kw_only=True)
 class Configuration:
-    """One of Fig. 16; lengths of the paper's rig are not known, so that shifts are shares of the cylinder's."""
+    """One of Fig. 16, or 5 and 6; lengths of the paper's rig are not known: shifts are shares of the cylinder's."""
 
     kt: float
     kn: float
@@ -54,6 +56,10 @@ class Configuration:
     """Left and right, towards +y [rad]."""
     gap_angle: float = 0.0
     """Between the left damper and the blade [rad]."""
+    gap_end: float = 0.0
+    """At the shoulders, between both dampers and the blade [m]."""
+    crowning: tuple[float, float] | None = None
+    """Of lines of the blade and of de-couplers [m], where it is not the case's."""
 
 
 CONFIGURATIONS = {
@@ -66,22 +72,28 @@ CONFIGURATIONS = {
         kt=4.6e6, kn=8.5e6, mu=0.8, shift=(-2.4e-3, 0.6e-3), inclination=(radians(-3), radians(-5)),
         gap_angle=radians(0.35),
     ),
+    5: Configuration(
+        kt=4.6e6, kn=8.5e6, mu=0.6, inclination=(radians(15), radians(-15)), gap_end=5e-6, crowning=(1.5e-6, 0.0)
+    ),
+    6: Configuration(kt=4.6e6, kn=8.5e6, mu=0.6, inclination=(radians(15), radians(-15)), crowning=(1.5e-6, 0.0)),
 }  # fmt: skip
 
 
 def configured(case: RigCase, of: Configuration, reduction: RigReduction) -> RigSystem:
     """The rig of a case in one of the configurations."""
-    contact = case.contact.model_copy(
-        update={
-            "kt": of.kt,
-            "kn": of.kn,
-            "mu": of.mu,
-            "left_blade": case.contact.left_blade.model_copy(update={"gap_angle": of.gap_angle or None}),
-        }
-    )
+    own: dict[str, dict[str, float]] = {f"{side}_{body}": {} for side in SIDES for body in ("blade", "decoupler")}
+    if of.gap_angle:
+        own["left_blade"]["gap_angle"] = of.gap_angle
+    for line, values in own.items():
+        if of.gap_end and line.endswith("blade"):
+            values["gap_end"] = of.gap_end
+        if of.crowning is not None:
+            values["crowning"] = of.crowning[line.endswith("decoupler")]
+    lines = {line: getattr(case.contact, line).model_copy(update=values) for line, values in own.items()}
+    contact = case.contact.model_copy(update={"kt": of.kt, "kn": of.kn, "mu": of.mu, **lines})
     sides = {
         side: getattr(case.dead_weight, side).model_copy(update={"shift": shift, "inclination": inclination})
-        for side, shift, inclination in zip(("left", "right"), of.shift, of.inclination, strict=True)
+        for side, shift, inclination in zip(SIDES, of.shift, of.inclination, strict=True)
     }
     weight = case.dead_weight.model_copy(update=sides)
     return rig_system(
@@ -141,6 +153,8 @@ def main() -> None:
     words.add_argument("--forces", type=int, nargs="*", default=[3])
     words.add_argument("--band", type=float, nargs=3, default=[236.0, 258.1, 0.75], metavar=("FROM", "TO", "STEP"))
     words.add_argument("--gap-angle", type=float, default=0.35, help="of configuration 4 [deg]")
+    words.add_argument("--mu", type=float, default=0.6, help="of configurations 5 and 6")
+    words.add_argument("--inclination", type=float, default=15.0, help="of configurations 5 and 6, to the blade [deg]")
     words.add_argument("--samples", type=int, default=20)
     words.add_argument("--folder", type=Path, default=Path("build/rig_limits"))
     asked = words.parse_args()
@@ -153,6 +167,9 @@ def main() -> None:
         of = CONFIGURATIONS[number]
         if number == 4:
             of = replace(of, gap_angle=radians(asked.gap_angle))
+        if number in (5, 6):
+            lean = radians(asked.inclination)
+            of = replace(of, mu=asked.mu, inclination=(lean, -lean))
         system = configured(case, of, reduction)
         began = time.process_time()
         limits = amplitude_limits(system, np.arange(*asked.band), asked.samples)
