@@ -188,7 +188,9 @@ def test_a_second_run_and_one_with_other_contacts_start_no_process(
     output.mkdir()
     run = RunContext(output=output, store=Store(folder / "cache"), progress=SilentProgress(), json=True, quiet=True)
     again = run_reduce_rig(folder / "my.toml", run)
-    np.testing.assert_allclose(again.stuck_frequency, document["stuck_frequency_hz"], rtol=1e-12)
+    # Dense eigenvalues are good to the round-off of the largest one, which is up to 1e6 times these; how the sums are
+    # split depends on the threads that are free.
+    np.testing.assert_allclose(again.stuck_frequency, document["stuck_frequency_hz"], rtol=1e-9)
     assert [file.name for file in again.files] == [Path(file).name for file in document["files"]]
 
     def cannot_draw() -> None:
