@@ -20,6 +20,8 @@ from fe.upper_blocks import UpperBlocks
 BATCH = 64
 #: Where the block of two directions is among those that an element has.
 NUMBER = {pair: k for k, pair in enumerate(DIRECTIONS)}
+#: All pairs of directions, in the order of a block in memory.
+DIRECTION_PAIRS = [(i, j) for i in range(3) for j in range(3)]
 
 
 def assemble(mesh: Mesh, materials: Material | Mapping[str, Material]) -> tuple[sp.csr_array, sp.csr_array]:
@@ -45,7 +47,8 @@ def assemble_compact(mesh: Mesh, materials: Material | Mapping[str, Material]) -
 
     Returns
     -------
-    Mass, the same in each direction, and stiffness, its upper triangle, shape (3 n_node, 3 n_node) [kg, N/m].
+    Mass, the same in each direction, and stiffness, its upper triangle, shape (3 n_node, 3 n_node) [kg, N/m]. Supports,
+    modes, reductions and `factorise` take them as they are; for sums, slices and SciPy's solvers there is `.tocsr()`.
 
     Raises
     ------
@@ -63,6 +66,10 @@ def assemble_compact(mesh: Mesh, materials: Material | Mapping[str, Material]) -
         key, values = _summed(nodes, mesh.n_node, blocks, mass)
         keys.append(key)
         sums.append(values)
+    # A node without cells has its zeros on the diagonal, as every row of the upper triangle begins there.
+    unused = np.setdiff1d(np.arange(mesh.n_node), np.concatenate([nodes.ravel() for nodes in mesh.cells.values()]))
+    keys.append(unused * mesh.n_node + unused)
+    sums.append([np.zeros(len(unused))] * (len(DIRECTION_PAIRS) + 1))
     key = np.concatenate(keys)
     # The batches' keys are sorted already, and a stable sort merges sorted stretches in no time.
     order = np.argsort(key, kind="stable")
@@ -73,8 +80,8 @@ def assemble_compact(mesh: Mesh, materials: Material | Mapping[str, Material]) -
     pattern = key[is_new]
     row_start = np.searchsorted(pattern, np.arange(mesh.n_node + 1) * mesh.n_node).astype(np.int32)
     column = (pattern % mesh.n_node).astype(np.int32)
-    stiffness = np.empty((len(pattern), 9))
-    for k in range(9):
+    stiffness = np.empty((len(pattern), len(DIRECTION_PAIRS)))
+    for k in range(len(DIRECTION_PAIRS)):
         stiffness[:, k] = np.bincount(place, np.concatenate([values[k] for values in sums]))
     node_mass = np.bincount(place, np.concatenate([values[-1] for values in sums]))
     del keys, sums, key, order, place
@@ -104,8 +111,7 @@ def _summed(
     place = table[pair]
     row, column = np.divmod(present, len(used))
     # The entry of (a, i) and (b, j) is that of (b, j) and (a, i), which the six kept blocks have the other way round.
-    pairs = [(i, j) for i in range(3) for j in range(3)]
-    whole = [blocks[NUMBER[i, j]] if i <= j else blocks[NUMBER[j, i]].swapaxes(1, 2) for i, j in pairs]
+    whole = [blocks[NUMBER[i, j]] if i <= j else blocks[NUMBER[j, i]].swapaxes(1, 2) for i, j in DIRECTION_PAIRS]
     sums = [
         np.asarray(np.bincount(place, each.ravel()[upper], len(present)), dtype=np.float64) for each in (*whole, mass)
     ]

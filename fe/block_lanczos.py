@@ -25,7 +25,8 @@ SETTLED, JUMP = 1e-5, 1e-8
 TRIAL = 3
 #: Blocks of the basis beside two columns a mode: a blade restarts once at most, for up to three per cent of the time (a
 #: cube, with its pairs of modes, for eight), and the basis takes a tenth less memory than it would freely. Where that
-#: were more memory than this [byte], there are just two columns a mode, which costs up to a tenth more solves.
+#: were more memory than this [byte], there are two columns a mode, or the least that will do, for up to a tenth more
+#: solves.
 ROOM, MEMORY = 13, 5e8
 #: Blocks beyond the modes that a restart keeps, and new ones that there is room for in any case.
 SPARE, NEW = 4, 3
@@ -61,8 +62,8 @@ def block_lanczos(
     block
         Columns in a block, by default fewer for few modes.
     max_basis
-        Columns of Q at which a restart compresses them, by default two a mode, and some blocks unless they are long;
-        room for a few blocks beyond the modes is always taken.
+        Columns of Q at which a restart compresses them, by default as `basis_columns` says; room for some blocks beyond
+        the modes is always taken.
     seed
         Of the random columns: two runs with one seed agree to the last bit.
 
@@ -81,10 +82,9 @@ def block_lanczos(
     Wu and Simon, SIAM J. Matrix Anal. Appl. 22 (2000) 602-616: thick restart.
     """
     block = block or default_block(n_mode)
-    kept, n_fresh = n_mode + SPARE * block, max(2, block // 4)
+    kept, n_fresh = n_mode + SPARE * block, first_fresh(block)
     product = mass if isinstance(mass, BlockProduct) else BlockProduct(mass)
-    least = kept + NEW * (block + n_fresh)
-    basis = KrylovBasis(factor, product, max(max_basis or basis_columns(mass.shape[0], n_mode, block), least), seed)
+    basis = KrylovBasis(factor, product, basis_columns(mass.shape[0], n_mode, block, max_basis), seed)
     give_back()  # the copies that the product with the mass was made of
     basis.refresh(block)
     settled = np.zeros(n_mode)
@@ -127,6 +127,13 @@ def default_block(n_mode: int) -> int:
     return WIDE if n_mode >= MANY else NARROW
 
 
-def basis_columns(n: int, n_mode: int, block: int) -> int:
-    """Columns of Q at which a restart compresses them, where nothing else is said, for n degrees of freedom [-]."""
-    return max(2 * n_mode, min(2 * n_mode + ROOM * block, int(MEMORY / (8 * n))))
+def first_fresh(block: int) -> int:
+    """Random columns that join first [-]."""
+    return max(2, block // 4)
+
+
+def basis_columns(n: int, n_mode: int, block: int, most: int | None = None) -> int:
+    """Columns of Q at which a restart compresses them, for n degrees of freedom [-]; `most` is the user's limit."""
+    least = n_mode + SPARE * block + NEW * (block + first_fresh(block))
+    free = max(2 * n_mode, min(2 * n_mode + ROOM * block, int(MEMORY / (8 * n))))
+    return max(most or free, least)

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from fe.factor import Columns, check_pattern, singular
+from fe.factor import Columns, Symmetric, check_pattern, singular
 
 #: Bytes for `cholmod_common`, of which only CHOLMOD knows the inside: 2.6 kB in version 3, some more later.
 COMMON = 1 << 16
@@ -59,8 +59,9 @@ class Cholmod:
         self._factor.value = self._library.cholmod_analyze(byref(structure), self._common)
         self._factorise(structure)
 
-    def renew(self, matrix: sp.csr_array) -> None:
+    def renew(self, matrix: Symmetric) -> None:
         """As `Factorisation.renew`."""
+        matrix = matrix.tocsr()
         check_pattern(matrix, self._shape, self._nnz)
         structure, _arrays = _structure(matrix)
         self._factorise(structure)

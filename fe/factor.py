@@ -8,6 +8,9 @@ import scipy.sparse as sp
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+#: Degrees of freedom of a node.
+NODE = 3
+
 Columns = Float[NDArray[np.float64], " n"] | Float[NDArray[np.float64], "n k"]
 
 
@@ -58,13 +61,13 @@ class Factor(Protocol):
 class Factorisation(Factor, Protocol):
     """A factor that can be made anew, and tells the signs of its pivots."""
 
-    def renew(self, matrix: sp.csr_array) -> None:
+    def renew(self, matrix: Symmetric) -> None:
         """Factorise other values in the same places; what is known about the places is not found out again.
 
         Parameters
         ----------
         matrix
-            Shape (n, n), with the pattern of the first one, both triangles.
+            Shape (n, n), with the pattern of the first one.
 
         Raises
         ------
@@ -96,7 +99,23 @@ def singular(n: int, reason: str = "") -> SingularMatrix:
     return SingularMatrix(f"the matrix of {n} rows is singular or not positive definite{reason}")
 
 
-def check_pattern(matrix: sp.csr_array, shape: tuple[int, int], nnz: int) -> None:
+def check_rows(shape: tuple[int, int], columns: NDArray[Any]) -> None:
+    """Raise ValueError where columns are longer or shorter than a matrix has columns."""
+    if columns.shape[0] != shape[1]:
+        raise ValueError(f"a matrix of shape {shape} cannot be multiplied by columns of shape {columns.shape}")
+
+
+class _Stored(Protocol):
+    """A matrix that tells its entries."""
+
+    @property
+    def shape(self) -> tuple[int, int]: ...
+
+    @property
+    def nnz(self) -> int: ...
+
+
+def check_pattern(matrix: _Stored, shape: tuple[int, int], nnz: int) -> None:
     """Raise ValueError where a matrix visibly has other places than the one analysed first."""
     if matrix.shape != shape or matrix.nnz != nnz:
         raise ValueError(

@@ -11,12 +11,11 @@ import scipy.sparse as sp
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from fe.factor import Symmetric
+from fe.factor import NODE, Symmetric, check_rows
 from fe.mkl_product import MklProduct
 
 Matrix = NDArray[np.float64]
 
-DIRECTIONS = 3
 #: Rows that change from one order of memory to the other while they are in the cache.
 PIECE = 1024
 
@@ -36,17 +35,24 @@ class NodeMatrix:
     @property
     def shape(self) -> tuple[int, int]:
         """Rows and columns of the whole matrix."""
-        n = DIRECTIONS * self.nodes.shape[0]
+        n = NODE * self.nodes.shape[0]
         return n, n
 
     def __matmul__(self, columns: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Product with a vector (n,) or columns (n, k)."""
+        """Product with a vector (n,) or columns (n, k).
+
+        Raises
+        ------
+        ValueError
+            Another number of rows.
+        """
+        check_rows(self.shape, columns)
         n_node = self.nodes.shape[0]
         return np.asarray(self.nodes @ columns.reshape(n_node, columns.size // n_node)).reshape(columns.shape)
 
     def diagonal(self) -> Float[NDArray[np.float64], " n"]:
         """The diagonal, shape (n,)."""
-        return np.repeat(self.nodes.diagonal(), DIRECTIONS)
+        return np.repeat(self.nodes.diagonal(), NODE)
 
     def part(self, nodes: Int[NDArray[np.int64], " m"]) -> "NodeMatrix":
         """Of some nodes: a copy."""
@@ -55,12 +61,12 @@ class NodeMatrix:
     def tocsr(self) -> sp.csr_array:
         """Each row three times, its columns moved apart, shape (n, n)."""
         row_start, n = self.nodes.indptr, self.shape[0]
-        length = np.repeat(np.diff(row_start), DIRECTIONS)
+        length = np.repeat(np.diff(row_start), NODE)
         start = np.concatenate([[0], np.cumsum(length)]).astype(np.int32)
-        ahead = start[:-1] - np.repeat(row_start[:-1], DIRECTIONS)
+        ahead = start[:-1] - np.repeat(row_start[:-1], NODE)
         source = np.arange(start[-1], dtype=np.int32) - np.repeat(ahead, length)
-        direction = np.repeat(np.arange(n, dtype=np.int32) % DIRECTIONS, length)
-        column = DIRECTIONS * self.nodes.indices[source] + direction
+        direction = np.repeat(np.arange(n, dtype=np.int32) % NODE, length)
+        column = NODE * self.nodes.indices[source] + direction
         return sp.csr_array((self.nodes.data[source], column, start), shape=self.shape)
 
     def toarray(self) -> Float[NDArray[np.float64], "n n"]:
@@ -80,11 +86,11 @@ class BlockProduct:
     def __init__(self, matrix: Symmetric) -> None:
         self.shape = matrix.shape
         if isinstance(matrix, NodeMatrix):
-            self._direction, kept = DIRECTIONS, matrix.nodes
+            self._direction, kept = NODE, matrix.nodes
         else:
             whole = matrix.tocsr()
             node = node_matrix(whole)
-            self._direction, kept = (1, whole) if node is None else (DIRECTIONS, node)
+            self._direction, kept = (1, whole) if node is None else (NODE, node)
         try:
             self._kernel: MklProduct | SparseProduct = MklProduct(kept)
         except (ImportError, OSError, OverflowError):
@@ -125,17 +131,17 @@ def node_matrix(matrix: sp.csr_array) -> sp.csr_array | None:
     """A of a matrix A kron I_3, shape (n / 3, n / 3); None of any other matrix."""
     n = matrix.shape[0]
     length = np.diff(matrix.indptr)
-    if n % DIRECTIONS or (length.reshape(-1, DIRECTIONS) != length[::DIRECTIONS, None]).any():
+    if n % NODE or (length.reshape(-1, NODE) != length[::NODE, None]).any():
         return None
-    direction = np.repeat(np.arange(n) % DIRECTIONS, length)
+    direction = np.repeat(np.arange(n) % NODE, length)
     first = direction == 0
     column, values = matrix.indices[first], matrix.data[first]
-    if (column % DIRECTIONS).any():
+    if (column % NODE).any():
         return None
-    for d in range(1, DIRECTIONS):
+    for d in range(1, NODE):
         other = direction == d
         if (matrix.indices[other] != column + d).any() or (matrix.data[other] != values).any():
             return None
-    start = np.concatenate([[0], np.cumsum(length[::DIRECTIONS])])
-    size = n // DIRECTIONS
-    return sp.csr_array((values, column // DIRECTIONS, start), shape=(size, size))
+    start = np.concatenate([[0], np.cumsum(length[::NODE])])
+    size = n // NODE
+    return sp.csr_array((values, column // NODE, start), shape=(size, size))

@@ -16,9 +16,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.factor import Columns, Definiteness, Symmetric, UnknownInertia, check_pattern, singular
+from fe.factor import NODE, Columns, Definiteness, Symmetric, UnknownInertia, check_pattern, singular
 from fe.mkl import library
-from fe.upper_blocks import NODE, UpperBlocks
+from fe.upper_blocks import UpperBlocks
 
 ANALYSE, FACTORISE, SOLVE, RELEASE = 11, 22, 33, -1
 ZERO_PIVOT = -4
@@ -46,8 +46,7 @@ class Pardiso:
 
     def __init__(self, matrix: Symmetric, definiteness: Definiteness) -> None:
         self._positive = definiteness is Definiteness.POSITIVE
-        if not isinstance(matrix, UpperBlocks):
-            matrix = matrix.tocsr()
+        matrix = _blocks_or_csr(matrix)
         self._n, self._shape, self._nnz = matrix.shape[0], matrix.shape, matrix.nnz
         self._upper = self._checked(matrix)
         self._call = _Handle(self._upper, 2 if self._positive else -2)
@@ -57,8 +56,9 @@ class Pardiso:
         self._call(ANALYSE, self._upper)
         self._factorise()
 
-    def renew(self, matrix: sp.csr_array) -> None:
+    def renew(self, matrix: Symmetric) -> None:
         """As `Factorisation.renew`."""
+        matrix = _blocks_or_csr(matrix)
         check_pattern(matrix, self._shape, self._nnz)
         upper = self._checked(matrix)
         if not np.array_equal(upper.column, self._upper.column):
@@ -97,6 +97,10 @@ class Pardiso:
         if self._positive and not (matrix.diagonal() > 0).all():
             raise singular(self._n)
         return upper_triangle(matrix)
+
+
+def _blocks_or_csr(matrix: Symmetric) -> sp.csr_array | UpperBlocks:
+    return matrix if isinstance(matrix, UpperBlocks) else matrix.tocsr()
 
 
 def upper_triangle(matrix: sp.csr_array | UpperBlocks) -> Upper:

@@ -16,7 +16,7 @@ from fe.factor import Definiteness as Definiteness
 from fe.factor import Factor as Factor
 from fe.factor import Factorisation as Factorisation
 from fe.factor import SingularMatrix as SingularMatrix
-from fe.factor import Symmetric as Symmetric
+from fe.factor import Symmetric
 from fe.factor import UnknownInertia as UnknownInertia
 from fe.superlu import SuperLU
 

@@ -3,7 +3,7 @@
 import numpy as np
 import scipy.sparse as sp
 
-from fe.factor import Columns, UnknownInertia, check_pattern, singular
+from fe.factor import Columns, Symmetric, UnknownInertia, check_pattern, singular
 
 
 class SuperLU:
@@ -16,8 +16,9 @@ class SuperLU:
         self._shape, self._nnz = matrix.shape, matrix.nnz
         self.renew(matrix)
 
-    def renew(self, matrix: sp.csr_array) -> None:
+    def renew(self, matrix: Symmetric) -> None:
         """As `Factorisation.renew`."""
+        matrix = matrix.tocsr()
         check_pattern(matrix, self._shape, self._nnz)
         try:
             self._lu = sp.linalg.splu(

@@ -5,9 +5,9 @@ import scipy.sparse as sp
 from jaxtyping import Int
 from numpy.typing import NDArray
 
-from fe.factor import Symmetric
+from fe.factor import NODE, Symmetric
 from fe.node_matrix import NodeMatrix
-from fe.upper_blocks import NODE, UpperBlocks
+from fe.upper_blocks import UpperBlocks
 
 Rows = Int[NDArray[np.int64], " k"]
 
@@ -20,10 +20,10 @@ def part(matrix: Symmetric, rows: Rows) -> Symmetric:
     matrix
         Shape (n, n).
     rows
-        Ascending [-].
+        In any order [-].
     """
     if isinstance(matrix, NodeMatrix | UpperBlocks):
-        nodes = _whole_nodes(rows)
+        nodes = whole_nodes(rows)
         if nodes is not None:
             return matrix.part(nodes)
     return sp.csr_array(matrix.tocsr()[rows][:, rows])
@@ -34,7 +34,8 @@ def rows_of(matrix: Symmetric, rows: Rows) -> sp.csr_array:
     return matrix.rows(rows) if isinstance(matrix, UpperBlocks) else sp.csr_array(matrix.tocsr()[rows])
 
 
-def _whole_nodes(rows: Rows) -> Rows | None:
-    """Nodes whose degrees of freedom these are, all of each; None where one is not whole."""
+def whole_nodes(rows: Rows) -> Rows | None:
+    """Nodes whose degrees of freedom these are, all of each, in ascending order; None of any other rows."""
     nodes = rows[::NODE] // NODE
-    return nodes if np.array_equal(rows, (NODE * nodes[:, None] + np.arange(NODE)).ravel()) else None
+    ascends = (np.diff(rows) > 0).all()
+    return nodes if ascends and np.array_equal(rows, (NODE * nodes[:, None] + np.arange(NODE)).ravel()) else None

@@ -7,8 +7,8 @@ import scipy.sparse as sp
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-#: Degrees of freedom of a node.
-NODE = 3
+from fe.factor import NODE, check_rows
+
 #: Rows of nodes that are multiplied at once: their transposed blocks are a copy.
 PIECE = 4096
 
@@ -25,11 +25,28 @@ class UpperBlocks:
         Of each block, ascending in a row, shape (n_block,) [-].
     values
         Shape (n_block, 3, 3); blocks on the diagonal are symmetric.
+
+    Raises
+    ------
+    ValueError
+        A row that does not begin on the diagonal, or whose columns do not ascend.
     """
 
     row_start: Int[NDArray[np.int32], " rows"]
     column: Int[NDArray[np.int32], " block"]
     values: Float[NDArray[np.float64], "block 3 3"]
+
+    def __post_init__(self) -> None:
+        # What is so already is not copied: this may be most of the memory that there is.
+        for name, kind in (("row_start", np.int32), ("column", np.int32), ("values", np.float64)):
+            object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name), dtype=kind))
+        ascends = np.diff(self.column) > 0
+        ascends[self.row_start[1:-1] - 1] = True
+        begins = (np.diff(self.row_start) > 0).all() and np.array_equal(
+            self.column[self.row_start[:-1]], np.arange(self.n_node)
+        )
+        if not begins or not ascends.all():
+            raise ValueError("every row of the upper triangle begins on the diagonal, and its columns ascend")
 
     @property
     def n_node(self) -> int:
@@ -51,24 +68,33 @@ class UpperBlocks:
         return np.diagonal(self.values[self.row_start[:-1]], axis1=1, axis2=2).flatten()
 
     def __matmul__(self, columns: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Product with a vector (n,) or columns (n, k)."""
-        product = np.zeros(columns.shape)
+        """Product with a vector (n,) or columns (n, k).
+
+        Raises
+        ------
+        ValueError
+            Another number of rows.
+        """
+        check_rows(self.shape, columns)
+        product = np.zeros(columns.shape, dtype=np.result_type(columns, np.float64))
         for first in range(0, self.n_node, PIECE):
-            rows = slice(NODE * first, min(NODE * (first + PIECE), len(product)))
             above = self._piece(first)
-            product[rows] += above @ columns
-            product += above.T @ columns[rows]
+            rows = slice(NODE * first, NODE * first + above.shape[0])
+            reached = slice(NODE * first, NODE * first + above.shape[1])
+            product[rows] += above @ columns[reached]
+            product[reached] += above.T @ columns[rows]
         # Blocks on the diagonal have been counted twice.
         blocks = self.values[self.row_start[:-1]]
         own = blocks @ columns.reshape(self.n_node, NODE, -1)
         return product - own.reshape(columns.shape)
 
     def _piece(self, first: int) -> sp.bsr_array:
-        """Some rows of the upper triangle, shape (rows, n)."""
+        """Some rows of the upper triangle, from their diagonal to the last column that they have."""
         start = self.row_start[first : first + PIECE + 1]
         kept = slice(start[0], start[-1])
-        size = (NODE * (len(start) - 1), self.shape[1])
-        return sp.bsr_array((self.values[kept], self.column[kept], start - start[0]), shape=size)
+        column = self.column[kept] - np.int32(first)
+        size = (NODE * (len(start) - 1), NODE * (int(column.max()) + 1))
+        return sp.bsr_array((self.values[kept], column, start - start[0]), shape=size)
 
     def graph(self) -> sp.csr_array:
         """Number of the block, from 1 on, that couples two nodes, shape (n_node, n_node); it is symmetric."""

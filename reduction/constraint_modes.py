@@ -30,8 +30,8 @@ def constraint_modes(
 
     Yields
     ------
-    Some boundary degrees of freedom, and their columns of Psi, shape (i, k) [-]; with the boundary's own unit
-    displacements all of them reproduce every rigid-body motion.
+    Some boundary degrees of freedom, 12 to 64 by the memory that they need, and their columns of Psi, shape (i, k) [-];
+    with the boundary's own unit displacements all of them reproduce every rigid-body motion.
 
     References
     ----------

@@ -18,10 +18,10 @@ from jaxtyping import Int
 from numpy.typing import NDArray
 
 from fe.block_lanczos import basis_columns, default_block
-from fe.factor import Symmetric
+from fe.factor import NODE, Symmetric
 from fe.mesh import Mesh
 from fe.sparse_solver import default_backend
-from fe.upper_blocks import NODE, UpperBlocks
+from fe.upper_blocks import UpperBlocks
 from reduction.errors import RomError
 
 #: Measured peaks lie within this factor of the estimate, either way.
@@ -33,7 +33,7 @@ FILL = 2.6
 FACTOR_BYTES = {"pardiso": 10.0, "cholmod": 10.0, "superlu": 20.0}
 #: Bytes of an entry of the stiffness, both triangles counted, that stand beside the system while it is factorised: the
 #: interior's part; of a SciPy matrix also its blocks and its upper triangle.
-COMPACT_COPY, CSR_COPY = 6.0, 30.0
+COMPACT_COPY, CSR_COPY = 6.0, 25.0
 #: Columns of the length of the system: work arrays of Lanczos' method beside its basis, in blocks; at the end, of a
 #: boundary degree of freedom, its constraint mode with the solver's own arrays.
 WORK_BLOCKS, PER_BOUNDARY = 9.0, 2.5
@@ -41,6 +41,8 @@ WORK_BLOCKS, PER_BOUNDARY = 9.0, 2.5
 LIBRARIES = 5e7
 #: Bytes of an entry of the stiffness in mass and stiffness as `fe.assembly.assemble_compact` makes them.
 SYSTEM_ENTRY = 5.6
+#: The same in SciPy's matrices.
+CSR_SYSTEM = 16.0
 
 #: Of tetrahedra of ten nodes: degrees of freedom in the cube of their size (60 to 80 where fTetWild makes smaller cells
 #: than asked for), levels along an edge, entries in a row.
@@ -50,7 +52,7 @@ DOFS_PER_CUBE, LEVELS_PER_CELL, TET10_ROW = 40.0, 2.0, 78.0
 CGROUP = (("memory.max", "memory.current"), ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"))
 
 
-def reduction_memory(matrix: Symmetric, n_boundary: int, n_mode: int) -> float:
+def reduction_memory(matrix: Symmetric, n_boundary: int, n_mode: int, *, is_compact: bool = True) -> float:
     """Bytes that reducing a system takes beside the system itself.
 
     Parameters
@@ -59,17 +61,29 @@ def reduction_memory(matrix: Symmetric, n_boundary: int, n_mode: int) -> float:
         Its stiffness, shape (n, n).
     n_boundary, n_mode
         Degrees of freedom that are kept, and fixed-interface modes [-].
+    is_compact
+        Whether the kept ones are all those of some nodes, so that a half-stored matrix stays one.
     """
     if isinstance(matrix, UpperBlocks):
-        copies, width = COMPACT_COPY * matrix.nnz, NODE * _level_width(matrix.graph())
+        n_entry, width = matrix.nnz, NODE * _level_width(matrix.graph())
     else:
-        whole = matrix.tocsr()
-        copies, width = CSR_COPY * whole.nnz, _level_width(whole)
-    return _bytes(matrix.shape[0], copies, width, n_boundary, n_mode)
+        whole, is_compact = matrix.tocsr(), False
+        n_entry, width = whole.nnz, _level_width(whole)
+    return _bytes(matrix.shape[0], n_entry, width, n_boundary, n_mode, is_compact)
 
 
-def mesh_memory(mesh: Mesh, n_boundary: int, n_mode: int) -> float:
-    """Bytes that assembling and reducing a mesh take together, found without assembling it."""
+def mesh_memory(mesh: Mesh, n_boundary: int, n_mode: int, *, is_compact: bool = True) -> float:
+    """Bytes that assembling and reducing a mesh take together, found without assembling it.
+
+    Parameters
+    ----------
+    mesh
+        The mesh.
+    n_boundary, n_mode
+        As in `reduction_memory`.
+    is_compact
+        Whether what is kept are nodes of the mesh, in all directions, and no stations between them.
+    """
     ends, columns = [], []
     for cells in mesh.cells.values():
         ends.append(np.full(len(cells), cells.shape[1]))
@@ -79,11 +93,13 @@ def mesh_memory(mesh: Mesh, n_boundary: int, n_mode: int) -> float:
     belongs = sp.csr_array((np.ones(len(used), dtype=np.int32), used, start), shape=(len(start) - 1, mesh.n_node))
     graph = sp.csr_array(belongs.T @ belongs)
     n_entry = NODE**2 * graph.nnz
-    reduced = _bytes(NODE * mesh.n_node, COMPACT_COPY * n_entry, NODE * _level_width(graph), n_boundary, n_mode)
-    return reduced + SYSTEM_ENTRY * n_entry
+    reduced = _bytes(NODE * mesh.n_node, n_entry, NODE * _level_width(graph), n_boundary, n_mode, is_compact)
+    return reduced + _system(n_entry, is_compact)
 
 
-def tetrahedra_memory(volume: float, longest: float, size: float, n_boundary: int, n_mode: int) -> float:
+def tetrahedra_memory(
+    volume: float, longest: float, size: float, n_boundary: int, n_mode: int, *, is_compact: bool = True
+) -> float:
     """Bytes that a solid in tetrahedra of ten nodes takes at least, before there is a mesh.
 
     Parameters
@@ -94,11 +110,13 @@ def tetrahedra_memory(volume: float, longest: float, size: float, n_boundary: in
         Of the cells [m].
     n_boundary, n_mode
         As in `reduction_memory`.
+    is_compact
+        As in `mesh_memory`.
     """
     n_dof = DOFS_PER_CUBE * volume / size**3
     width = n_dof / max(1.0, LEVELS_PER_CELL * longest / size)
     n_entry = TET10_ROW * n_dof
-    return _bytes(n_dof, COMPACT_COPY * n_entry, width, n_boundary, n_mode) + SYSTEM_ENTRY * n_entry
+    return _bytes(n_dof, n_entry, width, n_boundary, n_mode, is_compact) + _system(n_entry, is_compact)
 
 
 def refuse_beyond_memory(needed: float, what: str) -> None:
@@ -145,13 +163,21 @@ def available_memory(system: Path = Path("/")) -> float:
     return min(found)
 
 
-def _bytes(n_dof: float, copies: float, width: float, n_boundary: int, n_mode: int) -> float:
+def _system(n_entry: float, is_compact: bool) -> float:
+    """Bytes of mass and stiffness; those in other coordinates stand beside those of the nodes."""
+    return (SYSTEM_ENTRY + (0.0 if is_compact else CSR_SYSTEM)) * n_entry
+
+
+def _bytes(n_dof: float, n_entry: float, width: float, n_boundary: int, n_mode: int, is_compact: bool) -> float:
     filled = min(FILL * n_dof * float(width) ** 0.75, n_dof * (n_dof + 1) / 2)
     factor = FACTOR_BYTES[default_backend().value] * filled
     block = default_block(n_mode)
     in_lanczos = basis_columns(max(int(n_dof), 1), n_mode, block) + WORK_BLOCKS * block
     at_the_end = n_mode + PER_BOUNDARY * n_boundary
-    return float(LIBRARIES + factor + max(copies, 8.0 * n_dof * max(in_lanczos, at_the_end)))
+    columns = 8.0 * n_dof * max(in_lanczos, at_the_end)
+    # The allocator does not give back all that SciPy's matrices were made of, so that they count beside the columns.
+    copies = max(COMPACT_COPY * n_entry, columns) if is_compact else CSR_COPY * n_entry + columns
+    return float(LIBRARIES + factor + copies)
 
 
 def _level_width(graph: sp.csr_array) -> float:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fe.factor import Symmetric
 from fe.node_matrix import NodeMatrix
-from fe.symmetric_part import part
+from fe.symmetric_part import part, whole_nodes
 from fe.system import LinearSystem
 from reduction.errors import RomError
 
@@ -67,8 +67,8 @@ def partition(system: LinearSystem, boundary: Mapping[str, Rows]) -> Partition:
 
 def interior_part(matrix: Symmetric, rows: Rows) -> Symmetric:
     """The interior's part of a matrix: a copy only where that is small, as of a mass of the nodes."""
-    if isinstance(matrix, NodeMatrix) and isinstance(copy := part(matrix, rows), NodeMatrix):
-        return copy
+    if isinstance(matrix, NodeMatrix) and whole_nodes(rows) is not None:
+        return part(matrix, rows)
     return InteriorPart(matrix=matrix, rows=rows)
 
 

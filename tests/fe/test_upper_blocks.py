@@ -1,5 +1,7 @@
 """A matrix of which half is stored is the whole matrix in all that it can do."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -9,6 +11,7 @@ from fe.assembly import assemble, assemble_compact
 from fe.element import HEX20, TET10
 from fe.factor import Definiteness
 from fe.material import STEEL
+from fe.mesh import Mesh
 from fe.node_matrix import NodeMatrix
 from fe.sparse_solver import Backend, factorise
 from fe.symmetric_part import part, rows_of
@@ -82,7 +85,7 @@ def test_the_part_of_whole_nodes_is_stored_as_the_matrix_is(compact_and_whole) -
     np.testing.assert_array_equal(found.toarray(), whole[np.ix_(rows, rows)])
 
 
-@pytest.mark.parametrize("rows", [[0, 1, 2, 4], [1, 2, 3], [0, 1, 3], [5], []])
+@pytest.mark.parametrize("rows", [[0, 1, 2, 4], [1, 2, 3], [0, 1, 3], [5], [], [6, 7, 8, 3, 4, 5]])
 def test_other_parts_are_cut_out_of_both_triangles(compact_and_whole, rows: list[int]) -> None:
     compact, whole = compact_and_whole
     found = part(compact, np.array(rows, dtype=np.int64))
@@ -120,6 +123,25 @@ def test_both_ways_to_assemble_are_one_matrix(box, kind) -> None:
     assert memory(mass.nodes) < 0.4 * memory(mass.tocsr())
 
 
+@pytest.mark.parametrize("place", [0, 5, None], ids=["first", "inner", "last"])
+def test_a_node_without_cells_has_zeros_and_takes_springs(box, place: int | None) -> None:
+    mesh = box(HEX20, counts=(2, 2, 2))
+    unused = mesh.n_node if place is None else place
+    number = np.arange(mesh.n_node) + (np.arange(mesh.n_node) >= unused)
+    points = np.insert(mesh.points, unused, [9.0, 9.0, 9.0], axis=0)
+    widened = Mesh(points=points, cells={"hexahedron20": number[mesh.cells["hexahedron20"]]})
+    rows = np.setdiff1d(np.arange(3 * widened.n_node), 3 * unused + np.arange(3))
+    for found, expected in zip(assemble_compact(widened, STEEL), assemble(mesh, STEEL), strict=True):
+        whole = np.zeros(found.shape)
+        whole[np.ix_(rows, rows)] = expected.toarray()
+        np.testing.assert_array_equal(found.toarray(), whole)
+        np.testing.assert_array_equal(found.diagonal(), np.diag(whole))
+    springs = np.zeros(3 * widened.n_node)
+    springs[3 * unused + 1] = 1e6
+    stiffness = assemble_compact(widened, STEEL)[1]
+    np.testing.assert_array_equal(stiffness.plus_diagonal(springs).diagonal(), stiffness.diagonal() + springs)
+
+
 def memory(matrix: UpperBlocks | sp.csr_array) -> int:
     if isinstance(matrix, UpperBlocks):
         return matrix.values.nbytes + matrix.column.nbytes + matrix.row_start.nbytes
@@ -144,6 +166,36 @@ def test_a_factor_of_half_a_matrix_takes_new_values(box, backend: Backend, rando
     springs = np.full(stiffness.shape[0], 1e-3 * stiffness.diagonal().mean())
     first, second = (stiffness.plus_diagonal(k * springs) for k in (1, 3))
     factor = factorise(first, backend=backend)
-    factor.renew(second.tocsr())
     b = random.standard_normal(stiffness.shape[0])
-    np.testing.assert_allclose(second @ factor.solve(b), b, rtol=0, atol=1e-10 * np.abs(b).max())
+    for other in (second, first.tocsr()):
+        factor.renew(other)
+        np.testing.assert_allclose(other @ factor.solve(b), b, rtol=0, atol=1e-10 * np.abs(b).max())
+
+
+def test_what_is_no_upper_triangle_is_refused(compact_and_whole, random: Random) -> None:
+    compact, whole = compact_and_whole
+    with pytest.raises(ValueError, match="begins on the diagonal"):
+        replace(compact, column=compact.column[::-1])
+    row = int(np.flatnonzero(np.diff(compact.row_start) > 2)[0])
+    column = compact.column.copy()
+    first = compact.row_start[row]
+    column[[first + 1, first + 2]] = column[[first + 2, first + 1]]
+    with pytest.raises(ValueError, match="columns ascend"):
+        replace(compact, column=column)
+    for matrix in (compact, NodeMatrix(nodes=sp.csr_array(np.eye(40)))):
+        with pytest.raises(ValueError, match="cannot be multiplied by columns of shape"):
+            matrix @ random.standard_normal(2 * len(whole))
+
+
+def test_other_kinds_of_numbers(compact_and_whole, random: Random) -> None:
+    compact, whole = compact_and_whole
+    wide = replace(
+        compact,
+        row_start=compact.row_start.astype(np.int64),
+        column=compact.column.astype(np.int64),
+        values=np.asfortranarray(compact.values),
+    )
+    np.testing.assert_array_equal(wide.toarray(), whole)
+    assert wide.column.dtype == np.int32
+    z = random.standard_normal(len(whole)) + 1j * random.standard_normal(len(whole))
+    np.testing.assert_allclose(compact @ z, whole @ z, rtol=0, atol=ROUND_OFF * len(whole) * np.abs(whole).max() * 4)

@@ -131,7 +131,7 @@ def test_constraint_modes_reproduce_rigid_body_motion_of_a_free_body() -> None:
 
 
 def long_bar(springs: bool, assembled: Callable[[Mesh, Material], tuple[Symmetric, Symmetric]]) -> LinearSystem:
-    mesh = box(20, 4, 3)
+    mesh = box(20, 9, 6)
     # Without symmetry, so that no two components of a mode are alike and its sign is no matter of round-off.
     x, y, z = mesh.points.T
     mesh = replace(mesh, points=np.stack([x, y * (1 + x), z * (1 + 2 * x + 10 * y)], axis=1))
