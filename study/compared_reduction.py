@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fe.damping import rayleigh_damping
 from fe.errors import SupportError
 from fe.modal import STRAINLESS, modes
+from fe.symmetric_part import whole_nodes
 from fe.system import LinearSystem
 from reduction.craig_bampton import craig_bampton
 from reduction.memory_estimate import reduction_memory, refuse_beyond_memory
@@ -86,7 +87,9 @@ def compared_reduction(
         It would take more memory than is free, or the boundary leaves the interior loose.
     """
     n_boundary = sum(len(rows) for rows in boundary.values())
-    needed = reduction_memory(system.stiffness, n_boundary, n_mode)
+    kept = np.concatenate([np.zeros(0, dtype=np.int64), *boundary.values()])
+    is_compact = whole_nodes(np.setdiff1d(np.arange(system.n_dof), kept)) is not None
+    needed = reduction_memory(system.stiffness, n_boundary, n_mode, is_compact=is_compact)
     refuse_beyond_memory(needed, f"reducing {system.n_dof} degrees of freedom to {n_boundary} and {n_mode} modes")
     rom = craig_bampton(system, boundary, n_mode, provenance)
     n_compared = min(N_FREQUENCY, rom.n_dof)

@@ -154,7 +154,9 @@ def _step(case: StepCase, folder: Path, run: RunContext) -> _Meshed:
         run.note(line)
     n_boundary = 3 * (len(case.point) + sum(line.stations for line in case.line))
     with at_key(case, "mesh", "size"):
-        needed = tetrahedra_memory(solid.volume, solid.longest, rule.size, n_boundary, case.reduction.modes)
+        needed = tetrahedra_memory(
+            solid.volume, solid.longest, rule.size, n_boundary, case.reduction.modes, is_compact=not case.line
+        )
         refuse_beyond_memory(needed, f"a part of {solid.volume * 1e6:.3g} cm^3 in cells of {rule.size * 1e3:g} mm")
     seconds = CELL_SECONDS * CELLS_PER_CUBE * solid.volume / rule.size**3
     with located(case, "mesh"):
@@ -189,10 +191,11 @@ def _reduced(
     mesh, n_mode = found.mesh, case.reduction.modes
     n_boundary = sum(len(kept.nodes) * len(kept.directions) for kept in found.boundary.values())
     n_dof = 3 * mesh.n_node
+    kept = (*found.boundary.values(), *found.supports)
+    is_compact = found.to_nodes is None and all(len(each.directions) == 3 for each in kept)
     with located(case):
-        refuse_beyond_memory(
-            mesh_memory(mesh, n_boundary, n_mode), f"reducing a mesh of {n_dof} degrees of freedom to {n_boundary}"
-        )
+        needed = mesh_memory(mesh, n_boundary, n_mode, is_compact=is_compact)
+        refuse_beyond_memory(needed, f"reducing a mesh of {n_dof} degrees of freedom to {n_boundary}")
     with located(case):
         matrices = run.step("matrices", expected=ASSEMBLY_SECONDS * n_dof).run(part_matrices, mesh, material)
         reduced = run.step("reduction", expected=REDUCTION_SECONDS * n_dof).run(

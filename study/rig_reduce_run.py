@@ -135,7 +135,7 @@ def _computed(
 ) -> tuple[str, RigReduction, dict[str, ModeCheck]]:
     """Text of the STEP file, the reduction, and the checks of its bodies if they are wanted."""
     meshed = model.meshed()
-    reductions = reduction_tasks(model, meshed.meshes)
+    reductions = reduction_tasks(model, meshed)
     solid = Task(stage=rig_solid, inputs={"rig": model.rig}, label="CAD solids", weight=SOLID_WORK)
     try:
         *bodies, step = run_parallel(

@@ -74,12 +74,12 @@ def reduce_rig(model: RigModel, store: Store, progress: Progress, title: str = "
     """
     model = in_tetrahedra(model, store, progress)
     meshed = model.meshed()
-    tasks = reduction_tasks(model, meshed.meshes)
+    tasks = reduction_tasks(model, meshed)
     outcomes = run_parallel(tasks, store, progress, title, memory=available_memory())
     return together(model, meshed, tasks, outcomes)
 
 
-def reduction_tasks(model: RigModel, meshes: Mapping[str, Mesh]) -> list[Task]:
+def reduction_tasks(model: RigModel, meshed: MeshedRig) -> list[Task]:
     """One task for each body that is no mirror image; the sizes of the meshes tell how long each takes.
 
     Raises
@@ -91,9 +91,10 @@ def reduction_tasks(model: RigModel, meshes: Mapping[str, Mesh]) -> list[Task]:
     for body in BODIES:
         if mirror_image(body) is not None:
             continue
-        mesh, kind = meshes[body], body.partition("_")[0]
+        mesh, kind = meshed.meshes[body], body.partition("_")[0]
         n_boundary = 3 * sum(len(nodes) for nodes in mesh.node_sets.values())
-        memory = mesh_memory(mesh, n_boundary, model.modes_of(body))
+        is_compact = body not in meshed.coordinates
+        memory = mesh_memory(mesh, n_boundary, model.modes_of(body), is_compact=is_compact)
         refuse_beyond_memory(memory, f"reducing the {kind} of {3 * mesh.n_node} degrees of freedom")
         tasks.append(
             Task(

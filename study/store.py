@@ -134,6 +134,7 @@ class Store:
     def __init__(self, folder: Path | None, warn: Callable[[str], None] = warnings.warn) -> None:
         self.folder = folder
         self._warn = warn
+        self._told: set[Path] = set()
         if folder is not None:
             try:
                 self._prepare(folder)
@@ -173,10 +174,14 @@ class Store:
 
     def kept(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> Outcome[R] | None:
         """Result of a stage if it is there and sound; it is not computed."""
+        if self.folder is None:
+            return None
         return self._looked_up(partial(_read, stage=stage), stage.name, stage.key(*args, **kwargs))
 
     def holds(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> bool:
-        """Whether a result is there with all its files as they were written; it is not read."""
+        """Whether a result is there with all its files as they were written, by their checksums."""
+        if self.folder is None:
+            return False
         return self._looked_up(_intact, stage.name, stage.key(*args, **kwargs)) is not None
 
     def size(self) -> tuple[int, int]:
@@ -218,15 +223,17 @@ class Store:
         return folder / "objects" / key[:2] / key
 
     def _looked_up(self, read: Callable[[Path], T | None], name: str, key: str) -> T | None:
-        """What is read of an entry; one that is there and cannot be read is told and removed."""
-        if self.folder is None:
-            return None
+        """What is read of an entry; of one that is there and cannot be read this is told, once.
+
+        It stays until a new result takes its place: a disk that fails for a moment makes no sound result a bad one.
+        """
+        assert self.folder is not None
         entry = self._entry(self.folder, key)
         there = entry.exists()  # asked first: another process may put it there meanwhile
         found = read(entry)
-        if there and found is None:
+        if there and found is None and entry not in self._told:
+            self._told.add(entry)
             self._warn(f"a kept result is damaged and will be computed again: {name} in {entry}")
-            shutil.rmtree(entry, ignore_errors=True)
         return found
 
     def _write(self, entry: Path, stage: Stage[P, R], outcome: Outcome[R]) -> None:

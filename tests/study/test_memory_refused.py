@@ -35,7 +35,7 @@ def test_a_blade_is_refused() -> None:
 def test_a_rig_is_refused_by_its_body() -> None:
     model = RigModel(rig=Rig(), material=STEEL, element="hex8", size=0.006, n_mode=10)
     with pytest.raises(RomError, match=r"reducing the blade of \d+ degrees of freedom takes about .* GB are free"):
-        reduction_tasks(model, model.meshes())
+        reduction_tasks(model, model.meshed())
 
 
 def test_matrices_are_refused() -> None:

@@ -214,7 +214,7 @@ def test_a_second_run_and_one_with_other_contacts_start_no_process(
 
 def outcomes(model: RigModel, by_body: dict[str, ReducedBody]) -> RigReduction:
     meshed = model.meshed()
-    tasks = reduction_tasks(model, meshed.meshes)
+    tasks = reduction_tasks(model, meshed)
     found = [Outcome(value=by_body[task.inputs["body"]], seconds=0.0, cached=True) for task in tasks]
     return together(model, meshed, tasks, found)
 
