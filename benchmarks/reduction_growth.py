@@ -19,7 +19,7 @@ SIZES = ("40x8x2", "60x12x3", "80x16x4", "96x20x4", "120x24x5", "140x30x6")
 STAGES = {
     "assembly": "assembly",
     "factor": "factorisation",
-    "constraint modes": "constraint modes",
+    "constraint modes: solves": "constraint modes",
     "modes": "150 fixed-interface modes",
 }
 

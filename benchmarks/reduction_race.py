@@ -20,7 +20,7 @@ import numpy as np
 
 Run = dict[str, Any]
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-#: Seconds and GB that were set as targets, on a core whose dgemm does this many 1e9 operations a second.
+#: Seconds and GiB that were set as targets, on a core whose dgemm does this many 1e9 operations a second.
 TARGET = {("twisted", "96x20x4"): (20.0, 1.8), ("twisted", "140x30x6"): (90.0, 4.8)}
 TARGET_DGEMM = 53.0
 JOBS = [
@@ -99,14 +99,15 @@ def stages(result: Run) -> None:
     own, dgemm, read = result["stages"], 1e9 * result["dgemm"], 1e9 * result["read"]
     print(
         f"\n{result['shape']} {result['size']}: {result['n_dof']:,} degrees of freedom, {result['n_boundary']} on the "
-        f"boundary, {len(result['frequency'])} modes: {result['seconds']:.1f} s, {result['peak']:.2f} GB; dgemm "
+        f"boundary, {len(result['frequency'])} modes: {result['seconds']:.1f} s, {result['peak']:.2f} GB "
+        f"({1e9 * result['peak'] / 2**30:.2f} GiB); dgemm "
         f"{result['dgemm']:.0f} GF/s, memory read at {result['read']:.0f} GB/s; the check of the modes "
         f"{result['check']:.1f} s more"
     )
     if target := TARGET.get((result["shape"], result["size"])):
         scaled = target[0] * TARGET_DGEMM / result["dgemm"]
         print(
-            f"target {target[0]:.0f} s at {TARGET_DGEMM:.0f} GF/s, {scaled:.1f} s scaled to this dgemm, {target[1]} GB"
+            f"target {target[0]:.0f} s at {TARGET_DGEMM:.0f} GF/s, {scaled:.1f} s scaled to this dgemm, {target[1]} GiB"
         )
     if result["work"] is None:
         return
@@ -122,7 +123,7 @@ def stages(result: Run) -> None:
     bound = {
         "assembly": None,
         "factor": operations / dgemm,
-        "constraint modes": solves("constraint modes"),
+        "constraint modes: solves": solves("constraint modes"),
         "modes: solves": solves("modes"),
         # Against all columns before, twice a block: 2 n m^2 operations, the basis read twice.
         "orthogonality": max(2 * n * m**2 / dgemm, 8 * n * m**2 / (m / calls["modes: solves"]) / read),
