@@ -135,7 +135,7 @@ class KrylovBasis:
         if not column.size:  # BLAS refuses to do nothing
             return column, np.empty((self.size, 0))
         Q = self._vectors[:, : self.size]
-        part = dgemm(1.0, Q, self._mass @ column, trans_a=1)
+        part = dgemm(1.0, Q, self._mass.passing(column), trans_a=1)
         return np.asarray(dgemm(-1.0, Q, part, 1.0, column, overwrite_c=1)), np.asarray(part)
 
     def _orthonormalise(self, column: Matrix, scale: float, spare: Sequence[Matrix] = ()) -> Matrix:

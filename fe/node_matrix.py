@@ -96,17 +96,25 @@ class BlockProduct:
         except (ImportError, OSError, OverflowError):
             self._kernel = SparseProduct(kept)
         # Kept from one product to the next: fresh memory costs as much as the product.
-        self._given = self._result = np.empty((0, 0))
+        self._given = self._result = self._passing = np.empty((0, 0))
 
     def __matmul__(self, columns: Matrix) -> Matrix:
         """Product with columns (n, k), in Fortran order."""
+        return self._into(np.empty(columns.shape, order="F"), columns)
+
+    def passing(self, columns: Matrix) -> Matrix:
+        """The same in an array that the next call writes over."""
+        if self._passing.shape != columns.shape:
+            self._passing = np.empty(columns.shape, order="F")
+        return self._into(self._passing, columns)
+
+    def _into(self, product: Matrix, columns: Matrix) -> Matrix:
         n, k = columns.shape
         if self._given.shape != (n, k):
             self._given, self._result = np.empty((n, k)), np.empty((n, k))
         _copy(self._given, columns)
         wide = (n // self._direction, self._direction * k)
         self._kernel.into(self._result.reshape(wide), self._given.reshape(wide))
-        product = np.empty((n, k), order="F")
         _copy(product, self._result)
         return product
 

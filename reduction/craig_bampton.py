@@ -7,6 +7,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.allocator import give_back
+from fe.node_matrix import BlockProduct
 from fe.sparse_solver import SingularMatrix, factorise
 from fe.symmetric_part import part, rows_of
 from fe.system import LinearSystem
@@ -127,7 +128,7 @@ def _move(
 
 def _mass(system: LinearSystem, rows: Partition, recovery: Float[NDArray[np.float64], "n r"]) -> Matrix:
     n_boundary, n_reduced = len(rows.boundary), recovery.shape[1]
-    carried = system.mass @ recovery[:, :n_boundary]
+    carried = BlockProduct(system.mass) @ recovery[:, :n_boundary]
     mass = np.eye(n_reduced)
     coupling = recovery[:, n_boundary:].T @ carried  # Phi is zero on the boundary: only P counts
     mass[:n_boundary, :n_boundary] = _symmetric(recovery[:, :n_boundary].T @ carried)

@@ -41,3 +41,14 @@ def test_a_matrix_that_differs_between_directions_is_multiplied_as_it_is(make) -
     assert node_matrix(matrix) is None
     x = np.random.default_rng(1).standard_normal((matrix.shape[1], 4))
     np.testing.assert_allclose(BlockProduct(matrix) @ x, matrix @ x, rtol=0, atol=ROUND_OFF)
+
+
+@pytest.mark.parametrize("make", [node_level, scaled], ids=["nodes", "directions"])
+def test_a_passing_product_is_the_same_and_is_written_over(make) -> None:
+    matrix = sp.csr_array(sp.kron(make(), np.eye(3)))
+    product = BlockProduct(matrix)
+    first, second = np.random.default_rng(1).standard_normal((2, matrix.shape[1], 4))
+    kept, passing = product @ first, product.passing(first)
+    np.testing.assert_array_equal(passing, kept)
+    np.testing.assert_array_equal(product.passing(second), product @ second)
+    np.testing.assert_array_equal(passing, product @ second)
