@@ -25,7 +25,9 @@ DIRECTION_PAIRS = [(i, j) for i in range(3) for j in range(3)]
 
 
 def assemble(mesh: Mesh, materials: Material | Mapping[str, Material]) -> tuple[sp.csr_array, sp.csr_array]:
-    """Consistent mass and stiffness of a mesh as SciPy's matrices: as `assemble_compact`, in four times the memory.
+    """Consistent mass and stiffness of a mesh as SciPy's matrices, in four times the memory of `assemble_compact`.
+
+    Parameters and errors are those of `assemble_compact`.
 
     Returns
     -------

@@ -118,12 +118,13 @@ def _move(
 ) -> None:
     """Put columns into rows of a target, the last ones first: what has been moved is given back on the way."""
     # Of columns side by side in memory, the last ones can be cut off.
+    n_row, n_column = source.shape
     is_cut = source.flags.f_contiguous and source.flags.owndata
-    for first in reversed(range(0, source.shape[1], AT_ONCE)):
-        for k in range(first, source.shape[1] if is_cut else min(first + AT_ONCE, source.shape[1])):
+    for first in reversed(range(0, n_column, AT_ONCE)):
+        for k in range(first, min(first + AT_ONCE, n_column)):
             target[rows, k] = source[:, k]
         if is_cut:
-            source.resize((len(source), first), refcheck=False)
+            source.resize((n_row, first), refcheck=False)
 
 
 def _mass(system: LinearSystem, rows: Partition, recovery: Float[NDArray[np.float64], "n r"]) -> Matrix:
