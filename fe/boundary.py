@@ -86,6 +86,7 @@ def supported_system(
     supports: Sequence[Support] = (),
     springs: Sequence[GroundedSpring] = (),
     damping: RayleighDamping | None = None,
+    may_move: bool = False,
 ) -> LinearSystem:
     """Matrices on the free degrees of freedom, with grounded springs and Rayleigh damping added.
 
@@ -101,6 +102,8 @@ def supported_system(
         What holds the body.
     damping
         Rayleigh coefficients; none means no damping.
+    may_move
+        Whether the supports may leave rigid motions, as where a reduction's boundary will hold the rest.
 
     Raises
     ------
@@ -122,7 +125,8 @@ def supported_system(
     grounded = np.zeros((mesh.n_node, 3))
     for spring in springs:
         np.add.at(grounded, spring.nodes, np.asarray(spring.stiffness))
-    _refuse_rigid_motion(mesh, stiffness, held, grounded)
+    if not may_move:
+        _refuse_rigid_motion(mesh, stiffness, held, grounded)
     free = np.flatnonzero(~held.ravel())
     if not free.size:
         raise SupportError("the supports hold every degree of freedom of the mesh: leave some nodes to move")

@@ -212,7 +212,8 @@ def _held(
     mass, stiffness = matrices if place is None else (place.matrix(each) for each in matrices)
     if supports:
         held = [Support(nodes=each.nodes, directions=each.directions) for each in supports]
-        return supported_system(mesh, mass, stiffness, held)
+        # What they leave free the boundary may hold; if it does not, the reduction says so.
+        return supported_system(mesh, mass, stiffness, held, may_move=True)
     return unsupported_system(mesh, mass, stiffness)
 
 

@@ -29,8 +29,8 @@ app = command_app(
     named faces, points and contact lines. Writes the mesh with the first modes (VTU), the reduced model, tables of
     frequencies and stations, and pictures.
 
-    Matrices (kind = "matrices", docs/matrices.md): mass and stiffness from ANSYS, Nastran or MatrixMarket files. Writes
-    the reduced model, and compares reduced frequencies with full ones.""",
+    Matrices (kind = "matrices", docs/matrices.md): mass and stiffness from ANSYS, Nastran, CalculiX or MatrixMarket
+    files. Writes the reduced model, and compares reduced frequencies with full ones.""",
     examples=["stickslip reduce --out reduced", "stickslip reduce my_rig.toml --out mine --json"],
 )
 
@@ -44,7 +44,8 @@ def reduce(
     check: Annotated[
         bool,
         Parameter(
-            help="Check the fixed-interface modes: residuals, and a count that finds missed ones; half as long again.",
+            help="Check the fixed-interface modes: residuals, and a count that finds missed ones; it takes up to two "
+            "thirds of the reduction's time.",
             negative=(),
         ),
     ] = False,

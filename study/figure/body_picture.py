@@ -19,6 +19,8 @@ from study.figure.mode_scene import OVERSAMPLING, TOWARDS_EYE, Scene, Vectors, V
 COLOURS = ("#7fa6c9", "#e0903c", "#9bb48c", "#c58ba8", "#c9b458")
 #: Of the stations of a contact line.
 STATION_COLOUR, STATION_SIZE = "#b3001b", 11
+#: Between the legend and the edge [px at full size].
+MARGIN = 12
 NO_STATIONS = np.zeros((0, 3))
 #: How much is seen of a point through the body before it.
 THROUGH = 0.4
@@ -177,7 +179,7 @@ def _furniture(layout: Layout, words: tuple[str, str, str], legend: Mapping[str,
         Line2D([], [], ls="", marker="o", ms=9 * points * each.size / STATION_SIZE, color=each.colour, label=each.label)
         for each in marks
     ]
-    figure.legend(
+    shown = figure.legend(
         handles=handles,
         loc="center left",
         bbox_to_anchor=((body_left + body_width) / width, 1 - (body_top + body_height / 2) / height),
@@ -187,4 +189,11 @@ def _furniture(layout: Layout, words: tuple[str, str, str], legend: Mapping[str,
         frameon=False,
     )
     canvas.draw()
+    box = shown.get_window_extent()
+    if box.x1 > width - MARGIN * scale:
+        # A long name is written smaller rather than cut.
+        shrink = (width - MARGIN * scale - box.x0) / box.width
+        for text in shown.get_texts():
+            text.set_fontsize(text.get_fontsize() * shrink)
+        canvas.draw()
     return np.asarray(canvas.buffer_rgba())[..., :3].copy()

@@ -20,6 +20,9 @@ Flags = Bool[NDArray[np.bool_], "2 f"]
 COLUMNS = 2
 #: Of both limits, lower first.
 COLOURS = ("#0072b2", "#d55e00")
+#: Between the lowest and the highest sampled state, and each of them.
+REACH: dict[str, Any] = {"color": PALE, "linewidth": 2.5, "alpha": 0.45}
+STATE: dict[str, Any] = {"color": INK, "linestyle": "", "marker": ".", "markersize": 1.5}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -84,18 +87,20 @@ def limit_band_figure(
         grid[bottom, column].tick_params(labelbottom=True)
     figure.supylabel(amplitude_label, fontsize=10)
     jump, repaired = (any(getattr(band, name).any() for band in bands) for name in ("jump", "repaired"))
-    shown = [
-        Line2D([], [], color=COLOURS[1], marker=".", label="upper limit"),
-        Line2D([], [], color=COLOURS[0], marker=".", label="lower limit"),
-        Patch(color=PALE, alpha=0.15, label="between them"),
-    ]
+    shown: dict[str, Any] = {
+        "upper limit": Line2D([], [], color=COLOURS[1], marker="."),
+        "lower limit": Line2D([], [], color=COLOURS[0], marker="."),
+        "between them": Patch(color=PALE, alpha=0.15),
+    }
     if any(np.isfinite(band.sampled).any() for band in bands):
-        shown.append(Line2D([], [], color=PALE, linewidth=2.5, alpha=0.45, label=sampled_label))
+        shown[sampled_label] = (Line2D([], [], **REACH), Line2D([], [], **STATE))
     if jump:
-        shown.append(Line2D([], [], **_ring("o"), label="jump to another optimum"))
+        shown["jump to another optimum"] = Line2D([], [], **_ring("o"))
     if repaired:
-        shown.append(Line2D([], [], **_ring("s"), label="found by a random history"))
-    figure.legend(handles=shown, loc="outside lower center", ncols=min(len(shown), 3 * columns), frameon=False)
+        shown["found by a random history"] = Line2D([], [], **_ring("s"))
+    # Six in one row would touch the edges of two panels.
+    ncols = min(len(shown), 3 if columns == 1 or len(shown) > 5 else 5)
+    figure.legend(list(shown.values()), list(shown), loc="outside lower center", ncols=ncols, frameon=False)
     add_title(figure, title)
     return png(figure)
 
@@ -110,8 +115,8 @@ def _draw(axes: "Axes", band: Band) -> None:
     if np.isfinite(band.sampled).any():
         there = np.isfinite(band.sampled).any(axis=0)
         ends = [reach(band.sampled[:, there], axis=0) for reach in (np.nanmin, np.nanmax)]
-        axes.vlines(f[there], *ends, color=PALE, linewidth=2.5, alpha=0.45)
-        axes.plot(np.broadcast_to(f, band.sampled.shape).ravel(), band.sampled.ravel(), ".", color=INK, markersize=1.5)
+        axes.vlines(f[there], *ends, **REACH)
+        axes.plot(np.broadcast_to(f, band.sampled.shape).ravel(), band.sampled.ravel(), **STATE)
     for side, colour in enumerate(COLOURS):
         y = band.value[side]
         for first in range(len(f) - 1):
