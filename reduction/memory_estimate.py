@@ -31,9 +31,10 @@ FILL = 2.6
 #: Bytes of an entry of the factor, by the name of the back end: itself, and a quarter for work arrays. SuperLU keeps
 #: both triangles with their indices.
 FACTOR_BYTES = {"pardiso": 10.0, "cholmod": 10.0, "superlu": 20.0}
-#: Bytes of an entry of the stiffness, both triangles counted, that stand beside the system while it is factorised: the
-#: interior's part; of a SciPy matrix also its blocks and its upper triangle.
-COMPACT_COPY, CSR_COPY = 6.0, 25.0
+#: Bytes of an entry of the stiffness, both triangles counted, that stand beside the system while it is factorised: half
+#: of the interior's part; of a SciPy matrix the whole, its blocks and its upper triangle; and where single directions
+#: are cut out, SciPy's matrices in any case, and the blocks that PARDISO looks for.
+COMPACT_COPY, CSR_COPY, SINGLE_COPY = 6.0, 12.0, 25.0
 #: Columns of the length of the system: work arrays of Lanczos' method beside its basis, in blocks; at the end, of a
 #: boundary degree of freedom, its constraint mode with the solver's own arrays.
 WORK_BLOCKS, PER_BOUNDARY = 9.0, 2.5
@@ -65,11 +66,11 @@ def reduction_memory(matrix: Symmetric, n_boundary: int, n_mode: int, *, is_comp
         Whether the kept ones are all those of some nodes, so that a half-stored matrix stays one.
     """
     if isinstance(matrix, UpperBlocks):
-        n_entry, width = matrix.nnz, NODE * _level_width(matrix.graph())
+        n_entry, width, copy = matrix.nnz, NODE * _level_width(matrix.graph()), COMPACT_COPY
     else:
-        whole, is_compact = matrix.tocsr(), False
-        n_entry, width = whole.nnz, _level_width(whole)
-    return _bytes(matrix.shape[0], n_entry, width, n_boundary, n_mode, is_compact)
+        whole = matrix.tocsr()
+        n_entry, width, copy = whole.nnz, _level_width(whole), CSR_COPY
+    return _bytes(matrix.shape[0], n_entry, width, n_boundary, n_mode, copy if is_compact else SINGLE_COPY)
 
 
 def mesh_memory(mesh: Mesh, n_boundary: int, n_mode: int, *, is_compact: bool = True) -> float:
@@ -93,7 +94,7 @@ def mesh_memory(mesh: Mesh, n_boundary: int, n_mode: int, *, is_compact: bool = 
     belongs = sp.csr_array((np.ones(len(used), dtype=np.int32), used, start), shape=(len(start) - 1, mesh.n_node))
     graph = sp.csr_array(belongs.T @ belongs)
     n_entry = NODE**2 * graph.nnz
-    reduced = _bytes(NODE * mesh.n_node, n_entry, NODE * _level_width(graph), n_boundary, n_mode, is_compact)
+    reduced = _bytes(NODE * mesh.n_node, n_entry, NODE * _level_width(graph), n_boundary, n_mode, _copy(is_compact))
     return reduced + _system(n_entry, is_compact)
 
 
@@ -116,7 +117,7 @@ def tetrahedra_memory(
     n_dof = DOFS_PER_CUBE * volume / size**3
     width = n_dof / max(1.0, LEVELS_PER_CELL * longest / size)
     n_entry = TET10_ROW * n_dof
-    return _bytes(n_dof, n_entry, width, n_boundary, n_mode, is_compact) + _system(n_entry, is_compact)
+    return _bytes(n_dof, n_entry, width, n_boundary, n_mode, _copy(is_compact)) + _system(n_entry, is_compact)
 
 
 def refuse_beyond_memory(needed: float, what: str) -> None:
@@ -168,7 +169,11 @@ def _system(n_entry: float, is_compact: bool) -> float:
     return (SYSTEM_ENTRY + (0.0 if is_compact else CSR_SYSTEM)) * n_entry
 
 
-def _bytes(n_dof: float, n_entry: float, width: float, n_boundary: int, n_mode: int, is_compact: bool) -> float:
+def _copy(is_compact: bool) -> float:
+    return COMPACT_COPY if is_compact else SINGLE_COPY
+
+
+def _bytes(n_dof: float, n_entry: float, width: float, n_boundary: int, n_mode: int, copy: float) -> float:
     filled = min(FILL * n_dof * float(width) ** 0.75, n_dof * (n_dof + 1) / 2)
     factor = FACTOR_BYTES[default_backend().value] * filled
     block = default_block(n_mode)
@@ -176,7 +181,7 @@ def _bytes(n_dof: float, n_entry: float, width: float, n_boundary: int, n_mode: 
     at_the_end = n_mode + PER_BOUNDARY * n_boundary
     columns = 8.0 * n_dof * max(in_lanczos, at_the_end)
     # The allocator does not give back all that SciPy's matrices were made of, so that they count beside the columns.
-    copies = max(COMPACT_COPY * n_entry, columns) if is_compact else CSR_COPY * n_entry + columns
+    copies = max(copy * n_entry, columns) if copy == COMPACT_COPY else copy * n_entry + columns
     return float(LIBRARIES + factor + copies)
 
 
