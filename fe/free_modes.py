@@ -4,7 +4,6 @@ from dataclasses import replace
 from math import sqrt
 
 import numpy as np
-import scipy.sparse as sp
 
 from fe.material import Material
 from fe.mesh import Mesh
@@ -35,8 +34,7 @@ def free_modes(system: LinearSystem, mesh: Mesh, material: Material, n_mode: int
     """
     size = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
     shift = (SHARE * sqrt(material.shear / material.density) / size) ** 2
-    held = replace(system, stiffness=sp.csr_array(system.stiffness.tocsr() + shift * system.mass.tocsr()))
-    found = modes(held, n_mode)
+    found = modes(system.shifted(shift), n_mode)
     squared = found.angular_frequency**2 - shift
     frequency = np.sqrt(np.where(squared > RIGID * shift, squared, 0.0))
     # The ratio was made with the shifted frequency; a rigid-body mode has none.

@@ -1,6 +1,6 @@
 """The linear system that assembly, supports and damping make: sparse M, C, K on the free degrees of freedom."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -50,6 +50,10 @@ class LinearSystem:
         dofs = (3 * np.asarray(nodes)[:, None] + np.asarray(directions)).ravel()
         place = np.searchsorted(self.free, dofs).clip(max=self.n_dof - 1)
         return np.where(self.free[place] == dofs, place, -1)
+
+    def shifted(self, shift: float) -> "LinearSystem":
+        """With the stiffness K + shift M [rad^2/s^2], which is definite where nothing holds the structure."""
+        return replace(self, stiffness=sp.csr_array(self.stiffness.tocsr() + shift * self.mass.tocsr()))
 
     def on_mesh(self, vectors: Float[NDArray[np.float64], "n m"]) -> Float[NDArray[np.float64], "node 3 m"]:
         """Vectors on the free degrees of freedom as fields on all nodes, zero where fixed, shape (n_node, 3, m)."""

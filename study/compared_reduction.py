@@ -1,10 +1,9 @@
 """A linear system reduced, damped, and compared with itself in full; what holds it may be nothing."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
@@ -117,8 +116,7 @@ def _free_frequency(system: LinearSystem, reduced: Frequencies) -> Frequencies:
         LEAST_SHIFT * float((stiff / heavy).max()),
         SHIFT * (2 * np.pi * float(elastic[0])) ** 2 if len(elastic) else 0.0,
     )
-    shifted = sp.csr_array(system.stiffness.tocsr() + shift * system.mass.tocsr())
-    found = modes(replace(system, stiffness=shifted), len(reduced))
+    found = modes(system.shifted(shift), len(reduced))
     shapes = found.mode_shapes
     strain = np.einsum("nm,nm->m", shapes, system.stiffness @ shapes)
     share = strain / np.einsum("nm,n,nm->m", shapes, stiff, shapes)
