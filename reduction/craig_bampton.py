@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 import numpy as np
+import scipy.sparse as sp
 from jaxtyping import Float
 from numpy.typing import NDArray
 
@@ -70,11 +71,12 @@ def craig_bampton(
     n_mode = min(n_mode, len(rows.interior))
     if n_boundary + n_mode == 0:
         raise RomError("a reduced model without boundary and without modes is empty: name a boundary set or keep modes")
-    recovery, lambda_ = _basis(system, rows, n_mode)
+    on_boundary = rows_of(system.stiffness, rows.boundary)
+    recovery, lambda_ = _basis(system, rows, on_boundary, n_mode)
     return ReducedModel(
         mass=_mass(system, rows, recovery),
         damping=_damping(system, recovery),
-        stiffness=_stiffness(system, rows, recovery, lambda_),
+        stiffness=_stiffness(on_boundary, recovery, lambda_),
         boundary_node=system.free[rows.boundary] // 3,
         boundary_direction=system.free[rows.boundary] % 3,
         boundary_sets=rows.boundary_sets,
@@ -87,7 +89,7 @@ def craig_bampton(
 
 
 def _basis(
-    system: LinearSystem, rows: Partition, n_mode: int
+    system: LinearSystem, rows: Partition, on_boundary: sp.csr_array, n_mode: int
 ) -> tuple[Float[NDArray[np.float64], "n r"], Float[NDArray[np.float64], " m"]]:
     """T on the rows of the system, and the eigenvalues of the fixed-interface modes [rad^2/s^2]."""
     b, i, n_boundary = rows.boundary, rows.interior, len(rows.boundary)
@@ -107,7 +109,7 @@ def _basis(
         if n_mode:
             lambda_, shapes = fixed_interface_modes(mass, stiffness, n_mode, factor)
             _move(shapes, recovery[:, n_boundary:], i)
-        for block, shapes in constraint_modes(factor, rows_of(system.stiffness, b)[:, i]):
+        for block, shapes in constraint_modes(factor, on_boundary[:, i]):
             recovery[i, block] = shapes
     recovery[b, np.arange(n_boundary)] = 1.0
     return recovery, lambda_
@@ -139,15 +141,14 @@ def _mass(system: LinearSystem, rows: Partition, recovery: Float[NDArray[np.floa
 
 
 def _stiffness(
-    system: LinearSystem,
-    rows: Partition,
+    on_boundary: sp.csr_array,
     recovery: Float[NDArray[np.float64], "n r"],
     lambda_: Float[NDArray[np.float64], " m"],
 ) -> Matrix:
-    n_boundary, n_reduced = len(rows.boundary), recovery.shape[1]
+    n_boundary, n_reduced = on_boundary.shape[0], recovery.shape[1]
     stiffness = np.zeros((n_reduced, n_reduced))
     # Rows of K on the boundary times T_b: K_bb + K_bi Psi.
-    condensed = rows_of(system.stiffness, rows.boundary) @ recovery[:, :n_boundary]
+    condensed = on_boundary @ recovery[:, :n_boundary]
     stiffness[:n_boundary, :n_boundary] = _symmetric(condensed)
     modal = np.arange(n_boundary, n_reduced)
     stiffness[modal, modal] = lambda_
