@@ -11,6 +11,7 @@ the estimate with measured peaks.
 """
 
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -24,6 +25,14 @@ from fe.sparse_solver import default_backend
 from fe.upper_blocks import UpperBlocks
 from reduction.errors import RomError
 
+
+class _Copies(NamedTuple):
+    """Bytes of an entry of the stiffness in copies of it, and whether the allocator keeps them once they are gone."""
+
+    entry: float
+    stay: bool
+
+
 #: Measured peaks lie within this factor of the estimate, either way.
 FACTOR = 1.5
 #: Entries of the factor over n w^(3/4).
@@ -34,7 +43,7 @@ FACTOR_BYTES = {"pardiso": 10.0, "cholmod": 10.0, "superlu": 20.0}
 #: Bytes of an entry of the stiffness, both triangles counted, that stand beside the system while it is factorised: half
 #: of the interior's part; of a SciPy matrix the whole, its blocks and its upper triangle; and where single directions
 #: are cut out, SciPy's matrices in any case, and the blocks that PARDISO looks for.
-COMPACT_COPY, CSR_COPY, SINGLE_COPY = 6.0, 12.0, 25.0
+COMPACT_COPY, CSR_COPY, SINGLE_COPY = _Copies(6.0, False), _Copies(12.0, True), _Copies(25.0, True)
 #: Columns of the length of the system: work arrays of Lanczos' method beside its basis, in blocks; at the end, of a
 #: boundary degree of freedom, its constraint mode with the solver's own arrays.
 WORK_BLOCKS, PER_BOUNDARY = 9.0, 2.5
@@ -66,11 +75,11 @@ def reduction_memory(matrix: Symmetric, n_boundary: int, n_mode: int, *, is_comp
         Whether the kept ones are all those of some nodes, so that a half-stored matrix stays one.
     """
     if isinstance(matrix, UpperBlocks):
-        n_entry, width, copy = matrix.nnz, NODE * _level_width(matrix.graph()), COMPACT_COPY
+        n_entry, width, copies = matrix.nnz, NODE * _level_width(matrix.graph()), COMPACT_COPY
     else:
         whole = matrix.tocsr()
-        n_entry, width, copy = whole.nnz, _level_width(whole), CSR_COPY
-    return _bytes(matrix.shape[0], n_entry, width, n_boundary, n_mode, copy if is_compact else SINGLE_COPY)
+        n_entry, width, copies = whole.nnz, _level_width(whole), CSR_COPY
+    return _bytes(matrix.shape[0], n_entry, width, n_boundary, n_mode, copies if is_compact else SINGLE_COPY)
 
 
 def mesh_memory(mesh: Mesh, n_boundary: int, n_mode: int, *, is_compact: bool = True) -> float:
@@ -94,7 +103,7 @@ def mesh_memory(mesh: Mesh, n_boundary: int, n_mode: int, *, is_compact: bool = 
     belongs = sp.csr_array((np.ones(len(used), dtype=np.int32), used, start), shape=(len(start) - 1, mesh.n_node))
     graph = sp.csr_array(belongs.T @ belongs)
     n_entry = NODE**2 * graph.nnz
-    reduced = _bytes(NODE * mesh.n_node, n_entry, NODE * _level_width(graph), n_boundary, n_mode, _copy(is_compact))
+    reduced = _bytes(NODE * mesh.n_node, n_entry, NODE * _level_width(graph), n_boundary, n_mode, _copies(is_compact))
     return reduced + _system(n_entry, is_compact)
 
 
@@ -117,7 +126,7 @@ def tetrahedra_memory(
     n_dof = DOFS_PER_CUBE * volume / size**3
     width = n_dof / max(1.0, LEVELS_PER_CELL * longest / size)
     n_entry = TET10_ROW * n_dof
-    return _bytes(n_dof, n_entry, width, n_boundary, n_mode, _copy(is_compact)) + _system(n_entry, is_compact)
+    return _bytes(n_dof, n_entry, width, n_boundary, n_mode, _copies(is_compact)) + _system(n_entry, is_compact)
 
 
 def refuse_beyond_memory(needed: float, what: str) -> None:
@@ -169,20 +178,19 @@ def _system(n_entry: float, is_compact: bool) -> float:
     return (SYSTEM_ENTRY + (0.0 if is_compact else CSR_SYSTEM)) * n_entry
 
 
-def _copy(is_compact: bool) -> float:
+def _copies(is_compact: bool) -> _Copies:
     return COMPACT_COPY if is_compact else SINGLE_COPY
 
 
-def _bytes(n_dof: float, n_entry: float, width: float, n_boundary: int, n_mode: int, copy: float) -> float:
+def _bytes(n_dof: float, n_entry: float, width: float, n_boundary: int, n_mode: int, copies: _Copies) -> float:
     filled = min(FILL * n_dof * float(width) ** 0.75, n_dof * (n_dof + 1) / 2)
     factor = FACTOR_BYTES[default_backend().value] * filled
     block = default_block(n_mode)
     in_lanczos = basis_columns(max(int(n_dof), 1), n_mode, block) + WORK_BLOCKS * block
     at_the_end = n_mode + PER_BOUNDARY * n_boundary
     columns = 8.0 * n_dof * max(in_lanczos, at_the_end)
-    # The allocator does not give back all that SciPy's matrices were made of, so that they count beside the columns.
-    copies = max(copy * n_entry, columns) if copy == COMPACT_COPY else copy * n_entry + columns
-    return float(LIBRARIES + factor + copies)
+    copied = copies.entry * n_entry
+    return float(LIBRARIES + factor + (copied + columns if copies.stay else max(copied, columns)))
 
 
 def _level_width(graph: sp.csr_array) -> float:
