@@ -10,6 +10,11 @@ from typing import Any
 SHORT_INTEGERS = 0
 
 
+def n_thread() -> int:
+    """Threads that MKL shares its work among [-]."""
+    return int(library().MKL_Get_Max_Threads())
+
+
 @cache
 def library() -> Any:
     """MKL's library.

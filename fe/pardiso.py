@@ -10,35 +10,27 @@ Intel oneMKL reference, PARDISO: phases, mtype and the parameters iparm, which c
 
 import ctypes
 import weakref
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe.factor import NODE, Columns, Definiteness, Symmetric, UnknownInertia, check_pattern, singular
+from fe.factor import Columns, Definiteness, Symmetric, UnknownInertia, check_pattern, singular
 from fe.mkl import library
 from fe.upper_blocks import UpperBlocks
+from fe.upper_triangle import SMALL, Upper, blocks_or_csr, upper_triangle
 
 ANALYSE, FACTORISE, SOLVE, RELEASE = 11, 22, 33, -1
 ZERO_PIVOT = -4
 #: The parameter that tells the equation of a pivot that is not positive.
 NO_PIVOT = 29
-#: Zeros stored in blocks of a node may be this many times the entries; otherwise PARDISO looks for blocks itself, which
-#: may fill up to a fifth. Either way the graph that is ordered and analysed is that of the nodes, a ninth as large.
-FILL, SIMILAR = 1.05, 80
+#: The parameter that tells whose order of rows is taken.
+ORDER = 4
+#: Where rows do not come by threes PARDISO looks for blocks itself, which may fill up to a fifth. Either way the graph
+#: that is ordered and analysed is that of the nodes, a ninth as large.
+SIMILAR = 80
 NO_VALUES = np.zeros(0)
-#: Below this size no time is to be saved, and round-off is that of the plainest method.
-SMALL = 3000
-
-
-class Upper(NamedTuple):
-    """Upper triangle of a symmetric matrix in square blocks: rows start, columns, values, and the length of a block."""
-
-    row_start: NDArray[np.int32]
-    column: NDArray[np.int32]
-    values: NDArray[np.float64]
-    block: int
 
 
 class Pardiso:
@@ -46,7 +38,7 @@ class Pardiso:
 
     def __init__(self, matrix: Symmetric, definiteness: Definiteness) -> None:
         self._positive = definiteness is Definiteness.POSITIVE
-        matrix = _blocks_or_csr(matrix)
+        matrix = blocks_or_csr(matrix)
         self._n, self._shape, self._nnz = matrix.shape[0], matrix.shape, matrix.nnz
         self._upper = self._checked(matrix)
         self._call = _Handle(self._upper, 2 if self._positive else -2)
@@ -58,7 +50,7 @@ class Pardiso:
 
     def renew(self, matrix: Symmetric) -> None:
         """As `Factorisation.renew`."""
-        matrix = _blocks_or_csr(matrix)
+        matrix = blocks_or_csr(matrix)
         check_pattern(matrix, self._shape, self._nnz)
         upper = self._checked(matrix)
         if not np.array_equal(upper.column, self._upper.column):
@@ -99,53 +91,20 @@ class Pardiso:
         return upper_triangle(matrix)
 
 
-def _blocks_or_csr(matrix: Symmetric) -> sp.csr_array | UpperBlocks:
-    return matrix if isinstance(matrix, UpperBlocks) else matrix.tocsr()
+def nested_dissection(upper: Upper) -> NDArray[np.int64]:
+    """The order of rows in which a factor of the matrix fills little, shape (n,).
 
-
-def upper_triangle(matrix: sp.csr_array | UpperBlocks) -> Upper:
-    """The upper triangle, in blocks of a node where rows and columns come by threes; with its whole diagonal."""
-    n = matrix.shape[0]
-    if isinstance(matrix, UpperBlocks):
-        if n > SMALL:
-            return Upper(matrix.row_start, matrix.column, matrix.values, NODE)
-        matrix = matrix.tocsr()
-    length = np.diff(matrix.indptr)
-    if n > SMALL and n % NODE == 0 and (length.reshape(-1, NODE) == length[::NODE, None]).mean() > 1 / FILL:
-        blocks = matrix.tobsr((NODE, NODE))
-        if blocks.nnz <= FILL * matrix.nnz:
-            upper = _above(blocks.indptr, blocks.indices, blocks.data, NODE)
-            if _has_diagonal(upper):
-                return upper
-    upper = _above(matrix.indptr, matrix.indices, matrix.data, 1)
-    if not _has_diagonal(upper):
-        # PARDISO wants every diagonal entry stored, zeros too.
-        row = np.repeat(np.arange(n), np.diff(upper.row_start))
-        missing = np.setdiff1d(np.arange(n), row[upper.column == row])
-        values = np.concatenate([upper.values, np.zeros(len(missing))])
-        places = (np.concatenate([row, missing]), np.concatenate([upper.column, missing]))
-        full = sp.csr_array(sp.coo_array((values, places), shape=matrix.shape))
-        upper = _above(full.indptr, full.indices, full.data, 1)
-    return upper
-
-
-def _above(row_start: NDArray[Any], column: NDArray[Any], values: NDArray[np.float64], block: int) -> Upper:
-    n = len(row_start) - 1
-    row = np.repeat(np.arange(n, dtype=column.dtype), np.diff(row_start))
-    kept = column >= row
-    row, column, values = row[kept], column[kept], values[kept]
-    if (np.diff(row.astype(np.int64) * n + column) <= 0).any():
-        order = np.lexsort((column, row))
-        column, values = column[order], values[order]
-    start = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=n))])
-    return Upper(start.astype(np.int32), column.astype(np.int32), np.ascontiguousarray(values, dtype=float), block)
-
-
-def _has_diagonal(upper: Upper) -> bool:
-    """Whether each row begins on the diagonal."""
-    n = len(upper.row_start) - 1
-    filled = np.diff(upper.row_start) > 0
-    return bool(filled.all() and (upper.column[upper.row_start[:-1]] == np.arange(n)).all())
+    Raises
+    ------
+    ImportError, OSError
+        There is no MKL, or it cannot be loaded.
+    """
+    handle = _Handle(upper, 2)
+    handle.parameters[ORDER] = 2  # returned
+    order = np.zeros(len(upper.row_start) - 1, dtype=np.int32)
+    handle(ANALYSE, upper, order=order)
+    handle(RELEASE, upper)
+    return (upper.block * order.astype(np.int64)[:, None] + np.arange(upper.block)).ravel()
 
 
 class _Handle:
@@ -166,7 +125,12 @@ class _Handle:
         self.parameters[36] = upper.block if upper.block > 1 else (-SIMILAR if n > SMALL else 0)
 
     def __call__(
-        self, phase: int, upper: Upper, b: NDArray[np.float64] | None = None, x: NDArray[np.float64] | None = None
+        self,
+        phase: int,
+        upper: Upper,
+        b: NDArray[np.float64] | None = None,
+        x: NDArray[np.float64] | None = None,
+        order: NDArray[np.int32] | None = None,
     ) -> None:
         """Run one phase."""
 
@@ -188,7 +152,7 @@ class _Handle:
             pointer(upper.values, ctypes.c_double),
             pointer(upper.row_start, ctypes.c_int32),
             pointer(upper.column, ctypes.c_int32),
-            pointer(no_order, ctypes.c_int32),
+            pointer(no_order if order is None else order, ctypes.c_int32),
             integer(1 if b is None or b.ndim == 1 else b.shape[1]),
             pointer(self.parameters, ctypes.c_int32),
             integer(0),

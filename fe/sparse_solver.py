@@ -10,7 +10,8 @@ from typing import Any
 
 import scipy.sparse as sp
 
-from fe import cholmod, mkl, pardiso
+from fe import cholmod_library, mkl
+from fe.cholmod import Cholmod
 from fe.errors import BackendError
 from fe.factor import Definiteness as Definiteness
 from fe.factor import Factor as Factor
@@ -18,6 +19,7 @@ from fe.factor import Factorisation as Factorisation
 from fe.factor import SingularMatrix as SingularMatrix
 from fe.factor import Symmetric
 from fe.factor import UnknownInertia as UnknownInertia
+from fe.pardiso import Pardiso
 from fe.superlu import SuperLU
 
 
@@ -34,11 +36,14 @@ REMEDY = {
     Backend.CHOLMOD: "apt-get install libcholmod3 libopenblas0 (Debian 12), or libcholmod5 (Debian 13)",
 }
 
+#: From so many rows and right-hand sides on CHOLMOD's factor, with solutions made of its supernodes one after the
+#: other, is faster than PARDISO, as long as no more threads than these share PARDISO's work.
+LARGE, MANY, FEW_THREADS = 10_000, 100, 2
 
 #: What loads each library, and fails where there is none.
 LIBRARY: dict[Backend, Callable[[], Any]] = {
     Backend.PARDISO: lambda: mkl.library(),
-    Backend.CHOLMOD: lambda: cholmod.library(),
+    Backend.CHOLMOD: lambda: cholmod_library.library(),
     Backend.SUPERLU: lambda: sp.linalg.splu,
 }
 
@@ -52,15 +57,28 @@ def is_available(backend: Backend) -> bool:
     return True
 
 
-def default_backend() -> Backend:
-    """The fastest that is there: PARDISO's wheel is for x86-64 only and needs MKL, CHOLMOD comes with the system."""
-    return next(backend for backend in Backend if is_available(backend))
+def default_backend(n: int = 0, n_column: int = 1) -> Backend:
+    """The fastest that is there: PARDISO's wheel is for x86-64 only and needs MKL, CHOLMOD comes with the system.
+
+    Parameters
+    ----------
+    n
+        Rows of a positive definite matrix [-].
+    n_column
+        Right-hand sides that will come [-].
+    """
+    there = [backend for backend in Backend if is_available(backend)]
+    is_much = n >= LARGE and n_column >= MANY
+    if is_much and Backend.CHOLMOD in there and Backend.PARDISO in there and mkl.n_thread() <= FEW_THREADS:
+        return Backend.CHOLMOD
+    return there[0]
 
 
 def factorise(
     matrix: Symmetric,
     definiteness: Definiteness = Definiteness.POSITIVE,
     backend: Backend | None = None,
+    n_column: int = 1,
 ) -> Factorisation:
     """Factorise a symmetric sparse matrix: both triangles of it, or what `fe.assembly.assemble_compact` returns.
 
@@ -73,6 +91,8 @@ def factorise(
     backend
         The library; by default the fastest one that is installed. CHOLMOD's supernodes are for positive definite
         matrices: SuperLU takes an indefinite one in its place.
+    n_column
+        Right-hand sides that will come, about [-]: the choice of the library depends on it.
 
     Raises
     ------
@@ -82,11 +102,12 @@ def factorise(
         A pivot vanished; PARDISO and CHOLMOD also notice a negative one in a matrix said to be positive definite.
         Round-off may hide either in a large matrix, so this is no proof of the contrary.
     """
-    backend = backend or default_backend()
+    is_positive = definiteness is Definiteness.POSITIVE
+    backend = backend or default_backend(matrix.shape[0] if is_positive else 0, n_column)
     if not is_available(backend):
         raise BackendError(f'back end "{backend.value}" is not installed: {REMEDY[backend]}, or leave the choice open')
     if backend is Backend.PARDISO:
-        return pardiso.Pardiso(matrix, definiteness)
-    if backend is Backend.CHOLMOD and definiteness is Definiteness.POSITIVE:
-        return cholmod.Cholmod(matrix.tocsr())
+        return Pardiso(matrix, definiteness)
+    if backend is Backend.CHOLMOD and is_positive:
+        return Cholmod(matrix)
     return SuperLU(matrix.tocsr())

@@ -20,6 +20,8 @@ from reduction.rom import ReducedModel
 
 Matrix = Float[NDArray[np.float64], "r r"]
 
+#: Right-hand sides that Lanczos' method solves for, about.
+COLUMNS_PER_MODE = 3
 #: Columns that are moved before their memory is given back.
 AT_ONCE = 16
 
@@ -101,7 +103,7 @@ def _basis(
         try:
             interior = part(system.stiffness, i)
             give_back()
-            factor = factorise(interior)
+            factor = factorise(interior, n_column=COLUMNS_PER_MODE * n_mode + n_boundary)
         except SingularMatrix as error:
             raise RomError(loose_interior(len(i))) from error
         del interior

@@ -7,7 +7,6 @@ import pytest
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fe import pardiso
 from fe.assembly import assemble
 from fe.boundary import Support, supported_system
 from fe.element import HEX20
@@ -16,6 +15,7 @@ from fe.material import STEEL
 from fe.mesh import Mesh
 from fe.sparse_solver import Backend, Definiteness, SingularMatrix, factorise, is_available
 from fe.system import LinearSystem
+from fe.upper_triangle import SMALL, upper_triangle
 
 BoxMesher = Callable[..., Mesh]
 
@@ -25,7 +25,7 @@ def bar(box: BoxMesher) -> LinearSystem:
     """Large enough for nodes to be taken as blocks."""
     mesh = box(HEX20, counts=(14, 4, 4), size=(0.14, 0.04, 0.05), distortion=0.2)
     system = supported_system(mesh, *assemble(mesh, STEEL), [Support(nodes=mesh.nodes("x0"))])
-    assert system.n_dof > pardiso.SMALL
+    assert system.n_dof > SMALL
     return system
 
 
@@ -63,7 +63,7 @@ def test_all_give_the_same_forced_response_above_resonances(
 
 @pytest.mark.skipif(not is_available(Backend.PARDISO), reason="PARDISO's wheel exists for x86-64 only")
 def test_nodes_are_taken_as_blocks_where_they_can_be(bar: LinearSystem) -> None:
-    whole, cut = pardiso.upper_triangle(bar.stiffness), pardiso.upper_triangle(without(bar.stiffness, [1000]))
+    whole, cut = upper_triangle(bar.stiffness), upper_triangle(without(bar.stiffness, [1000]))
     assert (whole.block, cut.block) == (3, 1)
     n = bar.n_dof // 3
     blocks = sp.bsr_array((whole.values, whole.column, whole.row_start), shape=(3 * n, 3 * n)).tocsr()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from fe import cholmod, mkl
+from fe import cholmod_library, mkl
 from fe.errors import BackendError
 from fe.sparse_solver import Backend, Definiteness, SingularMatrix, default_backend, factorise
 
@@ -82,7 +82,7 @@ def test_scipy_alone_is_enough(failure: Exception, monkeypatch: pytest.MonkeyPat
     def library() -> None:
         raise failure
 
-    for module in (mkl, cholmod):
+    for module in (mkl, cholmod_library):
         monkeypatch.setattr(module, "library", library)
     assert default_backend() is Backend.SUPERLU
     b = np.ones(N)

@@ -1,0 +1,255 @@
+"""Solutions with a Cholesky factor whose columns are grouped into supernodes, for some right-hand sides at a time.
+
+The columns of a supernode have entries in the same rows: a triangle, and a rectangle below. Both are cut into tiles of a
+few rows that lie in memory in the order of their use, so that each pass over the factor reads it once, at the speed
+of the memory.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+
+from fe.compiled import compiled
+from fe.vector_tile import ROWS, solve_lower, solve_upper, subtract_product, subtract_transposed
+
+Matrix = NDArray[np.float64]
+
+#: Right-hand sides that are solved for together: what is missing is filled up with zeros.
+LANES = (4, 12, 16)
+#: Numbers in a line of the cache.
+LINE = 8
+
+
+class Layout(NamedTuple):
+    """Where what is: supernode s has the columns from column[s] to column[s + 1], as many rows as there are from
+    row_start[s] to row_start[s + 1], the first of them those of its columns, and its tiles begin at tile_start[s].
+    """
+
+    column: Int[NDArray[np.int64], " s+1"]
+    row_start: Int[NDArray[np.int64], " s+1"]
+    tile_start: Int[NDArray[np.int64], " s"]
+    row: Int[NDArray[np.int32], " r"]
+
+
+def pack(
+    values: Float[Matrix, " x"],
+    column: Int[NDArray[np.int32], " s+1"],
+    row_start: Int[NDArray[np.int32], " s+1"],
+    value_start: Int[NDArray[np.int32], " s+1"],
+    row: Int[NDArray[np.int32], " r"],
+) -> tuple[Layout, int]:
+    """Cut supernodes into tiles, in the memory that they are in.
+
+    Parameters
+    ----------
+    values
+        Blocks of the supernodes, column after column with all their rows.
+    column, row_start, value_start
+        Where the columns, the rows and the values of each supernode begin, shape (s + 1,).
+    row
+        Rows of the supernodes.
+
+    Returns
+    -------
+    Where the tiles are, and how many of the values they take; the rest is free.
+
+    References
+    ----------
+    Chen, Davis, Hager and Rajamanickam, Algorithm 887: CHOLMOD, ACM Trans. Math. Softw. 35 (2008) 22, section 3.
+    """
+    columns, rows, first = (each.astype(np.int64) for each in (column, row_start, value_start))
+    layout = Layout(columns, rows, np.empty(len(column) - 1, dtype=np.int64), row)
+    largest = int(np.max(np.diff(columns) * np.diff(rows), initial=0))
+    return layout, int(_pack(values, layout, first, np.empty(largest)))
+
+
+class Supernodes:
+    """L of P A P^T = L L^T.
+
+    Parameters
+    ----------
+    values, layout
+        What `pack` has made; not copied.
+    order
+        P: row k of the factor is row order[k] of A, shape (n,).
+    """
+
+    def __init__(self, values: Float[Matrix, " x"], layout: Layout, order: Int[NDArray[np.int32], " n"]) -> None:
+        self._values, self._layout, self._order = values, layout, order
+        self._space: dict[int, Matrix] = {}
+
+    @property
+    def work(self) -> tuple[float, float]:
+        """Entries of the triangle, operations that made it [-]."""
+        n_column, n_row = (np.diff(each).astype(float) for each in (self._layout.column, self._layout.row_start))
+        entries = n_column * n_row - n_column * (n_column - 1) / 2
+        # The squares of the heights of all columns, from n_row down to n_row - n_column + 1.
+        below = n_row - n_column
+        operations = _squares(n_row) - _squares(below)
+        return float(entries.sum()), float(operations.sum())
+
+    def solve(self, right_hand_side: Float[Matrix, "n k"]) -> Float[Matrix, "n k"]:
+        """Solution of A x = b for several right-hand sides in Fortran order."""
+        solution = np.empty_like(right_hand_side, order="F")
+        n_column, first = right_hand_side.shape[1], 0
+        while first < n_column:
+            left = n_column - first
+            lanes = next((each for each in LANES if each >= left), LANES[-1])
+            some = slice(first, first + min(lanes, left))
+            _solve(
+                self._values,
+                self._layout,
+                self._order,
+                right_hand_side[:, some],
+                solution[:, some],
+                self._workspace(lanes),
+                (np.int64(0),) * lanes,
+            )
+            first += lanes
+        return solution
+
+    def _workspace(self, lanes: int) -> Matrix:
+        """Rows of right-hand sides in the order of the factor; kept, as fresh memory costs much, and begun on a line."""
+        if lanes not in self._space:
+            n = len(self._order)
+            room = np.empty(n * lanes + LINE)
+            first = -(room.ctypes.data // room.itemsize) % LINE
+            self._space[lanes] = room[first : first + n * lanes].reshape(n, lanes)
+        return self._space[lanes]
+
+
+def _squares(n: Float[Matrix, " s"]) -> Float[Matrix, " s"]:
+    """Sum of the squares of 1 to n."""
+    return n * (n + 1) * (2 * n + 1) / 6
+
+
+@compiled
+def _height(left: int) -> int:
+    """Rows of the next tile, where so many are left."""
+    if left >= ROWS:
+        return ROWS
+    return 4 if left >= 4 else (2 if left >= 2 else 1)
+
+
+@compiled
+def _pack(values: Any, layout: Any, value_start: Any, block: Any) -> int:
+    """Cut each supernode into tiles, from the first place on; what is above the diagonal is left out."""
+    out = 0
+    for s in range(len(layout.tile_start)):
+        n_column = layout.column[s + 1] - layout.column[s]
+        n_row = layout.row_start[s + 1] - layout.row_start[s]
+        layout.tile_start[s] = out
+        first = value_start[s]
+        for k in range(n_column * n_row):
+            block[k] = values[first + k]
+        r = 0
+        while r < n_row:
+            # A tile ends with the triangle, or with the last column.
+            height = _height(n_column - r if r < n_column else n_row - r)
+            for c in range(min(r + height, n_column)):
+                for k in range(r, r + height):
+                    entry = block[c * n_row + k]
+                    values[out] = entry if c < k else (1 / entry if c == k else 0.0)
+                    out += 1
+            r += height
+    return out
+
+
+@compiled
+def _solve(values: Any, layout: Any, order: Any, b: Any, solution: Any, x: Any, lanes: Any) -> None:
+    n, n_column = b.shape
+    for i in range(n):
+        for k in range(n_column):
+            x[i, k] = b[order[i], k]
+        for k in range(n_column, len(lanes)):
+            x[i, k] = 0.0
+    _forward(values.ctypes.data, layout, x.ctypes.data, lanes)
+    _backward(values.ctypes.data, layout, x.ctypes.data, lanes)
+    for i in range(n):
+        for k in range(n_column):
+            solution[order[i], k] = x[i, k]
+
+
+@compiled
+def _forward(values: int, layout: Any, x: int, lanes: Any) -> None:
+    """L^-1 x in the place of x."""
+    rows = layout.row.ctypes.data
+    for s in range(len(layout.tile_start)):
+        n_column = layout.column[s + 1] - layout.column[s]
+        n_row = layout.row_start[s + 1] - layout.row_start[s]
+        tile = values + 8 * layout.tile_start[s]
+        own = x + 8 * len(lanes) * layout.column[s]
+        r = 0
+        while r < n_column:
+            height = _height(n_column - r)
+            if height == ROWS:
+                solve_lower(tile, own, r, ROWS, lanes)
+            elif height == 4:
+                solve_lower(tile, own, r, 4, lanes)
+            elif height == 2:
+                solve_lower(tile, own, r, 2, lanes)
+            else:
+                solve_lower(tile, own, r, 1, lanes)
+            tile += 8 * height * (r + height)
+            r += height
+        while r < n_row:
+            row = rows + 4 * (layout.row_start[s] + r)
+            height = _height(n_row - r)
+            if height == ROWS:
+                subtract_product(tile, own, n_column, x, row, ROWS, lanes)
+            elif height == 4:
+                subtract_product(tile, own, n_column, x, row, 4, lanes)
+            elif height == 2:
+                subtract_product(tile, own, n_column, x, row, 2, lanes)
+            else:
+                subtract_product(tile, own, n_column, x, row, 1, lanes)
+            tile += 8 * height * n_column
+            r += height
+
+
+@compiled
+def _backward(values: int, layout: Any, x: int, lanes: Any) -> None:
+    """L^-T x in the place of x."""
+    rows = layout.row.ctypes.data
+    for s in range(len(layout.tile_start) - 1, -1, -1):
+        n_column = layout.column[s + 1] - layout.column[s]
+        n_row = layout.row_start[s + 1] - layout.row_start[s]
+        triangle = layout.tile_start[s]
+        r = 0
+        while r < n_column:
+            height = _height(n_column - r)
+            triangle += height * (r + height)
+            r += height
+        below = values + 8 * triangle
+        own = x + 8 * len(lanes) * layout.column[s]
+        tile = below
+        while r < n_row:
+            row = rows + 4 * (layout.row_start[s] + r)
+            height = _height(n_row - r)
+            if height == ROWS:
+                subtract_transposed(tile, own, n_column, x, row, ROWS, lanes)
+            elif height == 4:
+                subtract_transposed(tile, own, n_column, x, row, 4, lanes)
+            elif height == 2:
+                subtract_transposed(tile, own, n_column, x, row, 2, lanes)
+            else:
+                subtract_transposed(tile, own, n_column, x, row, 1, lanes)
+            tile += 8 * height * n_column
+            r += height
+        tile, r = below, n_column
+        while r > 0:
+            # The low tiles are the last ones, each half of the one before.
+            rest = r % ROWS
+            height = ROWS if rest == 0 else rest & -rest
+            r -= height
+            tile -= 8 * height * (r + height)
+            if height == ROWS:
+                solve_upper(tile, own, r, ROWS, lanes)
+            elif height == 4:
+                solve_upper(tile, own, r, 4, lanes)
+            elif height == 2:
+                solve_upper(tile, own, r, 2, lanes)
+            else:
+                solve_upper(tile, own, r, 1, lanes)
