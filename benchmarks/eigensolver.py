@@ -38,9 +38,11 @@ class CountedFactor:
     def __init__(self, factor: Factor) -> None:
         self.factor, self.columns = factor, 0
 
-    def solve(self, right_hand_side: NDArray[np.float64]) -> NDArray[np.float64]:
+    def solve(
+        self, right_hand_side: NDArray[np.float64], out: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]:
         self.columns += 1 if right_hand_side.ndim == 1 else right_hand_side.shape[1]
-        return self.factor.solve(right_hand_side)
+        return self.factor.solve(right_hand_side, out)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -109,10 +109,12 @@ class TimedFactor:
         self.factor, self.watch = factor, watch
         watch.work = getattr(factor, "work", None)
 
-    def solve(self, right_hand_side: NDArray[np.float64]) -> NDArray[np.float64]:
+    def solve(
+        self, right_hand_side: NDArray[np.float64], out: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]:
         watch = self.watch
         start = clock()
-        solution = self.factor.solve(right_hand_side)
+        solution = self.factor.solve(right_hand_side, out)
         width = 1 if right_hand_side.ndim == 1 else right_hand_side.shape[1]
         key = f"{watch.stage or 'constraint modes'}: solves"
         watch.seconds[key] = watch.seconds.get(key, 0.0) + clock() - start

@@ -18,7 +18,7 @@ Matrix = NDArray[np.float64]
 #: Columns solved for together, for few modes and for many: wider ones cost less each, but more are needed.
 NARROW, WIDE, MANY = 4, 12, 20
 #: ||K^-1 M x - theta x||_M / theta at the end: eigenvalues to round-off, and 1e-9 in the energy norm, which is larger.
-TOLERANCE = 2e-11
+TOLERANCE = 5e-11
 #: At this residual a theta is good to about 1e-10, so that a mode found later shows as a jump in the list.
 SETTLED, JUMP = 1e-5, 1e-8
 #: Blocks that fresh random columns get to show a mode that all columns before were blind to.

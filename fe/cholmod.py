@@ -1,7 +1,7 @@
 """CHOLMOD of SuiteSparse, where the system has it: Cholesky in supernodes.
 
-Its factor is as fast as PARDISO's, and unlike PARDISO it shows what it has made, so that solutions can be made with less
-waiting for the memory than either library does (`fe.supernodes`).
+Its factor is as fast as PARDISO's, and unlike PARDISO it shows what it has made, so that solutions can be made with
+less waiting for the memory than in either library (`fe.supernodes`).
 
 References
 ----------
@@ -14,15 +14,14 @@ from ctypes import POINTER, byref, c_size_t, c_void_p
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fe.cholmod_library import (
     A_X_IS_B,
     COMMON,
-    LOWER,
     PATTERN,
     REAL,
+    UPPER,
     Dense,
     FactorHead,
     Sparse,
@@ -50,13 +49,13 @@ class Cholmod:
         matrix = blocks_or_csr(matrix)
         self._shape, self._nnz, self._n = matrix.shape, matrix.nnz, matrix.shape[0]
         self._factor = c_void_p(None)
-        self._supernodes: "Supernodes | None" = None
+        self._supernodes: Supernodes | None = None
         weakref.finalize(self, _release, self._library, self._common, self._factor).atexit = False
         upper = upper_triangle(matrix)
         order = _order(upper)
         if order is not None:
             try_given_order_alone(self._common)
-        structure, _arrays = _structure(upper.tocsr())
+        structure, _arrays = _structure(upper)
         self._factor.value = self._library.cholmod_analyze_p(
             byref(structure), None if order is None else order.ctypes.data, None, 0, self._common
         )
@@ -69,15 +68,19 @@ class Cholmod:
         if self._supernodes is not None:  # its tiles lie where CHOLMOD would write
             self._supernodes = None
             self._library.cholmod_change_factor(PATTERN, 1, 1, 1, 1, self._factor, self._common)
-        structure, _arrays = _structure(upper_triangle(matrix).tocsr())
+        structure, _arrays = _structure(upper_triangle(matrix))
         self._factorise(structure)
 
-    def solve(self, right_hand_side: Columns) -> Columns:
+    def solve(self, right_hand_side: Columns, out: Columns | None = None) -> Columns:
         """As `Factor.solve`."""
         b = np.asfortranarray(right_hand_side, dtype=np.float64)
         columns = b.reshape(self._n, -1, order="F")
-        answer = self._library_solution(columns) if self._supernodes is None else self._supernodes.solve(columns)
-        return np.asarray(answer.reshape(b.shape, order="F"))
+        if self._supernodes is None:
+            solution = self._library_solution(columns)
+        else:
+            solution = np.empty_like(columns, order="F") if out is None else out.reshape(columns.shape, order="F")
+            self._supernodes.solve_into(solution, columns)
+        return np.asarray(solution.reshape(b.shape, order="F"))
 
     @property
     def n_negative(self) -> int:
@@ -105,8 +108,9 @@ class Cholmod:
         # The compiler takes a while to import: small matrices do without.
         from fe.supernodes import Supernodes, pack
 
-        places = [integers(each, head.n_supernode + 1) for each in (head.column, head.row_start, head.value_start)]
-        layout, n_value = pack(doubles(head.x, head.n_value), *places, integers(head.row, head.n_row))
+        starts = [integers(each, head.n_supernode + 1) for each in (head.column, head.row_start, head.value_start)]
+        places = (*starts, integers(head.row, head.n_row))
+        layout, n_value = pack(doubles(head.x, head.n_value), *places)
         size = c_size_t(head.n_value)
         # The head goes on telling the former size, which `renew` will need again.
         head.x = self._library.cholmod_realloc(n_value, 8, head.x, byref(size), self._common)
@@ -135,12 +139,13 @@ def _order(upper: Upper) -> NDArray[np.int32] | None:
         return None
 
 
-def _structure(upper: sp.csr_array) -> tuple[Sparse, Any]:
-    """CHOLMOD's view of an upper triangle, whose rows are the columns of the lower one, and the arrays it points to."""
-    n, nnz = upper.shape[0], upper.nnz
-    start, index = upper.indptr.astype(np.int32, copy=False), upper.indices.astype(np.int32, copy=False)
-    values = np.ascontiguousarray(upper.data, dtype=np.float64)
-    structure = Sparse(nrow=n, ncol=n, nzmax=nnz, stype=LOWER, xtype=REAL, packed=1, sorted=upper.has_sorted_indices)
+def _structure(upper: Upper) -> tuple[Sparse, Any]:
+    """CHOLMOD's view of an upper triangle, and the arrays that it points to; the lower one it would copy once more."""
+    matrix = upper.tocsr().tocsc()
+    n, nnz = matrix.shape[0], matrix.nnz
+    start, index = matrix.indptr.astype(np.int32, copy=False), matrix.indices.astype(np.int32, copy=False)
+    values = np.ascontiguousarray(matrix.data, dtype=np.float64)
+    structure = Sparse(nrow=n, ncol=n, nzmax=nnz, stype=UPPER, xtype=REAL, packed=1, sorted=matrix.has_sorted_indices)
     structure.p, structure.i, structure.x = start.ctypes.data, index.ctypes.data, values.ctypes.data
     return structure, (start, index, values)
 

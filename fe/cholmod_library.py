@@ -19,7 +19,7 @@ from fe import mkl
 
 #: Bytes for `cholmod_common`, of which only CHOLMOD knows the inside: 2.6 kB in version 3, some more later.
 COMMON = 1 << 16
-A_X_IS_B, PATTERN, REAL, LOWER = 0, 0, 1, -1
+A_X_IS_B, PATTERN, REAL, UPPER = 0, 0, 1, 1
 #: Where `cholmod_common` says how supernodes are merged, and what CHOLMOD begins with there: a check of the places.
 RELAXED, RELAXED_BY_DEFAULT = 80, (0.8, 0.1, 0.05)
 #: Where it counts the orderings that are tried.

@@ -53,8 +53,16 @@ class Symmetric(Protocol):
 class Factor(Protocol):
     """A factorised matrix."""
 
-    def solve(self, right_hand_side: Columns) -> Columns:
-        """Solution of A x = b for one right-hand side (n,) or several (n, k)."""
+    def solve(self, right_hand_side: Columns, out: Columns | None = None) -> Columns:
+        """Solution of A x = b for one right-hand side (n,) or several (n, k).
+
+        Parameters
+        ----------
+        right_hand_side
+            b; it stays as it is.
+        out
+            Of the same shape, in Fortran order, may be written over to hold the solution: fresh memory costs time.
+        """
         ...
 
 

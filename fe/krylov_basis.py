@@ -1,7 +1,5 @@
 """The space that block Lanczos spans: an orthonormal basis, the operator projected onto it, and the next block."""
 
-from collections.abc import Sequence
-
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
@@ -16,6 +14,8 @@ Matrix = NDArray[np.float64]
 NOISE, UNCLEAN = 1e-12, 1e-6
 #: Growth of round-off at which a product with the mass is computed anew.
 STALE = 1e4
+#: From so many rows on, products with the basis are our own.
+LONG = 10_000
 #: Rows of the basis that are combined at once.
 PIECE = 4096
 #: Before giving up: blades need three sweeps to make a block orthonormal.
@@ -35,6 +35,7 @@ class KrylovBasis:
         self._random = np.random.default_rng(seed)
         self._vectors = np.empty((n, min(n, capacity)), order="F")
         self._next = self._mass_next = np.empty((n, 0), order="F")
+        self._free: list[Matrix] = []  # blocks that the next step may write over: fresh memory costs time
         self._projected = np.empty((0, 0))
         self._coupling = np.empty((0, 0))  # R, for the columns of Q from `previous` on; it is zero for the others
         self._previous = 0
@@ -70,7 +71,7 @@ class KrylovBasis:
         H[:start, :start] = self._projected
         self._projected, self._previous = H, start
         self.n_solved += self.width
-        column = self._solve(MW)
+        column = self._solve(MW, self._place(MW.shape))
         # First along the last two blocks, as the recurrence says; then along all, where round-off has left a little.
         own = dgemm(1.0, MW, column, trans_a=1)
         column = dgemm(-1.0, W, own, 1.0, column, overwrite_c=1)
@@ -80,7 +81,8 @@ class KrylovBasis:
         part[start:] += own
         part[start:] = (part[start:] + part[start:].T) / 2
         H[:, start:], H[start:, :] = part, part.T
-        self._coupling = self._orthonormalise(column, float(np.linalg.norm(part, 2)), [W, MW])
+        self._free += [W, MW]
+        self._coupling = self._orthonormalise(column, float(np.linalg.norm(part, 2)))
 
     def refresh(self, n_column: int) -> None:
         """Widen W by random columns, smoothed by one solve."""
@@ -93,7 +95,9 @@ class KrylovBasis:
         for _ in range(2):
             fresh, _part = self._without(fresh)
         widened = np.asfortranarray(np.hstack([self._next, fresh]))
-        self._next = self._mass_next = fresh = widened[:, :0]  # not to stand beside what they have gone into
+        # Not to stand beside what they have gone into.
+        self._next = self._mass_next = fresh = widened[:, :0]
+        self._free = []
         self._coupling = self._orthonormalise(widened, 1.0)[:, :width] @ self._coupling
 
     def ritz_pairs(self, n_pair: int) -> tuple[Matrix, Matrix, Matrix]:
@@ -106,6 +110,7 @@ class KrylovBasis:
     def taken(self, coordinates: Matrix) -> Matrix:
         """Vectors in the span of Q, in its memory: the basis is no more."""
         self._combine(coordinates)
+        self._free = []
         # Shrinks in place, columns first; the rest goes back to the system.
         vectors, self._vectors = self._vectors, np.empty((0, 0))
         vectors.resize((len(vectors), coordinates.shape[1]), refcheck=False)
@@ -115,7 +120,8 @@ class KrylovBasis:
         """Put vectors in the span of Q in its place; two bases may not fit where one does."""
         for first in range(0, len(self._vectors), PIECE):
             piece = slice(first, first + PIECE)
-            self._vectors[piece, : coordinates.shape[1]] = self._vectors[piece, : self.size] @ coordinates
+            # In the order of memory, so that what is found is copied into its columns as it stands.
+            self._vectors[piece, : coordinates.shape[1]] = (coordinates.T @ self._vectors[piece, : self.size].T).T
 
     def compress(self, n_kept: int) -> None:
         """Thick restart: the best Ritz vectors take the place of Q, and W stays."""
@@ -124,8 +130,16 @@ class KrylovBasis:
         self._coupling = self._coupling @ S[self._previous :]
         self._projected, self._previous = np.diag(theta), 0
 
-    def _solve(self, right_hand_side: Matrix) -> Matrix:
-        solution = np.asfortranarray(self._factor.solve(right_hand_side))
+    def _place(self, shape: tuple[int, ...]) -> Matrix:
+        """A block that may be written over; those of another shape are no longer wanted."""
+        while self._free:
+            block = self._free.pop()
+            if block.shape == shape:
+                return block
+        return np.empty(shape, order="F")
+
+    def _solve(self, right_hand_side: Matrix, place: Matrix | None = None) -> Matrix:
+        solution = np.asfortranarray(self._factor.solve(right_hand_side, place))
         if not np.isfinite(solution).all():
             raise NoConvergence("the factor's solution is not finite: its matrix is singular")
         return solution
@@ -134,15 +148,19 @@ class KrylovBasis:
         """Columns less their part along Q (in place), and the coordinates of that part."""
         if not column.size:  # BLAS refuses to do nothing
             return column, np.empty((self.size, 0))
-        Q = self._vectors[:, : self.size]
-        part = dgemm(1.0, Q, self._mass.passing(column), trans_a=1)
-        return np.asarray(dgemm(-1.0, Q, part, 1.0, column, overwrite_c=1)), np.asarray(part)
+        Q, carried = self._vectors[:, : self.size], self._mass.passing(column)
+        if len(Q) < LONG:
+            part = dgemm(1.0, Q, carried, trans_a=1)
+            return np.asarray(dgemm(-1.0, Q, part, 1.0, column, overwrite_c=1)), np.asarray(part)
+        # The compiler takes a while to import: short columns do without.
+        from fe.narrow_product import project, subtract
 
-    def _orthonormalise(self, column: Matrix, scale: float, spare: Sequence[Matrix] = ()) -> Matrix:
-        """Make W of the columns; R with column = W R, but for directions that are round-off against `scale`.
+        part = project(Q, carried)
+        subtract(column, Q, part)
+        return column, part
 
-        `spare` are two arrays that may be written over: fresh memory costs more than the work that is done in it.
-        """
+    def _orthonormalise(self, column: Matrix, scale: float) -> Matrix:
+        """Make W of the columns; R with column = W R, but for directions that are round-off against `scale`."""
         # Each sweep divides by the root of the Gram matrix, its eigenvalues lifted to round-off, until it is near one.
         R, product = np.eye(column.shape[1]), column
         worst, stale, is_clean = 0.0, np.inf, False
@@ -150,15 +168,15 @@ class KrylovBasis:
             if not column.shape[1] or (worst > 0.1 and is_clean):
                 break
             if stale > STALE:
-                product, stale = self._mass @ column, 1.0
+                product, stale = self._mass.into(self._place(column.shape), column), 1.0
             gram = dgemm(1.0, column, product, trans_a=1)
             length = np.sqrt(np.diag(gram).clip(min=np.finfo(float).tiny))
             value, U = scipy.linalg.eigh((gram + gram.T) / 2 / np.outer(length, length))
             root = np.sqrt(value.clip(min=np.finfo(float).eps))
             division = np.asfortranarray(U / length[:, None] / root)
             used = [column, product]
-            column, product = (_times(a, division, place) for a, place in zip(used, spare or (None, None), strict=True))
-            spare = used
+            column, product = (dgemm(1.0, a, division, 0.0, self._place(a.shape), overwrite_c=1) for a in used)
+            self._free += used
             R = (root[:, None] * U.T * length) @ R
             worst = float(value[0])
             stale /= max(worst, np.finfo(float).eps)
@@ -173,10 +191,3 @@ class KrylovBasis:
             raise NoConvergence("no orthogonal columns can be made of the factor's solutions: its matrix is singular")
         self._next, self._mass_next = column, product[:, : column.shape[1]]
         return R
-
-
-def _times(columns: Matrix, small: Matrix, place: Matrix | None) -> Matrix:
-    """The product, in a place that is its to overwrite if it has one of its shape."""
-    if place is None or place.shape != (len(columns), small.shape[1]):
-        return np.asarray(dgemm(1.0, columns, small))
-    return np.asarray(dgemm(1.0, columns, small, 0.0, place, overwrite_c=1))

@@ -100,15 +100,16 @@ class BlockProduct:
 
     def __matmul__(self, columns: Matrix) -> Matrix:
         """Product with columns (n, k), in Fortran order."""
-        return self._into(np.empty(columns.shape, order="F"), columns)
+        return self.into(np.empty(columns.shape, order="F"), columns)
 
     def passing(self, columns: Matrix) -> Matrix:
         """The same in an array that the next call writes over."""
         if self._passing.shape != columns.shape:
             self._passing = np.empty(columns.shape, order="F")
-        return self._into(self._passing, columns)
+        return self.into(self._passing, columns)
 
-    def _into(self, product: Matrix, columns: Matrix) -> Matrix:
+    def into(self, product: Matrix, columns: Matrix) -> Matrix:
+        """The same in an array of the columns' shape that is there already."""
         n, k = columns.shape
         if self._given.shape != (n, k):
             self._given, self._result = np.empty((n, k)), np.empty((n, k))

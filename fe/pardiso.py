@@ -16,6 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from fe.allocator import give_back
 from fe.factor import Columns, Definiteness, Symmetric, UnknownInertia, check_pattern, singular
 from fe.mkl import library
 from fe.upper_blocks import UpperBlocks
@@ -64,10 +65,10 @@ class Pardiso:
         if self._positive:
             self._upper = self._upper._replace(values=NO_VALUES)
 
-    def solve(self, right_hand_side: Columns) -> Columns:
+    def solve(self, right_hand_side: Columns, out: Columns | None = None) -> Columns:
         """As `Factor.solve`."""
         columns = np.asfortranarray(right_hand_side, dtype=np.float64)
-        solution = np.empty_like(columns, order="F")
+        solution = np.empty_like(columns, order="F") if out is None else out
         self._call(SOLVE, self._upper, columns, solution)
         return solution
 
@@ -104,6 +105,8 @@ def nested_dissection(upper: Upper) -> NDArray[np.int64]:
     order = np.zeros(len(upper.row_start) - 1, dtype=np.int32)
     handle(ANALYSE, upper, order=order)
     handle(RELEASE, upper)
+    library().MKL_Free_Buffers()
+    give_back()
     return (upper.block * order.astype(np.int64)[:, None] + np.arange(upper.block)).ravel()
 
 

@@ -30,9 +30,13 @@ class SuperLU:
         except RuntimeError as error:
             raise singular(matrix.shape[0], f": {error}") from error
 
-    def solve(self, right_hand_side: Columns) -> Columns:
+    def solve(self, right_hand_side: Columns, out: Columns | None = None) -> Columns:
         """As `Factor.solve`."""
-        return np.asarray(self._lu.solve(np.asarray(right_hand_side, dtype=np.float64)))
+        solution = np.asarray(self._lu.solve(np.asarray(right_hand_side, dtype=np.float64)))
+        if out is None:
+            return solution
+        out[...] = solution
+        return out
 
     @property
     def n_negative(self) -> int:

@@ -1,8 +1,8 @@
 """Solutions with a Cholesky factor whose columns are grouped into supernodes, for some right-hand sides at a time.
 
-The columns of a supernode have entries in the same rows: a triangle, and a rectangle below. Both are cut into tiles of a
-few rows that lie in memory in the order of their use, so that each pass over the factor reads it once, at the speed
-of the memory.
+The columns of a supernode have entries in the same rows: a triangle, and a rectangle below. Both are cut into tiles of
+a few rows that lie in memory in the order of their use, so that each pass over the factor reads it once, as fast as the
+memory allows.
 """
 
 from typing import Any, NamedTuple
@@ -12,20 +12,26 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.compiled import compiled
-from fe.vector_tile import ROWS, solve_lower, solve_upper, subtract_product, subtract_transposed
+from fe.vector_tile import (
+    ROWS,
+    SHORT_SIZE,
+    SIZE,
+    solve_lower,
+    solve_upper,
+    subtract_product,
+    subtract_transposed_product,
+)
 
 Matrix = NDArray[np.float64]
 
 #: Right-hand sides that are solved for together: what is missing is filled up with zeros.
-LANES = (4, 12, 16)
+LANES = (4, 12, 16, 24)
 #: Numbers in a line of the cache.
 LINE = 8
 
 
 class Layout(NamedTuple):
-    """Where what is: supernode s has the columns from column[s] to column[s + 1], as many rows as there are from
-    row_start[s] to row_start[s + 1], the first of them those of its columns, and its tiles begin at tile_start[s].
-    """
+    """Where the columns, the rows and the tiles of each supernode begin; its first rows are those of its columns."""
 
     column: Int[NDArray[np.int64], " s+1"]
     row_start: Int[NDArray[np.int64], " s+1"]
@@ -90,9 +96,8 @@ class Supernodes:
         operations = _squares(n_row) - _squares(below)
         return float(entries.sum()), float(operations.sum())
 
-    def solve(self, right_hand_side: Float[Matrix, "n k"]) -> Float[Matrix, "n k"]:
-        """Solution of A x = b for several right-hand sides in Fortran order."""
-        solution = np.empty_like(right_hand_side, order="F")
+    def solve_into(self, solution: Float[Matrix, "n k"], right_hand_side: Float[Matrix, "n k"]) -> None:
+        """Solve A x = b for several right-hand sides; both are in Fortran order."""
         n_column, first = right_hand_side.shape[1], 0
         while first < n_column:
             left = n_column - first
@@ -108,10 +113,9 @@ class Supernodes:
                 (np.int64(0),) * lanes,
             )
             first += lanes
-        return solution
 
     def _workspace(self, lanes: int) -> Matrix:
-        """Rows of right-hand sides in the order of the factor; kept, as fresh memory costs much, and begun on a line."""
+        """Rows of right-hand sides in the order of the factor, begun on a line; kept, as fresh memory costs much."""
         if lanes not in self._space:
             n = len(self._order)
             room = np.empty(n * lanes + LINE)
@@ -128,9 +132,10 @@ def _squares(n: Float[Matrix, " s"]) -> Float[Matrix, " s"]:
 @compiled
 def _height(left: int) -> int:
     """Rows of the next tile, where so many are left."""
-    if left >= ROWS:
-        return ROWS
-    return 4 if left >= 4 else (2 if left >= 2 else 1)
+    height = ROWS
+    while height > left:
+        height //= 2
+    return height
 
 
 @compiled
@@ -145,14 +150,24 @@ def _pack(values: Any, layout: Any, value_start: Any, block: Any) -> int:
         for k in range(n_column * n_row):
             block[k] = values[first + k]
         r = 0
-        while r < n_row:
-            # A tile ends with the triangle, or with the last column.
-            height = _height(n_column - r if r < n_column else n_row - r)
-            for c in range(min(r + height, n_column)):
+        while r < n_column:
+            height = _height(n_column - r)
+            for c in range(r + height):
                 for k in range(r, r + height):
                     entry = block[c * n_row + k]
                     values[out] = entry if c < k else (1 / entry if c == k else 0.0)
                     out += 1
+            r += height
+        while r < n_row:
+            height = _height(n_row - r)
+            for c in range(n_column):
+                if height == ROWS:
+                    for k in range(ROWS):
+                        values[out + k] = block[c * n_row + r + k]
+                else:
+                    for k in range(height):
+                        values[out + k] = block[c * n_row + r + k]
+                out += height
             r += height
     return out
 
@@ -179,33 +194,18 @@ def _forward(values: int, layout: Any, x: int, lanes: Any) -> None:
     for s in range(len(layout.tile_start)):
         n_column = layout.column[s + 1] - layout.column[s]
         n_row = layout.row_start[s + 1] - layout.row_start[s]
-        tile = values + 8 * layout.tile_start[s]
-        own = x + 8 * len(lanes) * layout.column[s]
+        tile = values + SIZE * layout.tile_start[s]
+        own = x + SIZE * len(lanes) * layout.column[s]
         r = 0
         while r < n_column:
             height = _height(n_column - r)
-            if height == ROWS:
-                solve_lower(tile, own, r, ROWS, lanes)
-            elif height == 4:
-                solve_lower(tile, own, r, 4, lanes)
-            elif height == 2:
-                solve_lower(tile, own, r, 2, lanes)
-            else:
-                solve_lower(tile, own, r, 1, lanes)
-            tile += 8 * height * (r + height)
+            solve_lower(tile, own, r, height, lanes)
+            tile += SIZE * height * (r + height)
             r += height
         while r < n_row:
-            row = rows + 4 * (layout.row_start[s] + r)
             height = _height(n_row - r)
-            if height == ROWS:
-                subtract_product(tile, own, n_column, x, row, ROWS, lanes)
-            elif height == 4:
-                subtract_product(tile, own, n_column, x, row, 4, lanes)
-            elif height == 2:
-                subtract_product(tile, own, n_column, x, row, 2, lanes)
-            else:
-                subtract_product(tile, own, n_column, x, row, 1, lanes)
-            tile += 8 * height * n_column
+            subtract_product(tile, own, n_column, x, rows + SHORT_SIZE * (layout.row_start[s] + r), height, lanes)
+            tile += SIZE * height * n_column
             r += height
 
 
@@ -216,40 +216,23 @@ def _backward(values: int, layout: Any, x: int, lanes: Any) -> None:
     for s in range(len(layout.tile_start) - 1, -1, -1):
         n_column = layout.column[s + 1] - layout.column[s]
         n_row = layout.row_start[s + 1] - layout.row_start[s]
-        triangle = layout.tile_start[s]
-        r = 0
+        triangle, r = layout.tile_start[s], 0
         while r < n_column:
             height = _height(n_column - r)
             triangle += height * (r + height)
             r += height
-        below = values + 8 * triangle
-        own = x + 8 * len(lanes) * layout.column[s]
-        tile = below
+        own = x + SIZE * len(lanes) * layout.column[s]
+        tile = values + SIZE * triangle
         while r < n_row:
-            row = rows + 4 * (layout.row_start[s] + r)
             height = _height(n_row - r)
-            if height == ROWS:
-                subtract_transposed(tile, own, n_column, x, row, ROWS, lanes)
-            elif height == 4:
-                subtract_transposed(tile, own, n_column, x, row, 4, lanes)
-            elif height == 2:
-                subtract_transposed(tile, own, n_column, x, row, 2, lanes)
-            else:
-                subtract_transposed(tile, own, n_column, x, row, 1, lanes)
-            tile += 8 * height * n_column
+            row = rows + SHORT_SIZE * (layout.row_start[s] + r)
+            subtract_transposed_product(tile, own, n_column, x, row, height, lanes)
+            tile += SIZE * height * n_column
             r += height
-        tile, r = below, n_column
+        tile, r = values + SIZE * triangle, n_column
         while r > 0:
-            # The low tiles are the last ones, each half of the one before.
-            rest = r % ROWS
-            height = ROWS if rest == 0 else rest & -rest
+            # Tiles of all heights are multiples of their height away from the first row: the last is the lowest.
+            height = min(ROWS, r & -r)
             r -= height
-            tile -= 8 * height * (r + height)
-            if height == ROWS:
-                solve_upper(tile, own, r, ROWS, lanes)
-            elif height == 4:
-                solve_upper(tile, own, r, 4, lanes)
-            elif height == 2:
-                solve_upper(tile, own, r, 2, lanes)
-            else:
-                solve_upper(tile, own, r, 1, lanes)
+            tile -= SIZE * height * (r + height)
+            solve_upper(tile, own, r, height, lanes)

@@ -5,8 +5,9 @@ only. Here the rows of a factor are read once, as they lie in memory, and the re
 a compiler makes of loops does not do that, so these few operations are written in the compiler's own language, the
 intermediate representation of LLVM, through numba's intrinsics.
 
-A tile is `rows` rows of the factor, column after column: entry (r, k) stands at [rows * k + r]. Right-hand sides are
-rows of `lanes` numbers side by side. All addresses are in bytes, as `array.ctypes.data` tells them.
+A tile is a few rows of the factor, column after column: of a tile of h rows, entry (r, k) stands at [h * k + r].
+Right-hand sides are rows of a few numbers side by side, as many as the tuple `lanes` is long, so that each such number
+has machine code of its own. All addresses are in bytes, as `array.ctypes.data` tells them.
 
 References
 ----------
@@ -14,6 +15,7 @@ Goto and van de Geijn, Anatomy of high-performance matrix multiplication, ACM Tr
 results belong into registers.
 """
 
+import inspect
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
@@ -27,30 +29,37 @@ SIZE, SHORT_SIZE = 8, 4
 REGISTER = 8
 #: How far ahead of its use a tile is fetched [byte]: the processor by itself stops at the end of each page.
 AHEAD = 4096
-#: Rows of a full tile: with sixteen right-hand sides its results fill half of the 32 registers of AVX-512, or of the
-#: smaller ones of other processors.
+#: Columns of a basis are read side by side, so many tiles ahead.
+NEXT = 4
+#: Rows of a full tile: with sixteen right-hand sides its results fill half of the 32 registers of AVX-512, with twelve
+#: three quarters of the 16 smaller ones of AVX2.
 ROWS = 8 if binding.get_host_cpu_features().get("avx512f") else 4
+#: Rows of all tiles there are, the full one first: what is left of a supernode is cut into the others.
+HEIGHTS = tuple(height for height in (8, 4, 2, 1) if height <= ROWS)
 
+POSITIONAL = inspect.Parameter.POSITIONAL_OR_KEYWORD
 Value = Any
 #: One row of right-hand sides, in one or several registers.
 Row = list[Value]
 
 
 class _Code:
-    """Instructions for rows of so many right-hand sides."""
+    """Writes instructions for rows of so many right-hand sides."""
 
     def __init__(self, builder: Any, lanes: int) -> None:
         self.builder, self.lanes = builder, lanes
         full, rest = divmod(lanes, REGISTER)
         self.registers = [REGISTER] * full + [rest] * bool(rest)
 
-    def address(self, base: Value, index: Value | int, stride: int) -> Value:
+    def address(self, base: Value, index: Value | int, stride: Value | int) -> Value:
         """Of an item that is `index` strides away."""
-        if isinstance(index, int):
+        if isinstance(index, int) and isinstance(stride, int):
             return self.builder.add(base, INTEGER(index * stride))
-        return self.builder.add(base, self.builder.mul(index, INTEGER(stride)))
+        index, stride = (INTEGER(each) if isinstance(each, int) else each for each in (index, stride))
+        return self.builder.add(base, self.builder.mul(index, stride))
 
     def number(self, address: Value) -> Value:
+        """The number at an address."""
         return self._load(address, DOUBLE, SIZE)
 
     def place(self, x: Value, row: Value, index: int) -> Value:
@@ -59,50 +68,55 @@ class _Code:
         return self.address(x, number, SIZE * self.lanes)
 
     def row(self, address: Value) -> Row:
+        """The row at an address."""
         return [
             self._load(self.address(address, k * REGISTER, SIZE), ir.VectorType(DOUBLE, width), SIZE)
             for k, width in enumerate(self.registers)
         ]
 
     def store(self, row: Row, address: Value) -> None:
+        """Put a row at an address."""
         for k, value in enumerate(row):
             pointer = self.builder.inttoptr(self.address(address, k * REGISTER, SIZE), value.type.as_pointer())
             self.builder.store(value, pointer).align = SIZE
 
     def zero(self) -> Row:
+        """A row of zeros."""
         return [ir.Constant(ir.VectorType(DOUBLE, width), None) for width in self.registers]
 
     def times(self, factor: Value, row: Row) -> Row:
+        """Factor * row."""
         return [self.builder.fmul(self._spread(factor, value), value) for value in row]
 
     def plus(self, a: Row, b: Row) -> Row:
+        """The sum a + b."""
         return [self.builder.fadd(x, y) for x, y in zip(a, b, strict=True)]
 
     def minus(self, a: Row, b: Row) -> Row:
+        """The difference a - b."""
         return [self.builder.fsub(x, y) for x, y in zip(a, b, strict=True)]
 
     def negative(self, row: Row) -> Row:
+        """The row's negative."""
         return [self.builder.fneg(value) for value in row]
 
     def plus_times(self, a: Row, factor: Value, row: Row) -> Row:
-        """a + factor * row, rounded once."""
+        """The sum a + factor * row, rounded once."""
         result = []
         for x, y in zip(a, row, strict=True):
             kind = x.type
             signature = ir.FunctionType(kind, [kind] * 3)
-            multiply_add = cgutils.get_or_insert_function(
-                self.builder.module, signature, f"llvm.fma.v{kind.count}f64"
-            )
+            multiply_add = self._intrinsic(signature, f"llvm.fma.v{kind.count}f64")
             result.append(self.builder.call(multiply_add, [self._spread(factor, y), y, x]))
         return result
 
-    def fetch(self, address: Value) -> None:
-        """Bring a part of a tile into the cache that will be read soon."""
+    def fetch(self, address: Value, ahead: int = AHEAD) -> None:
+        """Bring what will be read soon into the cache."""
         byte = ir.IntType(8).as_pointer()
         signature = ir.FunctionType(ir.VoidType(), [byte, SHORT, SHORT, SHORT])
-        prefetch = cgutils.get_or_insert_function(self.builder.module, signature, "llvm.prefetch.p0")
-        ahead = self.builder.inttoptr(self.address(address, AHEAD, 1), byte)
-        self.builder.call(prefetch, [ahead, SHORT(0), SHORT(3), SHORT(1)])
+        prefetch = self._intrinsic(signature, "llvm.prefetch.p0")
+        pointer = self.builder.inttoptr(self.address(address, ahead, 1), byte)
+        self.builder.call(prefetch, [pointer, SHORT(0), SHORT(3), SHORT(1)])
 
     def loop(self, n: Value, start: Sequence[Row], body: Callable[[Value, list[Row]], Sequence[Row]]) -> list[Row]:
         """Rows that a body alters n times; it is told which time it is."""
@@ -125,6 +139,10 @@ class _Code:
         builder.position_at_end(after)
         return rows
 
+    def _intrinsic(self, signature: Any, name: str) -> Value:
+        functions: Any = cgutils
+        return functions.get_or_insert_function(self.builder.module, signature, name)
+
     def _load(self, address: Value, kind: Any, alignment: int) -> Value:
         value = self.builder.load(self.builder.inttoptr(address, kind.as_pointer()))
         value.align = alignment
@@ -140,107 +158,147 @@ def _flat(rows: Iterable[Row]) -> list[Value]:
     return [value for row in rows for value in row]
 
 
-def _product(code: _Code, tile: Value, own: Value, n_column: Value, rows: int) -> list[Row]:
+def _operation(write: Callable[..., None]) -> Any:
+    """What compiled code calls with addresses and counts, the height of the tile, and a tuple as long as its lanes."""
+
+    def define(_typing: Any, *kinds: Any) -> Any:
+        lanes = kinds[-1]
+
+        def generate(context: Any, builder: Any, _signature: Any, values: Any) -> Any:
+            *numbers, height, _lanes = values
+            for each in HEIGHTS:
+                with builder.if_then(builder.icmp_signed("==", height, INTEGER(each))):
+                    write(_Code(builder, lanes.count), each, *numbers)
+            return context.get_dummy_value()
+
+        return types.void(*[types.intp] * (len(kinds) - 1), lanes), generate
+
+    # numba asks for the names of what is handed over.
+    names = ["typing", *list(inspect.signature(write).parameters)[2:], "height", "lanes"]
+    named: Any = define
+    named.__signature__ = inspect.Signature([inspect.Parameter(name, POSITIONAL) for name in names])
+    return intrinsic(named)
+
+
+def _product(code: _Code, height: int, tile: Value, own: Value, n_column: Value) -> list[Row]:
     """Tile times the first rows of `own`."""
 
     def body(k: Value, sums: list[Row]) -> list[Row]:
-        column = code.address(tile, k, SIZE * rows)
+        column = code.address(tile, k, SIZE * height)
         code.fetch(column)
         y = code.row(code.address(own, k, SIZE * code.lanes))
         return [code.plus_times(total, code.number(code.address(column, r, SIZE)), y) for r, total in enumerate(sums)]
 
-    return code.loop(n_column, [code.zero() for _ in range(rows)], body)
+    return code.loop(n_column, [code.zero() for _ in range(height)], body)
 
 
 def _subtract_transposed(code: _Code, tile: Value, own: Value, n_column: Value, x: list[Row]) -> None:
     """Take tile^T x from the first rows of `own`."""
-    x = [code.negative(row) for row in x]
+    height, x = len(x), [code.negative(row) for row in x]
 
     def body(k: Value, _: list[Row]) -> list[Row]:
-        column, place = code.address(tile, k, SIZE * len(x)), code.address(own, k, SIZE * code.lanes)
+        column, place = code.address(tile, k, SIZE * height), code.address(own, k, SIZE * code.lanes)
         code.fetch(column)
+        entries = [code.number(code.address(column, r, SIZE)) for r in range(height)]
         # Two sums, as each addition waits for the one before.
-        entries = [code.number(code.address(column, r, SIZE)) for r in range(len(x))]
-        sums = [code.row(place), code.times(entries[1], x[1]) if len(x) > 1 else None]
-        for r in range(len(x)):
-            if r != 1:
-                sums[r % 2] = code.plus_times(sums[r % 2], entries[r], x[r])
-        code.store(sums[0] if sums[1] is None else code.plus(sums[0], sums[1]), place)
+        even, odd = code.row(place), code.zero()
+        for r in range(0, height, 2):
+            even = code.plus_times(even, entries[r], x[r])
+        for r in range(1, height, 2):
+            odd = code.plus_times(odd, entries[r], x[r])
+        code.store(code.plus(even, odd), place)
         return []
 
     code.loop(n_column, [], body)
 
 
-@intrinsic(prefer_literal=True)
-def subtract_product(typing: Any, tile, own, n_column, x, row, rows, lanes) -> Any:  # type: ignore[no-untyped-def]
-    """Take the product of a tile with `n_column` rows of right-hand sides from those rows of x that a list names."""
-
-    def generate(context: Any, builder: Any, _signature: Any, values: Any) -> Any:
-        code = _Code(builder, lanes.count)
-        tile, own, n_column, x, row = values[:5]
-        for r, product in enumerate(_product(code, tile, own, n_column, rows.literal_value)):
-            place = code.place(x, row, r)
-            code.store(code.minus(code.row(place), product), place)
-        return context.get_dummy_value()
-
-    return types.void(*[types.intp] * 5, rows, lanes), generate
+def _subtract_product(code: _Code, height: int, tile: Value, own: Value, n_column: Value, x: Value, row: Value) -> None:
+    for r, product in enumerate(_product(code, height, tile, own, n_column)):
+        place = code.place(x, row, r)
+        code.store(code.minus(code.row(place), product), place)
 
 
-@intrinsic(prefer_literal=True)
-def subtract_transposed(typing: Any, tile, own, n_column, x, row, rows, lanes) -> Any:  # type: ignore[no-untyped-def]
-    """Take the transposed tile times those rows of x that a list names from `n_column` rows of right-hand sides."""
-
-    def generate(context: Any, builder: Any, _signature: Any, values: Any) -> Any:
-        code = _Code(builder, lanes.count)
-        tile, own, n_column, x, row = values[:5]
-        below = [code.row(code.place(x, row, r)) for r in range(rows.literal_value)]
-        _subtract_transposed(code, tile, own, n_column, below)
-        return context.get_dummy_value()
-
-    return types.void(*[types.intp] * 5, rows, lanes), generate
+def _subtract_transposed_product(
+    code: _Code, height: int, tile: Value, own: Value, n_column: Value, x: Value, row: Value
+) -> None:
+    below = [code.row(code.place(x, row, r)) for r in range(height)]
+    _subtract_transposed(code, tile, own, n_column, below)
 
 
-@intrinsic(prefer_literal=True)
-def solve_lower(typing: Any, tile, own, first, rows, lanes) -> Any:  # type: ignore[no-untyped-def]
-    """Solve for the `rows` unknowns from `first` on, by a tile that ends with its triangle, diagonal inverted."""
-
-    def generate(context: Any, builder: Any, _signature: Any, values: Any) -> Any:
-        code, n = _Code(builder, lanes.count), rows.literal_value
-        tile, own, first = values[:3]
-        place = [code.address(code.address(own, first, SIZE * code.lanes), r, SIZE * code.lanes) for r in range(n)]
-        triangle = code.address(tile, first, SIZE * n)
-        products = _product(code, tile, own, first, n)
-        x = [code.minus(code.row(place[r]), products[r]) for r in range(n)]
-        for k in range(n):
-            x[k] = code.times(code.number(code.address(triangle, n * k + k, SIZE)), x[k])
-            for r in range(k + 1, n):
-                entry = builder.fneg(code.number(code.address(triangle, n * k + r, SIZE)))
-                x[r] = code.plus_times(x[r], entry, x[k])
-        for r in range(n):
-            code.store(x[r], place[r])
-        return context.get_dummy_value()
-
-    return types.void(*[types.intp] * 3, rows, lanes), generate
+def _solve_lower(code: _Code, height: int, tile: Value, own: Value, first: Value) -> None:
+    begin, triangle = code.address(own, first, SIZE * code.lanes), code.address(tile, first, SIZE * height)
+    place = [code.address(begin, r, SIZE * code.lanes) for r in range(height)]
+    products = _product(code, height, tile, own, first)
+    x = [code.minus(code.row(place[r]), products[r]) for r in range(height)]
+    for k in range(height):
+        column = code.address(triangle, k, SIZE * height)
+        x[k] = code.times(code.number(code.address(column, k, SIZE)), x[k])
+        found = code.negative(x[k])
+        for r in range(k + 1, height):
+            x[r] = code.plus_times(x[r], code.number(code.address(column, r, SIZE)), found)
+    for r in range(height):
+        code.store(x[r], place[r])
 
 
-@intrinsic(prefer_literal=True)
-def solve_upper(typing: Any, tile, own, first, rows, lanes) -> Any:  # type: ignore[no-untyped-def]
-    """As `solve_lower` with the transposed triangle; then take what is found from the unknowns before `first`."""
+def _solve_upper(code: _Code, height: int, tile: Value, own: Value, first: Value) -> None:
+    begin, triangle = code.address(own, first, SIZE * code.lanes), code.address(tile, first, SIZE * height)
+    place = [code.address(begin, r, SIZE * code.lanes) for r in range(height)]
+    x, found = [code.row(each) for each in place], []
+    for k in reversed(range(height)):
+        column = code.address(triangle, k, SIZE * height)
+        for r, negative in zip(reversed(range(k + 1, height)), found, strict=True):
+            x[k] = code.plus_times(x[k], code.number(code.address(column, r, SIZE)), negative)
+        x[k] = code.times(code.number(code.address(column, k, SIZE)), x[k])
+        found.append(code.negative(x[k]))
+    for r in range(height):
+        code.store(x[r], place[r])
+    _subtract_transposed(code, tile, own, first, x)
 
-    def generate(context: Any, builder: Any, _signature: Any, values: Any) -> Any:
-        code, n = _Code(builder, lanes.count), rows.literal_value
-        tile, own, first = values[:3]
-        place = [code.address(code.address(own, first, SIZE * code.lanes), r, SIZE * code.lanes) for r in range(n)]
-        triangle = code.address(tile, first, SIZE * n)
-        x = [code.row(place[r]) for r in range(n)]
-        for k in reversed(range(n)):
-            for r in range(k + 1, n):
-                entry = builder.fneg(code.number(code.address(triangle, n * k + r, SIZE)))
-                x[k] = code.plus_times(x[k], entry, x[r])
-            x[k] = code.times(code.number(code.address(triangle, n * k + k, SIZE)), x[k])
-        for r in range(n):
-            code.store(x[r], place[r])
-        _subtract_transposed(code, tile, own, first, x)
-        return context.get_dummy_value()
 
-    return types.void(*[types.intp] * 3, rows, lanes), generate
+def _add_projection(code: _Code, height: int, columns: Value, stride: Value, z: Value, n: Value, sums: Value) -> None:
+    begin = [code.address(columns, r, stride) for r in range(height)]
+    place = [code.address(sums, r, SIZE * code.lanes) for r in range(height)]
+
+    def body(i: Value, totals: list[Row]) -> list[Row]:
+        row = code.row(code.address(z, i, SIZE * code.lanes))
+        entries = [code.number(code.address(each, i, SIZE)) for each in begin]
+        return [code.plus_times(total, entry, row) for total, entry in zip(totals, entries, strict=True)]
+
+    for address, total in zip(place, code.loop(n, [code.row(each) for each in place], body), strict=True):
+        code.store(total, address)
+
+
+def _add_combination(
+    code: _Code, height: int, columns: Value, stride: Value, factors: Value, n: Value, sums: Value
+) -> None:
+    place = [code.address(sums, r, SIZE * code.lanes) for r in range(height)]
+
+    def body(k: Value, totals: list[Row]) -> list[Row]:
+        column = code.address(columns, k, stride)
+        code.fetch(column, NEXT * SIZE * height)
+        row = code.row(code.address(factors, k, SIZE * code.lanes))
+        entries = [code.number(code.address(column, r, SIZE)) for r in range(height)]
+        return [code.plus_times(total, entry, row) for total, entry in zip(totals, entries, strict=True)]
+
+    for address, total in zip(place, code.loop(n, [code.row(each) for each in place], body), strict=True):
+        code.store(total, address)
+
+
+#: (tile, own, n_column, x, row, height, lanes): take the product of a tile with `n_column` rows of right-hand sides
+#: from those rows of x that the list at `row` names.
+subtract_product = _operation(_subtract_product)
+#: (tile, own, n_column, x, row, height, lanes): take the transposed tile times those rows of x that the list at `row`
+#: names from `n_column` rows of right-hand sides.
+subtract_transposed_product = _operation(_subtract_transposed_product)
+#: (tile, own, first, height, lanes): solve for the rows from `first` on, by a tile that ends with its triangle, of
+#: which the diagonal is inverted.
+solve_lower = _operation(_solve_lower)
+#: (tile, own, first, height, lanes): the same with the transposed triangle; then take what is found from the rows
+#: before.
+solve_upper = _operation(_solve_upper)
+#: (columns, stride, z, n, sums, height, lanes): add the products of columns, `stride` bytes apart, with n rows of z to
+#: as many rows of sums.
+add_projection = _operation(_add_projection)
+#: (columns, stride, factors, n, sums, height, lanes): add n columns, `stride` bytes apart, times as many rows of
+#: factors to rows of sums.
+add_combination = _operation(_add_combination)

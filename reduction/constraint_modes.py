@@ -11,7 +11,9 @@ from fe.sparse_solver import Factor
 
 #: Right-hand sides solved at once: enough for the solver's block kernels, and not more memory than this [byte], which
 #: the solution and the solver's own arrays take again.
-LEAST, MOST, MEMORY = 12, 64, 1.5e8
+LEAST, MOST, MEMORY = 1, 3, 1.5e8
+#: Columns that solvers like best come in multiples of this.
+MULTIPLE = 24
 
 
 def constraint_modes(
@@ -38,7 +40,7 @@ def constraint_modes(
     Craig and Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6 (1968), eq. 5.
     """
     n_boundary, n_interior = stiffness_boundary_interior.shape
-    width = int(np.clip(MEMORY / (8 * n_interior), LEAST, MOST))
+    width = MULTIPLE * int(np.clip(MEMORY / (8 * MULTIPLE * n_interior), LEAST, MOST))
     for first in range(0, n_boundary, width):
         block = slice(first, min(first + width, n_boundary))
         yield block, -factor.solve(stiffness_boundary_interior[block].toarray().T)

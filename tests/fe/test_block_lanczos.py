@@ -163,15 +163,19 @@ def test_a_slender_bar_agrees_with_arpack(box: BoxMesher, n_mode: int) -> None:
 class NotANumber:
     """What a factor of a singular matrix may answer."""
 
-    def solve(self, right_hand_side: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.full_like(right_hand_side, np.nan)
+    def solve(
+        self, right_hand_side: NDArray[np.float64], out: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]:
+        return np.full_like(right_hand_side if out is None else out, np.nan)
 
 
 class Useless:
     """A factor that answers with the same vector whatever it is asked."""
 
-    def solve(self, right_hand_side: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.ones_like(right_hand_side)
+    def solve(
+        self, right_hand_side: NDArray[np.float64], out: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]:
+        return np.ones_like(right_hand_side if out is None else out)
 
 
 def test_a_factor_that_cannot_solve_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
