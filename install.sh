@@ -6,6 +6,8 @@ cd "$(dirname "$0")"
 
 # What each library is for is shown by `stickslip doctor`; calculix-ccx is the independent witness of the tests.
 SYSTEM_PACKAGES="ca-certificates python3 python3-venv libgl1 libegl1 libx11-6 libxrender1 libexpat1 calculix-ccx"
+# CHOLMOD, which makes reductions faster, is one of these, by the release.
+CHOLMOD_PACKAGES="libcholmod5 libcholmod3"
 
 say() { printf '%s\n' "install.sh: $*" >&2; }
 
@@ -20,10 +22,30 @@ as_root() {
     fi
 }
 
+is_installed() {
+    # shellcheck disable=SC2016  # ${Status} is dpkg's, not the shell's
+    dpkg-query -W -f='${Status}' "$1" 2>/dev/null | grep -q '^install ok installed$'
+}
+
 missing_system_packages() {
     for package in $SYSTEM_PACKAGES; do
-        # shellcheck disable=SC2016  # ${Status} is dpkg's, not the shell's
-        dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q '^install ok installed$' || printf '%s ' "$package"
+        is_installed "$package" || printf '%s ' "$package"
+    done
+}
+
+is_any_installed() {
+    for package in "$@"; do
+        is_installed "$package" && return
+    done
+    return 1
+}
+
+first_known() {
+    for package in "$@"; do
+        if [ -n "$(apt-cache search --names-only "^$package\$")" ]; then
+            printf '%s' "$package"
+            return
+        fi
     done
 }
 
@@ -33,10 +55,15 @@ install_system_packages() {
         return
     fi
     missing=$(missing_system_packages)
+    # shellcheck disable=SC2086  # lists of words on purpose, here and below
+    if is_any_installed $CHOLMOD_PACKAGES; then cholmod=""; else cholmod=$CHOLMOD_PACKAGES; fi
+    [ -n "$missing$cholmod" ] || return 0
+    as_root apt-get update -q
+    # shellcheck disable=SC2086
+    missing="$missing$(first_known $cholmod)"
     [ -n "$missing" ] || return 0
     say "installing system packages: $missing"
-    as_root apt-get update -q
-    # shellcheck disable=SC2086  # a list of words on purpose
+    # shellcheck disable=SC2086
     as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $missing
 }
 
@@ -73,9 +100,9 @@ install_python_packages() {
 }
 
 compile_solver() {
-    say "compiling the solver of friction, so that its first use need not wait (a minute or two; instant when repeated)"
+    say "compiling the solvers, so that their first use need not wait (a minute or two; instant when repeated)"
     # An installation without its machine code is sound: it is made on first use.
-    .venv/bin/python -m hbsolve.warm || say "that failed; it will be tried again on first use"
+    { .venv/bin/python -m fe.warm && .venv/bin/python -m hbsolve.warm; } || say "that failed; it will be tried again on first use"
 }
 
 install_system_packages

@@ -32,6 +32,8 @@ ROOM, MEMORY = 13, 5e8
 SPARE, NEW = 4, 3
 #: Before giving up.
 MAX_RESTART = 100
+#: Right-hand sides that a mode costs, of many modes, about.
+COLUMNS_PER_MODE = 3
 
 
 def block_lanczos(

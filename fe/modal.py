@@ -7,7 +7,7 @@ import scipy.linalg
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from fe.block_lanczos import NoConvergence, block_lanczos
+from fe.block_lanczos import COLUMNS_PER_MODE, NoConvergence, block_lanczos
 from fe.errors import SupportError
 from fe.factor import Symmetric
 from fe.node_matrix import BlockProduct
@@ -95,7 +95,7 @@ def lowest_eigenpairs(
     else:
         try:
             if factor is None:
-                factor = factorise(stiffness, Definiteness.POSITIVE)
+                factor = factorise(stiffness, Definiteness.POSITIVE, n_column=COLUMNS_PER_MODE * n_mode)
             product = BlockProduct(mass)
             lambda_, shapes = block_lanczos(factor, product, n_mode)
         except (SingularMatrix, NoConvergence) as error:

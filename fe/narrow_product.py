@@ -10,7 +10,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.compiled import compiled
-from fe.vector_tile import ROWS, SIZE, add_combination, add_projection
+from fe.vector_tile import ROWS, SIZE, add_combination, add_projection, groups
 
 Matrix = NDArray[np.float64]
 
@@ -18,41 +18,35 @@ Matrix = NDArray[np.float64]
 PIECE = 512
 #: Columns of the basis that are read side by side.
 GROUP = 24
-#: Columns that are taken together; what is missing is filled up with zeros.
-LANES = 4
 
 
 def project(basis: Float[Matrix, "n m"], columns: Float[Matrix, "n k"]) -> Float[Matrix, "m k"]:
     """basis^T columns; both in Fortran order."""
-    k = columns.shape[1]
-    lanes = _lanes(k)
-    sums = np.zeros((basis.shape[1], lanes))
-    _project(sums, basis, columns, np.zeros((PIECE, lanes)), (np.int64(0),) * lanes)
-    return np.asfortranarray(sums[:, :k])
+    found = np.empty((basis.shape[1], columns.shape[1]), order="F")
+    for some, lanes in groups(columns.shape[1]):
+        sums = np.zeros((len(found), len(lanes)))
+        _project(sums, basis.T, columns[:, some].T, np.zeros((PIECE, len(lanes))), lanes)
+        found[:, some] = sums[:, : some.stop - some.start]
+    return found
 
 
 def subtract(columns: Float[Matrix, "n k"], basis: Float[Matrix, "n m"], factors: Float[Matrix, "m k"]) -> None:
     """Take basis @ factors from the columns; those and the basis are in Fortran order."""
-    k = columns.shape[1]
-    lanes = _lanes(k)
-    negative = np.zeros((len(factors), lanes))
-    negative[:, :k] = -factors
-    _add(columns, basis, negative, np.zeros((PIECE, lanes)), (np.int64(0),) * lanes)
-
-
-def _lanes(k: int) -> int:
-    return -(-k // LANES) * LANES
+    for some, lanes in groups(columns.shape[1]):
+        negative = np.zeros((len(factors), len(lanes)))
+        negative[:, : some.stop - some.start] = -factors[:, some]
+        _add(columns[:, some].T, basis.T, negative, np.zeros((PIECE, len(lanes))), lanes)
 
 
 @compiled
 def _project(sums: Any, basis: Any, columns: Any, rows: Any, lanes: Any) -> None:
-    n, m = basis.shape
-    stride = basis.strides[1]
+    m, n = basis.shape
+    stride = basis.strides[0]
     for first in range(0, n, len(rows)):
         some = min(len(rows), n - first)
-        for k in range(columns.shape[1]):
+        for k in range(len(columns)):
             for i in range(some):
-                rows[i, k] = columns[first + i, k]
+                rows[i, k] = columns[k, first + i]
         place = basis.ctypes.data + SIZE * first
         c = 0
         while c < m:
@@ -64,13 +58,13 @@ def _project(sums: Any, basis: Any, columns: Any, rows: Any, lanes: Any) -> None
 
 @compiled
 def _add(columns: Any, basis: Any, factors: Any, rows: Any, lanes: Any) -> None:
-    n, m = basis.shape
-    stride, address = basis.strides[1], basis.ctypes.data
+    m, n = basis.shape
+    stride, address = basis.strides[0], basis.ctypes.data
     for first in range(0, n, len(rows)):
         some = min(len(rows), n - first)
-        for k in range(columns.shape[1]):
+        for k in range(len(columns)):
             for i in range(some):
-                rows[i, k] = columns[first + i, k]
+                rows[i, k] = columns[k, first + i]
         for c in range(0, m, GROUP):
             group = min(GROUP, m - c)
             place = address + stride * c + SIZE * first
@@ -81,6 +75,6 @@ def _add(columns: Any, basis: Any, factors: Any, rows: Any, lanes: Any) -> None:
                 height = ROWS if i + ROWS <= some else 1
                 add_combination(place + SIZE * i, stride, factor, group, total, height, lanes)
                 i += height
-        for k in range(columns.shape[1]):
+        for k in range(len(columns)):
             for i in range(some):
-                columns[first + i, k] = rows[i, k]
+                columns[k, first + i] = rows[i, k]

@@ -16,6 +16,7 @@ from fe.vector_tile import (
     ROWS,
     SHORT_SIZE,
     SIZE,
+    groups,
     solve_lower,
     solve_upper,
     subtract_product,
@@ -24,8 +25,6 @@ from fe.vector_tile import (
 
 Matrix = NDArray[np.float64]
 
-#: Right-hand sides that are solved for together: what is missing is filled up with zeros.
-LANES = (4, 12, 16, 24)
 #: Numbers in a line of the cache.
 LINE = 8
 
@@ -98,21 +97,10 @@ class Supernodes:
 
     def solve_into(self, solution: Float[Matrix, "n k"], right_hand_side: Float[Matrix, "n k"]) -> None:
         """Solve A x = b for several right-hand sides; both are in Fortran order."""
-        n_column, first = right_hand_side.shape[1], 0
-        while first < n_column:
-            left = n_column - first
-            lanes = next((each for each in LANES if each >= left), LANES[-1])
-            some = slice(first, first + min(lanes, left))
-            _solve(
-                self._values,
-                self._layout,
-                self._order,
-                right_hand_side[:, some],
-                solution[:, some],
-                self._workspace(lanes),
-                (np.int64(0),) * lanes,
-            )
-            first += lanes
+        for some, lanes in groups(right_hand_side.shape[1]):
+            # Turned, they are in the order of memory, even one column alone: machine code is made for the order.
+            b, x, work = right_hand_side[:, some].T, solution[:, some].T, self._workspace(len(lanes))
+            _solve(self._values, self._layout, self._order, b, x, work, lanes)
 
     def _workspace(self, lanes: int) -> Matrix:
         """Rows of right-hand sides in the order of the factor, begun on a line; kept, as fresh memory costs much."""
@@ -174,17 +162,17 @@ def _pack(values: Any, layout: Any, value_start: Any, block: Any) -> int:
 
 @compiled
 def _solve(values: Any, layout: Any, order: Any, b: Any, solution: Any, x: Any, lanes: Any) -> None:
-    n, n_column = b.shape
+    n_column, n = b.shape
     for i in range(n):
         for k in range(n_column):
-            x[i, k] = b[order[i], k]
+            x[i, k] = b[k, order[i]]
         for k in range(n_column, len(lanes)):
             x[i, k] = 0.0
     _forward(values.ctypes.data, layout, x.ctypes.data, lanes)
     _backward(values.ctypes.data, layout, x.ctypes.data, lanes)
     for i in range(n):
         for k in range(n_column):
-            solution[order[i], k] = x[i, k]
+            solution[k, order[i]] = x[i, k]
 
 
 @compiled

@@ -16,7 +16,7 @@ results belong into registers.
 """
 
 import inspect
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from llvmlite import binding, ir
@@ -37,10 +37,20 @@ ROWS = 8 if binding.get_host_cpu_features().get("avx512f") else 4
 #: Rows of all tiles there are, the full one first: what is left of a supernode is cut into the others.
 HEIGHTS = tuple(height for height in (8, 4, 2, 1) if height <= ROWS)
 
+#: Right-hand sides that are taken together: what is missing is filled up with zeros.
+LANES = (4, 12, 16, 24)
+
 POSITIONAL = inspect.Parameter.POSITIONAL_OR_KEYWORD
 Value = Any
 #: One row of right-hand sides, in one or several registers.
 Row = list[Value]
+
+
+def groups(n: int) -> Iterator[tuple[slice, tuple[int, ...]]]:
+    """Parts of so many right-hand sides that are taken together, each with its tuple of lanes."""
+    for first in range(0, n, LANES[-1]):
+        some = slice(first, min(first + LANES[-1], n))
+        yield some, (0,) * next(each for each in LANES if each >= some.stop - some.start)
 
 
 class _Code:
@@ -243,7 +253,8 @@ def _solve_lower(code: _Code, height: int, tile: Value, own: Value, first: Value
 def _solve_upper(code: _Code, height: int, tile: Value, own: Value, first: Value) -> None:
     begin, triangle = code.address(own, first, SIZE * code.lanes), code.address(tile, first, SIZE * height)
     place = [code.address(begin, r, SIZE * code.lanes) for r in range(height)]
-    x, found = [code.row(each) for each in place], []
+    x = [code.row(each) for each in place]
+    found: list[Row] = []
     for k in reversed(range(height)):
         column = code.address(triangle, k, SIZE * height)
         for r, negative in zip(reversed(range(k + 1, height)), found, strict=True):

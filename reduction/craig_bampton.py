@@ -8,6 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.allocator import give_back
+from fe.block_lanczos import COLUMNS_PER_MODE
 from fe.node_matrix import BlockProduct
 from fe.sparse_solver import SingularMatrix, factorise
 from fe.symmetric_part import part, rows_of
@@ -20,8 +21,6 @@ from reduction.rom import ReducedModel
 
 Matrix = Float[NDArray[np.float64], "r r"]
 
-#: Right-hand sides that Lanczos' method solves for, about.
-COLUMNS_PER_MODE = 3
 #: Columns that are moved before their memory is given back.
 AT_ONCE = 16
 

@@ -18,10 +18,11 @@ import scipy.sparse as sp
 from jaxtyping import Int
 from numpy.typing import NDArray
 
-from fe.block_lanczos import basis_columns, default_block
+from fe.block_lanczos import COLUMNS_PER_MODE, basis_columns, default_block
 from fe.factor import NODE, Symmetric
+from fe.krylov_basis import LONG
 from fe.mesh import Mesh
-from fe.sparse_solver import default_backend
+from fe.sparse_solver import Backend, default_backend
 from fe.upper_blocks import UpperBlocks
 from reduction.errors import RomError
 
@@ -47,8 +48,10 @@ COMPACT_COPY, CSR_COPY, SINGLE_COPY = _Copies(6.0, False), _Copies(12.0, True), 
 #: Columns of the length of the system: work arrays of Lanczos' method beside its basis, in blocks; at the end, of a
 #: boundary degree of freedom, its constraint mode with the solver's own arrays.
 WORK_BLOCKS, PER_BOUNDARY = 9.0, 2.5
-#: What the solver's libraries take once [byte].
-LIBRARIES = 5e7
+#: The same of what CHOLMOD is given and of its own copy, each of half the stiffness, beside its factor.
+CHOLMOD_COPY = 12.0
+#: What the solver's libraries take once, and the compiler of our own solutions and products [byte].
+LIBRARIES, COMPILER = 5e7, 8e7
 #: Bytes of an entry of the stiffness in mass and stiffness as `fe.assembly.assemble_compact` makes them.
 SYSTEM_ENTRY = 5.6
 #: The same in SciPy's matrices.
@@ -184,13 +187,16 @@ def _copies(is_compact: bool) -> _Copies:
 
 def _bytes(n_dof: float, n_entry: float, width: float, n_boundary: int, n_mode: int, copies: _Copies) -> float:
     filled = min(FILL * n_dof * float(width) ** 0.75, n_dof * (n_dof + 1) / 2)
-    factor = FACTOR_BYTES[default_backend().value] * filled
+    backend = default_backend(int(n_dof), COLUMNS_PER_MODE * n_mode + n_boundary)
+    factor = FACTOR_BYTES[backend.value] * filled
     block = default_block(n_mode)
     in_lanczos = basis_columns(max(int(n_dof), 1), n_mode, block) + WORK_BLOCKS * block
     at_the_end = n_mode + PER_BOUNDARY * n_boundary
     columns = 8.0 * n_dof * max(in_lanczos, at_the_end)
-    copied = copies.entry * n_entry
-    return float(LIBRARIES + factor + (copied + columns if copies.stay else max(copied, columns)))
+    is_cholmod = backend is Backend.CHOLMOD
+    copied = (copies.entry + CHOLMOD_COPY * is_cholmod) * n_entry
+    libraries = LIBRARIES + COMPILER * (is_cholmod or n_dof >= LONG)
+    return float(libraries + factor + (copied + columns if copies.stay else max(copied, columns)))
 
 
 def _level_width(graph: sp.csr_array) -> float:

@@ -6,6 +6,7 @@ with `ctypes`, and drawing is tried in a process of its own.
 """
 
 import ctypes
+import ctypes.util
 import importlib.metadata
 import os
 import platform
@@ -132,7 +133,7 @@ def examine(cache_folder: Path) -> list[Finding]:
     cache_folder
         Where results would be kept.
     """
-    return [_python(), *_libraries(), *_packages(), _picture(), _calculix(), _cache(cache_folder)]
+    return [_python(), *_libraries(), *_packages(), _picture(), _cholmod(), _calculix(), _cache(cache_folder)]
 
 
 def prescription(findings: Iterable[Finding]) -> str:
@@ -229,6 +230,24 @@ def _picture() -> Finding:
     else:
         detail = (trial.stderr.strip().splitlines() or ["nothing was drawn"])[-1]
     return Finding(subject=subject, verdict="missing", detail=detail, apt=("libegl1", "libgl1", "libgl1-mesa-dri"))
+
+
+def _cholmod() -> Finding:
+    found = ctypes.util.find_library("cholmod")
+    detail = found or "libcholmod, with which reductions are faster, is not there"
+    package = "libcholmod3" if _release() in {"debian 12", "ubuntu 22.04"} else "libcholmod5"
+    return Finding(
+        subject="CHOLMOD", verdict="ok" if found else "missing", detail=detail, is_needed=False, apt=(package,)
+    )
+
+
+def _release() -> str:
+    """The system and its version, such as "debian 12"; empty where there is no telling."""
+    try:
+        told = platform.freedesktop_os_release()
+    except OSError:
+        return ""
+    return f"{told.get('ID', '')} {told.get('VERSION_ID', '')}"
 
 
 def _calculix() -> Finding:

@@ -60,6 +60,23 @@ def test_a_cache_that_cannot_be_written_is_told_but_stops_nothing(tmp_path: Path
     assert "set STICKSLIP_CACHE" in finding.detail
 
 
+@pytest.mark.parametrize(
+    ("release", "package"),
+    [
+        ({"ID": "debian", "VERSION_ID": "12"}, "libcholmod3"),
+        ({"ID": "debian", "VERSION_ID": "13"}, "libcholmod5"),
+        ({}, "libcholmod5"),
+    ],
+)
+def test_cholmod_has_another_name_in_each_release(
+    release: dict[str, str], package: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(doctor.ctypes.util, "find_library", lambda _name: None)
+    monkeypatch.setattr(doctor.platform, "freedesktop_os_release", lambda: release)
+    finding = doctor._cholmod()
+    assert (finding.verdict, finding.is_needed, finding.apt) == ("missing", False, (package,))
+
+
 def test_this_machine_can_run_the_tests(tmp_path: Path) -> None:
     findings = doctor.examine(tmp_path)
     assert [finding for finding in findings if finding.is_needed and finding.verdict != "ok"] == []

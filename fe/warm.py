@@ -1,0 +1,22 @@
+"""Compiles what solves with factors and multiplies long columns, so that the first reduction need not wait for it."""
+
+import numpy as np
+
+from fe.narrow_product import project, subtract
+from fe.supernodes import Supernodes, pack
+from fe.vector_tile import LANES
+
+
+def warm() -> None:
+    """Solve with the smallest factor for each number of right-hand sides; the machine code is kept on disk."""
+    one, start, only = np.ones(1), np.array([0, 1], dtype=np.int32), np.zeros(1, dtype=np.int32)
+    layout, _n_value = pack(one, start, start, start, only)
+    solver = Supernodes(one, layout, only)
+    for n_column in LANES:
+        columns = np.ones((1, n_column), order="F")
+        solver.solve_into(columns, columns)
+        subtract(columns, columns, project(columns, columns))
+
+
+if __name__ == "__main__":
+    warm()
