@@ -65,7 +65,9 @@ def pack(
     Chen, Davis, Hager and Rajamanickam, Algorithm 887: CHOLMOD, ACM Trans. Math. Softw. 35 (2008) 22, section 3.
     """
     columns, rows, first = (each.astype(np.int64) for each in (column, row_start, value_start))
-    layout = Layout(columns, rows, np.empty(len(column) - 1, dtype=np.int64), row)
+    # What comes next is looked up ahead of its turn, after the last one too.
+    padded = np.append(row, np.zeros(ROWS, dtype=np.int32))
+    layout = Layout(columns, rows, np.empty(len(column) - 1, dtype=np.int64), padded)
     largest = int(np.max(np.diff(columns) * np.diff(rows), initial=0))
     return layout, int(_pack(values, layout, first, np.empty(largest)))
 

@@ -25,6 +25,8 @@ from numba.extending import intrinsic
 
 DOUBLE, INTEGER, SHORT = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
 SIZE, SHORT_SIZE = 8, 4
+#: Bytes of a line of the cache.
+LINE = 64
 #: Numbers that one register holds at most.
 REGISTER = 8
 #: How far ahead of its use a tile is fetched [byte]: the processor by itself stops at the end of each page.
@@ -71,6 +73,13 @@ class _Code:
     def number(self, address: Value) -> Value:
         """The number at an address."""
         return self._load(address, DOUBLE, SIZE)
+
+    def fetch_rows(self, x: Value, row: Value, first: int, last: int) -> None:
+        """Bring those rows of x into the cache that come later in the list at `row`."""
+        for index in range(first, last):
+            place = self.place(x, row, index)
+            for line in range(0, SIZE * self.lanes, LINE):
+                self.fetch(place, line)
 
     def place(self, x: Value, row: Value, index: int) -> Value:
         """Address of the row of x that the list at `row` names."""
@@ -223,6 +232,7 @@ def _subtract_transposed(code: _Code, tile: Value, own: Value, n_column: Value, 
 
 
 def _subtract_product(code: _Code, height: int, tile: Value, own: Value, n_column: Value, x: Value, row: Value) -> None:
+    code.fetch_rows(x, row, height, 2 * height)
     for r, product in enumerate(_product(code, height, tile, own, n_column)):
         place = code.place(x, row, r)
         code.store(code.minus(code.row(place), product), place)
@@ -231,6 +241,7 @@ def _subtract_product(code: _Code, height: int, tile: Value, own: Value, n_colum
 def _subtract_transposed_product(
     code: _Code, height: int, tile: Value, own: Value, n_column: Value, x: Value, row: Value
 ) -> None:
+    code.fetch_rows(x, row, height, 2 * height)
     below = [code.row(code.place(x, row, r)) for r in range(height)]
     _subtract_transposed(code, tile, own, n_column, below)
 
