@@ -73,7 +73,7 @@ class KrylovBasis:
         self.n_solved += self.width
         column = self._solve(MW, self._place(MW.shape))
         # First along the last two blocks, as the recurrence says; then along all, where round-off has left a little.
-        own = dgemm(1.0, MW, column, trans_a=1)
+        own = _projected(MW, column)
         column = dgemm(-1.0, W, own, 1.0, column, overwrite_c=1)
         column = dgemm(-1.0, self._vectors[:, before], self._coupling, 1.0, column, trans_b=1, overwrite_c=1)
         column, part = self._without(column)
@@ -148,16 +148,9 @@ class KrylovBasis:
         """Columns less their part along Q (in place), and the coordinates of that part."""
         if not column.size:  # BLAS refuses to do nothing
             return column, np.empty((self.size, 0))
-        Q, carried = self._vectors[:, : self.size], self._mass.passing(column)
-        if len(Q) < LONG:
-            part = dgemm(1.0, Q, carried, trans_a=1)
-            return np.asarray(dgemm(-1.0, Q, part, 1.0, column, overwrite_c=1)), np.asarray(part)
-        # The compiler takes a while to import: short columns do without.
-        from fe.narrow_product import project, subtract
-
-        part = project(Q, carried)
-        subtract(column, Q, part)
-        return column, part
+        Q = self._vectors[:, : self.size]
+        part = _projected(Q, self._mass.passing(column))
+        return _less(column, Q, part), part
 
     def _orthonormalise(self, column: Matrix, scale: float) -> Matrix:
         """Make W of the columns; R with column = W R, but for directions that are round-off against `scale`."""
@@ -169,7 +162,7 @@ class KrylovBasis:
                 break
             if stale > STALE:
                 product, stale = self._mass.into(self._place(column.shape), column), 1.0
-            gram = dgemm(1.0, column, product, trans_a=1)
+            gram = _projected(column, product)
             length = np.sqrt(np.diag(gram).clip(min=np.finfo(float).tiny))
             value, U = scipy.linalg.eigh((gram + gram.T) / 2 / np.outer(length, length))
             root = np.sqrt(value.clip(min=np.finfo(float).eps))
@@ -191,3 +184,23 @@ class KrylovBasis:
             raise NoConvergence("no orthogonal columns can be made of the factor's solutions: its matrix is singular")
         self._next, self._mass_next = column, product[:, : column.shape[1]]
         return R
+
+
+def _projected(basis: Matrix, columns: Matrix) -> Matrix:
+    """The product basis^T columns."""
+    if len(basis) < LONG:
+        return np.asarray(dgemm(1.0, basis, columns, trans_a=1))
+    # The compiler takes a while to import: short columns do without.
+    from fe.narrow_product import project
+
+    return project(basis, columns)
+
+
+def _less(columns: Matrix, basis: Matrix, factors: Matrix) -> Matrix:
+    """The difference columns - basis factors, in the place of the columns."""
+    if len(basis) < LONG:
+        return np.asarray(dgemm(-1.0, basis, factors, 1.0, columns, overwrite_c=1))
+    from fe.narrow_product import subtract
+
+    subtract(columns, basis, factors)
+    return columns

@@ -9,11 +9,9 @@ from numpy.typing import NDArray
 
 from fe.sparse_solver import Factor
 
-#: Right-hand sides solved at once: enough for the solver's block kernels, and not more memory than this [byte], which
-#: the solution and the solver's own arrays take again.
-LEAST, MOST, MEMORY = 1, 3, 1.5e8
-#: Columns that solvers like best come in multiples of this.
-MULTIPLE = 24
+#: Right-hand sides solved at once: groups of as many as solvers like best, at least and at most so many groups, and not
+#: more memory than this [byte], which the solution and the solver's own arrays take again.
+GROUP, LEAST, MOST, MEMORY = 24, 1, 3, 1.5e8
 
 
 def constraint_modes(
@@ -32,15 +30,21 @@ def constraint_modes(
 
     Yields
     ------
-    Some boundary degrees of freedom, 12 to 64 by the memory that they need, and their columns of Psi, shape (i, k) [-];
-    with the boundary's own unit displacements all of them reproduce every rigid-body motion.
+    Some boundary degrees of freedom, 24 to 72 by the memory that they need, and their columns of Psi, shape (i, k) [-],
+    until the next ones take their place; with the boundary's own unit displacements all of them reproduce every
+    rigid-body motion.
 
     References
     ----------
     Craig and Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6 (1968), eq. 5.
     """
     n_boundary, n_interior = stiffness_boundary_interior.shape
-    width = MULTIPLE * int(np.clip(MEMORY / (8 * MULTIPLE * n_interior), LEAST, MOST))
+    width = GROUP * int(np.clip(MEMORY / (8 * GROUP * n_interior), LEAST, MOST))
+    place = np.empty((0, 0))
     for first in range(0, n_boundary, width):
         block = slice(first, min(first + width, n_boundary))
-        yield block, -factor.solve(stiffness_boundary_interior[block].toarray().T)
+        forces = stiffness_boundary_interior[block].toarray().T
+        if place.shape != forces.shape:
+            place = np.empty(forces.shape, order="F")
+        solution = factor.solve(forces, place)
+        yield block, np.negative(solution, out=solution)
