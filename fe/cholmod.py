@@ -14,6 +14,7 @@ from ctypes import POINTER, byref, c_size_t, c_void_p
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fe.cholmod_library import (
@@ -141,13 +142,18 @@ def _order(upper: Upper) -> NDArray[np.int32] | None:
 
 def _structure(upper: Upper) -> tuple[Sparse, Any]:
     """CHOLMOD's view of an upper triangle, and the arrays that it points to; the lower one it would copy once more."""
-    matrix = upper.tocsr().tocsc()
-    n, nnz = matrix.shape[0], matrix.nnz
-    start, index = matrix.indptr.astype(np.int32, copy=False), matrix.indices.astype(np.int32, copy=False)
-    values = np.ascontiguousarray(matrix.data, dtype=np.float64)
-    structure = Sparse(nrow=n, ncol=n, nzmax=nnz, stype=UPPER, xtype=REAL, packed=1, sorted=matrix.has_sorted_indices)
-    structure.p, structure.i, structure.x = start.ctypes.data, index.ctypes.data, values.ctypes.data
-    return structure, (start, index, values)
+    if upper.block > 1:
+        # The compiler takes a while to import: small matrices do without.
+        from fe.block_columns import block_columns
+
+        columns = block_columns(upper)
+    else:
+        whole = sp.csr_array((upper.values, upper.column, upper.row_start)).tocsc()
+        columns = whole.indptr, whole.indices, whole.data
+    n, nnz = len(columns[0]) - 1, len(columns[1])
+    structure = Sparse(nrow=n, ncol=n, nzmax=nnz, stype=UPPER, xtype=REAL, packed=1, sorted=1)
+    structure.p, structure.i, structure.x = (each.ctypes.data for each in columns)
+    return structure, columns
 
 
 def _release(shared: Any, common: Any, factor: c_void_p) -> None:

@@ -23,15 +23,6 @@ class Upper(NamedTuple):
     values: NDArray[np.float64]
     block: int
 
-    def tocsr(self) -> sp.csr_array:
-        """Entry by entry; of blocks on the diagonal, what is below the diagonal too."""
-        n = len(self.row_start) - 1
-        if self.block == 1:
-            return sp.csr_array((self.values, self.column, self.row_start), shape=(n, n))
-        values = self.values.reshape(-1, self.block, self.block)
-        size = (self.block * n, self.block * n)
-        return sp.csr_array(sp.bsr_array((values, self.column, self.row_start), shape=size))
-
 
 def blocks_or_csr(matrix: Symmetric) -> sp.csr_array | UpperBlocks:
     """A matrix in one of the two forms that tell their entries."""

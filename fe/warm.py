@@ -2,14 +2,17 @@
 
 import numpy as np
 
+from fe.block_columns import block_columns
 from fe.narrow_product import project, subtract
 from fe.supernodes import Supernodes, pack
+from fe.upper_triangle import Upper
 from fe.vector_tile import LANES
 
 
 def warm() -> None:
     """Solve with the smallest factor for each number of right-hand sides; the machine code is kept on disk."""
     one, start, only = np.ones(1), np.array([0, 1], dtype=np.int32), np.zeros(1, dtype=np.int32)
+    block_columns(Upper(start, only, np.eye(3), 3))
     layout, _n_value = pack(one, start, start, start, only)
     solver = Supernodes(one, layout, only)
     for n_column in LANES:

@@ -18,6 +18,7 @@ from fe.mesh import Mesh
 from fe.sparse_solver import Backend, default_backend, factorise, is_available
 from fe.symmetric_part import part
 from fe.upper_blocks import UpperBlocks
+from fe.upper_triangle import Upper
 
 BoxMesher = Callable[..., Mesh]
 pytestmark = pytest.mark.skipif(not is_available(Backend.CHOLMOD), reason="the system has no libcholmod")
@@ -130,3 +131,16 @@ def test_the_choice_is_the_factor_that_is_made(held: Symmetric, monkeypatch: pyt
     monkeypatch.setattr(sparse_solver, "LARGE", 1000)
     assert isinstance(factorise(held, n_column=500), Cholmod)
     assert is_available(Backend.PARDISO) == (not isinstance(factorise(held, n_column=1), Cholmod))
+
+
+@pytest.mark.parametrize("block", [1, 3])
+def test_columns_of_blocks_are_those_of_the_matrix(block: int) -> None:
+    random = np.random.default_rng(block)
+    n = 17
+    pattern = sp.csr_array(sp.triu(sp.random_array((n, n), density=0.2, rng=random) + sp.eye_array(n)))
+    values = random.standard_normal((pattern.nnz, block, block))
+    upper = Upper(pattern.indptr.astype(np.int32), pattern.indices.astype(np.int32), values, block)
+    whole = sp.bsr_array((values, pattern.indices, pattern.indptr)).toarray()
+    start, row, found = block_columns(upper)
+    np.testing.assert_array_equal(sp.csc_array((found, row, start), shape=whole.shape).toarray(), whole)
+    assert sp.csc_array((found, row, start), shape=whole.shape).has_sorted_indices
