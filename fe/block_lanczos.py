@@ -27,7 +27,7 @@ TRIAL = 3
 #: cube, with its pairs of modes, for eight), and the basis takes a tenth less memory than it would freely. Where that
 #: were more memory than this [byte], there are two columns a mode, or the least that will do, for up to a tenth more
 #: solves.
-ROOM, MEMORY = 13, 9e8
+ROOM, MEMORY = 13, 5e8
 #: Blocks beyond the modes that a restart keeps, and new ones that there is room for in any case.
 SPARE, NEW = 4, 3
 #: Before giving up.

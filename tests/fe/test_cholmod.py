@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fe import cholmod_library, mkl, pardiso, sparse_solver
 from fe.assembly import assemble_compact
+from fe.block_columns import block_columns
 from fe.boundary import unsupported_system
 from fe.cholmod import Cholmod
 from fe.element import HEX20
