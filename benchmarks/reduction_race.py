@@ -32,6 +32,7 @@ JOBS = [
     ("ccx", "twisted", "60x12x3"),
     ("stickslip", "twisted", "96x20x4"),
     ("arpack", "twisted", "96x20x4"),
+    ("pardiso", "twisted", "96x20x4"),
     ("scipy", "twisted", "96x20x4"),
     ("ccx", "twisted", "96x20x4"),
     ("stickslip", "twisted", "140x30x6"),
@@ -39,7 +40,13 @@ JOBS = [
     ("stickslip", "rig", "5"),
     ("stickslip", "cube", "14"),
 ]
-NAMES = {"stickslip": "stickslip", "arpack": "ARPACK", "scipy": "scipy alone", "ccx": "CalculiX"}
+NAMES = {
+    "stickslip": "stickslip",
+    "arpack": "ARPACK, same factor",
+    "pardiso": "ARPACK, factor of PARDISO",
+    "scipy": "scipy alone",
+    "ccx": "CalculiX",
+}
 
 
 def kept(file: Path | None) -> list[Run]:
@@ -82,7 +89,7 @@ def comparison(results: list[Run]) -> None:
             told = f"{result['residual']:.0e} | {result['missed']} of {result['counted']}"
         elif ours:
             # On the same factor the modes alone are compared; otherwise all that leads to modes.
-            alone = result["kind"] == "arpack"
+            alone = result["kind"] in {"arpack", "pardiso"}
             ratio = modes / ours["stages"]["modes"] if alone else seconds(result) / seconds(ours)
             difference = np.abs(np.array(result["frequency"]) / np.array(ours["frequency"]) - 1).max()
             faster, told = f"{ratio:.1f}x", f"frequencies within {difference:.0e} | "
@@ -101,7 +108,8 @@ def stages(result: Run) -> None:
         f"\n{result['shape']} {result['size']}: {result['n_dof']:,} degrees of freedom, {result['n_boundary']} on the "
         f"boundary, {len(result['frequency'])} modes: {result['seconds']:.1f} s, {result['peak']:.2f} GB "
         f"({1e9 * result['peak'] / 2**30:.2f} GiB); dgemm "
-        f"{result['dgemm']:.0f} GF/s, memory read at {result['read']:.0f} GB/s; the check of the modes "
+        f"{result['dgemm']:.0f} GF/s, memory read at {result['read']:.0f} GB/s; {result['system']:.1f} s of the time "
+        f"are the system's, which hands out memory at {result['touch']:.2f} s/GiB; the check of the modes "
         f"{result['check']:.1f} s more"
     )
     if target := TARGET.get((result["shape"], result["size"])):
