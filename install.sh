@@ -6,7 +6,7 @@ cd "$(dirname "$0")"
 
 # What each library is for is shown by `stickslip doctor`; calculix-ccx is the independent witness of the tests.
 SYSTEM_PACKAGES="ca-certificates python3 python3-venv libgl1 libegl1 libx11-6 libxrender1 libexpat1 calculix-ccx"
-# CHOLMOD, which makes reductions faster, is one of these, by the release.
+# CHOLMOD, which makes reductions faster, is one of these, by the release. Nothing fails without it.
 CHOLMOD_PACKAGES="libcholmod5 libcholmod3"
 
 say() { printf '%s\n' "install.sh: $*" >&2; }
@@ -55,16 +55,33 @@ install_system_packages() {
         return
     fi
     missing=$(missing_system_packages)
-    # shellcheck disable=SC2086  # lists of words on purpose, here and below
-    if is_any_installed $CHOLMOD_PACKAGES; then cholmod=""; else cholmod=$CHOLMOD_PACKAGES; fi
-    [ -n "$missing$cholmod" ] || return 0
-    as_root apt-get update -q
-    # shellcheck disable=SC2086
-    missing="$missing$(first_known $cholmod)"
     [ -n "$missing" ] || return 0
     say "installing system packages: $missing"
-    # shellcheck disable=SC2086
+    as_root apt-get update -q
+    # shellcheck disable=SC2086  # a list of words on purpose
     as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $missing
+}
+
+may_install() {
+    command -v apt-get >/dev/null 2>&1 && { [ "$(id -u)" -eq 0 ] || command -v sudo >/dev/null 2>&1; }
+}
+
+install_cholmod() {
+    # shellcheck disable=SC2086  # lists of words on purpose, here and below
+    if is_any_installed $CHOLMOD_PACKAGES || ! may_install; then return 0; fi
+    # shellcheck disable=SC2086
+    wanted=$(first_known $CHOLMOD_PACKAGES)
+    if [ -z "$wanted" ]; then
+        as_root apt-get update -q || return 1
+        # shellcheck disable=SC2086
+        wanted=$(first_known $CHOLMOD_PACKAGES)
+        [ -n "$wanted" ] || return 1
+    fi
+    # Where there is no MKL it takes its matrix products from OpenBLAS.
+    [ "$(uname -m)" = x86_64 ] || wanted="$wanted libopenblas0"
+    say "installing $wanted"
+    # shellcheck disable=SC2086
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $wanted
 }
 
 find_python() {
@@ -106,6 +123,7 @@ compile_solver() {
 }
 
 install_system_packages
+install_cholmod || say "CHOLMOD was not installed: reductions will be slower, and are otherwise the same"
 install_python_packages
 compile_solver
 .venv/bin/stickslip doctor

@@ -7,6 +7,7 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.compiled import compiled
+from fe.factor import TooLarge
 from fe.upper_triangle import Upper
 
 
@@ -19,10 +20,18 @@ def block_columns(
     ----------
     upper
         In blocks of any length.
+
+    Raises
+    ------
+    TooLarge
+        There are more entries than 32 bits count.
     """
     b = upper.block
     n_block = np.bincount(upper.column, minlength=len(upper.row_start) - 1)
-    start = np.concatenate([[0], np.cumsum(np.repeat(b * n_block, b))]).astype(np.int32)
+    start = np.concatenate([[0], np.cumsum(np.repeat(b * n_block, b))])
+    if start[-1] > np.iinfo(np.int32).max:
+        raise TooLarge(f"{start[-1]} entries are more than 32 bits count")
+    start = start.astype(np.int32)
     row, values = np.empty(start[-1], dtype=np.int32), np.empty(start[-1])
     _fill(start[:-1].copy(), row, values, upper.row_start, upper.column, upper.values.reshape(-1), b)
     return start, row, values

@@ -10,6 +10,7 @@ Chen, Davis, Hager and Rajamanickam, Algorithm 887: CHOLMOD, ACM Trans. Math. So
 
 import ctypes
 import weakref
+import zlib
 from ctypes import POINTER, byref, c_size_t, c_void_p
 from typing import TYPE_CHECKING, Any
 
@@ -26,13 +27,13 @@ from fe.cholmod_library import (
     Dense,
     FactorHead,
     Sparse,
+    configure,
     doubles,
     integers,
     library,
     one_thread,
-    try_given_order_alone,
 )
-from fe.factor import Columns, Symmetric, check_pattern, singular
+from fe.factor import Columns, Symmetric, TooLarge, check_pattern, check_rows, place_for, singular
 from fe.pardiso import nested_dissection
 from fe.upper_triangle import Upper, blocks_or_csr, upper_triangle
 
@@ -54,34 +55,40 @@ class Cholmod:
         weakref.finalize(self, _release, self._library, self._common, self._factor).atexit = False
         upper = upper_triangle(matrix)
         order = _order(upper)
-        if order is not None:
-            try_given_order_alone(self._common)
+        configure(self._common, is_ordered=order is not None)
+        self._pattern = zlib.crc32(memoryview(upper.column))
         structure, _arrays = _structure(upper)
         self._factor.value = self._library.cholmod_analyze_p(
             byref(structure), None if order is None else order.ctypes.data, None, 0, self._common
         )
+        if not self._factor.value:
+            raise TooLarge(f"CHOLMOD cannot analyse a matrix of {self._n} rows: its factor has too many entries")
         self._factorise(structure)
 
     def renew(self, matrix: Symmetric) -> None:
         """As `Factorisation.renew`."""
         matrix = blocks_or_csr(matrix)
         check_pattern(matrix, self._shape, self._nnz)
+        upper = upper_triangle(matrix)
+        if zlib.crc32(memoryview(upper.column)) != self._pattern:
+            raise ValueError("the new matrix has entries in other places: factorise it by itself")
         if self._supernodes is not None:  # its tiles lie where CHOLMOD would write
             self._supernodes = None
             self._library.cholmod_change_factor(PATTERN, 1, 1, 1, 1, self._factor, self._common)
-        structure, _arrays = _structure(upper_triangle(matrix))
+        structure, _arrays = _structure(upper)
         self._factorise(structure)
 
     def solve(self, right_hand_side: Columns, out: Columns | None = None) -> Columns:
         """As `Factor.solve`."""
         b = np.asfortranarray(right_hand_side, dtype=np.float64)
-        columns = b.reshape(self._n, -1, order="F")
+        check_rows(self._shape, b)
+        solution = place_for(b, out)
+        columns, places = (each.reshape(self._n, -1, order="F") for each in (b, solution))
         if self._supernodes is None:
-            solution = self._library_solution(columns)
+            places[...] = self._library_solution(columns)
         else:
-            solution = np.empty_like(columns, order="F") if out is None else out.reshape(columns.shape, order="F")
-            self._supernodes.solve_into(solution, columns)
-        return np.asarray(solution.reshape(b.shape, order="F"))
+            self._supernodes.solve_into(places, columns)
+        return solution
 
     @property
     def n_negative(self) -> int:
@@ -95,7 +102,7 @@ class Cholmod:
 
     def _factorise(self, structure: Sparse) -> None:
         with one_thread():
-            done = self._factor.value and self._library.cholmod_factorize(byref(structure), self._factor, self._common)
+            done = self._library.cholmod_factorize(byref(structure), self._factor, self._common)
         if not done:
             raise MemoryError(f"CHOLMOD has no memory for a factor of {self._n} rows")
         head = ctypes.cast(self._factor, POINTER(FactorHead)).contents
@@ -136,7 +143,7 @@ def _order(upper: Upper) -> NDArray[np.int32] | None:
         return None
     try:
         return nested_dissection(upper).astype(np.int32)
-    except (ImportError, OSError):
+    except (ImportError, OSError, RuntimeError):
         return None
 
 

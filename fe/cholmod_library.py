@@ -6,6 +6,7 @@ places have not moved from version 3 to 5.
 
 import ctypes
 import ctypes.util
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from ctypes import POINTER, c_double, c_int, c_size_t, c_void_p
@@ -22,8 +23,10 @@ COMMON = 1 << 16
 A_X_IS_B, PATTERN, REAL, UPPER = 0, 0, 1, 1
 #: Where `cholmod_common` says how supernodes are merged, and what CHOLMOD begins with there: a check of the places.
 RELAXED, RELAXED_BY_DEFAULT = 80, (0.8, 0.1, 0.05)
-#: Where it counts the orderings that are tried.
-N_ORDERING = 168
+#: Where it says whether a factor without supernodes is L L^T, and counts the orderings that are tried.
+IS_LL, N_ORDERING = 60, 168
+#: Runtimes of OpenMP that CHOLMOD may be bound to: its own, or the one that MKL has loaded before.
+OPENMP = ("libgomp.so.1", "libiomp5.so")
 
 
 class Sparse(ctypes.Structure):
@@ -70,26 +73,41 @@ def doubles(address: int, n: int) -> NDArray[np.float64]:
     return np.ctypeslib.as_array(ctypes.cast(address, POINTER(c_double)), (n,))
 
 
-def try_given_order_alone(common: Any) -> None:
-    """Tell CHOLMOD not to look for an order that is better than the one it is given, if this can be told."""
-    if tuple(np.frombuffer(common, np.float64, 3, offset=RELAXED)) == RELAXED_BY_DEFAULT:
+def configure(common: Any, *, is_ordered: bool) -> None:
+    """Ask for a factor that negative pivots fail, and for no other order where one is given, if this can be told."""
+    if tuple(np.frombuffer(common, np.float64, 3, offset=RELAXED)) != RELAXED_BY_DEFAULT:
+        return
+    np.frombuffer(common, np.int32, 1, offset=IS_LL)[0] = 1
+    if is_ordered:
         np.frombuffer(common, np.int32, 1, offset=N_ORDERING)[0] = 1
 
 
 @contextmanager
 def one_thread() -> Iterator[None]:
     """Keep CHOLMOD from waking four threads for each of its loops, which takes longer than the loops."""
-    try:
-        openmp = ctypes.CDLL("libgomp.so.1")  # the one that it is linked with
-    except OSError:
-        yield
-        return
-    before = openmp.omp_get_max_active_levels()
-    openmp.omp_set_max_active_levels(0)
+    loaded = [runtime for name in OPENMP if (runtime := _loaded(name)) is not None]
+    before = [runtime.omp_get_max_active_levels() for runtime in loaded]
+    for runtime in loaded:
+        runtime.omp_set_max_active_levels(0)
     try:
         yield
     finally:
-        openmp.omp_set_max_active_levels(before)
+        for runtime, levels in zip(loaded, before, strict=True):
+            runtime.omp_set_max_active_levels(levels)
+
+
+def _loaded(name: str) -> Any:
+    """A library that this process has loaded already, or None."""
+    try:
+        return ctypes.CDLL(name, mode=os.RTLD_NOLOAD)
+    except (AttributeError, OSError):  # Windows has no such mode
+        return None
+
+
+@cache
+def _name() -> str | None:
+    """Looked for once: it takes other processes."""
+    return ctypes.util.find_library("cholmod")
 
 
 @cache
@@ -101,7 +119,7 @@ def library() -> Any:
     OSError
         There is none.
     """
-    name = ctypes.util.find_library("cholmod")
+    name = _name()
     if name is None:
         raise OSError("libcholmod was not found: apt-get install libcholmod3 (Debian 12) or libcholmod5 (Debian 13)")
     # CHOLMOD takes its matrix products from what is loaded for all: MKL's are faster than any that Debian has.

@@ -61,7 +61,13 @@ class Factor(Protocol):
         right_hand_side
             b; it stays as it is.
         out
-            Of the same shape, in Fortran order, may be written over to hold the solution: fresh memory costs time.
+            May be written over to hold the solution, as fresh memory costs time: used where it has the shape of b, in
+            Fortran order, and does not overlap b; what is returned holds the solution in any case.
+
+        Raises
+        ------
+        ValueError
+            b has another number of rows than A.
         """
         ...
 
@@ -111,6 +117,25 @@ def check_rows(shape: tuple[int, int], columns: NDArray[Any]) -> None:
     """Raise ValueError where columns are longer or shorter than a matrix has columns."""
     if columns.shape[0] != shape[1]:
         raise ValueError(f"a matrix of shape {shape} cannot be multiplied by columns of shape {columns.shape}")
+
+
+def place_for(right_hand_side: NDArray[np.float64], out: Columns | None) -> NDArray[np.float64]:
+    """An array for the solution in Fortran order: the one offered, if a library can write there, or a fresh one."""
+    b = right_hand_side
+    if (
+        out is not None
+        and out.shape == b.shape
+        and out.dtype == np.float64
+        and out.flags.f_contiguous
+        and out.flags.writeable
+        and not np.may_share_memory(out, b)
+    ):
+        return np.asarray(out)
+    return np.empty(b.shape, order="F")
+
+
+class TooLarge(MemoryError):
+    """The library counts in 32 bits, and this matrix has more."""
 
 
 class _Stored(Protocol):

@@ -17,7 +17,16 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fe.allocator import give_back
-from fe.factor import Columns, Definiteness, Symmetric, UnknownInertia, check_pattern, singular
+from fe.factor import (
+    Columns,
+    Definiteness,
+    Symmetric,
+    UnknownInertia,
+    check_pattern,
+    check_rows,
+    place_for,
+    singular,
+)
 from fe.mkl import library
 from fe.upper_blocks import UpperBlocks
 from fe.upper_triangle import SMALL, Upper, blocks_or_csr, upper_triangle
@@ -68,7 +77,8 @@ class Pardiso:
     def solve(self, right_hand_side: Columns, out: Columns | None = None) -> Columns:
         """As `Factor.solve`."""
         columns = np.asfortranarray(right_hand_side, dtype=np.float64)
-        solution = np.empty_like(columns, order="F") if out is None else out
+        check_rows(self._shape, columns)
+        solution = place_for(columns, out)
         self._call(SOLVE, self._upper, columns, solution)
         return solution
 
@@ -99,14 +109,18 @@ def nested_dissection(upper: Upper) -> NDArray[np.int64]:
     ------
     ImportError, OSError
         There is no MKL, or it cannot be loaded.
+    RuntimeError
+        PARDISO failed, for lack of memory perhaps.
     """
     handle = _Handle(upper, 2)
     handle.parameters[ORDER] = 2  # returned
     order = np.zeros(len(upper.row_start) - 1, dtype=np.int32)
-    handle(ANALYSE, upper, order=order)
-    handle(RELEASE, upper)
-    library().MKL_Free_Buffers()
-    give_back()
+    try:
+        handle(ANALYSE, upper, order=order)
+    finally:
+        handle(RELEASE, upper)
+        library().MKL_Free_Buffers()
+        give_back()
     return (upper.block * order.astype(np.int64)[:, None] + np.arange(upper.block)).ravel()
 
 

@@ -1,7 +1,7 @@
 """Factorising a sparse symmetric matrix once, and solving with it many times.
 
 PARDISO (Cholesky or LDL^T, from the `pypardiso` wheel) where it is installed, CHOLMOD (Cholesky) where the system has
-it, SuperLU from SciPy everywhere else.
+it, SuperLU from SciPy everywhere else; CHOLMOD before PARDISO where many right-hand sides are to be solved for.
 """
 
 from collections.abc import Callable
@@ -17,14 +17,14 @@ from fe.factor import Definiteness as Definiteness
 from fe.factor import Factor as Factor
 from fe.factor import Factorisation as Factorisation
 from fe.factor import SingularMatrix as SingularMatrix
-from fe.factor import Symmetric
+from fe.factor import Symmetric, TooLarge
 from fe.factor import UnknownInertia as UnknownInertia
 from fe.pardiso import Pardiso
 from fe.superlu import SuperLU
 
 
 class Backend(Enum):
-    """Which library factorises, the fastest first."""
+    """Which library factorises; the first one is the fastest, but for much work."""
 
     PARDISO = "pardiso"
     CHOLMOD = "cholmod"
@@ -67,11 +67,12 @@ def default_backend(n: int = 0, n_column: int = 1) -> Backend:
     n_column
         Right-hand sides that will come [-].
     """
-    there = [backend for backend in Backend if is_available(backend)]
+    # Each is looked for when its turn comes: what is loaded decides which threads MKL will take.
+    first = next(backend for backend in Backend if is_available(backend))
     is_much = n >= LARGE and n_column >= MANY
-    if is_much and Backend.CHOLMOD in there and Backend.PARDISO in there and mkl.n_thread() <= FEW_THREADS:
+    if first is Backend.PARDISO and is_much and mkl.n_thread() <= FEW_THREADS and is_available(Backend.CHOLMOD):
         return Backend.CHOLMOD
-    return there[0]
+    return first
 
 
 def factorise(
@@ -98,16 +99,24 @@ def factorise(
     ------
     BackendError
         A library was asked for that this machine does not have.
+    TooLarge
+        CHOLMOD was asked for by name, or nothing else is there but SuperLU, and its 32 bits do not count the factor.
     SingularMatrix
         A pivot vanished; PARDISO and CHOLMOD also notice a negative one in a matrix said to be positive definite.
         Round-off may hide either in a large matrix, so this is no proof of the contrary.
     """
     is_positive = definiteness is Definiteness.POSITIVE
+    is_open = backend is None
     backend = backend or default_backend(matrix.shape[0] if is_positive else 0, n_column)
     if not is_available(backend):
         raise BackendError(f'back end "{backend.value}" is not installed: {REMEDY[backend]}, or leave the choice open')
     if backend is Backend.PARDISO:
         return Pardiso(matrix, definiteness)
     if backend is Backend.CHOLMOD and is_positive:
-        return Cholmod(matrix)
+        try:
+            return Cholmod(matrix)
+        except TooLarge:
+            if not (is_open and is_available(Backend.PARDISO)):
+                raise
+            return Pardiso(matrix, definiteness)
     return SuperLU(matrix.tocsr())

@@ -3,7 +3,7 @@
 import numpy as np
 import scipy.sparse as sp
 
-from fe.factor import Columns, Symmetric, UnknownInertia, check_pattern, singular
+from fe.factor import Columns, Symmetric, UnknownInertia, check_pattern, check_rows, place_for, singular
 
 
 class SuperLU:
@@ -32,11 +32,11 @@ class SuperLU:
 
     def solve(self, right_hand_side: Columns, out: Columns | None = None) -> Columns:
         """As `Factor.solve`."""
-        solution = np.asarray(self._lu.solve(np.asarray(right_hand_side, dtype=np.float64)))
-        if out is None:
-            return solution
-        out[...] = solution
-        return out
+        b = np.asarray(right_hand_side, dtype=np.float64)
+        check_rows(self._shape, b)
+        place = place_for(b, out)
+        place[...] = self._lu.solve(b)
+        return place
 
     @property
     def n_negative(self) -> int:

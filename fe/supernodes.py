@@ -16,6 +16,7 @@ from fe.vector_tile import (
     ROWS,
     SHORT_SIZE,
     SIZE,
+    TALLEST,
     groups,
     solve_lower,
     solve_upper,
@@ -66,7 +67,7 @@ def pack(
     """
     columns, rows, first = (each.astype(np.int64) for each in (column, row_start, value_start))
     # What comes next is looked up ahead of its turn, after the last one too.
-    padded = np.append(row, np.zeros(ROWS, dtype=np.int32))
+    padded = np.append(row, np.zeros(TALLEST, dtype=np.int32))
     layout = Layout(columns, rows, np.empty(len(column) - 1, dtype=np.int64), padded)
     largest = int(np.max(np.diff(columns) * np.diff(rows), initial=0))
     return layout, int(_pack(values, layout, first, np.empty(largest)))

@@ -33,9 +33,11 @@ REGISTER = 8
 AHEAD = 4096
 #: Columns of a basis are read side by side, so many tiles ahead.
 NEXT = 4
-#: Rows of a full tile: with sixteen right-hand sides its results fill half of the 32 registers of AVX-512, with twelve
-#: three quarters of the 16 smaller ones of AVX2.
-ROWS = 8 if binding.get_host_cpu_features().get("avx512f") else 4
+#: Rows of a full tile on any processor.
+TALLEST = 8
+#: Rows of a full tile on this one: with sixteen right-hand sides its results fill half of the 32 registers of AVX-512,
+#: with twelve three quarters of the 16 smaller ones of AVX2.
+ROWS = TALLEST if binding.get_host_cpu_features().get("avx512f") else 4
 #: Rows of all tiles there are, the full one first: what is left of a supernode is cut into the others.
 HEIGHTS = tuple(height for height in (8, 4, 2, 1) if height <= ROWS)
 

@@ -10,7 +10,7 @@ from fe.vector_tile import LANES
 
 
 def warm() -> None:
-    """Solve with the smallest factor for each number of right-hand sides; the machine code is kept on disk."""
+    """Solve with the smallest factor for as many right-hand sides as `LANES` has; the machine code is kept on disk."""
     one, start, only = np.ones(1), np.array([0, 1], dtype=np.int32), np.zeros(1, dtype=np.int32)
     block_columns(Upper(start, only, np.eye(3), 3))
     layout, _n_value = pack(one, start, start, start, only)

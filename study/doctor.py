@@ -234,20 +234,12 @@ def _picture() -> Finding:
 
 def _cholmod() -> Finding:
     found = ctypes.util.find_library("cholmod")
-    detail = found or "libcholmod, with which reductions are faster, is not there"
-    package = "libcholmod3" if _release() in {"debian 12", "ubuntu 22.04"} else "libcholmod5"
-    return Finding(
-        subject="CHOLMOD", verdict="ok" if found else "missing", detail=detail, is_needed=False, apt=(package,)
-    )
-
-
-def _release() -> str:
-    """The system and its version, such as "debian 12"; empty where there is no telling."""
-    try:
-        told = platform.freedesktop_os_release()
-    except OSError:
-        return ""
-    return f"{told.get('ID', '')} {told.get('VERSION_ID', '')}"
+    if found is not None and _loads(found):
+        return Finding(subject="CHOLMOD", verdict="ok", detail=found)
+    # Its name is another one in each release: it has no place in a line that must not fail.
+    packages = "apt-get install libcholmod5, or libcholmod3 on Debian 12"
+    detail = f"without libcholmod reductions are slower: {packages}"
+    return Finding(subject="CHOLMOD", verdict="missing", detail=detail, is_needed=False)
 
 
 def _calculix() -> Finding:

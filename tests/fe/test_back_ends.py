@@ -131,3 +131,48 @@ def test_pivots_from_beside_the_diagonal_count_nothing() -> None:
     swap = sp.csr_array(np.array([[0.0, 1.0], [1.0, 0.0]]))
     with pytest.raises(UnknownInertia, match="beside the diagonal"):
         _ = factorise(swap, Definiteness.INDEFINITE, Backend.SUPERLU).n_negative
+
+
+@pytest.mark.parametrize(
+    "out",
+    [
+        np.zeros((60, 5), dtype=np.float32, order="F"),
+        np.zeros((60, 5)),
+        np.zeros((120, 5), order="F")[::2],
+        np.zeros((5, 60), order="F"),
+        np.zeros((60, 6), order="F"),
+    ],
+    ids=["single precision", "rows first", "every other row", "turned", "too wide"],
+)
+def test_an_array_that_cannot_hold_the_solution_is_left_alone(backend: Backend, out: NDArray[np.float64]) -> None:
+    matrix = sp.csr_array(sp.diags_array(np.arange(1.0, 61.0)))
+    b = np.ones((60, 5), order="F")
+    found = factorise(matrix, backend=backend).solve(b, out)
+    np.testing.assert_allclose(found, b / np.arange(1.0, 61.0)[:, None], rtol=1e-15)
+    assert not out.any()
+    assert not np.may_share_memory(found, out)
+
+
+def test_an_array_that_can_hold_the_solution_does(backend: Backend) -> None:
+    matrix = sp.csr_array(sp.diags_array(np.arange(1.0, 61.0)))
+    b, out = np.ones((60, 5), order="F"), np.zeros((60, 5), order="F")
+    assert factorise(matrix, backend=backend).solve(b, out) is out
+    # The right-hand side itself cannot: it stays as it is.
+    assert np.may_share_memory(factorise(matrix, backend=backend).solve(b, b), b) is False
+    np.testing.assert_array_equal(b, 1)
+
+
+@pytest.mark.parametrize("n", [59, 61, 120])
+def test_a_right_hand_side_of_another_length_is_refused(backend: Backend, n: int) -> None:
+    with pytest.raises(ValueError, match="cannot be multiplied by columns of shape"):
+        factorise(sp.csr_array(np.eye(60)), backend=backend).solve(np.ones(n))
+
+
+def test_other_places_of_as_many_entries_are_refused(backend: Backend) -> None:
+    if backend is Backend.SUPERLU:
+        pytest.skip("SuperLU begins anew each time")
+    one, other = np.diag([4.0] * 4), np.diag([4.0] * 4)
+    one[0, 1] = one[1, 0] = other[0, 3] = other[3, 0] = 1.0
+    factor = factorise(sp.csr_array(one), backend=backend)
+    with pytest.raises(ValueError, match="entries in other places"):
+        factor.renew(sp.csr_array(other))

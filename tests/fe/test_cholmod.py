@@ -1,6 +1,12 @@
 """CHOLMOD's factor in tiles: the same answers, the same memory again, one thread, an order from elsewhere."""
 
+import ctypes
+import mmap
+import os
+import subprocess
+import sys
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,12 +14,13 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fe import cholmod_library, mkl, pardiso, sparse_solver
+from fe.allocator import give_back
 from fe.assembly import assemble_compact
 from fe.block_columns import block_columns
 from fe.boundary import unsupported_system
 from fe.cholmod import Cholmod
 from fe.element import HEX20
-from fe.factor import Symmetric
+from fe.factor import SingularMatrix, Symmetric, TooLarge
 from fe.material import STEEL
 from fe.mesh import Mesh
 from fe.sparse_solver import Backend, default_backend, factorise, is_available
@@ -73,39 +80,90 @@ def test_the_order_from_elsewhere_fills_no_more_than_its_own(held: Symmetric, mo
     assert given[0] < 1.3 * own[0]
 
 
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="Linux alone tells the memory of a process")
 def test_renewing_again_and_again_takes_no_more_memory(held: Symmetric) -> None:
-    import resource
+    def resident() -> float:
+        give_back()
+        return int(Path("/proc/self/statm").read_text().split()[1]) * mmap.PAGESIZE
 
     factor, b = Cholmod(held), np.ones(held.shape[0])
     first = factor.solve(b)
     factor.renew(held)
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    before = resident()
     for _ in range(20):
         factor.renew(held)
     # A factor is 6 MB: 120 MB if none were given back.
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 40e3  # kB
+    assert resident() - before < 40e6
     np.testing.assert_array_equal(factor.solve(b), first)
 
 
-def test_threads_are_as_many_afterwards_as_before() -> None:
-    import ctypes
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="Linux alone tells the threads of a process")
+@pytest.mark.parametrize("first", ["pardiso", "cholmod"])
+def test_no_threads_are_woken_whichever_runtime_it_is_bound_to(first: str) -> None:
+    """MKL that has worked before has loaded a runtime of its own, to which CHOLMOD is then bound."""
+    script = f"""
+import os, numpy as np, scipy.sparse as sp
+from fe.sparse_solver import Backend, factorise
+chain = sp.csr_array(sp.diags_array([4 * np.ones(40), -np.ones(39), -np.ones(39)], offsets=[0, 1, -1]))
+grid = sp.csr_array(sp.kron(sp.kronsum(chain, chain), np.eye(3)) + 0.1 * sp.kron(sp.eye_array(1600), np.ones((3, 3))))
+if "{first}" == "pardiso":
+    factorise(grid).solve(np.ones(4800))
+for _ in range(2):
+    factor = factorise(grid, backend=Backend.CHOLMOD)
+assert factor.work is not None
+print(len(os.listdir("/proc/self/task")))
+"""
+    environment = {**os.environ, "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, env=environment)
+    assert done.stdout == "1\n"
 
-    try:
-        openmp = ctypes.CDLL("libgomp.so.1")
-    except OSError:
-        pytest.skip("there is no libgomp")
-    before = openmp.omp_get_max_active_levels()
+
+def test_threads_are_as_many_afterwards_as_before() -> None:
+    Cholmod(sp.csr_array(np.eye(3)))  # its runtime is there
+    loaded = [each for name in cholmod_library.OPENMP if (each := cholmod_library._loaded(name)) is not None]
+    assert loaded
+    before = [runtime.omp_get_max_active_levels() for runtime in loaded]
     with cholmod_library.one_thread():
-        assert openmp.omp_get_max_active_levels() == 0
-    assert openmp.omp_get_max_active_levels() == before
+        assert [runtime.omp_get_max_active_levels() for runtime in loaded] == [0] * len(loaded)
+    assert [runtime.omp_get_max_active_levels() for runtime in loaded] == before
 
 
 def test_unknown_places_are_left_alone() -> None:
-    import ctypes
-
     common = ctypes.create_string_buffer(cholmod_library.COMMON)
-    cholmod_library.try_given_order_alone(common)
+    cholmod_library.configure(common, is_ordered=True)
     assert not any(common.raw)
+
+
+def test_a_singular_matrix_between_good_ones_is_told(held: Symmetric) -> None:
+    assert isinstance(held, UpperBlocks)
+    factor, b = Cholmod(held), np.ones(held.shape[0])
+    first = factor.solve(b)
+    softened = held.plus_diagonal(-held.diagonal())
+    with pytest.raises(SingularMatrix):
+        factor.renew(softened)
+    factor.renew(held)
+    np.testing.assert_array_equal(factor.solve(b), first)
+
+
+@pytest.mark.parametrize("diagonal", [-4.0, 1.0])
+def test_negative_pivots_of_a_sparse_matrix_without_supernodes_are_told(diagonal: float) -> None:
+    n = 5000
+    chain = sp.diags_array([diagonal * np.ones(n), -np.ones(n - 1), -np.ones(n - 1)], offsets=[0, 1, -1])
+    with pytest.raises(SingularMatrix):
+        Cholmod(sp.csr_array(chain))
+
+
+def test_what_32_bits_do_not_count_goes_to_another_library(held: Symmetric, monkeypatch: pytest.MonkeyPatch) -> None:
+    def too_large(_upper: Upper) -> None:
+        raise TooLarge("3000000000 entries are more than 32 bits count")
+
+    monkeypatch.setattr(mkl, "n_thread", lambda: 1)
+    monkeypatch.setattr(sparse_solver, "LARGE", 1000)
+    monkeypatch.setattr("fe.block_columns.block_columns", too_large)
+    with pytest.raises(TooLarge):
+        factorise(held, backend=Backend.CHOLMOD)
+    if is_available(Backend.PARDISO):
+        assert not isinstance(factorise(held, n_column=500), Cholmod)
 
 
 @pytest.mark.parametrize(
