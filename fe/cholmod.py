@@ -56,7 +56,7 @@ class Cholmod:
         upper = upper_triangle(matrix)
         order = _order(upper)
         configure(self._common, is_ordered=order is not None)
-        self._pattern = zlib.crc32(memoryview(upper.column))
+        self._pattern = zlib.crc32(upper.column.data)
         structure, _arrays = _structure(upper)
         self._factor.value = self._library.cholmod_analyze_p(
             byref(structure), None if order is None else order.ctypes.data, None, 0, self._common
@@ -70,7 +70,7 @@ class Cholmod:
         matrix = blocks_or_csr(matrix)
         check_pattern(matrix, self._shape, self._nnz)
         upper = upper_triangle(matrix)
-        if zlib.crc32(memoryview(upper.column)) != self._pattern:
+        if zlib.crc32(upper.column.data) != self._pattern:
             raise ValueError("the new matrix has entries in other places: factorise it by itself")
         if self._supernodes is not None:  # its tiles lie where CHOLMOD would write
             self._supernodes = None
