@@ -1,10 +1,11 @@
 """The Craig-Bampton reduction of blades beside ARPACK, scipy alone and CalculiX; how far each stage is from its bound.
 
-    python -m benchmarks.reduction_race [--only JOB ...] [--keep FILE]
+    python -m benchmarks.reduction_race [--only JOB ...] [--avx2] [--keep FILE]
 
 Each job runs in a process of its own, one thread, one after the other; processor time, peak memory of the process, and
 the speed of the machine (dgemm, reading memory) measured in the same process. `--keep` writes each job's line of
-JSON to a file, and takes what that file has already.
+JSON to a file, and takes what that file has already. `--avx2` lets no library use AVX-512, which makes this machine one
+of the speed that the targets were set on.
 Needs the program ccx (Debian package calculix-ccx) for the jobs of that name.
 """
 
@@ -20,6 +21,12 @@ import numpy as np
 
 Run = dict[str, Any]
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+AVX2 = {
+    "OPENBLAS_CORETYPE": "Haswell",
+    "MKL_ENABLE_INSTRUCTIONS": "AVX2",
+    "NUMBA_CPU_NAME": "haswell",
+    "NUMBA_CPU_FEATURES": "+avx,+avx2,+bmi,+bmi2,+fma,+popcnt,+sse4.2",
+}
 #: Seconds and GiB that were set as targets, on a core whose dgemm does this many 1e9 operations a second.
 TARGET = {("twisted", "96x20x4"): (20.0, 1.8), ("twisted", "140x30x6"): (90.0, 4.8)}
 TARGET_DGEMM = 53.0
@@ -54,13 +61,13 @@ def kept(file: Path | None) -> list[Run]:
     return [json.loads(line) for line in file.read_text().splitlines()] if file and file.exists() else []
 
 
-def measured(job: tuple[str, str, str], keep: Path | None = None) -> Run:
+def measured(job: tuple[str, str, str], keep: Path | None = None, *, avx2: bool = False) -> Run:
     """The job's numbers, from the file if it has them."""
     for result in kept(keep):
         if (result["kind"], result["shape"], result["size"]) == job:
             return result
     command = [sys.executable, "-m", "benchmarks.reduction_job", *job]
-    environment = {**os.environ, **ONE_THREAD}
+    environment = {**os.environ, **ONE_THREAD, **(AVX2 if avx2 else {})}
     line = subprocess.run(command, env=environment, stdout=subprocess.PIPE, check=True, text=True).stdout
     if keep:
         with keep.open("a") as file:
@@ -149,13 +156,16 @@ def stages(result: Run) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", nargs="*", default=[], help="stickslip, arpack, scipy, ccx, or a size")
+    parser.add_argument(
+        "--avx2", action="store_true", help="do without AVX-512; keep these runs in a file of their own"
+    )
     parser.add_argument("--keep", type=Path)
     arguments = parser.parse_args()
     results = []
     for job in JOBS:
         if arguments.only and not set(job) & set(arguments.only):
             continue
-        results.append(measured(job, arguments.keep))
+        results.append(measured(job, arguments.keep, avx2=arguments.avx2))
         print(*job, f"{results[-1].get('seconds', seconds(results[-1])):.1f} s", file=sys.stderr, flush=True)
     comparison(results)
     for result in results:

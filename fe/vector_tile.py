@@ -19,8 +19,9 @@ import inspect
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
-from llvmlite import binding, ir
-from numba.core import cgutils, types
+from llvmlite import ir
+from numba.core import cgutils, config, types
+from numba.core.codegen import get_host_cpu_features
 from numba.extending import intrinsic
 
 DOUBLE, INTEGER, SHORT = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
@@ -35,9 +36,13 @@ AHEAD = 4096
 NEXT = 4
 #: Rows of a full tile on any processor.
 TALLEST = 8
-#: Rows of a full tile on this one: with sixteen right-hand sides its results fill half of the 32 registers of AVX-512,
-#: with twelve three quarters of the 16 smaller ones of AVX2.
-ROWS = TALLEST if binding.get_host_cpu_features().get("avx512f") else 4
+#: What the processor can do that machine code is made for: this one, or the one that numba was told.
+SETTINGS: Any = config
+HOST: Any = get_host_cpu_features
+FEATURES = HOST() if SETTINGS.CPU_FEATURES is None else SETTINGS.CPU_FEATURES
+#: Rows of a full tile there: with sixteen right-hand sides its results fill half of the 32 registers of AVX-512, with
+#: twelve three quarters of the 16 smaller ones of AVX2.
+ROWS = TALLEST if "+avx512f" in FEATURES else 4
 #: Rows of all tiles there are, the full one first: what is left of a supernode is cut into the others.
 HEIGHTS = tuple(height for height in (8, 4, 2, 1) if height <= ROWS)
 
