@@ -145,7 +145,7 @@ def test_a_singular_matrix_between_good_ones_is_told(held: Symmetric) -> None:
     np.testing.assert_array_equal(factor.solve(b), first)
 
 
-@pytest.mark.parametrize("diagonal", [-4.0, 1.0])
+@pytest.mark.parametrize("diagonal", [-4.0, 1.0, np.nan])
 def test_negative_pivots_of_a_sparse_matrix_without_supernodes_are_told(diagonal: float) -> None:
     n = 5000
     chain = sp.diags_array([diagonal * np.ones(n), -np.ones(n - 1), -np.ones(n - 1)], offsets=[0, 1, -1])
