@@ -33,9 +33,18 @@ from fe.cholmod_library import (
     library,
     one_thread,
 )
-from fe.factor import Columns, Symmetric, TooLarge, check_pattern, check_rows, place_for, singular
+from fe.factor import (
+    Columns,
+    Symmetric,
+    TooLarge,
+    check_diagonal,
+    check_pattern,
+    check_rows,
+    other_places,
+    place_for,
+    singular,
+)
 from fe.pardiso import nested_dissection
-from fe.upper_blocks import UpperBlocks
 from fe.upper_triangle import Upper, blocks_or_csr, upper_triangle
 
 if TYPE_CHECKING:
@@ -54,7 +63,8 @@ class Cholmod:
         self._factor = c_void_p(None)
         self._supernodes: Supernodes | None = None
         weakref.finalize(self, _release, self._library, self._common, self._factor).atexit = False
-        self._check(matrix)
+        # Without supernodes a pivot that is no number would pass, here and in `renew`.
+        check_diagonal(matrix.diagonal())
         upper = upper_triangle(matrix)
         order = _order(upper)
         configure(self._common, is_ordered=order is not None)
@@ -71,10 +81,10 @@ class Cholmod:
         """As `Factorisation.renew`."""
         matrix = blocks_or_csr(matrix)
         check_pattern(matrix, self._shape, self._nnz)
-        self._check(matrix)
+        check_diagonal(matrix.diagonal())
         upper = upper_triangle(matrix)
         if zlib.crc32(upper.column.data) != self._pattern:
-            raise ValueError("the new matrix has entries in other places: factorise it by itself")
+            raise other_places()
         if self._supernodes is not None:  # its tiles lie where CHOLMOD would write
             self._supernodes = None
             self._library.cholmod_change_factor(PATTERN, 1, 1, 1, 1, self._factor, self._common)
@@ -102,11 +112,6 @@ class Cholmod:
     def work(self) -> tuple[float, float] | None:
         """Entries of the factor's triangle, operations that made it [-]; None of a small one, without supernodes."""
         return None if self._supernodes is None else self._supernodes.work
-
-    def _check(self, matrix: sp.csr_array | UpperBlocks) -> None:
-        # Without supernodes a pivot that is no number would pass.
-        if not (matrix.diagonal() > 0).all():
-            raise singular(self._n)
 
     def _factorise(self, structure: Sparse) -> None:
         with one_thread():

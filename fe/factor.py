@@ -138,6 +138,17 @@ class TooLarge(MemoryError):
     """The library counts in 32 bits, and this matrix has more."""
 
 
+def check_diagonal(diagonal: NDArray[np.float64]) -> None:
+    """Raise SingularMatrix where a diagonal is not that of a positive definite matrix, or holds what is no number."""
+    if not (diagonal > 0).all():
+        raise singular(len(diagonal))
+
+
+def other_places() -> ValueError:
+    """The error for new values whose places are not those of the matrix analysed first."""
+    return ValueError("the new matrix has entries in other places: factorise it by itself")
+
+
 class _Stored(Protocol):
     """A matrix that tells its entries."""
 

@@ -22,8 +22,10 @@ from fe.factor import (
     Definiteness,
     Symmetric,
     UnknownInertia,
+    check_diagonal,
     check_pattern,
     check_rows,
+    other_places,
     place_for,
     singular,
 )
@@ -64,7 +66,7 @@ class Pardiso:
         check_pattern(matrix, self._shape, self._nnz)
         upper = self._checked(matrix)
         if not np.array_equal(upper.column, self._upper.column):
-            raise ValueError("the new matrix has entries in other places: factorise it by itself")
+            raise other_places()
         self._upper = self._upper._replace(values=upper.values)
         self._factorise()
 
@@ -97,8 +99,8 @@ class Pardiso:
         return None if self._call.parameters[36] < 0 else (entries * block**2, 1e6 * millions * block**3)
 
     def _checked(self, matrix: sp.csr_array | UpperBlocks) -> Upper:
-        if self._positive and not (matrix.diagonal() > 0).all():
-            raise singular(self._n)
+        if self._positive:
+            check_diagonal(matrix.diagonal())
         return upper_triangle(matrix)
 
 

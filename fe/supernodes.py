@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from fe.compiled import compiled
 from fe.vector_tile import (
+    LINE,
     ROWS,
     SHORT_SIZE,
     SIZE,
@@ -25,9 +26,6 @@ from fe.vector_tile import (
 )
 
 Matrix = NDArray[np.float64]
-
-#: Numbers in a line of the cache.
-LINE = 8
 
 
 class Layout(NamedTuple):
@@ -109,8 +107,8 @@ class Supernodes:
         """Rows of right-hand sides in the order of the factor, begun on a line; kept, as fresh memory costs much."""
         if lanes not in self._space:
             n = len(self._order)
-            room = np.empty(n * lanes + LINE)
-            first = -(room.ctypes.data // room.itemsize) % LINE
+            room = np.empty(n * lanes + LINE // SIZE)
+            first = -room.ctypes.data % LINE // SIZE
             self._space[lanes] = room[first : first + n * lanes].reshape(n, lanes)
         return self._space[lanes]
 
