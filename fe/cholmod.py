@@ -15,15 +15,15 @@ from ctypes import POINTER, byref, c_size_t, c_void_p
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fe.cholmod_library import (
     A_X_IS_B,
     COMMON,
+    LOWER,
+    NO_SHIFT,
     PATTERN,
     REAL,
-    UPPER,
     Dense,
     FactorHead,
     Sparse,
@@ -45,7 +45,7 @@ from fe.factor import (
     singular,
 )
 from fe.pardiso import nested_dissection
-from fe.upper_triangle import Upper, blocks_or_csr, upper_triangle
+from fe.upper_triangle import LowerColumns, Upper, blocks_or_csr, upper_triangle
 
 if TYPE_CHECKING:
     from fe.supernodes import Supernodes
@@ -58,24 +58,13 @@ class Cholmod:
         self._library = library()
         self._common = ctypes.create_string_buffer(COMMON)
         self._library.cholmod_start(self._common)
-        matrix = blocks_or_csr(matrix)
-        self._shape, self._nnz, self._n = matrix.shape, matrix.nnz, matrix.shape[0]
         self._factor = c_void_p(None)
         self._supernodes: Supernodes | None = None
         weakref.finalize(self, _release, self._library, self._common, self._factor).atexit = False
-        # Without supernodes a pivot that is no number would pass, here and in `renew`.
-        check_diagonal(matrix.diagonal())
-        upper = upper_triangle(matrix)
-        order = _order(upper)
-        configure(self._common, is_ordered=order is not None)
-        self._pattern = zlib.crc32(upper.column.data)
-        structure, _arrays = _structure(upper)
-        self._factor.value = self._library.cholmod_analyze_p(
-            byref(structure), None if order is None else order.ctypes.data, None, 0, self._common
-        )
-        if not self._factor.value:
-            raise TooLarge(f"CHOLMOD cannot analyse a matrix of {self._n} rows: its factor has too many entries")
-        self._factorise(structure)
+        # Nothing here holds what the next stage does without: the matrix while there are its columns, nor those while
+        # the factor's numbers change places.
+        self._factorise(self._analysed(matrix))
+        self._pack()
 
     def renew(self, matrix: Symmetric) -> None:
         """As `Factorisation.renew`."""
@@ -88,8 +77,8 @@ class Cholmod:
         if self._supernodes is not None:  # its tiles lie where CHOLMOD would write
             self._supernodes = None
             self._library.cholmod_change_factor(PATTERN, 1, 1, 1, 1, self._factor, self._common)
-        structure, _arrays = _structure(upper)
-        self._factorise(structure)
+        self._factorise(self._columns(upper))
+        self._pack()
 
     def solve(self, right_hand_side: Columns, out: Columns | None = None) -> Columns:
         """As `Factor.solve`."""
@@ -113,29 +102,70 @@ class Cholmod:
         """Entries of the factor's triangle, operations that made it [-]; None of a small one, without supernodes."""
         return None if self._supernodes is None else self._supernodes.work
 
-    def _factorise(self, structure: Sparse) -> None:
+    @property
+    def _head(self) -> Any:
+        return ctypes.cast(self._factor, POINTER(FactorHead)).contents
+
+    @property
+    def _has_supernodes(self) -> bool:
+        return bool(self._head.is_super and self._head.n_supernode)
+
+    def _analysed(self, matrix: Symmetric) -> LowerColumns:
+        """The matrix as it will be factorised, for which the factor has its places then."""
+        matrix = blocks_or_csr(matrix)
+        self._shape, self._nnz, self._n = matrix.shape, matrix.nnz, matrix.shape[0]
+        # Without supernodes a pivot that is no number would pass, here and in `renew`.
+        check_diagonal(matrix.diagonal())
+        upper = upper_triangle(matrix)
+        order = _order(upper)
+        configure(self._common, is_ordered=order is not None)
+        self._pattern = zlib.crc32(upper.column.data)
+        pattern = _lower(upper, is_pattern=True)
+        structure = _structure(pattern)
+        self._factor.value = self._library.cholmod_analyze_p(
+            byref(structure), None if order is None else order.ctypes.data, None, 0, self._common
+        )
+        if not self._factor.value:
+            raise TooLarge(f"CHOLMOD cannot analyse a matrix of {self._n} rows: its factor has too many entries")
+        del pattern
+        return self._columns(upper)
+
+    def _columns(self, upper: Upper) -> LowerColumns:
+        """What will be factorised; where there are supernodes in their order, of which CHOLMOD would make a copy."""
+        if not self._has_supernodes:
+            return _lower(upper)
+        from fe.lower_columns import ordered_columns
+
+        return ordered_columns(upper, integers(self._head.order, self._n))
+
+    def _factorise(self, columns: LowerColumns) -> None:
+        structure = _structure(columns)
         with one_thread():
-            done = self._library.cholmod_factorize(byref(structure), self._factor, self._common)
+            if self._has_supernodes:
+                arguments = byref(structure), None, NO_SHIFT, self._factor, self._common
+                done = self._library.cholmod_super_numeric(*arguments)
+            else:
+                done = self._library.cholmod_factorize(byref(structure), self._factor, self._common)
         if not done:
             raise MemoryError(f"CHOLMOD has no memory for a factor of {self._n} rows")
-        head = ctypes.cast(self._factor, POINTER(FactorHead)).contents
-        if head.minor < self._n:
+        if self._head.minor < self._n:
             raise singular(self._n)
-        if head.is_super and head.n_supernode:
-            self._supernodes = self._packed(head)
 
-    def _packed(self, head: Any) -> "Supernodes":
-        """The factor's numbers in the order of their use, in the same memory, of which the rest is given back."""
-        # The compiler takes a while to import: small matrices do without.
+    def _pack(self) -> None:
+        """Put the factor's numbers in the order of their use, in the same memory, of which the rest is given back."""
+        if not self._has_supernodes:
+            return
+        # The compiler takes a while to import: matrices without supernodes do without.
         from fe.supernodes import Supernodes, pack
 
+        head = self._head
         starts = [integers(each, head.n_supernode + 1) for each in (head.column, head.row_start, head.value_start)]
         places = (*starts, integers(head.row, head.n_row))
         layout, n_value = pack(doubles(head.x, head.n_value), *places)
         size = c_size_t(head.n_value)
         # The head goes on telling the former size, which `renew` will need again.
         head.x = self._library.cholmod_realloc(n_value, 8, head.x, byref(size), self._common)
-        return Supernodes(doubles(head.x, n_value), layout, integers(head.order, self._n))
+        self._supernodes = Supernodes(doubles(head.x, n_value), layout, integers(head.order, self._n))
 
     def _library_solution(self, b: NDArray[np.float64]) -> NDArray[np.float64]:
         """Of a small or very sparse matrix, whose columns are not grouped."""
@@ -160,20 +190,22 @@ def _order(upper: Upper) -> NDArray[np.int32] | None:
         return None
 
 
-def _structure(upper: Upper) -> tuple[Sparse, Any]:
-    """CHOLMOD's view of an upper triangle, and the arrays that it points to; the lower one it would copy once more."""
-    if upper.block > 1:
-        # The compiler takes a while to import: small matrices do without.
-        from fe.block_columns import block_columns
+def _lower(upper: Upper, *, is_pattern: bool = False) -> LowerColumns:
+    """The lower triangle, in the order of the matrix, for a pattern perhaps without values."""
+    if upper.block == 1:  # its rows are columns of the lower triangle
+        return LowerColumns(upper.row_start, upper.column, upper.values)
+    from fe.lower_columns import lower_columns
 
-        columns = block_columns(upper)
-    else:
-        whole = sp.csr_array((upper.values, upper.column, upper.row_start)).tocsc()
-        columns = whole.indptr, whole.indices, whole.data
-    n, nnz = len(columns[0]) - 1, len(columns[1])
-    structure = Sparse(nrow=n, ncol=n, nzmax=nnz, stype=UPPER, xtype=REAL, packed=1, sorted=1)
+    return lower_columns(upper, is_pattern=is_pattern)
+
+
+def _structure(columns: LowerColumns) -> Sparse:
+    """CHOLMOD's view of a lower triangle, whose arrays must outlive it."""
+    n, nnz = len(columns.start) - 1, len(columns.row)
+    xtype = REAL if len(columns.values) else PATTERN
+    structure = Sparse(nrow=n, ncol=n, nzmax=nnz, stype=LOWER, xtype=xtype, packed=1, sorted=0)
     structure.p, structure.i, structure.x = (each.ctypes.data for each in columns)
-    return structure, columns
+    return structure
 
 
 def _release(shared: Any, common: Any, factor: c_void_p) -> None:

@@ -20,11 +20,13 @@ from fe import mkl
 
 #: Bytes for `cholmod_common`, of which only CHOLMOD knows the inside: 2.6 kB in version 3, some more later.
 COMMON = 1 << 16
-A_X_IS_B, PATTERN, REAL, UPPER = 0, 0, 1, 1
+A_X_IS_B, PATTERN, REAL, LOWER = 0, 0, 1, -1
 #: Where `cholmod_common` says how supernodes are merged, and what CHOLMOD begins with there: a check of the places.
 RELAXED, RELAXED_BY_DEFAULT = 80, (0.8, 0.1, 0.05)
 #: Where it says whether a factor without supernodes is L L^T, and counts the orderings that are tried.
 IS_LL, N_ORDERING = 60, 168
+#: What is added to the diagonal of a matrix that is factorised.
+NO_SHIFT = (c_double * 2)(0.0, 0.0)
 #: Runtimes of OpenMP that CHOLMOD may be bound to: its own, or the one that MKL has loaded before.
 OPENMP = ("libgomp.so.1", "libiomp5.so")
 
@@ -131,6 +133,7 @@ def library() -> Any:
     shared.cholmod_solve.restype = POINTER(Dense)
     shared.cholmod_analyze_p.argtypes = [c_void_p, c_void_p, c_void_p, c_size_t, c_void_p]
     shared.cholmod_factorize.argtypes = [c_void_p, c_void_p, c_void_p]
+    shared.cholmod_super_numeric.argtypes = [c_void_p, c_void_p, c_void_p, c_void_p, c_void_p]
     shared.cholmod_change_factor.argtypes = [c_int, c_int, c_int, c_int, c_int, c_void_p, c_void_p]
     shared.cholmod_realloc.argtypes = [c_size_t, c_size_t, c_void_p, c_void_p, c_void_p]
     shared.cholmod_solve.argtypes = [c_int, c_void_p, c_void_p, c_void_p]

@@ -1,5 +1,7 @@
 """Parts of a symmetric matrix, stored as the matrix itself is where they are made of whole nodes."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Int
@@ -27,6 +29,49 @@ def part(matrix: Symmetric, rows: Rows) -> Symmetric:
         if nodes is not None:
             return matrix.part(nodes)
     return sp.csr_array(matrix.tocsr()[rows][:, rows])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PartView:
+    """A part of a matrix, without a copy of it until one is needed.
+
+    Parameters
+    ----------
+    matrix
+        The whole, shape (n, n).
+    rows
+        Those of the part, in any order, shape (k,) [-].
+    """
+
+    matrix: Symmetric
+    rows: Rows
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the part."""
+        return len(self.rows), len(self.rows)
+
+    def __matmul__(self, columns: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Product with a vector (k,) or columns (k, m)."""
+        whole = np.zeros((self.matrix.shape[0], *columns.shape[1:]))
+        whole[self.rows] = columns
+        return np.asarray((self.matrix @ whole)[self.rows])
+
+    def diagonal(self) -> NDArray[np.float64]:
+        """The diagonal, shape (k,)."""
+        return np.asarray(self.matrix.diagonal()[self.rows])
+
+    def copy(self) -> Symmetric:
+        """As `part`."""
+        return part(self.matrix, self.rows)
+
+    def tocsr(self) -> sp.csr_array:
+        """A copy, shape (k, k)."""
+        return self.copy().tocsr()
+
+    def toarray(self) -> NDArray[np.float64]:
+        """All entries, shape (k, k)."""
+        return np.asarray(self.tocsr().toarray())
 
 
 def rows_of(matrix: Symmetric, rows: Rows) -> sp.csr_array:

@@ -7,6 +7,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fe.factor import NODE, Symmetric
+from fe.symmetric_part import PartView
 from fe.upper_blocks import UpperBlocks
 
 #: Zeros stored in blocks of a node may be this many times the entries.
@@ -24,8 +25,18 @@ class Upper(NamedTuple):
     block: int
 
 
+class LowerColumns(NamedTuple):
+    """Columns of a lower triangle: where each begins, the rows of its entries, and their values, none of a pattern."""
+
+    start: NDArray[np.int32]
+    row: NDArray[np.int32]
+    values: NDArray[np.float64]
+
+
 def blocks_or_csr(matrix: Symmetric) -> sp.csr_array | UpperBlocks:
     """A matrix in one of the two forms that tell their entries."""
+    if isinstance(matrix, PartView):
+        matrix = matrix.copy()
     return matrix if isinstance(matrix, UpperBlocks) else matrix.tocsr()
 
 

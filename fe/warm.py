@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fe.block_columns import block_columns
+from fe.lower_columns import lower_columns, ordered_columns
 from fe.narrow_product import project, subtract
 from fe.supernodes import Supernodes, pack
 from fe.upper_triangle import Upper
@@ -12,7 +12,9 @@ from fe.vector_tile import LANES
 def warm() -> None:
     """Solve with the smallest factor for as many right-hand sides as `LANES` has; the machine code is kept on disk."""
     one, start, only = np.ones(1), np.array([0, 1], dtype=np.int32), np.zeros(1, dtype=np.int32)
-    block_columns(Upper(start, only, np.eye(3), 3))
+    upper = Upper(start, only, np.eye(3), 3)
+    lower_columns(upper)
+    ordered_columns(upper, np.arange(3, dtype=np.int32))
     layout, _n_value = pack(one, start, start, start, only)
     solver = Supernodes(one, layout, only)
     for n_column in LANES:

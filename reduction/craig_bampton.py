@@ -11,7 +11,7 @@ from fe.allocator import give_back
 from fe.block_lanczos import COLUMNS_PER_MODE
 from fe.node_matrix import BlockProduct
 from fe.sparse_solver import SingularMatrix, factorise
-from fe.symmetric_part import part, rows_of
+from fe.symmetric_part import rows_of
 from fe.system import LinearSystem
 from reduction.constraint_modes import constraint_modes
 from reduction.errors import RomError
@@ -100,12 +100,9 @@ def _basis(
     if len(i):
         mass, stiffness = (interior_part(each, i) for each in (system.mass, system.stiffness))
         try:
-            interior = part(system.stiffness, i)
-            give_back()
-            factor = factorise(interior, n_column=COLUMNS_PER_MODE * n_mode + n_boundary)
+            factor = factorise(stiffness, n_column=COLUMNS_PER_MODE * n_mode + n_boundary)
         except SingularMatrix as error:
             raise RomError(loose_interior(len(i))) from error
-        del interior
         give_back()
         if n_mode:
             lambda_, shapes = fixed_interface_modes(mass, stiffness, n_mode, factor)

@@ -4,13 +4,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 from jaxtyping import Int
 from numpy.typing import NDArray
 
 from fe.factor import Symmetric
 from fe.node_matrix import NodeMatrix
-from fe.symmetric_part import part, whole_nodes
+from fe.symmetric_part import PartView, part, whole_nodes
 from fe.system import LinearSystem
 from reduction.errors import RomError
 
@@ -69,46 +68,7 @@ def interior_part(matrix: Symmetric, rows: Rows) -> Symmetric:
     """The interior's part of a matrix: a copy only where that is small, as of a mass of the nodes."""
     if isinstance(matrix, NodeMatrix) and whole_nodes(rows) is not None:
         return part(matrix, rows)
-    return InteriorPart(matrix=matrix, rows=rows)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class InteriorPart:
-    """The interior's part of a matrix of the system, without a copy of it: half of what a reduction would hold.
-
-    Parameters
-    ----------
-    matrix
-        Of the whole system, shape (n, n).
-    rows
-        Its interior rows, shape (i,) [-].
-    """
-
-    matrix: Symmetric
-    rows: Rows
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Rows and columns of the part."""
-        return len(self.rows), len(self.rows)
-
-    def __matmul__(self, columns: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Product with a vector (i,) or columns (i, k)."""
-        whole = np.zeros((self.matrix.shape[0], *columns.shape[1:]))
-        whole[self.rows] = columns
-        return np.asarray((self.matrix @ whole)[self.rows])
-
-    def diagonal(self) -> NDArray[np.float64]:
-        """The diagonal, shape (i,)."""
-        return np.asarray(self.matrix.diagonal()[self.rows])
-
-    def tocsr(self) -> sp.csr_array:
-        """A copy, shape (i, i)."""
-        return part(self.matrix, self.rows).tocsr()
-
-    def toarray(self) -> NDArray[np.float64]:
-        """All entries, shape (i, i)."""
-        return np.asarray(self.tocsr().toarray())
+    return PartView(matrix=matrix, rows=rows)
 
 
 def _check(name: str, rows: Rows, n_dof: int) -> None:

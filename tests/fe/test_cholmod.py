@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from fe import cholmod_library, mkl, pardiso, sparse_solver
 from fe.allocator import give_back
 from fe.assembly import assemble_compact
-from fe.block_columns import block_columns
 from fe.boundary import unsupported_system
 from fe.cholmod import Cholmod
 from fe.element import HEX20
 from fe.factor import SingularMatrix, Symmetric, TooLarge
+from fe.lower_columns import lower_columns, ordered_columns
 from fe.material import STEEL
 from fe.mesh import Mesh
 from fe.sparse_solver import Backend, default_backend, factorise, is_available
@@ -39,6 +39,13 @@ def held(box: BoxMesher) -> Symmetric:
     system = unsupported_system(mesh, *assemble_compact(mesh, STEEL))
     free = np.setdiff1d(np.arange(system.n_dof), system.rows(mesh.nodes("x0")))
     return part(system.stiffness, free)
+
+
+def random_upper(block: int) -> Upper:
+    random = np.random.default_rng(block)
+    pattern = sp.csr_array(sp.triu(sp.random_array((17, 17), density=0.2, rng=random) + sp.eye_array(17)))
+    values = random.standard_normal((pattern.nnz, block, block))
+    return Upper(pattern.indptr.astype(np.int32), pattern.indices.astype(np.int32), values, block)
 
 
 def exact(matrix: Symmetric, b: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -154,12 +161,12 @@ def test_negative_pivots_of_a_sparse_matrix_without_supernodes_are_told(diagonal
 
 
 def test_what_32_bits_do_not_count_goes_to_another_library(held: Symmetric, monkeypatch: pytest.MonkeyPatch) -> None:
-    def too_large(_upper: Upper) -> None:
+    def too_large(_upper: Upper, *, is_pattern: bool) -> None:
         raise TooLarge("3000000000 entries are more than 32 bits count")
 
     monkeypatch.setattr(mkl, "n_thread", lambda: 1)
     monkeypatch.setattr(sparse_solver, "LARGE", 1000)
-    monkeypatch.setattr("fe.block_columns.block_columns", too_large)
+    monkeypatch.setattr("fe.lower_columns.lower_columns", too_large)
     with pytest.raises(TooLarge):
         factorise(held, backend=Backend.CHOLMOD)
     if is_available(Backend.PARDISO):
@@ -194,12 +201,23 @@ def test_the_choice_is_the_factor_that_is_made(held: Symmetric, monkeypatch: pyt
 
 @pytest.mark.parametrize("block", [1, 3])
 def test_columns_of_blocks_are_those_of_the_matrix(block: int) -> None:
-    random = np.random.default_rng(block)
-    n = 17
-    pattern = sp.csr_array(sp.triu(sp.random_array((n, n), density=0.2, rng=random) + sp.eye_array(n)))
-    values = random.standard_normal((pattern.nnz, block, block))
-    upper = Upper(pattern.indptr.astype(np.int32), pattern.indices.astype(np.int32), values, block)
-    whole = sp.bsr_array((values, pattern.indices, pattern.indptr)).toarray()
-    start, row, found = block_columns(upper)
-    np.testing.assert_array_equal(sp.csc_array((found, row, start), shape=whole.shape).toarray(), whole)
+    upper = random_upper(block)
+    whole = sp.bsr_array((upper.values, upper.column, upper.row_start)).toarray()
+    start, row, found = lower_columns(upper)
+    np.testing.assert_array_equal(sp.csc_array((found, row, start), shape=whole.shape).toarray(), whole.T)
     assert sp.csc_array((found, row, start), shape=whole.shape).has_sorted_indices
+    pattern = lower_columns(upper, is_pattern=True)
+    assert not pattern.values.size
+    np.testing.assert_array_equal(pattern.row, row)
+
+
+@pytest.mark.parametrize("block", [1, 3])
+def test_columns_in_another_order_are_those_of_the_ordered_matrix(block: int) -> None:
+    upper = random_upper(block)
+    whole = sp.bsr_array((upper.values, upper.column, upper.row_start)).toarray()
+    symmetric = np.triu(whole) + np.triu(whole, 1).T
+    n = len(whole)
+    order = np.random.default_rng(7).permutation(n).astype(np.int32)
+    start, row, found = ordered_columns(upper, order)
+    ordered = sp.csc_array((found, row, start), shape=whole.shape).toarray()
+    np.testing.assert_array_equal(ordered, np.tril(symmetric[np.ix_(order, order)]))

@@ -10,11 +10,11 @@ from fe.boundary import Support, supported_system
 from fe.element import HEX8
 from fe.hex_blocks import Block, mesh_blocks
 from fe.material import STEEL
+from fe.symmetric_part import PartView
 from fe.system import LinearSystem
 from reduction.craig_bampton import craig_bampton
 from reduction.errors import RomError
 from reduction.mode_check import check_fixed_interface_modes
-from reduction.partition import InteriorPart
 from reduction.rom import ReducedModel
 
 
@@ -65,7 +65,7 @@ def test_what_cannot_be_checked_is_refused(bar: LinearSystem) -> None:
 
 def test_the_part_of_a_matrix_is_what_slicing_gives(bar: LinearSystem) -> None:
     rows = np.setdiff1d(np.arange(bar.n_dof), [0, 5, 100])
-    part, sliced = InteriorPart(matrix=bar.stiffness, rows=rows), bar.stiffness[rows][:, rows]
+    part, sliced = PartView(matrix=bar.stiffness, rows=rows), bar.stiffness[rows][:, rows]
     x = np.random.default_rng(0).standard_normal((len(rows), 3))
     # The products have zeros more to sum, which change nothing.
     np.testing.assert_allclose(part @ x, sliced @ x, rtol=1e-14, atol=1e-14 * abs(sliced).max())
