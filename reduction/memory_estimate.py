@@ -48,8 +48,8 @@ COMPACT_COPY, CSR_COPY, SINGLE_COPY = _Copies(6.0, False), _Copies(12.0, True), 
 #: Columns of the length of the system: work arrays of Lanczos' method beside its basis, in blocks; at the end, of a
 #: boundary degree of freedom, its constraint mode with the solver's own arrays.
 WORK_BLOCKS, PER_BOUNDARY = 9.0, 2.5
-#: The same of what CHOLMOD is given and of its own copy, each of half the stiffness, beside its factor.
-CHOLMOD_COPY = 12.0
+#: The same of the half that stands beside CHOLMOD's factor, in its order; copies that do not stay are gone by then.
+CHOLMOD_COPY = 6.0
 #: What the solver's libraries take once, and the compiler of our own solutions and products [byte].
 LIBRARIES, COMPILER = 5e7, 8e7
 #: Bytes of an entry of the stiffness in mass and stiffness as `fe.assembly.assemble_compact` makes them.
@@ -194,9 +194,9 @@ def _bytes(n_dof: float, n_entry: float, width: float, n_boundary: int, n_mode: 
     at_the_end = n_mode + PER_BOUNDARY * n_boundary
     columns = 8.0 * n_dof * max(in_lanczos, at_the_end)
     is_cholmod = backend is Backend.CHOLMOD
-    copied = (copies.entry + CHOLMOD_COPY * is_cholmod) * n_entry
+    entry = CHOLMOD_COPY + copies.entry * copies.stay if is_cholmod else copies.entry
     libraries = LIBRARIES + COMPILER * (is_cholmod or n_dof >= LONG)
-    return float(libraries + factor + (copied + columns if copies.stay else max(copied, columns)))
+    return float(libraries + factor + (entry * n_entry + columns if copies.stay else max(entry * n_entry, columns)))
 
 
 def _level_width(graph: sp.csr_array) -> float:

@@ -5,6 +5,7 @@ import mmap
 import os
 import subprocess
 import sys
+import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 
@@ -24,9 +25,9 @@ from fe.lower_columns import lower_columns, ordered_columns
 from fe.material import STEEL
 from fe.mesh import Mesh
 from fe.sparse_solver import Backend, default_backend, factorise, is_available
-from fe.symmetric_part import part
+from fe.symmetric_part import PartView, part
 from fe.upper_blocks import UpperBlocks
-from fe.upper_triangle import Upper
+from fe.upper_triangle import LowerColumns, Upper
 
 BoxMesher = Callable[..., Mesh]
 pytestmark = pytest.mark.skipif(not is_available(Backend.CHOLMOD), reason="the system has no libcholmod")
@@ -102,6 +103,31 @@ def test_renewing_again_and_again_takes_no_more_memory(held: Symmetric) -> None:
     # A factor is 6 MB: 120 MB if none were given back.
     assert resident() - before < 40e6
     np.testing.assert_array_equal(factor.solve(b), first)
+
+
+def test_only_the_ordered_columns_stand_beside_a_factor_while_it_is_made(
+    held: Symmetric, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert isinstance(held, UpperBlocks)
+    Cholmod(held)  # compiled and loaded
+    taken = []
+    plain = Cholmod._factorise
+
+    def watched(self: Cholmod, columns: LowerColumns) -> None:
+        taken.append((tracemalloc.get_traced_memory()[0], sum(each.nbytes for each in columns)))
+        plain(self, columns)
+
+    monkeypatch.setattr(Cholmod, "_factorise", watched)
+    tracemalloc.start()
+    try:
+        factor = Cholmod(PartView(matrix=held, rows=np.arange(held.shape[0])))
+    finally:
+        tracemalloc.stop()
+    (found, expected) = taken[0]
+    # The part by itself is two thirds of its columns.
+    assert expected <= found < 1.2 * expected
+    b = np.ones(held.shape[0])
+    np.testing.assert_array_equal(factor.solve(b), Cholmod(held).solve(b))
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="Linux alone tells the threads of a process")
