@@ -21,6 +21,7 @@ from fe.factor import Symmetric, TooLarge
 from fe.factor import UnknownInertia as UnknownInertia
 from fe.pardiso import Pardiso
 from fe.superlu import SuperLU
+from fe.symmetry import check_symmetric
 
 
 class Backend(Enum):
@@ -78,7 +79,7 @@ def default_backend(n: int = 0, n_column: int = 1) -> Backend:
 def factorise(
     matrix: Symmetric,
     definiteness: Definiteness = Definiteness.POSITIVE,
-    backend: Backend | None = None,
+    backend: Backend | str | None = None,
     n_column: int = 1,
 ) -> Factorisation:
     """Factorise a symmetric sparse matrix: both triangles of it, or what `fe.assembly.assemble_compact` returns.
@@ -90,24 +91,29 @@ def factorise(
     definiteness
         What is known about the matrix; Cholesky takes half the work and memory of LDL^T.
     backend
-        The library; by default the fastest one that is installed. CHOLMOD's supernodes are for positive definite
-        matrices: SuperLU takes an indefinite one in its place.
+        The library, or its name; by default the fastest one that is installed. CHOLMOD's supernodes are for positive
+        definite matrices: SuperLU takes an indefinite one in its place.
     n_column
         Right-hand sides that will come, about [-]: the choice of the library depends on it.
 
     Raises
     ------
+    ValueError
+        The matrix is complex, not square or not symmetric.
     BackendError
-        A library was asked for that this machine does not have.
+        A library was asked for that this machine does not have, or that is not known.
     TooLarge
         CHOLMOD was asked for by name, or nothing else is there but SuperLU, and its 32 bits do not count the factor.
     SingularMatrix
         A pivot vanished; PARDISO and CHOLMOD also notice a negative one in a matrix said to be positive definite.
         Round-off may hide either in a large matrix, so this is no proof of the contrary.
     """
+    check_symmetric(matrix)
     is_positive = definiteness is Definiteness.POSITIVE
     is_open = backend is None
-    backend = backend or default_backend(matrix.shape[0] if is_positive else 0, n_column)
+    if backend is None:
+        backend = default_backend(matrix.shape[0] if is_positive else 0, n_column)
+    backend = _backend(backend)
     if not is_available(backend):
         raise BackendError(f'back end "{backend.value}" is not installed: {REMEDY[backend]}, or leave the choice open')
     if backend is Backend.PARDISO:
@@ -120,3 +126,11 @@ def factorise(
                 raise
             return Pardiso(matrix, definiteness)
     return SuperLU(matrix.tocsr())
+
+
+def _backend(name: Backend | str) -> Backend:
+    try:
+        return Backend(name)
+    except ValueError:
+        known = ", ".join(f'"{each.value}"' for each in Backend)
+        raise BackendError(f'there is no back end "{name}": take one of {known}, or leave the choice open') from None

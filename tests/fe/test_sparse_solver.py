@@ -2,14 +2,17 @@
 
 import subprocess
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from fe import cholmod_library, mkl
 from fe.errors import BackendError
 from fe.sparse_solver import Backend, Definiteness, SingularMatrix, default_backend, factorise
+from fe.superlu import SuperLU
 
 N = 60
 
@@ -113,3 +116,32 @@ def test_pardiso_gives_its_memory_back() -> None:
     for _ in range(20):
         factorise(matrix, backend=Backend.PARDISO)
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 40e3  # kB
+
+
+def test_a_library_may_be_named() -> None:
+    assert isinstance(factorise(sp.csr_array(np.eye(3)), backend="superlu"), SuperLU)
+    with pytest.raises(BackendError, match='there is no back end "mumps": take one of "pardiso", "cholmod", "superlu"'):
+        factorise(sp.csr_array(np.eye(3)), backend="mumps")
+
+
+@pytest.mark.parametrize(
+    ("matrix", "said"),
+    [
+        (np.array([[2.0, 1.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0]]), "not symmetric, most clearly in row [01],"),
+        (np.eye(3) * (1 + 1j), "the matrix is complex"),
+        (np.ones((2, 3)), r"the matrix has shape \(2, 3\): it must be square"),
+    ],
+    ids=["one triangle", "complex", "not square"],
+)
+def test_what_is_not_real_and_symmetric_is_refused(matrix: NDArray[Any], said: str, backend: Backend) -> None:
+    with pytest.raises(ValueError, match=said):
+        factorise(sp.csr_array(matrix), backend=backend)
+
+
+def test_asymmetry_that_is_round_off_is_none() -> None:
+    matrix = random_matrix(Definiteness.POSITIVE).tolil()
+    matrix[3, 4] *= 1 + 1e-13
+    factorise(sp.csr_array(matrix))
+    matrix[3, 4] *= 1 + 1e-6
+    with pytest.raises(ValueError, match="not symmetric"):
+        factorise(sp.csr_array(matrix))
