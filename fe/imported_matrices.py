@@ -177,20 +177,21 @@ def _on_one_table(
         )
     if named:
         return _united(found, list(named.values()))
-    first, *others = found
-    size = found[first].matrix.shape[0]
-    for name in others:
-        own = found[name].matrix.shape[0]
-        if own != size:
-            raise MatrixFileError(
-                f'"{sources[name].file}": the {name} has {own} rows, but the {first} of "{sources[first].file}" has '
-                f"{size}: write both from the same model"
-            )
-    table = numbered(size) if dofs is None else read_dof_table(dofs)
-    if table.n_dof != size:
+    size = {name: each.matrix.shape[0] for name, each in found.items()}
+    table = numbered(size["stiffness"]) if dofs is None else read_dof_table(dofs)
+    other = [name for name in found if size[name] != table.n_dof]
+    if len(other) == len(found) and len(set(size.values())) == 1:
         raise MatrixFileError(
-            f'"{dofs}" lists {table.n_dof} degrees of freedom, but the matrices have {size} rows: write one line for '
-            "each row, all from the same model"
+            f'"{dofs}" lists {table.n_dof} degrees of freedom, but the matrices have {size["stiffness"]} rows: write '
+            "one line for each row, all from the same model"
+        )
+    if other:
+        # Which of two is wrong nothing but a table tells.
+        reference = f'the stiffness of "{sources["stiffness"].file}"' if dofs is None else f'"{dofs}"'
+        kind = "rows" if dofs is None else "degrees of freedom"
+        raise MatrixFileError(
+            f'"{sources[other[0]].file}": the {other[0]} has {size[other[0]]} rows, but {reference} has {table.n_dof} '
+            f"{kind}: write both from the same model"
         )
     return {name: each.matrix for name, each in found.items()}, table
 
@@ -217,8 +218,8 @@ def _check_symmetric(file: Path, name: str, matrix: sp.csr_array, table: DofTabl
     i, j = sorted((int(skew.row[worst]), int(skew.col[worst])))
     raise MatrixFileError(
         f'"{file}": the {name} is not symmetric, worst between {table.name(i)} and {table.name(j)}: entries ({i}, {j}) '
-        f"and ({j}, {i}) are {matrix[i, j]:g} and {matrix[j, i]:g}; write it without follower forces and gyroscopic "
-        "terms"
+        f"and ({j}, {i}), counted from 0, are {matrix[i, j]:g} and {matrix[j, i]:g}; write it without follower forces "
+        "and gyroscopic terms"
     )
 
 

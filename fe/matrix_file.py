@@ -89,7 +89,10 @@ def require_file(path: Path) -> None:
 def _check(path: Path, found: FileMatrix) -> None:
     matrix = found.matrix
     if matrix.shape[0] != matrix.shape[1] or not matrix.shape[0]:
-        raise MatrixFileError(f'"{path}" holds a matrix of {matrix.shape[0]} x {matrix.shape[1]}: it must be square')
+        raise MatrixFileError(
+            f'"{path}" holds a matrix of {matrix.shape[0]} x {matrix.shape[1]}: it must be square, '
+            "with a row and a column for each degree of freedom: write it again"
+        )
     bad = np.flatnonzero(~np.isfinite(matrix.data))
     if len(bad):
         row = int(np.searchsorted(matrix.indptr, bad[0], side="right")) - 1

@@ -204,8 +204,13 @@ def test_matrices_that_are_not_symmetric_are_refused_by_their_worst_entry(tmp_pa
 
 
 def test_matrices_and_tables_of_other_sizes_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(MatrixFileError, match=r"the stiffness has 2 rows, but the mass of .* has 3"):
+    with pytest.raises(MatrixFileError, match=r"the mass has 3 rows, but the stiffness of .*k\.mtx\" has 2 rows"):
         read_matrices(**write(tmp_path, np.eye(3), np.eye(2)))
+    whole = np.eye(26)
+    with pytest.raises(MatrixFileError, match=r'm\.mtx": the mass has 3 rows, but .*csv" has 26 degrees of freedom'):
+        read_matrices(**write(tmp_path, np.eye(3), whole), dofs=table(tmp_path))
+    with pytest.raises(MatrixFileError, match=r'k\.mtx": the stiffness has 3 rows, but .*csv" has 26 degrees of free'):
+        read_matrices(**write(tmp_path, whole, np.eye(3)), dofs=table(tmp_path))
     with pytest.raises(MatrixFileError, match="lists 26 degrees of freedom, but the matrices have 3 rows"):
         read_matrices(**write(tmp_path, np.eye(3), np.eye(3)), dofs=table(tmp_path))
     (tmp_path / "m.pch").write_text(MASS_CARDS)

@@ -217,7 +217,7 @@ Change = Callable[[str], str]
         ),
         ('mass = "m.mtx"', 'mass = "dofs.csv"', 'mass = "dofs.csv": ends in ".csv": give a matrix as one of .mtx'),
         ('mass = "m.mtx"', 'mass = "odd.mtx"', 'mass = "odd.mtx": holds a matrix of 2 x 3: it must be square'),
-        ('mass = "m.mtx"', 'mass = "small.mtx"', 'stiffness = "k.mtx": the stiffness has 62 rows, but the mass of'),
+        ('mass = "m.mtx"', 'mass = "small.mtx"', 'mass = "small.mtx": the mass has 2 rows, but'),
         (
             '"dofs.csv"',
             '"few.csv"',
