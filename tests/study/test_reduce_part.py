@@ -440,7 +440,11 @@ def test_a_step_file_is_meshed_and_reduced_and_calculix_finds_the_same_on_that_m
     ("old", "new", "said"),
     [
         ('"bar.step"', '"no.step"', 'bar.toml:4: file = "no.step": the STEP file no.step cannot be read'),
-        ('"bar.step"', '"bar.toml"', 'file = "bar.toml": bar.toml is not a complete STEP file: export it again'),
+        (
+            '"bar.step"',
+            '"bar.toml"',
+            'file = "bar.toml": bar.toml is no STEP file, which begins with "ISO-10303-21;": name one',
+        ),
         ("normal = [0, 0, -1]", "normal = [0, 1, -1]", 'bar.toml:7: face[0]: no face of bar.step fits "foot"'),
         ("normal = [0, -1, 0]", "normal = [0, -1, 1]", 'bar.toml:13: face[2]: no face of bar.step fits "side"'),
         ("normal = [0, 0, -1]", "normal = [0, 0, 0]", "face[0].normal"),
