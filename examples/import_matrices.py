@@ -51,9 +51,14 @@ shape.plot(np.linspace(0, length, n + 1), deflection / deflection[-1], ".-", lab
 for level in (0.02, 1.0, 10.0):
     curve = frequency_response(HarmonicBalance(system=system, n_harmonic=6).at_level(level), 250.0, 700.0)
     response.semilogy(curve.frequency, curve.amplitude(0) / level * 1e6, ".-", markersize=3, label=f"{level:g} N")
-shape.set(xlabel="position [mm]", ylabel="deflection / that of the tip", title="reduced beam, back on all nodes")
+shape.set(
+    ylim=(-0.8, 1.25),
+    xlabel="position [mm]",
+    ylabel="deflection / that of the tip",
+    title="reduced beam, back on all nodes",
+)
 response.set(xlabel="frequency [Hz]", ylabel="amplitude / force [um/N]", title="tip with a slider of 1 N")
-shape.legend(loc="upper left")
-response.legend()
+shape.legend(loc="upper center", ncols=3)
+response.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 figure.savefig("import_matrices.png")
 print("drawn in import_matrices.png")

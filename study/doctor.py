@@ -235,7 +235,7 @@ def _picture() -> Finding:
 def _cholmod() -> Finding:
     found = ctypes.util.find_library("cholmod")
     if found is not None and _loads(found):
-        return Finding(subject="CHOLMOD", verdict="ok", detail=found)
+        return Finding(subject="CHOLMOD", verdict="ok", detail=f"{found}, for large reductions on one or two threads")
     # Its name is another one in each release: it has no place in a line that must not fail.
     packages = "apt-get install libcholmod5, or libcholmod3 on Debian 12"
     detail = f"without libcholmod reductions are slower: {packages}"
