@@ -84,7 +84,7 @@ class Supernodes:
 
     def __init__(self, values: Float[Matrix, " x"], layout: Layout, order: Int[NDArray[np.int32], " n"]) -> None:
         self._values, self._layout, self._order = values, layout, order
-        self._space: dict[int, Matrix] = {}
+        self._room = np.empty(0)
 
     @property
     def work(self) -> tuple[float, float]:
@@ -105,12 +105,13 @@ class Supernodes:
 
     def _workspace(self, lanes: int) -> Matrix:
         """Rows of right-hand sides in the order of the factor, begun on a line; kept, as fresh memory costs much."""
-        if lanes not in self._space:
-            n = len(self._order)
-            room = np.empty(n * lanes + LINE // SIZE)
-            first = -room.ctypes.data % LINE // SIZE
-            self._space[lanes] = room[first : first + n * lanes].reshape(n, lanes)
-        return self._space[lanes]
+        n = len(self._order)
+        size = n * lanes + LINE // SIZE
+        if self._room.size < size:
+            self._room = np.empty(0)  # not to stand beside the larger one
+            self._room = np.empty(size)
+        first = -self._room.ctypes.data % LINE // SIZE
+        return self._room[first : first + n * lanes].reshape(n, lanes)
 
 
 def _squares(n: Float[Matrix, " s"]) -> Float[Matrix, " s"]:
@@ -169,7 +170,7 @@ def _solve(values: Any, layout: Any, order: Any, b: Any, solution: Any, x: Any, 
             x[i, k] = b[k, order[i]]
         for k in range(n_column, len(lanes)):
             x[i, k] = 0.0
-    _forward(values.ctypes.data, layout, x.ctypes.data, lanes)
+    _forward(values.ctypes.data, layout, x, lanes)
     _backward(values.ctypes.data, layout, x.ctypes.data, lanes)
     for i in range(n):
         for k in range(n_column):
@@ -177,14 +178,27 @@ def _solve(values: Any, layout: Any, order: Any, b: Any, solution: Any, x: Any, 
 
 
 @compiled
-def _forward(values: int, layout: Any, x: int, lanes: Any) -> None:
+def _any(x: Any, first: int, last: int) -> bool:
+    """Whether some of these rows is not zero."""
+    for i in range(first, last):
+        for k in range(x.shape[1]):
+            if x[i, k] != 0.0:
+                return True
+    return False
+
+
+@compiled
+def _forward(values: int, layout: Any, columns: Any, lanes: Any) -> None:
     """L^-1 x in the place of x."""
-    rows = layout.row.ctypes.data
+    rows, x = layout.row.ctypes.data, columns.ctypes.data
     for s in range(len(layout.tile_start)):
         n_column = layout.column[s + 1] - layout.column[s]
         n_row = layout.row_start[s + 1] - layout.row_start[s]
         tile = values + SIZE * layout.tile_start[s]
         own = x + SIZE * len(lanes) * layout.column[s]
+        # Forces on few nodes, as those of constraint modes, leave most of the factor untouched.
+        if not _any(columns, layout.column[s], layout.column[s + 1]):
+            continue
         r = 0
         while r < n_column:
             height = _height(n_column - r)
