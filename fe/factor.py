@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 #: Degrees of freedom of a node.
 NODE = 3
+#: From so many rows on, products with a few columns are our own, which a compiler is imported for.
+LONG = 10_000
 
 Columns = Float[NDArray[np.float64], " n"] | Float[NDArray[np.float64], "n k"]
 

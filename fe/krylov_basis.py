@@ -5,7 +5,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 from scipy.linalg.blas import dgemm
 
-from fe.factor import Factor
+from fe.factor import LONG, Factor
 from fe.node_matrix import BlockProduct
 
 Matrix = NDArray[np.float64]
@@ -14,8 +14,6 @@ Matrix = NDArray[np.float64]
 NOISE, UNCLEAN = 1e-12, 1e-6
 #: Growth of round-off at which a product with the mass is computed anew.
 STALE = 1e4
-#: From so many rows on, products with the basis are our own.
-LONG = 10_000
 #: Rows of the basis that are combined at once.
 PIECE = 4096
 #: Before giving up: blades need three sweeps to make a block orthonormal.

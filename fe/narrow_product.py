@@ -10,7 +10,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.compiled import compiled
-from fe.vector_tile import ROWS, SIZE, add_combination, add_projection, groups
+from fe.vector_code import ROWS, SIZE, groups
+from fe.vector_sum import add_combination, add_projection
 
 Matrix = NDArray[np.float64]
 

@@ -5,19 +5,19 @@ entries, does the work of all directions at once.
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from fe.factor import NODE, Symmetric, check_rows
-from fe.mkl_product import MklProduct
+from fe.factor import LONG, NODE, Symmetric, check_rows
+
+if TYPE_CHECKING:
+    from fe.sparse_product import SparseProduct
 
 Matrix = NDArray[np.float64]
-
-#: Rows that change from one order of memory to the other while they are in the cache.
-PIECE = 1024
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -86,17 +86,14 @@ class BlockProduct:
     def __init__(self, matrix: Symmetric) -> None:
         self.shape = matrix.shape
         if isinstance(matrix, NodeMatrix):
-            self._direction, kept = NODE, matrix.nodes
+            direction, kept = NODE, matrix.nodes
         else:
             whole = matrix.tocsr()
             node = node_matrix(whole)
-            self._direction, kept = (1, whole) if node is None else (NODE, node)
-        try:
-            self._kernel: MklProduct | SparseProduct = MklProduct(kept)
-        except (ImportError, OSError, OverflowError):
-            self._kernel = SparseProduct(kept)
+            direction, kept = (1, whole) if node is None else (NODE, node)
+        self._kernel = _kernel(kept, direction)
         # Kept from one product to the next: fresh memory costs as much as the product.
-        self._given = self._result = self._passing = np.empty((0, 0))
+        self._passing = np.empty((0, 0))
 
     def __matmul__(self, columns: Matrix) -> Matrix:
         """Product with columns (n, k), in Fortran order."""
@@ -109,31 +106,30 @@ class BlockProduct:
         return self.into(self._passing, columns)
 
     def into(self, product: Matrix, columns: Matrix) -> Matrix:
-        """The same in an array of the columns' shape that is there already."""
-        n, k = columns.shape
-        if self._given.shape != (n, k):
-            self._given, self._result = np.empty((n, k)), np.empty((n, k))
-        _copy(self._given, columns)
-        wide = (n // self._direction, self._direction * k)
-        self._kernel.into(self._result.reshape(wide), self._given.reshape(wide))
-        _copy(product, self._result)
+        """The same in an array of the columns' shape in Fortran order, which is there already."""
+        self._kernel.into(product, np.asfortranarray(columns))
         return product
 
 
-class SparseProduct:
-    """SciPy's product, where there is no MKL."""
+class PlainProduct:
+    """SciPy's product with a matrix of the nodes."""
 
     def __init__(self, matrix: sp.csr_array) -> None:
         self._matrix = matrix
 
-    def into(self, result: Matrix, columns: Matrix) -> None:
-        """As `MklProduct.into`."""
-        result[...] = self._matrix @ columns
+    def into(self, product: Matrix, columns: Matrix) -> None:
+        """As `fe.sparse_product.SparseProduct.into`."""
+        wide = np.ascontiguousarray(columns).reshape(self._matrix.shape[0], -1)
+        product[...] = (self._matrix @ wide).reshape(columns.shape)
 
 
-def _copy(target: Matrix, source: Matrix) -> None:
-    for first in range(0, len(source), PIECE):
-        target[first : first + PIECE] = source[first : first + PIECE]
+def _kernel(matrix: sp.csr_array, direction: int) -> "PlainProduct | SparseProduct":
+    if direction * matrix.shape[0] < LONG:
+        return PlainProduct(matrix)
+    # The compiler takes a while to import: short columns do without.
+    from fe.sparse_product import SparseProduct
+
+    return SparseProduct(matrix, direction)
 
 
 def node_matrix(matrix: sp.csr_array) -> sp.csr_array | None:

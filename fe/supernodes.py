@@ -12,18 +12,9 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.compiled import compiled
-from fe.vector_tile import (
-    LINE,
-    ROWS,
-    SHORT_SIZE,
-    SIZE,
-    TALLEST,
-    groups,
-    solve_lower,
-    solve_upper,
-    subtract_product,
-    subtract_transposed_product,
-)
+from fe.room import Room
+from fe.vector_code import ROWS, SHORT_SIZE, SIZE, TALLEST, groups
+from fe.vector_tile import solve_lower, solve_upper, subtract_product, subtract_transposed_product
 
 Matrix = NDArray[np.float64]
 
@@ -84,7 +75,7 @@ class Supernodes:
 
     def __init__(self, values: Float[Matrix, " x"], layout: Layout, order: Int[NDArray[np.int32], " n"]) -> None:
         self._values, self._layout, self._order = values, layout, order
-        self._room = np.empty(0)
+        self._room = Room()
 
     @property
     def work(self) -> tuple[float, float]:
@@ -100,18 +91,8 @@ class Supernodes:
         """Solve A x = b for several right-hand sides; both are in Fortran order."""
         for some, lanes in groups(right_hand_side.shape[1]):
             # Turned, they are in the order of memory, even one column alone: machine code is made for the order.
-            b, x, work = right_hand_side[:, some].T, solution[:, some].T, self._workspace(len(lanes))
+            b, x, work = right_hand_side[:, some].T, solution[:, some].T, self._room.rows(len(self._order), len(lanes))
             _solve(self._values, self._layout, self._order, b, x, work, lanes)
-
-    def _workspace(self, lanes: int) -> Matrix:
-        """Rows of right-hand sides in the order of the factor, begun on a line; kept, as fresh memory costs much."""
-        n = len(self._order)
-        size = n * lanes + LINE // SIZE
-        if self._room.size < size:
-            self._room = np.empty(0)  # not to stand beside the larger one
-            self._room = np.empty(size)
-        first = -self._room.ctypes.data % LINE // SIZE
-        return self._room[first : first + n * lanes].reshape(n, lanes)
 
 
 def _squares(n: Float[Matrix, " s"]) -> Float[Matrix, " s"]:

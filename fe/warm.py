@@ -1,12 +1,15 @@
 """Compiles what solves with factors and multiplies long columns, so that the first reduction need not wait for it."""
 
 import numpy as np
+import scipy.sparse as sp
 
+from fe.factor import NODE
 from fe.lower_columns import lower_columns, ordered_columns
 from fe.narrow_product import project, subtract
+from fe.sparse_product import SparseProduct
 from fe.supernodes import Supernodes, pack
 from fe.upper_triangle import Upper
-from fe.vector_tile import LANES
+from fe.vector_code import LANES
 
 
 def warm() -> None:
@@ -21,6 +24,9 @@ def warm() -> None:
         columns = np.ones((1, n_column), order="F")
         solver.solve_into(columns, columns)
         subtract(columns, columns, project(columns, columns))
+        for direction in (1, NODE):
+            several = np.ones((direction, n_column), order="F")
+            SparseProduct(sp.csr_array(np.eye(1)), direction).into(several, several)
 
 
 if __name__ == "__main__":

@@ -19,8 +19,7 @@ from jaxtyping import Int
 from numpy.typing import NDArray
 
 from fe.block_lanczos import COLUMNS_PER_MODE, basis_columns, default_block
-from fe.factor import NODE, Symmetric
-from fe.krylov_basis import LONG
+from fe.factor import LONG, NODE, Symmetric
 from fe.mesh import Mesh
 from fe.sparse_solver import Backend, default_backend
 from fe.upper_blocks import UpperBlocks

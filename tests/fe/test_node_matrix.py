@@ -1,4 +1,4 @@
-"""The product by nodes is the product."""
+"""The product by nodes is the product, SciPy's or our own."""
 
 import numpy as np
 import pytest

@@ -47,14 +47,16 @@ def supernodes(L: Matrix, widths: list[int], rows: list[NDArray[np.int32]], orde
 @given(
     widths=st.lists(st.integers(1, 21), min_size=1, max_size=12),
     n_column=st.integers(1, 30),
+    n_loaded=st.sampled_from([0, 1, 3, 1000]),
     seed=st.integers(0, 2**32 - 1),
 )
 @settings(max_examples=80, deadline=None)
-def test_they_solve_as_a_dense_matrix_does(widths: list[int], n_column: int, seed: int) -> None:
+def test_they_solve_as_a_dense_matrix_does(widths: list[int], n_column: int, n_loaded: int, seed: int) -> None:
     L, rows = factor(widths, seed)
     random = np.random.default_rng(seed)
     order = random.permutation(len(L)).astype(np.int32)
     b = np.asfortranarray(random.standard_normal((len(L), n_column)))
+    b[random.permutation(len(L))[n_loaded:]] = 0  # what is zero before a supernode is left alone
     before, found = b.copy(), np.full_like(b, np.nan)
     supernodes(L, widths, rows, order).solve_into(found, b)
     half = scipy.linalg.solve_triangular(L, b[order], lower=True)
