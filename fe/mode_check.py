@@ -77,12 +77,14 @@ def check_modes(
     ----------
     Parlett, The Symmetric Eigenvalue Problem (1998), section 3.3: counting by Sylvester's inertia theorem.
     """
-    rest = (factor or factorise(stiffness, backend=backend)).solve(mass @ shapes) - shapes / lambda_
-    energy = lambda_ * np.einsum("nm,nm->m", rest, stiffness @ rest)
-    length = np.einsum("nm,nm->m", shapes, mass @ shapes)
+    inertia = mass @ shapes
+    # With the matrices themselves: what round-off has left in a factor would count as an error of the modes.
+    rest = stiffness @ shapes - lambda_ * inertia
+    energy = np.einsum("nm,nm->m", rest, (factor or factorise(stiffness, backend=backend)).solve(rest))
+    length = lambda_ * np.einsum("nm,nm->m", shapes, inertia)
     low, high, n_found = _highest_gap(lambda_)
     shift, n_below = count_below(stiffness, mass, low, high, backend)
-    return ModeCheck(residual=np.sqrt(energy / length), shift=shift, n_below=n_below, n_found=n_found)
+    return ModeCheck(residual=np.sqrt(energy.clip(min=0) / length), shift=shift, n_below=n_below, n_found=n_found)
 
 
 def count_below(
