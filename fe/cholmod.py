@@ -45,6 +45,7 @@ from fe.factor import (
     singular,
 )
 from fe.pardiso import nested_dissection
+from fe.symmetry import check_symmetric
 from fe.upper_triangle import LowerColumns, Upper, blocks_or_csr, upper_triangle
 
 if TYPE_CHECKING:
@@ -60,6 +61,7 @@ class Cholmod:
         self._library.cholmod_start(self._common)
         self._factor = c_void_p(None)
         self._supernodes: Supernodes | None = None
+        self._is_made = False
         weakref.finalize(self, _release, self._library, self._common, self._factor).atexit = False
         # Nothing here holds what the next stage does without: the matrix while there are its columns, nor those while
         # the factor's numbers change places.
@@ -68,20 +70,19 @@ class Cholmod:
 
     def renew(self, matrix: Symmetric) -> None:
         """As `Factorisation.renew`."""
-        matrix = blocks_or_csr(matrix)
-        check_pattern(matrix, self._shape, self._nnz)
-        check_diagonal(matrix.diagonal())
-        upper = upper_triangle(matrix)
-        if zlib.crc32(upper.column.data) != self._pattern:
-            raise other_places()
+        columns = self._renewed(matrix)
+        self._is_made = False
         if self._supernodes is not None:  # its tiles lie where CHOLMOD would write
             self._supernodes = None
             self._library.cholmod_change_factor(PATTERN, 1, 1, 1, 1, self._factor, self._common)
-        self._factorise(self._columns(upper))
+        self._factorise(columns)
+        del columns
         self._pack()
 
     def solve(self, right_hand_side: Columns, out: Columns | None = None) -> Columns:
         """As `Factor.solve`."""
+        if not self._is_made:
+            raise singular(self._n, " in its last values: renew it with others")
         b = np.asfortranarray(right_hand_side, dtype=np.float64)
         check_rows(self._shape, b)
         solution = place_for(b, out)
@@ -130,6 +131,17 @@ class Cholmod:
         del pattern
         return self._columns(upper)
 
+    def _renewed(self, matrix: Symmetric) -> LowerColumns:
+        """The columns of another matrix in the same places."""
+        check_symmetric(matrix)
+        matrix = blocks_or_csr(matrix)
+        check_pattern(matrix, self._shape, self._nnz)
+        check_diagonal(matrix.diagonal())
+        upper = upper_triangle(matrix)
+        if zlib.crc32(upper.column.data) != self._pattern:
+            raise other_places()
+        return self._columns(upper)
+
     def _columns(self, upper: Upper) -> LowerColumns:
         """What will be factorised; where there are supernodes in their order, of which CHOLMOD would make a copy."""
         if not self._has_supernodes:
@@ -150,6 +162,7 @@ class Cholmod:
             raise MemoryError(f"CHOLMOD has no memory for a factor of {self._n} rows")
         if self._head.minor < self._n:
             raise singular(self._n)
+        self._is_made = True
 
     def _pack(self) -> None:
         """Put the factor's numbers in the order of their use, in the same memory, of which the rest is given back."""

@@ -90,7 +90,7 @@ def _check(path: Path, found: FileMatrix) -> None:
     matrix = found.matrix
     if matrix.shape[0] != matrix.shape[1] or not matrix.shape[0]:
         raise MatrixFileError(
-            f'"{path}" holds a matrix of {matrix.shape[0]} x {matrix.shape[1]}: it must be square, '
+            f'"{path}" holds a matrix of {matrix.shape[0]} x {matrix.shape[1]}: it must be square and not empty, '
             "with a row and a column for each degree of freedom: write it again"
         )
     bad = np.flatnonzero(~np.isfinite(matrix.data))

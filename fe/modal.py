@@ -12,6 +12,7 @@ from fe.errors import SupportError
 from fe.factor import Symmetric
 from fe.node_matrix import BlockProduct
 from fe.sparse_solver import Definiteness, Factor, SingularMatrix, factorise
+from fe.symmetry import check_symmetric
 from fe.system import LinearSystem
 from geometry.errors import InputError
 
@@ -68,6 +69,8 @@ def modes(system: LinearSystem, n_mode: int, factor: Factor | None = None) -> Mo
     ------
     InputError
         Fewer than one mode, or more than degrees of freedom.
+    ValueError
+        A matrix is complex, not finite or not symmetric.
     SupportError
         The stiffness is singular to working accuracy: a rigid-body motion or a mechanism is left, or a support so soft
         that round-off outweighs it.
@@ -85,6 +88,8 @@ def lowest_eigenpairs(
     stiffness: Symmetric, mass: Symmetric, n_mode: int, factor: Factor | None = None
 ) -> tuple[Float[NDArray[np.float64], " m"], Float[NDArray[np.float64], "n m"]]:
     """Lowest eigenvalues [rad^2/s^2], ascending, and mass-normalised eigenvectors; arguments as in `modes`."""
+    for each in (stiffness, mass):
+        check_symmetric(each)
     n = stiffness.shape[0]
     product: Symmetric | BlockProduct = mass
     if not 1 <= n_mode <= n:

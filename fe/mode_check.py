@@ -53,7 +53,7 @@ def check_modes(
     lambda_: Float[NDArray[np.float64], " m"],
     shapes: Float[NDArray[np.float64], "n m"],
     factor: Factor | None = None,
-    backend: Backend | None = None,
+    backend: Backend | str | None = None,
 ) -> ModeCheck:
     """Residuals of the lowest modes, and a Sturm count in the highest gap between them.
 
@@ -84,11 +84,11 @@ def check_modes(
     length = lambda_ * np.einsum("nm,nm->m", shapes, inertia)
     low, high, n_found = _highest_gap(lambda_)
     shift, n_below = count_below(stiffness, mass, low, high, backend)
-    return ModeCheck(residual=np.sqrt(energy.clip(min=0) / length), shift=shift, n_below=n_below, n_found=n_found)
+    return ModeCheck(residual=np.sqrt(np.abs(energy) / length), shift=shift, n_below=n_below, n_found=n_found)
 
 
 def count_below(
-    stiffness: sp.csr_array, mass: sp.csr_array, low: float, high: float, backend: Backend | None = None
+    stiffness: sp.csr_array, mass: sp.csr_array, low: float, high: float, backend: Backend | str | None = None
 ) -> tuple[float, int]:
     """A shift between two bounds, and the number of eigenvalues of K x = lambda M x below it.
 

@@ -84,7 +84,7 @@ class BlockProduct:
     """
 
     def __init__(self, matrix: Symmetric) -> None:
-        self.shape = matrix.shape
+        self.shape = (matrix.shape[0], matrix.shape[1])
         if isinstance(matrix, NodeMatrix):
             direction, kept = NODE, matrix.nodes
         else:
@@ -106,8 +106,22 @@ class BlockProduct:
         return self.into(self._passing, columns)
 
     def into(self, product: Matrix, columns: Matrix) -> Matrix:
-        """The same in an array of the columns' shape in Fortran order, which is there already."""
-        self._kernel.into(product, np.asfortranarray(columns))
+        """The same in an array of the columns' shape in Fortran order, which is there already.
+
+        Raises
+        ------
+        ValueError
+            Another number of rows, not columns of real numbers, or a product of another shape.
+        """
+        check_rows(self.shape, columns)
+        if columns.ndim != 2 or product.shape != columns.shape or np.iscomplexobj(columns):
+            raise ValueError(
+                f"columns of shape {columns.shape} and type {columns.dtype} have no product of shape {product.shape}: "
+                "give real ones, shape (n, k)"
+            )
+        if not columns.size:
+            return product
+        self._kernel.into(product, np.asfortranarray(columns, dtype=np.float64))
         return product
 
 

@@ -30,6 +30,7 @@ from fe.factor import (
     singular,
 )
 from fe.mkl import library
+from fe.symmetry import check_symmetric
 from fe.upper_blocks import UpperBlocks
 from fe.upper_triangle import SMALL, Upper, blocks_or_csr, upper_triangle
 
@@ -62,6 +63,7 @@ class Pardiso:
 
     def renew(self, matrix: Symmetric) -> None:
         """As `Factorisation.renew`."""
+        check_symmetric(matrix)
         matrix = blocks_or_csr(matrix)
         check_pattern(matrix, self._shape, self._nnz)
         upper = self._checked(matrix)
@@ -81,6 +83,8 @@ class Pardiso:
         columns = np.asfortranarray(right_hand_side, dtype=np.float64)
         check_rows(self._shape, columns)
         solution = place_for(columns, out)
+        if not columns.size:
+            return solution
         self._call(SOLVE, self._upper, columns, solution)
         return solution
 

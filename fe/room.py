@@ -4,8 +4,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-#: Bytes of a line of the cache.
-LINE = 64
+from fe.vector_code import LINE
 
 
 class Room:

@@ -124,7 +124,8 @@ def factorise(
         except TooLarge:
             if not (is_open and is_available(Backend.PARDISO)):
                 raise
-            return Pardiso(matrix, definiteness)
+        # Not within the exception, which holds what CHOLMOD was given.
+        return Pardiso(matrix, definiteness)
     return SuperLU(matrix.tocsr())
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fe.factor import Columns, Symmetric, UnknownInertia, check_pattern, check_rows, place_for, singular
+from fe.symmetry import check_symmetric
 
 
 class SuperLU:
@@ -18,11 +19,12 @@ class SuperLU:
 
     def renew(self, matrix: Symmetric) -> None:
         """As `Factorisation.renew`."""
+        check_symmetric(matrix)
         matrix = matrix.tocsr()
         check_pattern(matrix, self._shape, self._nnz)
         try:
             self._lu = sp.linalg.splu(
-                sp.csc_array(matrix),
+                sp.csc_array(matrix, dtype=np.float64),
                 permc_spec="MMD_AT_PLUS_A",
                 diag_pivot_thresh=0.001,
                 options={"SymmetricMode": True},

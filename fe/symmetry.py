@@ -1,21 +1,24 @@
-"""Whether a sparse matrix is symmetric: of the others, factorisations would take one triangle and not say so."""
+"""Whether a matrix is symmetric: of others, factorisations would take one triangle and not say so."""
 
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from fe.factor import Symmetric
+from fe.node_matrix import NodeMatrix
+from fe.symmetric_part import PartView
 
-#: Asymmetry, against the largest entry, that may be round-off of what a matrix is the sum of.
+#: Difference of two mirrored entries, against the largest ones of their rows, that may be round-off of sums.
 ROUND_OFF = 1e-10
 
 
-def check_symmetric(matrix: Symmetric | Any) -> None:
-    """Refuse a sparse matrix that is not real, square and symmetric.
+def check_symmetric(matrix: Symmetric) -> None:
+    """Refuse a sparse matrix that is not real, finite, square and symmetric.
 
-    Random numbers are multiplied by it from either side, which takes no copy; what differs shows with probability one.
-    Parts and matrices that store one triangle are symmetric as they are.
+    Random numbers are multiplied by it from either side, each row against its largest entry. A part is taken for what
+    it is a part of; half-stored matrices are symmetric as they are.
 
     Parameters
     ----------
@@ -25,24 +28,41 @@ def check_symmetric(matrix: Symmetric | Any) -> None:
     Raises
     ------
     ValueError
-        It is complex, not square, or not symmetric, with the row that shows it best.
+        It is complex, empty or not square, holds what is no finite number, or is not symmetric; the last two with a
+        row.
     """
-    if not sp.issparse(matrix):
+    while isinstance(matrix, PartView):
+        matrix = matrix.matrix
+    given = matrix.nodes if isinstance(matrix, NodeMatrix) else matrix
+    if not sp.issparse(given):
         return
-    whole: Any = matrix
+    whole: Any = given
     if whole.dtype.kind == "c":
         raise ValueError("the matrix is complex: factorise a real one, and give losses as a damping matrix")
-    if len(whole.shape) != 2 or whole.shape[0] != whole.shape[1]:
-        raise ValueError(f"the matrix has shape {whole.shape}: it must be square")
-    if not whole.nnz:
-        return
-    random = np.random.default_rng(0).standard_normal(whole.shape[0])
-    difference = np.abs(whole @ random - random @ whole)
-    largest = float(np.abs(whole.data).max())
-    # What is no number is left to the factorisation, which tells it.
-    if (difference > ROUND_OFF * largest * np.linalg.norm(random)).any():
+    if len(whole.shape) != 2 or whole.shape[0] != whole.shape[1] or not whole.shape[0]:
+        raise ValueError(f"the matrix has shape {whole.shape}: it must be square and not empty")
+    stored = sp.csr_array(whole)
+    largest = _largest(stored)
+    if not np.isfinite(largest).all():
+        row = int(np.argmin(np.isfinite(largest)))
+        raise ValueError(f"the matrix holds what is no finite number in row {row}, counted from 0")
+    scale = 1 / np.sqrt(np.where(largest > 0, largest, 1.0))
+    # None of them is small, so that no entry hides behind its factor.
+    random = np.random.default_rng(0).uniform(1, 2, len(scale)) * scale
+    difference = np.abs(stored @ random - random @ stored) * scale
+    if (difference > ROUND_OFF).any():
         row = int(difference.argmax())
         raise ValueError(
-            f"the matrix is not symmetric, most clearly in row {row}, counted from 0: give both triangles, and make "
-            "follower forces or gyroscopic terms no part of it"
+            f"the matrix is not symmetric, most clearly in row {row}, counted from 0: give both triangles, without "
+            "follower forces or gyroscopic terms"
         )
+
+
+def _largest(matrix: sp.csr_array) -> NDArray[np.float64]:
+    """The magnitude of each row's largest entry, shape (n,)."""
+    filled = np.flatnonzero(np.diff(matrix.indptr))
+    largest = np.zeros(matrix.shape[0])
+    if len(filled):
+        start, values = matrix.indptr[filled], np.asarray(matrix.data, dtype=float)
+        largest[filled] = np.maximum(np.maximum.reduceat(values, start), -np.minimum.reduceat(values, start))
+    return largest

@@ -37,7 +37,13 @@ def blocks_or_csr(matrix: Symmetric) -> sp.csr_array | UpperBlocks:
     """A matrix in one of the two forms that tell their entries."""
     if isinstance(matrix, PartView):
         matrix = matrix.copy()
-    return matrix if isinstance(matrix, UpperBlocks) else matrix.tocsr()
+    if isinstance(matrix, UpperBlocks):
+        return matrix
+    whole = matrix.tocsr()
+    if not whole.has_canonical_format:  # entries that stand for a sum
+        whole = whole.copy()
+        whole.sum_duplicates()
+    return whole
 
 
 def upper_triangle(matrix: sp.csr_array | UpperBlocks) -> Upper:

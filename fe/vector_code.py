@@ -23,10 +23,10 @@ from numba.core import cgutils, config, types
 from numba.core.codegen import get_host_cpu_features
 from numba.extending import intrinsic
 
-from fe.room import LINE
-
 DOUBLE, INTEGER, SHORT = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
 SIZE, SHORT_SIZE = 8, 4
+#: Bytes of a line of the cache.
+LINE = 64
 #: Numbers that one register holds at most.
 REGISTER = 8
 #: How far ahead of its use a tile is fetched [byte]: the processor by itself stops at the end of each page.

@@ -55,6 +55,16 @@ def test_a_square_bar_has_all_its_pairs(box: BoxMesher, backend: Backend) -> Non
     assert check.residual.max() < 1e-9  # what block Lanczos promises
 
 
+def test_round_off_of_a_factor_is_no_error_of_exact_modes() -> None:
+    chain = chains(1, 1000)
+    stiffness, mass = sp.csr_array(chain @ chain), sp.eye_array(1000, format="csr")
+    k = np.arange(1, 6)
+    lambda_ = (2 - 2 * np.cos(k * np.pi / 1001)) ** 2
+    shapes = np.sin(np.outer(np.arange(1, 1001), k * np.pi / 1001)) * np.sqrt(2 / 1001)
+    # The condition is 2e11, and the solutions of a factor are good to a few 1e-6.
+    assert check_modes(stiffness, mass, lambda_, shapes).residual.max() < 5e-7
+
+
 def test_the_residual_of_a_mixture_of_two_modes_is_that_of_the_formula() -> None:
     stiffness, mass = chains(1, 700), sp.eye_array(700, format="csr")
     lambda_, shapes = lowest_eigenpairs(stiffness, mass, 2)

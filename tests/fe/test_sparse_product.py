@@ -44,3 +44,31 @@ def test_long_columns_go_through_it(order: str, direction: int, monkeypatch: pyt
     assert isinstance(product._kernel, SparseProduct)
     np.testing.assert_allclose(product @ columns, matrix @ columns, atol=1e-14, rtol=0)
     np.testing.assert_allclose(product @ columns[:, 2:4], matrix @ columns[:, 2:4], atol=1e-14, rtol=0)
+
+
+def test_widths_may_change_from_one_product_to_the_next(monkeypatch: pytest.MonkeyPatch) -> None:
+    random = np.random.default_rng(1)
+    nodes = sp.csr_array(sp.random_array((90, 90), density=0.1, rng=random))
+    matrix = sp.csr_array(sp.kron(nodes, np.eye(3)))
+    monkeypatch.setattr(node_matrix, "LONG", 0)
+    product = BlockProduct(matrix)
+    for k in (5, 24, 1, 30, 0, 12):
+        columns = random.standard_normal((270, k))
+        np.testing.assert_allclose(product.passing(columns), matrix @ columns, atol=1e-13, rtol=0)
+
+
+@pytest.mark.parametrize("long", [0, 10_000], ids=["own", "SciPy's"])
+def test_what_does_not_fit_is_refused(long: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(node_matrix, "LONG", long)
+    product = BlockProduct(sp.csr_array(sp.kron(sp.eye_array(4), np.eye(3))))
+    for n_row in (6, 11, 24):
+        with pytest.raises(ValueError, match=rf"cannot be multiplied by columns of shape \({n_row}, 2\)"):
+            product @ np.ones((n_row, 2))
+    for place, columns in (
+        (np.empty((11, 3)), np.ones((12, 3))),
+        (np.empty((12, 1)), np.ones((12, 3))),
+        (np.empty(12), np.ones(12)),
+        (np.empty((12, 1)), np.ones((12, 1), dtype=complex)),
+    ):
+        with pytest.raises(ValueError, match="give real ones"):
+            product.into(place, columns)

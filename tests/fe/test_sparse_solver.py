@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from fe import cholmod_library, mkl
 from fe.errors import BackendError
+from fe.node_matrix import NodeMatrix
 from fe.sparse_solver import Backend, Definiteness, SingularMatrix, default_backend, factorise
 from fe.superlu import SuperLU
+from fe.symmetric_part import PartView
 
 N = 60
 
@@ -124,18 +126,58 @@ def test_a_library_may_be_named() -> None:
         factorise(sp.csr_array(np.eye(3)), backend="mumps")
 
 
+PENALTY = np.array([[2.0, 1.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 1e12]])
+
+
 @pytest.mark.parametrize(
     ("matrix", "said"),
     [
         (np.array([[2.0, 1.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0]]), "not symmetric, most clearly in row [01],"),
+        (PENALTY, "not symmetric, most clearly in row [01],"),
+        (np.array([[2.0, np.inf], [np.inf, 2.0]]), "no finite number in row 0"),
+        (np.array([[2.0, 0.0], [0.0, np.nan]]), "no finite number in row 1"),
         (np.eye(3) * (1 + 1j), "the matrix is complex"),
         (np.ones((2, 3)), r"the matrix has shape \(2, 3\): it must be square"),
+        (np.ones((0, 0)), r"the matrix has shape \(0, 0\): it must be square and not empty"),
     ],
-    ids=["one triangle", "complex", "not square"],
+    ids=["one triangle", "with a penalty spring", "infinite", "no number", "complex", "not square", "empty"],
 )
 def test_what_is_not_real_and_symmetric_is_refused(matrix: NDArray[Any], said: str, backend: Backend) -> None:
     with pytest.raises(ValueError, match=said):
         factorise(sp.csr_array(matrix), backend=backend)
+
+
+def test_a_part_of_what_is_not_symmetric_is_refused(backend: Backend) -> None:
+    with pytest.raises(ValueError, match="not symmetric"):
+        factorise(PartView(matrix=sp.csr_array(PENALTY), rows=np.arange(2)), backend=backend)
+    with pytest.raises(ValueError, match="not symmetric"):
+        factorise(NodeMatrix(nodes=sp.csr_array(PENALTY)), backend=backend)
+
+
+def test_other_values_are_looked_at_as_the_first_ones(backend: Backend) -> None:
+    matrix = random_matrix(Definiteness.POSITIVE)
+    factor = factorise(matrix, backend=backend)
+    other = matrix.copy()
+    other.data = other.data + np.arange(other.nnz)
+    with pytest.raises(ValueError, match="not symmetric"):
+        factor.renew(other)
+
+
+@pytest.mark.parametrize("kind", ["csr", "csc", "coo", "lil", "dok", "dia", "bsr"])
+def test_any_sparse_matrix_is_taken(kind: str, backend: Backend) -> None:
+    matrix = random_matrix(Definiteness.POSITIVE)
+    b = np.ones(N)
+    np.testing.assert_allclose(matrix @ factorise(matrix.asformat(kind), backend=backend).solve(b), b, rtol=1e-9)
+
+
+def test_entries_that_stand_for_a_sum_are_summed(backend: Backend) -> None:
+    twice = sp.csr_array((np.array([1.0, 1.0, 3.0]), np.array([0, 0, 1]), np.array([0, 2, 3])))
+    np.testing.assert_allclose(factorise(twice, backend=backend).solve(np.ones(2)), [1 / 2, 1 / 3])
+    assert twice.nnz == 3
+
+
+def test_no_columns_have_no_solutions(backend: Backend) -> None:
+    assert factorise(random_matrix(Definiteness.POSITIVE), backend=backend).solve(np.ones((N, 0))).shape == (N, 0)
 
 
 def test_asymmetry_that_is_round_off_is_none() -> None:

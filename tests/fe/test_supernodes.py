@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from fe.supernodes import Supernodes, pack
+from fe.supernodes import Supernodes, _forward, pack
 
 Matrix = NDArray[np.float64]
 
@@ -66,6 +66,18 @@ def test_they_solve_as_a_dense_matrix_does(widths: list[int], n_column: int, n_l
     condition = np.linalg.cond(L) ** 2
     np.testing.assert_allclose(found, exact, atol=1e-15 * len(L) * condition * np.abs(exact).max(), rtol=0)
     np.testing.assert_array_equal(b, before)
+
+
+def test_supernodes_before_which_all_is_zero_are_passed_by() -> None:
+    widths, rows = [5, 9], [np.arange(5, dtype=np.int32), np.arange(5, 14, dtype=np.int32)]
+    L = np.eye(14)
+    solver = supernodes(L, widths, rows, np.arange(14, dtype=np.int32))
+    solver._values[: solver._layout.tile_start[1]] = np.nan
+    x = np.zeros((14, 4))
+    x[13] = 1.0
+    _forward(solver._values.ctypes.data, solver._layout, x, (0, 0, 0, 0))
+    np.testing.assert_array_equal(x[:13], 0.0)
+    np.testing.assert_array_equal(x[13], 1.0)
 
 
 def test_tiles_leave_out_what_is_above_the_diagonal() -> None:
