@@ -47,7 +47,8 @@ save_nlvib(system, "beam_for_nlvib.mat")
 figure = Figure(figsize=(10, 4.2), layout="constrained", dpi=120)
 shape, response = figure.subplots(1, 2)
 deflection = rom.displacement(modes.mode_shapes)[: n + 1, 2]
-shape.plot(np.linspace(0, length, n + 1), deflection / deflection[-1], ".-", label=[f"{f:.1f} Hz" for f in exact])
+names = [f"{f:.1f} Hz" for f in modes.frequency]
+shape.plot(np.linspace(0, length, n + 1), deflection / deflection[-1], ".-", label=names)
 for level in (0.02, 1.0, 10.0):
     curve = frequency_response(HarmonicBalance(system=system, n_harmonic=6).at_level(level), 250.0, 700.0)
     response.semilogy(curve.frequency, curve.amplitude(0) / level * 1e6, ".-", markersize=3, label=f"{level:g} N")
@@ -59,6 +60,6 @@ shape.set(
 )
 response.set(xlabel="frequency [Hz]", ylabel="amplitude / force [um/N]", title="tip with a slider of 1 N")
 shape.legend(loc="upper center", ncols=3)
-response.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+response.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), title="force")
 figure.savefig("import_matrices.png")
 print("drawn in import_matrices.png")

@@ -42,6 +42,7 @@ from fe.factor import (
     check_rows,
     other_places,
     place_for,
+    real_columns,
     singular,
 )
 from fe.pardiso import nested_dissection
@@ -83,7 +84,7 @@ class Cholmod:
         """As `Factor.solve`."""
         if not self._is_made:
             raise singular(self._n, " in its last values: renew it with others")
-        b = np.asfortranarray(right_hand_side, dtype=np.float64)
+        b = real_columns(right_hand_side)
         check_rows(self._shape, b)
         solution = place_for(b, out)
         columns, places = (each.reshape(self._n, -1, order="F") for each in (b, solution))

@@ -69,7 +69,7 @@ class Factor(Protocol):
         Raises
         ------
         ValueError
-            b has another number of rows than A.
+            b is complex, or has another number of rows than A.
         """
         ...
 
@@ -113,6 +113,13 @@ class UnknownInertia(ArithmeticError):
 def singular(n: int, reason: str = "") -> SingularMatrix:
     """The error for a matrix of n rows that has no factor."""
     return SingularMatrix(f"the matrix of {n} rows is singular or not positive definite{reason}")
+
+
+def real_columns(columns: Any) -> NDArray[np.float64]:
+    """Right-hand sides in Fortran order; raise ValueError where they are complex."""
+    if np.iscomplexobj(columns):
+        raise ValueError("right-hand sides are complex: solve for their real and their imaginary parts")
+    return np.asfortranarray(columns, dtype=np.float64)
 
 
 def check_rows(shape: tuple[int, int], columns: NDArray[Any]) -> None:

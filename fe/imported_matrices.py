@@ -216,10 +216,15 @@ def _check_symmetric(file: Path, name: str, matrix: sp.csr_array, table: DofTabl
         return
     worst = int(np.abs(skew.data).argmax())
     i, j = sorted((int(skew.row[worst]), int(skew.col[worst])))
+    if not (sp.triu(matrix, 1).nnz and sp.tril(matrix, -1).nnz):
+        raise MatrixFileError(
+            f'"{file}": the {name} holds one triangle alone and is not said to be symmetric: write both, or in a '
+            "format that says so, such as MatrixMarket's symmetric"
+        )
+    remedy = "write it again" if name == "mass" else "write it without follower forces and gyroscopic terms"
     raise MatrixFileError(
         f'"{file}": the {name} is not symmetric, worst between {table.name(i)} and {table.name(j)}: entries ({i}, {j}) '
-        f"and ({j}, {i}), counted from 0, are {matrix[i, j]:g} and {matrix[j, i]:g}; write it without follower forces "
-        "and gyroscopic terms"
+        f"and ({j}, {i}), counted from 0, are {matrix[i, j]:g} and {matrix[j, i]:g}; {remedy}"
     )
 
 

@@ -27,6 +27,7 @@ from fe.factor import (
     check_rows,
     other_places,
     place_for,
+    real_columns,
     singular,
 )
 from fe.mkl import library
@@ -80,7 +81,7 @@ class Pardiso:
 
     def solve(self, right_hand_side: Columns, out: Columns | None = None) -> Columns:
         """As `Factor.solve`."""
-        columns = np.asfortranarray(right_hand_side, dtype=np.float64)
+        columns = real_columns(right_hand_side)
         check_rows(self._shape, columns)
         solution = place_for(columns, out)
         if not columns.size:
@@ -92,7 +93,9 @@ class Pardiso:
     def n_negative(self) -> int:
         """As `Factorisation.n_negative`."""
         if self._call.parameters[13]:
-            raise UnknownInertia("PARDISO altered pivots that were too small: their signs do not count eigenvalues")
+            raise UnknownInertia(
+                "PARDISO altered pivots that were too small, whose signs do not count eigenvalues: move the shift a bit"
+            )
         return 0 if self._positive else int(self._call.parameters[22])
 
     @property

@@ -99,7 +99,7 @@ def factorise(
     Raises
     ------
     ValueError
-        The matrix is complex, not square or not symmetric.
+        The matrix is not sparse, complex, not square, not finite or not symmetric; a definiteness that there is not.
     BackendError
         A library was asked for that this machine does not have, or that is not known.
     TooLarge
@@ -109,6 +109,8 @@ def factorise(
         Round-off may hide either in a large matrix, so this is no proof of the contrary.
     """
     check_symmetric(matrix)
+    if not isinstance(definiteness, Definiteness):
+        raise ValueError(f"definiteness = {definiteness!r}: take Definiteness.POSITIVE or Definiteness.INDEFINITE")
     is_positive = definiteness is Definiteness.POSITIVE
     is_open = backend is None
     if backend is None:

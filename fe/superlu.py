@@ -3,7 +3,7 @@
 import numpy as np
 import scipy.sparse as sp
 
-from fe.factor import Columns, Symmetric, UnknownInertia, check_pattern, check_rows, place_for, singular
+from fe.factor import Columns, Symmetric, UnknownInertia, check_pattern, check_rows, place_for, real_columns, singular
 from fe.symmetry import check_symmetric
 
 
@@ -34,7 +34,7 @@ class SuperLU:
 
     def solve(self, right_hand_side: Columns, out: Columns | None = None) -> Columns:
         """As `Factor.solve`."""
-        b = np.asarray(right_hand_side, dtype=np.float64)
+        b = real_columns(right_hand_side)
         check_rows(self._shape, b)
         place = place_for(b, out)
         place[...] = self._lu.solve(b)
@@ -44,5 +44,8 @@ class SuperLU:
     def n_negative(self) -> int:
         """As `Factorisation.n_negative`."""
         if (self._lu.perm_r != self._lu.perm_c).any():
-            raise UnknownInertia("SuperLU took pivots from beside the diagonal: their signs do not count eigenvalues")
+            raise UnknownInertia(
+                "SuperLU took pivots from beside the diagonal, whose signs do not count eigenvalues: move the shift a "
+                "little"
+            )
         return int(np.count_nonzero(self._lu.U.diagonal() < 0))

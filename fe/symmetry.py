@@ -28,12 +28,14 @@ def check_symmetric(matrix: Symmetric) -> None:
     Raises
     ------
     ValueError
-        It is complex, empty or not square, holds what is no finite number, or is not symmetric; the last two with a
-        row.
+        It is not sparse, complex, empty or not square, holds what is no finite number, or is not symmetric; the last
+        two with a row.
     """
     while isinstance(matrix, PartView):
         matrix = matrix.matrix
     given = matrix.nodes if isinstance(matrix, NodeMatrix) else matrix
+    if not hasattr(given, "tocsr"):
+        raise ValueError(f"{type(given).__name__} is no sparse matrix: give scipy.sparse.csr_array of it")
     if not sp.issparse(given):
         return
     whole: Any = given

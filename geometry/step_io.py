@@ -105,7 +105,9 @@ def check_complete(path: Path) -> None:
         raise InputError(f"the STEP file {path} cannot be read ({error.strerror}): check the path") from error
     # The kernel prints its complaints to the terminal: spare the user those about files that are not whole.
     first, last = FIRST_WORD.decode(), LAST_WORD.decode()
-    if text.strip() and not text.lstrip().startswith(FIRST_WORD):
+    if not text.strip():
+        raise InputError(f"{path} is empty: export or copy it again")
+    if not text.lstrip().startswith(FIRST_WORD):
         raise InputError(f'{path} is no STEP file, which begins with "{first}": name one that the CAD program exported')
     if not text.rstrip().endswith(LAST_WORD):
         raise InputError(f'{path} is not a complete STEP file, which ends in "{last}": export or copy it again')

@@ -203,6 +203,12 @@ def test_matrices_that_are_not_symmetric_are_refused_by_their_worst_entry(tmp_pa
         read_matrices(**write(tmp_path, mass, stiffness), dofs=table(tmp_path))
 
 
+def test_one_triangle_alone_is_told(tmp_path: Path) -> None:
+    whole = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]])
+    with pytest.raises(MatrixFileError, match="the stiffness holds one triangle alone and is not said to be symmetric"):
+        read_matrices(**write(tmp_path, np.eye(3), np.triu(whole)))
+
+
 def test_matrices_and_tables_of_other_sizes_are_refused(tmp_path: Path) -> None:
     with pytest.raises(MatrixFileError, match=r"the mass has 3 rows, but the stiffness of .*k\.mtx\" has 2 rows"):
         read_matrices(**write(tmp_path, np.eye(3), np.eye(2)))

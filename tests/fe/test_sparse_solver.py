@@ -170,6 +170,15 @@ def test_any_sparse_matrix_is_taken(kind: str, backend: Backend) -> None:
     np.testing.assert_allclose(matrix @ factorise(matrix.asformat(kind), backend=backend).solve(b), b, rtol=1e-9)
 
 
+def test_what_cannot_be_solved_with_or_for_is_said(backend: Backend) -> None:
+    matrix = random_matrix(Definiteness.POSITIVE)
+    whole: Any = matrix.toarray()
+    with pytest.raises(ValueError, match=r"ndarray is no sparse matrix: give scipy\.sparse\.csr_array of it"):
+        factorise(whole, backend=backend)
+    with pytest.raises(ValueError, match="right-hand sides are complex"):
+        factorise(matrix, backend=backend).solve(1j * np.ones(N))
+
+
 def test_entries_that_stand_for_a_sum_are_summed(backend: Backend) -> None:
     twice = sp.csr_array((np.array([1.0, 1.0, 3.0]), np.array([0, 0, 1]), np.array([0, 2, 3])))
     np.testing.assert_allclose(factorise(twice, backend=backend).solve(np.ones(2)), [1 / 2, 1 / 3])

@@ -119,6 +119,9 @@ def test_what_is_no_step_file_is_refused(tmp_path: Path, named: Path) -> None:
     (tmp_path / "text.step").write_text("solid ascii\nendsolid\n")
     with pytest.raises(InputError, match=r"text\.step is no STEP file, which begins with"):
         read_body(tmp_path / "text.step")
+    (tmp_path / "blank.step").write_text("\n")
+    with pytest.raises(InputError, match=r"blank\.step is empty: export or copy it again"):
+        read_body(tmp_path / "blank.step")
     (tmp_path / "cut.step").write_text(named.read_text()[:2000])
     with pytest.raises(InputError, match=r"cut\.step is not a complete STEP file"):
         read_body(tmp_path / "cut.step")
