@@ -4,7 +4,7 @@ import numpy as np
 
 from fe.mode_check import ModeCheck, check_modes
 from fe.sparse_solver import UnknownInertia
-from fe.symmetric_part import PartView
+from fe.symmetric_part import part
 from fe.system import LinearSystem
 from reduction.errors import RomError
 from reduction.rom import ReducedModel
@@ -38,8 +38,8 @@ def check_fixed_interface_modes(system: LinearSystem, rom: ReducedModel) -> Mode
     inner = np.setdiff1d(np.arange(system.n_dof), boundary)
     try:
         return check_modes(
-            PartView(matrix=system.stiffness, rows=inner).tocsr(),
-            PartView(matrix=system.mass, rows=inner).tocsr(),
+            part(system.stiffness, inner).tocsr(),
+            part(system.mass, inner).tocsr(),
             (2 * np.pi * rom.fixed_interface_frequency) ** 2,
             rom.recovery[inner, rom.n_boundary :],
         )
