@@ -39,10 +39,8 @@ from fe.factor import (
     TooLarge,
     check_diagonal,
     check_pattern,
-    check_rows,
+    columns_and_place,
     other_places,
-    place_for,
-    real_columns,
     singular,
 )
 from fe.pardiso import nested_dissection
@@ -84,9 +82,7 @@ class Cholmod:
         """As `Factor.solve`."""
         if not self._is_made:
             raise singular(self._n, " in its last values: renew it with others")
-        b = real_columns(right_hand_side)
-        check_rows(self._shape, b)
-        solution = place_for(b, out)
+        b, solution = columns_and_place(self._shape, right_hand_side, out)
         columns, places = (each.reshape(self._n, -1, order="F") for each in (b, solution))
         if self._supernodes is None:
             places[...] = self._library_solution(columns)

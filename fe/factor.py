@@ -115,22 +115,30 @@ def singular(n: int, reason: str = "") -> SingularMatrix:
     return SingularMatrix(f"the matrix of {n} rows is singular or not positive definite{reason}")
 
 
-def real_columns(columns: Any) -> NDArray[np.float64]:
-    """Right-hand sides in Fortran order; raise ValueError where they are complex."""
-    if np.iscomplexobj(columns):
-        raise ValueError("right-hand sides are complex: solve for their real and their imaginary parts")
-    return np.asfortranarray(columns, dtype=np.float64)
-
-
 def check_rows(shape: tuple[int, int], columns: NDArray[Any]) -> None:
     """Raise ValueError where columns are longer or shorter than a matrix has columns."""
     if columns.shape[0] != shape[1]:
         raise ValueError(f"a matrix of shape {shape} cannot be multiplied by columns of shape {columns.shape}")
 
 
-def place_for(right_hand_side: NDArray[np.float64], out: Columns | None) -> NDArray[np.float64]:
-    """An array for the solution in Fortran order: the one offered, if a library can write there, or a fresh one."""
-    b = right_hand_side
+def columns_and_place(
+    shape: tuple[int, int], right_hand_side: Columns, out: Columns | None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """What every back end solves for and into, both in Fortran order.
+
+    Returns
+    -------
+    Right-hand sides, and an array for the solution: the one offered, if a library can write there, or a fresh one.
+
+    Raises
+    ------
+    ValueError
+        The right-hand sides are complex, or have another number of rows than the matrix of this shape.
+    """
+    if np.iscomplexobj(right_hand_side):
+        raise ValueError("right-hand sides are complex: solve for their real and their imaginary parts")
+    b = np.asfortranarray(right_hand_side, dtype=np.float64)
+    check_rows(shape, b)
     if (
         out is not None
         and out.shape == b.shape
@@ -139,8 +147,8 @@ def place_for(right_hand_side: NDArray[np.float64], out: Columns | None) -> NDAr
         and out.flags.writeable
         and not np.may_share_memory(out, b)
     ):
-        return np.asarray(out)
-    return np.empty(b.shape, order="F")
+        return b, np.asarray(out)
+    return b, np.empty(b.shape, order="F")
 
 
 class TooLarge(MemoryError):

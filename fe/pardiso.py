@@ -24,10 +24,8 @@ from fe.factor import (
     UnknownInertia,
     check_diagonal,
     check_pattern,
-    check_rows,
+    columns_and_place,
     other_places,
-    place_for,
-    real_columns,
     singular,
 )
 from fe.mkl import library
@@ -81,9 +79,7 @@ class Pardiso:
 
     def solve(self, right_hand_side: Columns, out: Columns | None = None) -> Columns:
         """As `Factor.solve`."""
-        columns = real_columns(right_hand_side)
-        check_rows(self._shape, columns)
-        solution = place_for(columns, out)
+        columns, solution = columns_and_place(self._shape, right_hand_side, out)
         if not columns.size:
             return solution
         self._call(SOLVE, self._upper, columns, solution)

@@ -3,7 +3,7 @@
 import numpy as np
 import scipy.sparse as sp
 
-from fe.factor import Columns, Symmetric, UnknownInertia, check_pattern, check_rows, place_for, real_columns, singular
+from fe.factor import Columns, Symmetric, UnknownInertia, check_pattern, columns_and_place, singular
 from fe.symmetry import check_symmetric
 
 
@@ -15,13 +15,16 @@ class SuperLU:
 
     def __init__(self, matrix: sp.csr_array) -> None:
         self._shape, self._nnz = matrix.shape, matrix.nnz
-        self.renew(matrix)
+        self._factorise(matrix)
 
     def renew(self, matrix: Symmetric) -> None:
         """As `Factorisation.renew`."""
         check_symmetric(matrix)
         matrix = matrix.tocsr()
         check_pattern(matrix, self._shape, self._nnz)
+        self._factorise(matrix)
+
+    def _factorise(self, matrix: sp.csr_array) -> None:
         try:
             self._lu = sp.linalg.splu(
                 sp.csc_array(matrix, dtype=np.float64),
@@ -34,9 +37,7 @@ class SuperLU:
 
     def solve(self, right_hand_side: Columns, out: Columns | None = None) -> Columns:
         """As `Factor.solve`."""
-        b = real_columns(right_hand_side)
-        check_rows(self._shape, b)
-        place = place_for(b, out)
+        b, place = columns_and_place(self._shape, right_hand_side, out)
         place[...] = self._lu.solve(b)
         return place
 
