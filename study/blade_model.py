@@ -21,8 +21,6 @@ from study.blade_case import ELEMENT_BY_NAME, BladeTables, mesh_any, with_thickn
 from study.case import located
 from study.store import stage
 
-#: The code that a model of a blade depends on, for the stages that compute with one.
-MODEL_CODE = ("geometry", "fe", "study.blade_case", "study.blade_model")
 #: Nodes that stay physical in a reduced model, where the mesh has them.
 BOUNDARY = ("excitation", "response", "contact_positive", "contact_negative")
 
@@ -111,7 +109,7 @@ def blade_model(
     return model
 
 
-@stage("mesh size", rooms=MODEL_CODE)
+@stage("mesh size")
 def mesh_size(model: BladeModel) -> int:
     """Degrees of freedom of the whole mesh, the held ones too [-]: what work and memory depend on."""
     return 3 * mesh_any(model.blade, model.rule, model.pads).n_node

@@ -20,10 +20,8 @@ from reduction.memory_estimate import reduction_memory, refuse_beyond_memory
 from reduction.rayleigh import rayleigh_damped
 from reduction.rom import ReducedModel
 from reduction.rom_error import rom_error
-from study.blade_model import MODEL_CODE, BladeModel, boundary_rows, clamped
+from study.blade_model import BladeModel, boundary_rows, clamped
 
-#: The code that a reduction depends on, for the stages that make one.
-REDUCTION_CODE = (*MODEL_CODE, "reduction", "hbsolve", "study.blade_reduction")
 #: Frequencies that are compared; the peak is sought for the first.
 N_FREQUENCY = 10
 #: Excitation and response act along y, the thickness.

@@ -14,6 +14,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol
 
+from study.code_dependencies import PRODUCT
+
 TREE_FILE = "tree.json"
 ARRAY_FILE = "arrays.npz"
 
@@ -21,9 +23,6 @@ ARRAY_FILE = "arrays.npz"
 _TUPLE, _LIST, _SET, _PAIRS, _COMPLEX, _ENUM, _DATACLASS, _ARRAY, _SPARSE = (
     "tuple", "list", "set", "dict", "complex", "enum", "dataclass", "array", "sparse"
 )  # fmt: skip
-
-# Dataclasses of other packages may not survive a change of version unseen.
-OWN_ROOMS = ("geometry", "fe", "reduction", "hbsolve", "transient", "study")
 
 
 class Codec(Protocol):
@@ -94,7 +93,7 @@ def _encode(value: Any, keep: Callable[[Any], str] | None) -> Any:
     if is_numpy_scalar(value):
         value = value.item()
     kind = type(value)
-    own = kind.__module__.partition(".")[0] in OWN_ROOMS
+    own = kind.__module__.partition(".")[0] in PRODUCT
     if isinstance(value, Enum) and own:  # before numbers: some enums are such
         return [_ENUM, kind.__module__, kind.__qualname__, value.name]
     if value is None or isinstance(value, bool | int | float | str):
@@ -152,7 +151,7 @@ def _decode(tree: Any, arrays: Mapping[str, Any]) -> Any:
 
 def _own_class(module: str, name: str, mark: str) -> Any:
     """A class of the product that has what all of its kind have."""
-    if module.partition(".")[0] not in OWN_ROOMS:
+    if module.partition(".")[0] not in PRODUCT:
         raise ValueError(f"a cache entry names the foreign module {module}")
     kind: Any = import_module(module)
     for part in name.split("."):

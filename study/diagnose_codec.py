@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from geometry.errors import InputError
-from study.codec import OWN_ROOMS, Codec
+from study.code_dependencies import PRODUCT
+from study.codec import Codec
 
 STEP_FILE = "step.pickle"
-ROOMS = (*OWN_ROOMS, "correlation", "diagnosis")
 #: Functions and classes of others that pickles of arrays, numbers and paths are made of.
 OTHERS = {
     ("numpy", "ndarray"), ("numpy", "dtype"), ("numpy._core.multiarray", "_reconstruct"),
@@ -51,9 +51,9 @@ class _Careful(pickle.Unpickler):
             return super().find_class(module, name)
         if (module, name) == RESTORE:
             return _restored
-        if module.partition(".")[0] in ROOMS:
+        if module.partition(".")[0] in PRODUCT:
             found: Any = super().find_class(module, name)
-            if isinstance(found, type) and found.__module__.partition(".")[0] in ROOMS:
+            if isinstance(found, type) and found.__module__.partition(".")[0] in PRODUCT:
                 return found
         raise pickle.UnpicklingError(f"{module}.{name} has no place in a kept step")
 

@@ -32,11 +32,6 @@ from study.test_case_model import TestSetup
 
 T = TypeVar("T")
 
-#: Code that a model depends on, beside what is below `study`.
-MODEL = ("study.test_case_model", "study.test_case_system", "study.solve_contact", "study.stuck_contacts")
-#: Code that a kept step depends on.
-ROOMS = ("correlation", "diagnosis", "hbsolve", "reduction", "study.model_suspicions", *MODEL)
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Round:
@@ -235,7 +230,7 @@ def holds(store: Store, setup: TestSetup, campaign: Campaign, without: Sequence[
 
 def _key(setup: TestSetup, campaign: Campaign, without: Sequence[str]) -> str:
     inputs = {"setup": replace(setup, title=""), "campaign": campaign, "without": without}
-    return fingerprint.key("diagnosis", _content(inputs), ROOMS)
+    return fingerprint.key("diagnosis", _content(inputs), __name__)
 
 
 def _content(inputs: dict[str, Any]) -> dict[str, Any]:

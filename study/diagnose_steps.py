@@ -10,11 +10,8 @@ from study.codec import JSON
 from study.diagnose_codec import STEP
 from study.store import stage
 
-#: Code that a trial depends on.
-ROOMS = ("correlation", "diagnosis", "hbsolve", "reduction", "study.codec", "study.diagnose_codec")
 
-
-@stage("step of a diagnosis", rooms=("study.codec", "study.diagnose_codec"), codec=STEP, ignore=("make",))
+@stage("step of a diagnosis", codec=STEP, ignore=("make",))
 def step(key: str, name: str, make: Callable[[], Any]) -> Any:
     """One step of a round; the key holds all that it depends on, code included."""
     del key, name
@@ -23,7 +20,6 @@ def step(key: str, name: str, make: Callable[[], Any]) -> Any:
 
 @stage(
     "what chance does",
-    rooms=(*ROOMS, "study.codec", "study.diagnose_codec"),
     codec=JSON,
     ignore=("simulation", "effects"),
 )

@@ -4,15 +4,15 @@ import ast
 import dataclasses
 import hashlib
 import importlib.metadata
-import importlib.util
 import json
 import sys
-from collections.abc import Iterable, Mapping, Set
+from collections.abc import Mapping, Set
 from enum import Enum
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from study.code_dependencies import dependencies
 from study.codec import is_array, is_numpy_scalar, is_sparse
 
 # Their results may change in the last digits from one version to the next.
@@ -82,13 +82,13 @@ def _canonical_object(value: Any) -> Any:
 
 
 @cache
-def code_version(rooms: Iterable[str]) -> str:
-    """Hash of the code of some rooms, blind to comments, docstrings and layout.
+def code_version(module: str) -> str:
+    """Hash of the code that a module's results depend on, blind to comments, docstrings and layout.
 
     Parameters
     ----------
-    rooms
-        Import names of packages or modules; hashable, e.g. a tuple. A package stands for all modules below it.
+    module
+        Import name; what it imports counts too (`study.code_dependencies`).
 
     Returns
     -------
@@ -97,33 +97,20 @@ def code_version(rooms: Iterable[str]) -> str:
     digest = hashlib.sha256(f"python {sys.version_info[:2]}".encode())
     for library in NUMERICAL_LIBRARIES:
         digest.update(f" {library} {importlib.metadata.version(library)}".encode())
-    for name, file in sorted({pair for room in rooms for pair in _source_files(room)}):
-        tree = _without_docstrings(ast.parse(file.read_bytes()))
-        digest.update(f"\n{name}\n{ast.dump(tree)}".encode())
+    for name, file in sorted(dependencies(module).items()):
+        digest.update(f"\n{name}\n{_code(file)}".encode())
     return digest.hexdigest()
 
 
-def key(stage: str, inputs: Mapping[str, Any], rooms: tuple[str, ...]) -> str:
-    """Name of a stage's result: hexadecimal, the same on every run with equal inputs and code."""
-    text = json.dumps([stage, canonical(inputs), code_version(rooms)], sort_keys=True)
+def key(stage: str, inputs: Mapping[str, Any], module: str) -> str:
+    """Name of a stage's result: hexadecimal, the same on every run with equal inputs and code of a module."""
+    text = json.dumps([stage, canonical(inputs), code_version(module)], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _source_files(room: str) -> list[tuple[str, Path]]:
-    if room == "__main__":
-        file = getattr(sys.modules[room], "__file__", None)
-        if file is None:
-            raise TypeError(
-                "a stage must be defined in a file: code that was typed in cannot be recognised on the next run"
-            )
-        return [(room, Path(file))]
-    spec = importlib.util.find_spec(room)
-    if spec is None:
-        raise ModuleNotFoundError(f"a stage depends on the room {room!r}, which does not exist")
-    folders = [Path(folder) for folder in spec.submodule_search_locations or ()]
-    if folders:
-        return [(f"{room}/{file.relative_to(folder)}", file) for folder in folders for file in folder.rglob("*.py")]
-    return [(room, Path(spec.origin))] if spec.origin else []
+@cache
+def _code(file: Path) -> str:
+    return hashlib.sha256(ast.dump(_without_docstrings(ast.parse(file.read_bytes()))).encode()).hexdigest()
 
 
 def _without_docstrings(tree: ast.Module) -> ast.Module:

@@ -19,9 +19,6 @@ from study.limits_progress import SearchProgress
 from study.limits_search import LimitSearch
 from study.store import stage
 
-#: The code that limits depend on, beside this file.
-CODE = ("fe", "reduction", "hbsolve", "study.limits_progress", "study.limits_search")
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FoundLimits:
@@ -40,7 +37,7 @@ class FoundLimits:
     amplitude: Float[NDArray[np.float64], "2 l f"] | None
 
 
-@stage("response limits", rooms=CODE, ignore=("kept", "executor", "report"))
+@stage("response limits", ignore=("kept", "executor", "report"))
 def found_limits(
     search: LimitSearch,
     kept: MutableMapping[str, Any] | None = None,

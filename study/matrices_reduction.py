@@ -15,11 +15,8 @@ from reduction.rom import ReducedModel
 from study.compared_reduction import ComparedReduction, compared_reduction
 from study.store import stage
 
-#: This file and what it imports.
-CODE = ("study.matrices_reduction", "study.compared_reduction")
 
-
-@stage("imported matrices", rooms=("fe", *CODE))
+@stage("imported matrices")
 def imported_matrices(
     mass: MatrixSource, stiffness: MatrixSource, damping: MatrixSource | None, dofs: Path | None, units: Units
 ) -> ImportedMatrices:
@@ -27,7 +24,7 @@ def imported_matrices(
     return read_matrices(mass, stiffness, damping=damping, dofs=dofs, units=units)
 
 
-@stage("reduced matrices", rooms=("fe", "reduction", *CODE))
+@stage("reduced matrices")
 def reduced_matrices(
     system: LinearSystem,
     boundary: Mapping[str, Rows],
@@ -53,7 +50,7 @@ def reduced_matrices(
         ) from error
 
 
-@stage("check of reduced matrices", rooms=("fe", "reduction", *CODE))
+@stage("check of reduced matrices")
 def checked_matrices(system: LinearSystem, rom: ReducedModel) -> ModeCheck:
     """Check the fixed-interface modes of a system's reduced model."""
     return check_fixed_interface_modes(system, rom)

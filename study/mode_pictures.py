@@ -7,17 +7,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from study.blade_model import MODEL_CODE
 from study.figure.mode_picture import mode_animation, mode_picture
 from study.shapes import Shapes
 from study.store import stage
 
 #: A film takes as long as so many pictures.
 FILM_WORK = 8
-DRAWING_CODE = (*MODEL_CODE, "study.figure", "study.shapes", "study.output")
 
 
-@stage("mode pictures", rooms=DRAWING_CODE, ignore=("report",))
+@stage("mode pictures", ignore=("report",))
 def mode_pictures(
     shapes: Shapes, elastic: int, moving: int, report: Callable[[float, float], None]
 ) -> dict[str, NDArray[np.uint8]]:

@@ -16,7 +16,7 @@ from study.store import stage
 VIEWS = {"faces.png": (0.80, -0.62, 0.36), "faces_behind.png": (-0.80, 0.62, -0.36)}
 
 
-@stage("pictures of a part", rooms=("fe", "study.figure", "study.part_pictures"))
+@stage("pictures of a part")
 def face_pictures(
     mesh: Mesh,
     faces: Mapping[str, Int[NDArray[np.int64], "_ 2"]],

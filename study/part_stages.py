@@ -27,14 +27,11 @@ from geometry.part import MILLIMETRES_PER_METRE
 from geometry.step_part import read_body, step_part
 from reduction.mode_check import check_fixed_interface_modes
 from reduction.rom import ReducedModel
-from study.blade_model import MODEL_CODE
 from study.compared_reduction import ComparedReduction, compared_reduction
 from study.doctor import preflight
 from study.shapes import Shapes
 from study.store import stage
 
-#: This file, what it imports, and what that imports.
-CODE = ("study.part_stages", "study.compared_reduction", "study.shapes", *MODEL_CODE)
 #: Modes that are drawn.
 N_DRAWN = 6
 
@@ -101,7 +98,7 @@ class PartReduction:
     shapes: Shapes
 
 
-@stage("solid of a STEP file", rooms=("geometry", *CODE))
+@stage("solid of a STEP file")
 def solid_summary(file: Path) -> SolidSummary:
     """Read and check the solid."""
     preflight("cad")
@@ -114,7 +111,7 @@ def solid_summary(file: Path) -> SolidSummary:
     )
 
 
-@stage("named faces of a STEP file", rooms=("geometry", *CODE))
+@stage("named faces of a STEP file")
 def named_faces(file: Path, faces: Mapping[str, Sequence[FaceSelector]]) -> dict[str, NamedFaces]:
     """What each name has got."""
     preflight("cad")
@@ -124,20 +121,20 @@ def named_faces(file: Path, faces: Mapping[str, Sequence[FaceSelector]]) -> dict
     }
 
 
-@stage("tetrahedra of a STEP file", rooms=("geometry", "fe", *CODE))
+@stage("tetrahedra of a STEP file")
 def step_mesh(file: Path, faces: Mapping[str, Sequence[FaceSelector]], rule: TetRule) -> Mesh:
     """Mesh the solid; no two runs give the same mesh, so that the kept one is used from then on."""
     preflight("cad")
     return mesh_solid(step_part(file, faces), rule)
 
 
-@stage("matrices of a part", rooms=("fe", *CODE))
+@stage("matrices of a part")
 def part_matrices(mesh: Mesh, material: Material) -> tuple[NodeMatrix, UpperBlocks]:
     """Mass and stiffness of all nodes [kg, N/m]."""
     return assemble_compact(mesh, material)
 
 
-@stage("reduced part", rooms=("fe", "reduction", *CODE))
+@stage("reduced part")
 def reduced_part(
     mesh: Mesh,
     material: Material,
@@ -187,7 +184,7 @@ def reduced_part(
     return PartReduction(compared=compared, shapes=_shapes(mesh, material, compared))
 
 
-@stage("check of a reduced part", rooms=("fe", "reduction", *CODE))
+@stage("check of a reduced part")
 def checked_part(
     mesh: Mesh,
     matrices: tuple[Symmetric, Symmetric],

@@ -16,7 +16,7 @@ from reduction.rom import ReducedModel
 from reduction.rom_io import save_rom
 from study.blade_case import BladeCase
 from study.blade_model import BladeModel, blade_model, clamped, mesh_size
-from study.blade_reduction import REDUCTION_CODE, THICKNESS_DIRECTION, Reduction, reduce_blade, unit_force
+from study.blade_reduction import THICKNESS_DIRECTION, Reduction, reduce_blade, unit_force
 from study.case import load_case, located
 from study.figure.frequency_response import frequency_response_figure
 from study.output import replace_file
@@ -40,14 +40,14 @@ class Reduced:
     files: tuple[Path, ...]
 
 
-@stage("reduced blade", rooms=REDUCTION_CODE)
+@stage("reduced blade")
 def reduced_blade(model: BladeModel, title: str) -> Reduction:
     """Reduce a blade and note where it comes from."""
     provenance = {"title": title, "stickslip": importlib.metadata.version("stickslip"), "model": repr(model)}
     return reduce_blade(model, provenance)
 
 
-@stage("check of a reduced blade", rooms=REDUCTION_CODE)
+@stage("check of a reduced blade")
 def checked_blade(model: BladeModel, rom: ReducedModel) -> ModeCheck:
     """Check the fixed-interface modes of a blade's reduced model."""
     return check_fixed_interface_modes(clamped(model)[1], rom)

@@ -17,11 +17,8 @@ from reduction.craig_bampton import craig_bampton
 from reduction.errors import RomError
 from reduction.mode_check import check_fixed_interface_modes
 from reduction.rom import ReducedModel
-from study.rig_model import HELD, RIG_CODE, RigModel
+from study.rig_model import HELD, RigModel
 from study.store import stage
-
-#: The code that a reduced body depends on.
-RIG_REDUCTION_CODE = (*RIG_CODE, "reduction", "study.rig_body")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -43,7 +40,7 @@ class ReducedBody:
     reactions: Mapping[str, Reaction]
 
 
-@stage("reduced body of a rig", rooms=RIG_REDUCTION_CODE)
+@stage("reduced body of a rig")
 def reduced_body(model: RigModel, body: str) -> ReducedBody:
     """Mesh, hold and reduce one body; every named set of its mesh stays physical."""
     meshed = model.meshed()
@@ -72,7 +69,7 @@ def reduced_body(model: RigModel, body: str) -> ReducedBody:
     )
 
 
-@stage("check of a reduced body of a rig", rooms=RIG_REDUCTION_CODE)
+@stage("check of a reduced body of a rig")
 def checked_body(model: RigModel, body: str, rom: ReducedModel) -> ModeCheck:
     """Check the fixed-interface modes of what `reduced_body` made."""
     meshed = model.meshed()

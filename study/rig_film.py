@@ -12,11 +12,11 @@ from geometry.rig import mating_pairs
 from study.figure.deflection_film import deflection_film
 from study.figure.station_picture import StationStates
 from study.rig_model import RigModel
-from study.rig_pictures import AMPLITUDE, DRAWING_CODE
+from study.rig_pictures import AMPLITUDE
 from study.store import stage
 
 
-@stage("film of a rig", rooms=(*DRAWING_CODE, "study.rig_film"))
+@stage("film of a rig")
 def rig_film(
     model: RigModel,
     displacement: NDArray[np.float64],

@@ -14,8 +14,6 @@ from fe.rig_mesher import RigMesh, mesh_rig, rig_mesh
 from fe.station_coordinates import StationCoordinates, at_nodes, with_mean
 from geometry.rig import Rig, named_points, placements
 
-#: The code that a model of a rig depends on, for the stages that compute with one.
-RIG_CODE = ("geometry", "fe", "study.rig_model")
 #: The bodies of a rig by name, in the order of its meshes.
 BODIES = tuple(placements(Rig()))
 #: Sets of nodes that are held, by kind of body; contact alone holds the dampers.

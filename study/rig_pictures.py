@@ -13,10 +13,9 @@ from fe.whole_mesh import whole_mesh
 from geometry.rig import Rig, mating_pairs
 from study.figure.body_picture import bodies_picture, cut_picture
 from study.figure.mode_picture import mode_picture
-from study.rig_model import RIG_CODE, RigModel
+from study.rig_model import RigModel
 from study.store import stage
 
-DRAWING_CODE = (*RIG_CODE, "study.figure", "study.rig_pictures")
 #: The pair whose contact line is shown.
 SHOWN = "right_blade"
 #: Largest deflection drawn [m]: bodies that slide on each other shall not seem to part by more than their size.
@@ -25,7 +24,7 @@ AMPLITUDE = 0.015
 SHARE, MOVES = 0.35, 0.1
 
 
-@stage("pictures of a rig", rooms=DRAWING_CODE)
+@stage("pictures of a rig")
 def rig_pictures(model: RigModel, title: str) -> dict[str, NDArray[np.uint8]]:
     """Draw "assembly.png" and "contact.png"; bytes of each file by name."""
     meshes = model.meshes()
@@ -38,7 +37,7 @@ def rig_pictures(model: RigModel, title: str) -> dict[str, NDArray[np.uint8]]:
         return _contents(folder)
 
 
-@stage("pictures of stuck modes of a rig", rooms=DRAWING_CODE, ignore=("report",))
+@stage("pictures of stuck modes of a rig", ignore=("report",))
 def stuck_mode_pictures(
     model: RigModel,
     frequency: Float[NDArray[np.float64], " m"],

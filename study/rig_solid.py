@@ -10,7 +10,7 @@ from study.doctor import preflight
 from study.store import stage
 
 
-@stage("CAD solids of a rig", rooms=("geometry", "study.rig_solid"))
+@stage("CAD solids of a rig")
 def rig_solid(rig: Rig) -> str:
     """Build the five solids, refuse those that overlap, and return the text of their STEP file."""
     preflight("cad")

@@ -33,7 +33,7 @@ WORK = {"blade": 5.0, "damper": 1.0, "decoupler": 2.0}
 MIRRORED_NODES, MIRRORED_FACES = [0, 2, 1, 3, 6, 5, 4, 7, 9, 8], np.array([0, 3, 2, 1])
 
 
-@stage("tetrahedra of a rig's body", rooms=("geometry", "fe", "study.rig_tetrahedra", "study.rig_model"))
+@stage("tetrahedra of a rig's body")
 def body_tetrahedra(rig: Rig, body: str, size: float) -> StationCoordinates:
     """Mesh one body in its place, with contact stations and named points as coordinates.
 

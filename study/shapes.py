@@ -14,7 +14,7 @@ from fe.mesh import Mesh
 from fe.modal import ModeSet, modes
 from fe.stress import nodal_stress, von_mises
 from fe.system import LinearSystem
-from study.blade_model import MODEL_CODE, BladeModel, clamped
+from study.blade_model import BladeModel, clamped
 from study.store import stage
 
 
@@ -43,14 +43,14 @@ class Shapes:
     von_mises: Float[NDArray[np.float64], "m node"]
 
 
-@stage("mode shapes of a blade", rooms=MODEL_CODE)
+@stage("mode shapes of a blade")
 def blade_shapes(model: BladeModel, n_mode: int) -> Shapes:
     """Compute the lowest modes of a clamped blade."""
     mesh, system, _ = clamped(model)
     return _shapes(mesh, model.material, system, modes(system, n_mode))
 
 
-@stage("mode shapes of a mesh", rooms=MODEL_CODE)
+@stage("mode shapes of a mesh")
 def mesh_shapes(mesh: Mesh, material: Material, fixed: tuple[str, ...], n_mode: int) -> Shapes:
     """Compute the lowest modes of a mesh, held at the named sets, or free if there are none."""
     mass, stiffness = assemble_compact(mesh, material)

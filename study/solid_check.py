@@ -10,7 +10,7 @@ from geometry.blade import Blade, blade_part
 from geometry.plain_blade import plain_blade_part
 from geometry.step_io import write_step
 from study.blade_case import mesh_any
-from study.blade_model import MODEL_CODE, BladeModel
+from study.blade_model import BladeModel
 from study.doctor import preflight
 from study.store import stage
 
@@ -35,7 +35,7 @@ class SolidCheck:
     step: str
 
 
-@stage("CAD solid", rooms=MODEL_CODE)
+@stage("CAD solid")
 def solid_check(inputs: BladeModel) -> SolidCheck:
     """Build the solid, write it as STEP and compare volumes."""
     preflight("cad")

@@ -16,24 +16,9 @@ from study.store import stage
 
 #: Share of the way from which on it tells the time left.
 WORTH_REPORTING = 0.03
-#: The code that a curve depends on, beside this file.
-CODE = (
-    "fe",
-    "reduction",
-    "hbsolve",
-    "study.checkpoint",
-    "study.solve_model",
-    "study.solve_contact",
-    "study.stuck_contacts",
-    "study.solve_case",
-    "study.level",
-    "study.limits_case",
-    "study.solve_place",
-    "study.mistakes",
-)
 
 
-@stage("response curve", rooms=CODE, ignore=("checkpoint", "report"))
+@stage("response curve", ignore=("checkpoint", "report"))
 def response_curve(
     system: JointedSystem,
     curve: Curve,

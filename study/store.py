@@ -1,8 +1,8 @@
 """Results of stages, kept by what they depend on, so that a second run is instant and an interrupted one goes on.
 
-A stage is a function with a name and the rooms whose code it depends on::
+A stage is a function with a name; its result depends on the code of its module and of all that this imports::
 
-    @stage("blade mesh", rooms=("geometry", "fe"))
+    @stage("blade mesh")
     def blade_mesh(blade: Blade, n: int) -> Mesh: ...
 
     mesh = store.run(blade_mesh, blade, n=3)
@@ -59,8 +59,6 @@ class Stage(Generic[P, R]):
         Shown to the user, and part of the key.
     compute
         The function.
-    rooms
-        Packages or modules whose code the result depends on; the function's own module is one of them.
     codec
         How the result is saved.
     ignore
@@ -69,7 +67,6 @@ class Stage(Generic[P, R]):
 
     name: str
     compute: Callable[P, R]
-    rooms: tuple[str, ...]
     codec: Codec
     ignore: frozenset[str]
 
@@ -82,21 +79,17 @@ class Stage(Generic[P, R]):
         bound = inspect.signature(self.compute).bind(*args, **kwargs)
         bound.apply_defaults()
         inputs = {name: value for name, value in bound.arguments.items() if name not in self.ignore}
-        return fingerprint.key(self.name, inputs, self.rooms)
+        return fingerprint.key(self.name, inputs, self.compute.__module__)
 
 
-def stage(
-    name: str, *, rooms: tuple[str, ...], codec: Codec = NPZ, ignore: tuple[str, ...] = ()
-) -> Callable[[Callable[P, R]], Stage[P, R]]:
+def stage(name: str, *, codec: Codec = NPZ, ignore: tuple[str, ...] = ()) -> Callable[[Callable[P, R]], Stage[P, R]]:
     """Make a function a stage; see `Stage` for the parameters."""
 
     def wrap(compute: Callable[P, R]) -> Stage[P, R]:
         unknown = set(ignore) - set(inspect.signature(compute).parameters)
         if unknown:
             raise TypeError(f"stage {name!r} ignores {sorted(unknown)}, which are none of its parameters")
-        # The codec's code decides what is read back, so it belongs to what the result depends on.
-        depends = tuple(sorted({*rooms, compute.__module__, type(codec).__module__}))
-        return Stage(name=name, compute=compute, rooms=depends, codec=codec, ignore=frozenset(ignore))
+        return Stage(name=name, compute=compute, codec=codec, ignore=frozenset(ignore))
 
     return wrap
 

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from study.blade_model import BladeModel
-from study.blade_reduction import REDUCTION_CODE, reduce_blade
+from study.blade_reduction import reduce_blade
 from study.store import stage
 
 
@@ -45,7 +45,7 @@ class RowResult:
     memory: float
 
 
-@stage("mesh-study row", rooms=REDUCTION_CODE)
+@stage("mesh-study row")
 def row(inputs: BladeModel) -> RowResult:
     """Compute one row of the mesh study."""
     start = time.perf_counter()

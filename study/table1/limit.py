@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import log
 
 from geometry.errors import InputError
-from study.blade_model import MODEL_CODE, BladeModel, first_frequency
+from study.blade_model import BladeModel, first_frequency
 from study.store import stage
 
 #: Orders below this share of theory's 2 p are far from it: a corner or the clamp's edge, not the element, decides.
@@ -49,7 +49,7 @@ class Limit:
         )
 
 
-@stage("mesh-study limit", rooms=MODEL_CODE)
+@stage("mesh-study limit")
 def nested_point(inputs: BladeModel) -> NestedPoint:
     """First frequency of one nested mesh."""
     _, frequency, n_dof = first_frequency(inputs)

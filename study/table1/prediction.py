@@ -7,11 +7,10 @@ import numpy as np
 from fe.calculix_run import run_frequency
 from fe.element import HEX20
 from study.blade_case import mesh_any
-from study.blade_model import MODEL_CODE, BladeModel, first_frequency
+from study.blade_model import BladeModel, first_frequency
 from study.store import stage
 from study.table1.theory import locking_factor
 
-CODE = (*MODEL_CODE, "study.table1.theory")
 #: The quadratic model that stands for the exact bending of a blade: model 5 of the table.
 REFERENCE_THROUGH_THICKNESS = 4
 
@@ -43,13 +42,13 @@ def quadratic(inputs: BladeModel) -> BladeModel:
     return replace(inputs, element=HEX20.name, through_thickness=REFERENCE_THROUGH_THICKNESS, drop_every=0)
 
 
-@stage("mesh-study reference", rooms=CODE)
+@stage("mesh-study reference")
 def reference(inputs: BladeModel) -> float:
     """First frequency [Hz] of a quadratic model, to which the closed form is applied."""
     return first_frequency(inputs)[1]
 
 
-@stage("mesh-study prediction", rooms=CODE)
+@stage("mesh-study prediction")
 def prediction(inputs: BladeModel, ask_calculix: bool) -> Prediction:
     """Compute a prediction of an 8-node model with a full clamp."""
     mesh, frequency, n_dof = first_frequency(inputs)
@@ -61,7 +60,7 @@ def prediction(inputs: BladeModel, ask_calculix: bool) -> Prediction:
     )
 
 
-@stage("mesh-study witness", rooms=CODE)
+@stage("mesh-study witness")
 def witness(inputs: BladeModel) -> float:
     """First frequency of a fully clamped row by CalculiX [Hz]."""
     return calculix_frequency(inputs)

@@ -218,7 +218,7 @@ def test_version_and_module_agree() -> None:
 def test_cache_tells_its_size_and_clears(environment: dict[str, str], tmp_path: Path) -> None:
     from study.store import Store, stage
 
-    Store(tmp_path / "cache").run(stage("one", rooms=())(_one))
+    Store(tmp_path / "cache").run(stage("one")(_one))
     before = json.loads(stickslip(environment, "cache", "--json").stdout)
     assert before["results"] == 1
     assert before["bytes"] > 0

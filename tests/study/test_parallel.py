@@ -23,19 +23,19 @@ from pathlib import Path
 from geometry.errors import InputError
 from study.store import stage
 
-@stage("square", rooms=())
+@stage("square")
 def square(number: int) -> int:
     return number * number
 
-@stage("threads", rooms=())
+@stage("threads")
 def threads(names: tuple) -> tuple:
     return tuple(os.environ.get(name, "") for name in names)
 
-@stage("deaf", rooms=())
+@stage("deaf")
 def deaf() -> bool:
     return signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
-@stage("refusal", rooms=())
+@stage("refusal")
 def refusal(number: int) -> int:
     raise InputError(f"number = {number} is odd: give an even one")
 
@@ -44,23 +44,23 @@ class Peculiar(Exception):
         super().__init__(f"{first} and {second}")
         self.handle = open(__file__)
 
-@stage("mistake", rooms=())
+@stage("mistake")
 def mistake(number: int) -> float:
     if number == 7:
         raise Peculiar("first", "second")
     return 1 / number
 
-@stage("killed", rooms=())
+@stage("killed")
 def killed(number: int) -> int:
     os.kill(os.getpid(), signal.SIGKILL)
 
-@stage("slow", rooms=())
+@stage("slow")
 def slow(folder: str, number: int) -> int:
     Path(folder, f"started{number}").write_text(str(os.getpid()))
     time.sleep(150)
     return number
 
-@stage("program", rooms=())
+@stage("program")
 def program(folder: str) -> int:
     child = subprocess.Popen(["sleep", "150"])
     Path(folder, "started0").write_text(str(child.pid))

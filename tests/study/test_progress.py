@@ -58,7 +58,7 @@ def test_a_step_that_reports_nothing_says_what_it_took_last_time(clock: Clock, t
         assert stream.getvalue().splitlines() == expected_lines
 
 
-@stage("twice a number", rooms=("study.progress",), ignore=("report",))
+@stage("twice a number", ignore=("report",))
 def twice(number: int, report: Report) -> int:
     report(1, 2)
     return 2 * number

@@ -33,7 +33,7 @@ def counting(codec_name: str = "npz") -> tuple[Stage[..., Any], list[object]]:
         return {"twice": np.atleast_1d(np.asarray(value)) * 2} if codec_name == "npz" else [value, value]
 
     options = {"codec": JSON} if codec_name == "json" else {}
-    return stage("double", rooms=(), ignore=("report",), **options)(double), calls  # type: ignore[arg-type]
+    return stage("double", ignore=("report",), **options)(double), calls  # type: ignore[arg-type]
 
 
 def entries(folder: Path) -> list[Path]:
@@ -158,7 +158,7 @@ def test_a_disk_that_fails_during_a_write_costs_the_cache_and_not_the_result(tmp
     def answer() -> int:
         return 42
 
-    assert store.run(stage("answer", rooms=(), codec=FullDisk())(answer)) == 42
+    assert store.run(stage("answer", codec=FullDisk())(answer)) == 42
     assert warnings == [f"the cache {tmp_path} cannot be written (No space left on device): going on without it"]
     assert not list((tmp_path / "unfinished").iterdir())
 
@@ -182,7 +182,7 @@ def test_the_environment_names_the_folder(monkeypatch: pytest.MonkeyPatch, tmp_p
 
 
 def test_a_stage_that_was_typed_in_is_refused() -> None:
-    code = "from study.store import Store, stage; stage('x', rooms=())(lambda: 1).key()"
+    code = "from study.store import Store, stage; stage('x')(lambda: 1).key()"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert "a stage must be defined in a file" in done.stderr
 
@@ -190,7 +190,7 @@ def test_a_stage_that_was_typed_in_is_refused() -> None:
 def test_a_stage_that_ignores_what_it_does_not_take_is_refused() -> None:
     double, _ = counting()
     with pytest.raises(TypeError, match=r"stage 'x' ignores \['reprot'\]"):
-        stage("x", rooms=(), ignore=("reprot",))(double.compute)
+        stage("x", ignore=("reprot",))(double.compute)
 
 
 # A room of its own, edited between two runs.
@@ -208,7 +208,7 @@ from study.store import Store, stage
 def compute():
     from dummy_room.sub import formula
     return formula.factor()
-print(Store(Path(sys.argv[1])).outcome(stage("dummy", rooms=("dummy_room",))(compute)))
+print(Store(Path(sys.argv[1])).outcome(stage("dummy")(compute)))
 """
 
 
@@ -251,7 +251,7 @@ import sys
 from pathlib import Path
 import numpy as np
 from study.store import Store, stage
-@stage("numbers", rooms=())
+@stage("numbers")
 def numbers(i: int):
     return {"i": i, "data": np.full(200_000, float(i))}
 store = Store(Path(sys.argv[1]))
@@ -312,7 +312,7 @@ def test_an_entry_that_was_being_written_when_the_process_died_is_not_an_entry(t
                 NPZ.save(value, folder)
                 os.kill(os.getpid(), signal.SIGKILL)
             load = NPZ.load
-        @stage("deadly", rooms=(), codec=Deadly())
+        @stage("deadly", codec=Deadly())
         def deadly():
             return 1
         Store(Path(sys.argv[1])).run(deadly)
@@ -352,7 +352,7 @@ def test_arrays_read_back_are_the_ones_written(tmp_path: Path) -> None:
     def give() -> list[NDArray[Any]]:
         return arrays
 
-    kept = stage("arrays", rooms=())(give)
+    kept = stage("arrays")(give)
     Store(tmp_path).run(kept)
     outcome = Store(tmp_path).outcome(kept)
     assert outcome.cached
