@@ -21,9 +21,9 @@ from scipy.spatial import cKDTree
 
 from fe.assembly import assemble
 from fe.element import HEX8, HEX20
-from fe.hex_blocks import Block, mesh_blocks
 from fe.material import STEEL
 from fe.mesh import Mesh
+from fe.mesher.block import Block, mesh_blocks
 
 #: scikit-fem's corner k of a hexahedron is corner VTK_CORNER[k] here.
 VTK_CORNER = [0, 4, 3, 1, 7, 5, 2, 6]

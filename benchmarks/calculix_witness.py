@@ -10,14 +10,14 @@ import time
 import numpy as np
 
 from fe.assembly import assemble
-from fe.blade_mesher import mesh_blade
 from fe.boundary import Support, supported_system
 from fe.calculix_run import run_frequency, run_matrices
 from fe.element import HEX8, HEX20, TET10
 from fe.material import STEEL
-from fe.mesh_rule import MeshRule
+from fe.mesher.blade import mesh_blade
+from fe.mesher.mesh_rule import MeshRule
+from fe.mesher.plain_blade import mesh_plain_blade
 from fe.modal import modes
-from fe.plain_blade_mesher import mesh_plain_blade
 from geometry.blade import Blade
 from geometry.plain_blade import PlainBlade
 

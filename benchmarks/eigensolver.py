@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from fe.assembly import assemble
-from fe.blade_mesher import PadMesh, mesh_blade
-from fe.block_lanczos import block_lanczos
 from fe.boundary import Support, supported_system
 from fe.element import HEX20
 from fe.material import STEEL
-from fe.mesh_rule import MeshRule
-from fe.sparse_solver import Factor, factorise
+from fe.mesher.blade import PadMesh, mesh_blade
+from fe.mesher.mesh_rule import MeshRule
+from fe.sparse.block_lanczos import block_lanczos
+from fe.sparse.solver import Factor, factorise
 from fe.system import LinearSystem
 from geometry.blade import Blade
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from fe.assembly import assemble
 from fe.boundary import Support, supported_system
 from fe.element import HEX8, HEX20, Element
-from fe.hex_blocks import Block, mesh_blocks
 from fe.material import STEEL, Material
+from fe.mesher.block import Block, mesh_blocks
 from fe.modal import modes
 
 Array = NDArray[np.float64]

@@ -16,14 +16,14 @@ import numpy as np
 
 from fe.allocator import give_back
 from fe.assembly import assemble_compact
-from fe.blade_mesher import mesh_blade
 from fe.boundary import Support, supported_system
 from fe.element import HEX20
-from fe.hex_blocks import Block, mesh_blocks
 from fe.material import STEEL
 from fe.mesh import Mesh
-from fe.mesh_rule import MeshRule
-from fe.tet_mesher import TetRule, mesh_solid
+from fe.mesher.blade import mesh_blade
+from fe.mesher.block import Block, mesh_blocks
+from fe.mesher.mesh_rule import MeshRule
+from fe.mesher.tetrahedra import TetRule, mesh_solid
 from geometry.blade import Blade
 from geometry.face_selector import FaceSelector
 from geometry.step_part import step_part

@@ -21,23 +21,23 @@ from numpy.typing import NDArray
 from scipy.linalg.blas import dgemm
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-import fe.krylov_basis
+import fe.sparse.krylov_basis
 import reduction.craig_bampton
 from fe.allocator import give_back
 from fe.assembly import assemble_compact
-from fe.blade_mesher import PadMesh, mesh_blade
-from fe.block_lanczos import COLUMNS_PER_MODE
 from fe.boundary import unsupported_system
 from fe.calculix_run import run_frequency
 from fe.element import HEX20
-from fe.hex_blocks import Block, mesh_blocks
 from fe.material import STEEL
 from fe.mesh import Mesh
-from fe.mesh_rule import MeshRule
-from fe.sparse_solver import Backend, Factor, factorise
-from fe.symmetric_part import part
+from fe.mesher.blade import PadMesh, mesh_blade
+from fe.mesher.block import Block, mesh_blocks
+from fe.mesher.mesh_rule import MeshRule
+from fe.sparse.block_lanczos import COLUMNS_PER_MODE
+from fe.sparse.compile_ahead import warm
+from fe.sparse.solver import Backend, Factor, factorise
+from fe.sparse.symmetric_part import part
 from fe.system import LinearSystem
-from fe.warm import warm
 from geometry.blade import Blade
 from reduction.mode_check import check_fixed_interface_modes
 
@@ -176,7 +176,7 @@ def with_stickslip(shape: str, mesh: Mesh, is_checked: bool) -> dict[str, Any]:
     room.factorise = lambda matrix, **options: TimedFactor(plain(matrix, **options), watch)
     watch.watch(room, "factorise", "factor")
     watch.watch(room, "fixed_interface_modes", "modes")
-    basis = fe.krylov_basis.KrylovBasis
+    basis = fe.sparse.krylov_basis.KrylovBasis
     for name, stage in (("_without", "orthogonality"), ("_orthonormalise", "block of orthonormal columns")):
         watch.watch(basis, name, stage)
     start = clock()

@@ -13,10 +13,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fe.calculix_inp import NodeSpring
 from fe.calculix_run import run_frequency
+from fe.file.calculix_deck import NodeSpring
 from fe.mesh import Mesh
-from fe.whole_mesh import whole_mesh
+from fe.mesher.whole_mesh import whole_mesh
 from geometry.rig import Rig, mating_pairs
 from reduction.line_contact import station_stiffness
 from study.case import load_case

@@ -19,12 +19,12 @@ import scipy.sparse as sp
 
 from benchmarks.rig_calculix import contact_springs, held
 from fe.assembly import assemble
-from fe.blade_mesher import mesh_blade
 from fe.boundary import Support, supported_system
 from fe.element import HEX20
 from fe.mesh import Mesh
+from fe.mesher.blade import mesh_blade
+from fe.mesher.rig import mesh_rig, rig_mesh
 from fe.modal import modes
-from fe.rig_mesher import mesh_rig, rig_mesh
 from reduction.assembly_error import assembly_error
 from reduction.joined import joined
 from study.case import load_case

@@ -21,9 +21,9 @@ from fe.dense_modes import dense_modes
 from fe.face_integral import enclosed_volume, face_areas
 from fe.mesh import Mesh
 from fe.mesh_quality import cell_quality
+from fe.mesher.tetrahedra import TetRule, mesh_solid
 from fe.modal import modes
 from fe.station_coordinates import StationCoordinates, station_coordinates
-from fe.tet_mesher import TetRule, mesh_solid
 from geometry.rig import rig_parts
 from reduction.assembly import ReducedAssembly
 from reduction.craig_bampton import craig_bampton

@@ -279,11 +279,11 @@ def show(outcome: Outcome) -> Outcome:
 def blade(witnessed: Any) -> Any:
     """The slotted blade, reduced, pressed in its slots between two friction contacts."""
     from fe.assembly import assemble
-    from fe.blade_mesher import mesh_blade
     from fe.boundary import Support, supported_system
     from fe.element import HEX8
     from fe.material import STEEL
-    from fe.mesh_rule import MeshRule
+    from fe.mesher.blade import mesh_blade
+    from fe.mesher.mesh_rule import MeshRule
     from geometry.blade import Blade
     from reduction.craig_bampton import craig_bampton
 

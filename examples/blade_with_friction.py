@@ -5,12 +5,12 @@ from matplotlib.figure import Figure
 from scipy.linalg import eigh
 
 from fe.assembly import assemble_compact
-from fe.blade_mesher import mesh_blade
 from fe.boundary import Support, supported_system
 from fe.damping import rayleigh_damping
 from fe.element import HEX20
 from fe.material import STEEL
-from fe.mesh_rule import MeshRule
+from fe.mesher.blade import mesh_blade
+from fe.mesher.mesh_rule import MeshRule
 from geometry.blade import Blade, contact_lines
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion

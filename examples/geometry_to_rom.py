@@ -3,16 +3,16 @@
 from pathlib import Path
 
 from fe.assembly import assemble_compact
-from fe.blade_mesher import mesh_blade
 from fe.boundary import Support, supported_system
 from fe.element import HEX20
 from fe.material import STEEL
-from fe.mesh_rule import MeshRule
+from fe.mesher.blade import mesh_blade
+from fe.mesher.mesh_rule import MeshRule
 from fe.modal import modes
 from geometry.blade import Blade, blade_part
 from geometry.step_io import write_step
 from reduction.craig_bampton import craig_bampton
-from reduction.rom_io import load_rom, save_rom
+from reduction.file.rom_hdf5 import load_rom, save_rom
 
 blade = Blade()  # lengths in metres; see docs/blade.md for every dimension
 write_step(blade_part(blade), Path("blade.step"))

@@ -6,8 +6,8 @@ import numpy as np
 import scipy.io
 from matplotlib.figure import Figure
 
-from fe.imported_matrices import Units, read_matrices
-from fe.matrix_file import MatrixSource
+from fe.file.imported_matrices import Units, read_matrices
+from fe.file.matrix_file import MatrixSource
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation import frequency_response
 from reduction.craig_bampton import craig_bampton

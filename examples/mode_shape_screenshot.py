@@ -6,9 +6,9 @@ from fe.assembly import assemble
 from fe.boundary import Support, supported_system
 from fe.element import HEX20
 from fe.material import STEEL
-from fe.mesh_rule import MeshRule
+from fe.mesher.mesh_rule import MeshRule
+from fe.mesher.plain_blade import mesh_plain_blade
 from fe.modal import modes
-from fe.plain_blade_mesher import mesh_plain_blade
 from fe.stress import nodal_stress, von_mises
 from geometry.plain_blade import PlainBlade
 from study.figure.mode_picture import mode_picture

@@ -9,14 +9,14 @@ from scipy.optimize import brentq
 from fe.assembly import assemble_compact
 from fe.boundary import Support, supported_system
 from fe.material import STEEL
+from fe.mesher.tetrahedra import TetRule, mesh_solid
 from fe.modal import modes
 from fe.station_coordinates import station_coordinates
 from fe.surface_line import line_along_edge
-from fe.tet_mesher import TetRule, mesh_solid
 from geometry.face_selector import FaceSelector
 from geometry.step_part import step_part
 from reduction.craig_bampton import craig_bampton
-from reduction.rom_io import save_rom
+from reduction.file.rom_hdf5 import save_rom
 from study.figure.mode_picture import mode_picture
 from study.figure.named_faces import named_faces_picture
 

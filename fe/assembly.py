@@ -12,9 +12,9 @@ from fe.element import ELEMENTS, Element
 from fe.errors import MeshError
 from fe.material import Material
 from fe.mesh import Mesh
-from fe.node_matrix import NodeMatrix
 from fe.solid import DIRECTIONS, element_blocks
-from fe.upper_blocks import UpperBlocks
+from fe.sparse.node_matrix import NodeMatrix
+from fe.sparse.upper_blocks import UpperBlocks
 
 #: Cells integrated at once: enough to amortise numpy's calls, few enough that their matrices stay in the cache.
 BATCH = 64

@@ -11,11 +11,11 @@ from scipy.sparse.csgraph import connected_components
 
 from fe.damping import RayleighDamping, damped
 from fe.errors import SupportError
-from fe.factor import Symmetric
 from fe.mesh import Mesh
-from fe.symmetric_part import part
+from fe.sparse.factor import Symmetric
+from fe.sparse.symmetric_part import part
+from fe.sparse.upper_blocks import UpperBlocks
 from fe.system import LinearSystem
-from fe.upper_blocks import UpperBlocks
 
 MOTIONS = (
     "translation along x",

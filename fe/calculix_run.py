@@ -13,7 +13,7 @@ import scipy.sparse as sp
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from fe.calculix_inp import FrequencyOutput, NodeSpring, write_calculix
+from fe.file.calculix_deck import FrequencyOutput, NodeSpring, write_calculix
 from fe.material import Material
 from fe.mesh import Mesh
 from geometry.errors import InputError
@@ -41,7 +41,7 @@ def run_frequency(
     Parameters
     ----------
     mesh, materials, fixed, n_mode, springs
-        As in `fe.calculix_inp.write_calculix`.
+        As in `fe.file.calculix_deck.write_calculix`.
 
     Returns
     -------

@@ -16,7 +16,7 @@ from typing import Any, TypeVar, cast
 F = TypeVar("F", bound=Callable[..., Any])
 
 #: A file that holds one of these takes part in compiled code.
-MARKS = (b"fe.compiled", b"NamedTuple", b"import intrinsic", b"fe.vector_code")
+MARKS = (b"fe.compiled", b"NamedTuple", b"import intrinsic", b"fe.sparse.vector_code")
 
 
 def compiled(function: F) -> F:

@@ -7,12 +7,12 @@ import scipy.linalg
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from fe.block_lanczos import COLUMNS_PER_MODE, NoConvergence, block_lanczos
 from fe.errors import SupportError
-from fe.factor import Symmetric
-from fe.node_matrix import BlockProduct
-from fe.sparse_solver import Definiteness, Factor, SingularMatrix, factorise
-from fe.symmetry import check_symmetric
+from fe.sparse.block_lanczos import COLUMNS_PER_MODE, NoConvergence, block_lanczos
+from fe.sparse.factor import Symmetric
+from fe.sparse.node_matrix import BlockProduct
+from fe.sparse.solver import Definiteness, Factor, SingularMatrix, factorise
+from fe.sparse.symmetry import check_symmetric
 from fe.system import LinearSystem
 from geometry.errors import InputError
 

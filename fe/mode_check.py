@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from fe.sparse_solver import Backend, Definiteness, Factor, UnknownInertia, factorise
+from fe.sparse.solver import Backend, Definiteness, Factor, UnknownInertia, factorise
 
 #: Two eigenvalues are apart if they differ by more than this [-]: far above their error of about 1e-9, far below the
 #: distance of modes that nothing makes alike.

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from fe.factor import Symmetric
+from fe.sparse.factor import Symmetric
 
 Rows = Float[NDArray[np.float64], "3 n"]
 

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from fe.errors import MeshError
-from fe.factor import Symmetric
 from fe.host_face import Places, named_faces, station_weights
 from fe.mesh import Mesh
+from fe.sparse.factor import Symmetric
 from fe.system import LinearSystem
 
 #: Shape functions below this make poor pivots: on a triangle one of six is 1/4 or more in magnitude everywhere.

@@ -7,7 +7,7 @@ import scipy.sparse as sp
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from fe.factor import Symmetric
+from fe.sparse.factor import Symmetric
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fe.dense_modes import dense_modes
 from fe.modal import modes
-from fe.sparse_solver import Definiteness, Factor, Factorisation, factorise
+from fe.sparse.solver import Definiteness, Factor, Factorisation, factorise
 from fe.system import LinearSystem
 from reduction.array_input import real_array
 from reduction.assembly import ReducedAssembly

@@ -7,7 +7,7 @@ import scipy.sparse as sp
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from fe.sparse_solver import Factor
+from fe.sparse.solver import Factor
 
 #: Right-hand sides solved at once: groups of as many as solvers like best, at least and at most so many groups, and not
 #: more memory than this [byte], which the solution and the solver's own arrays take again.

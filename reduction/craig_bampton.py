@@ -8,10 +8,10 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.allocator import give_back
-from fe.block_lanczos import COLUMNS_PER_MODE
-from fe.node_matrix import BlockProduct
-from fe.sparse_solver import SingularMatrix, factorise
-from fe.symmetric_part import rows_of
+from fe.sparse.block_lanczos import COLUMNS_PER_MODE
+from fe.sparse.node_matrix import BlockProduct
+from fe.sparse.solver import SingularMatrix, factorise
+from fe.sparse.symmetric_part import rows_of
 from fe.system import LinearSystem
 from reduction.constraint_modes import constraint_modes
 from reduction.errors import RomError

@@ -5,9 +5,9 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.errors import SupportError
-from fe.factor import Symmetric
 from fe.modal import lowest_eigenpairs
-from fe.sparse_solver import Factor
+from fe.sparse.factor import Symmetric
+from fe.sparse.solver import Factor
 from reduction.errors import RomError
 
 

@@ -18,11 +18,11 @@ import scipy.sparse as sp
 from jaxtyping import Int
 from numpy.typing import NDArray
 
-from fe.block_lanczos import COLUMNS_PER_MODE, basis_columns, default_block
-from fe.factor import LONG, NODE, Symmetric
 from fe.mesh import Mesh
-from fe.sparse_solver import Backend, default_backend
-from fe.upper_blocks import UpperBlocks
+from fe.sparse.block_lanczos import COLUMNS_PER_MODE, basis_columns, default_block
+from fe.sparse.factor import LONG, NODE, Symmetric
+from fe.sparse.solver import Backend, default_backend
+from fe.sparse.upper_blocks import UpperBlocks
 from reduction.errors import RomError
 
 

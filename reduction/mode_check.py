@@ -3,8 +3,8 @@
 import numpy as np
 
 from fe.mode_check import ModeCheck, check_modes
-from fe.sparse_solver import UnknownInertia
-from fe.symmetric_part import part
+from fe.sparse.solver import UnknownInertia
+from fe.sparse.symmetric_part import part
 from fe.system import LinearSystem
 from reduction.errors import RomError
 from reduction.rom import ReducedModel

@@ -29,10 +29,10 @@ from typing import Any
 import numpy as np
 
 from reduction.errors import ExchangeError
+from reduction.file.atomic_file import write_whole
 from reduction.foreign_joint import foreign_joint
 from reduction.joint import CubicSpring, ElasticStop, JenkinsElement, Joint
 from reduction.jointed_system import JointedSystem
-from reduction.whole_file import write_whole
 
 _TYPE = {JenkinsElement: "elasticDryFriction", ElasticStop: "unilateralSpring", CubicSpring: "cubicSpring"}
 #: Names of each type's numbers in NLvib, and in our joint.

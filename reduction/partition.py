@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Int
 from numpy.typing import NDArray
 
-from fe.factor import Symmetric
-from fe.node_matrix import NodeMatrix
-from fe.symmetric_part import PartView, part, whole_nodes
+from fe.sparse.factor import Symmetric
+from fe.sparse.node_matrix import NodeMatrix
+from fe.sparse.symmetric_part import PartView, part, whole_nodes
 from fe.system import LinearSystem
 from reduction.errors import RomError
 

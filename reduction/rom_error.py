@@ -6,9 +6,9 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.dense_modes import dense_modes
-from fe.factor import Symmetric
-from fe.sparse_solver import factorise
-from fe.symmetric_part import part
+from fe.sparse.factor import Symmetric
+from fe.sparse.solver import factorise
+from fe.sparse.symmetric_part import part
 from fe.system import LinearSystem
 from reduction.errors import RomError
 from reduction.rom import ReducedModel

@@ -16,7 +16,7 @@ from zipfile import ZIP_DEFLATED
 import numpy as np
 
 from correlation.test_model import LineSensor, Sensor, TestModel
-from reduction.npz_file import write_npz
+from reduction.file.npz import write_npz
 from study.beam_model import (
     DAMPING_RATIO,
     FRICTION_COEFFICIENT,

@@ -5,12 +5,12 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from fe.blade_mesher import PadMesh, mesh_blade
 from fe.element import ELEMENTS
 from fe.material import Material
 from fe.mesh import Mesh
-from fe.mesh_rule import MeshRule
-from fe.plain_blade_mesher import mesh_plain_blade
+from fe.mesher.blade import PadMesh, mesh_blade
+from fe.mesher.mesh_rule import MeshRule
+from fe.mesher.plain_blade import mesh_plain_blade
 from geometry.blade import Blade
 from geometry.plain_blade import PlainBlade
 from study.case import CaseModel
@@ -83,7 +83,7 @@ class MaterialTable(CaseModel):
 
 
 class PadTable(CaseModel):
-    """Elements in the pads, as `fe.blade_mesher.PadMesh`."""
+    """Elements in the pads, as `fe.mesher.blade.PadMesh`."""
 
     along_contact: Count = 6
     across_groove: Count = 6

@@ -6,15 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fe.assembly import assemble_compact
-from fe.blade_mesher import PadMesh
 from fe.boundary import Support, supported_system
 from fe.material import Material
 from fe.mesh import Mesh
 from fe.mesh_quality import check_quality
-from fe.mesh_rule import MeshRule
+from fe.mesher.blade import PadMesh
+from fe.mesher.mesh_rule import MeshRule
 from fe.modal import modes
+from fe.relaxed_clamp import thinned
 from fe.system import LinearSystem
-from fe.thinning import thinned
 from geometry.blade import Blade
 from geometry.plain_blade import PlainBlade
 from study.blade_case import ELEMENT_BY_NAME, BladeTables, mesh_any, with_thickness
@@ -34,7 +34,7 @@ class BladeModel:
     blade, material
         What is meshed.
     element, through_thickness, length_ratio, length_cap, subdivisions, pads
-        How: the name of the element and the numbers of `fe.mesh_rule.MeshRule` and `fe.blade_mesher.PadMesh`.
+        How: the name of the element and the numbers of `fe.mesher.mesh_rule.MeshRule` and `fe.mesher.blade.PadMesh`.
     drop_every
         Thinning of the clamp; 0 for the full clamp [-].
     n_mode

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fe.damping import rayleigh_damping
 from fe.errors import SupportError
 from fe.modal import STRAINLESS, modes
-from fe.symmetric_part import whole_nodes
+from fe.sparse.symmetric_part import whole_nodes
 from fe.system import LinearSystem
 from reduction.craig_bampton import craig_bampton
 from reduction.memory_estimate import reduction_memory, refuse_beyond_memory

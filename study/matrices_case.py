@@ -5,9 +5,9 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from fe.dof_table import DIRECTIONS, LARGEST_LABEL, N_TRANSLATION
-from fe.imported_matrices import Units
-from fe.matrix_file import MatrixSource
+from fe.file.dof_table import DIRECTIONS, LARGEST_LABEL, N_TRANSLATION
+from fe.file.imported_matrices import Units
+from fe.file.matrix_file import MatrixSource
 from study.blade_case import DampingTable
 from study.case import CaseModel
 from study.case_head import case_head

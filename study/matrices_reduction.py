@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from fe.errors import MatrixFileError
-from fe.imported_matrices import ImportedMatrices, Rows, Units, read_matrices
-from fe.matrix_file import MatrixSource
+from fe.file.imported_matrices import ImportedMatrices, Rows, Units, read_matrices
+from fe.file.matrix_file import MatrixSource
 from fe.mode_check import ModeCheck
 from fe.system import LinearSystem
 from reduction.mode_check import check_fixed_interface_modes

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from fe.dof_table import DIRECTIONS, N_TRANSLATION
 from fe.errors import MatrixFileError
-from fe.imported_matrices import ImportedMatrices, ImportedSystem, Rows
-from fe.matrix_file import require_file
+from fe.file.dof_table import DIRECTIONS, N_TRANSLATION
+from fe.file.imported_matrices import ImportedMatrices, ImportedSystem, Rows
+from fe.file.matrix_file import require_file
 from fe.mode_check import ModeCheck
-from reduction.rom_io import save_rom
+from reduction.file.rom_hdf5 import save_rom
 from study.case import at_key, load_case, located
 from study.compared_reduction import ComparedReduction
 from study.errors import CaseError

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fe.errors import SupportError
+from fe.file.mesh_file import read_mesh, write_mesh
 from fe.material import Material
 from fe.mesh import Mesh
-from fe.mesh_io import read_mesh, write_mesh
 from geometry.errors import InputError
 from study.blade_case import BladeCase
 from study.blade_model import blade_model, mesh_size

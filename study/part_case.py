@@ -8,7 +8,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from fe.dof_table import DIRECTIONS, N_TRANSLATION
+from fe.file.dof_table import DIRECTIONS, N_TRANSLATION
 from geometry.face_selector import FaceSelector
 from geometry.interface import N_STATION
 from study.blade_case import DampingTable, MaterialTable

@@ -8,9 +8,9 @@ import scipy.sparse as sp
 from jaxtyping import Int
 from numpy.typing import NDArray
 
-from fe.dof_table import N_TRANSLATION
 from fe.errors import BesideMesh, MeshError
 from fe.face_integral import outer_faces
+from fe.file.dof_table import N_TRANSLATION
 from fe.host_face import named_faces, station_normals
 from fe.mesh import Mesh
 from fe.station_coordinates import station_coordinates

@@ -9,17 +9,17 @@ from pathlib import Path
 import numpy as np
 
 from fe.element import HEX8
+from fe.file.mesh_file import read_mesh, write_mesh
 from fe.material import Material
 from fe.mesh import Mesh
-from fe.mesh_io import read_mesh, write_mesh
 from fe.mesh_quality import cell_quality
+from fe.mesher.tetrahedra import TetRule
 from fe.mode_check import ModeCheck
-from fe.tet_mesher import TetRule
 from geometry.errors import SelectorError
 from geometry.face_selector import FaceSelector
 from geometry.step_io import check_complete
+from reduction.file.rom_hdf5 import save_rom
 from reduction.memory_estimate import mesh_memory, refuse_beyond_memory, tetrahedra_memory
-from reduction.rom_io import save_rom
 from study.case import at_key, load_case, located
 from study.compared_reduction import ComparedReduction
 from study.errors import MissingSoftware

@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 from fe.assembly import assemble_compact
 from fe.boundary import Support, supported_system, unsupported_system
 from fe.errors import SupportError
-from fe.factor import Symmetric
 from fe.material import Material
 from fe.mesh import Mesh
+from fe.mesher.tetrahedra import TetRule, mesh_solid
 from fe.mode_check import ModeCheck
-from fe.node_matrix import NodeMatrix
+from fe.sparse.factor import Symmetric
+from fe.sparse.node_matrix import NodeMatrix
+from fe.sparse.upper_blocks import UpperBlocks
 from fe.station_coordinates import StationCoordinates
 from fe.stress import nodal_stress, von_mises
 from fe.system import LinearSystem
-from fe.tet_mesher import TetRule, mesh_solid
-from fe.upper_blocks import UpperBlocks
 from geometry.face_selector import FaceSelector
 from geometry.part import MILLIMETRES_PER_METRE
 from geometry.step_part import read_body, step_part

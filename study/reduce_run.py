@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from fe.mesh_io import write_mesh
+from fe.file.mesh_file import write_mesh
 from fe.mode_check import ModeCheck
 from hbsolve.dynamic_stiffness import DynamicStiffness
 from hbsolve.forced_response import forced_response
+from reduction.file.rom_hdf5 import save_rom
 from reduction.mode_check import check_fixed_interface_modes
 from reduction.rom import ReducedModel
-from reduction.rom_io import save_rom
 from study.blade_case import BladeCase
 from study.blade_model import BladeModel, blade_model, clamped, mesh_size
 from study.blade_reduction import THICKNESS_DIRECTION, Reduction, reduce_blade, unit_force

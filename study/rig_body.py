@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 
 from fe.assembly import assemble_compact
 from fe.boundary import Support, supported_system, unsupported_system
-from fe.factor import Symmetric
 from fe.mesh import Mesh
 from fe.mesh_quality import check_quality
 from fe.mode_check import ModeCheck
 from fe.reaction import Reaction, reaction
+from fe.sparse.factor import Symmetric
 from fe.station_coordinates import StationCoordinates
 from fe.system import LinearSystem
 from reduction.craig_bampton import craig_bampton

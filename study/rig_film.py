@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Int
 from numpy.typing import NDArray
 
-from fe.whole_mesh import whole_mesh
+from fe.mesher.whole_mesh import whole_mesh
 from geometry.rig import mating_pairs
 from study.figure.deflection_film import deflection_film
 from study.figure.station_picture import StationStates

@@ -9,8 +9,8 @@ from fe.element import ELEMENTS
 from fe.face_integral import outer_faces
 from fe.material import Material
 from fe.mesh import Mesh
+from fe.mesher.rig import RigMesh, mesh_rig, rig_mesh
 from fe.pressed_disc import disc_weights
-from fe.rig_mesher import RigMesh, mesh_rig, rig_mesh
 from fe.station_coordinates import StationCoordinates, at_nodes, with_mean
 from geometry.rig import Rig, named_points, placements
 

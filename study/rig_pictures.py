@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.mesh import Mesh
-from fe.whole_mesh import whole_mesh
+from fe.mesher.whole_mesh import whole_mesh
 from geometry.rig import Rig, mating_pairs
 from study.figure.body_picture import bodies_picture, cut_picture
 from study.figure.mode_picture import mode_picture

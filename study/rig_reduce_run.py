@@ -9,12 +9,12 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.dense_modes import dense_modes
-from fe.mesh_io import write_mesh
+from fe.file.mesh_file import write_mesh
+from fe.mesher.whole_mesh import whole_mesh
 from fe.mode_check import ModeCheck
-from fe.whole_mesh import whole_mesh
 from geometry.errors import GeometryError
 from reduction.assembly import ReducedAssembly
-from reduction.assembly_io import save_assembly
+from reduction.file.assembly_hdf5 import save_assembly
 from reduction.joined import LinePair, joined
 from reduction.line_contact import Tangents
 from reduction.memory_estimate import available_memory

@@ -16,8 +16,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from geometry.rig import SIDES, Rig
+from reduction.file.npz import write_npz
 from reduction.jointed_system import FrictionContact
-from reduction.npz_file import write_npz
 from reduction.stuck import stuck_damping
 from study.rig_case import RigCase
 from study.rig_joints import dead_weights

@@ -7,8 +7,8 @@ import numpy as np
 from fe.element import TET10
 from fe.face_integral import outer_faces
 from fe.mesh import Mesh
+from fe.mesher.tetrahedra import TetRule, mesh_solid
 from fe.station_coordinates import StationCoordinates, station_coordinates
-from fe.tet_mesher import TetRule, mesh_solid
 from geometry.rig import Rig, named_points, rig_parts
 from study.doctor import preflight
 from study.parallel import Task, run_parallel

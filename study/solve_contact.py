@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from reduction.errors import JointError
+from reduction.file.structure_file import StructureMatrices
 from reduction.jointed_system import (
     CubicSpring,
     ElasticStop,
@@ -14,7 +15,6 @@ from reduction.jointed_system import (
     Joint,
     QuadraticDamper,
 )
-from reduction.matrix_io import StructureMatrices
 from study.case import CaseModel, located
 from study.solve_case import ContactTable, CubicTable, FrictionTable, JenkinsTable, QuadraticDamperTable, StopTable
 from study.solve_place import Row, rows

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from geometry.errors import InputError
 from reduction.errors import JointError, MatrixError
+from reduction.file.structure_file import StructureMatrices, load_matrices
 from reduction.jointed_system import Joint, JointedSystem
-from reduction.matrix_io import StructureMatrices, load_matrices
 from study.errors import CaseError
 from study.mistakes import Mistakes
 from study.solve_case import FrequencySweepTable, SolveCase

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from reduction.errors import JointError
+from reduction.file.structure_file import StructureMatrices
 from reduction.jointed_system import along, between
-from reduction.matrix_io import StructureMatrices
 from reduction.rom import ReducedModel
 from study.case import CaseModel
 

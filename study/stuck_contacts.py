@@ -7,8 +7,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from reduction.errors import JointError
+from reduction.file.structure_file import StructureMatrices
 from reduction.jointed_system import FrictionContact, Joint
-from reduction.matrix_io import StructureMatrices
 from reduction.stuck import stuck_damping, stuck_stiffness
 from study.solve_case import DampingTable
 

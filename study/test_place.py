@@ -15,7 +15,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from correlation.errors import TestModelError
 from correlation.test_model import Dof
-from reduction.matrix_io import StructureMatrices
+from reduction.file.structure_file import StructureMatrices
 from study.case import CaseModel
 from study.case_problem import did_you_mean
 from study.solve_place import DofNumber, PlaceTable, Row, rows

@@ -13,7 +13,7 @@ from correlation.errors import TestModelError
 from correlation.test_model import DIRECTIONS, Dof, Part
 from geometry.errors import InputError
 from reduction.errors import MatrixError
-from reduction.matrix_io import NAMES, StructureMatrices, load_matrices
+from reduction.file.structure_file import NAMES, StructureMatrices, load_matrices
 from reduction.rom import ReducedModel
 from study.test_case import DofTable
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from fe.mesh import Mesh
-from fe.whole_mesh import whole_mesh
+from fe.mesher.whole_mesh import whole_mesh
 from study.figure.caption import DPI, Layout, layout_for
 from study.figure.cut import behind
 from study.figure.film import Image, save_picture

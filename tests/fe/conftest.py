@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from fe.element import ELEMENTS, Element
-from fe.hex_blocks import Block, mesh_blocks
 from fe.mesh import Mesh
-from fe.sparse_solver import Backend, is_available
+from fe.mesher.block import Block, mesh_blocks
+from fe.sparse.solver import Backend, is_available
 
 BoxMesher = Callable[..., Mesh]
 #: The six walls of a box, in the order of the axes: face sets of every box mesh.

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fe.calculix_inp import NodeSpring, write_calculix
 from fe.calculix_run import find_ccx, run_frequency
 from fe.element import HEX8
+from fe.file.calculix_deck import NodeSpring, write_calculix
 from fe.material import Material
 from fe.mesh import Mesh
 

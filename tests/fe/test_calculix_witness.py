@@ -14,15 +14,15 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fe.assembly import assemble
-from fe.blade_mesher import PadMesh, mesh_blade
 from fe.boundary import Support, supported_system
 from fe.calculix_run import find_ccx, run_frequency, run_matrices
 from fe.element import Element
 from fe.material import STEEL, Material
 from fe.mesh import Mesh
-from fe.mesh_rule import MeshRule
+from fe.mesher.blade import PadMesh, mesh_blade
+from fe.mesher.mesh_rule import MeshRule
+from fe.mesher.plain_blade import mesh_plain_blade
 from fe.modal import modes
-from fe.plain_blade_mesher import mesh_plain_blade
 from geometry.blade import Blade
 from geometry.plain_blade import PlainBlade
 

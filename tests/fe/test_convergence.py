@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from fe.assembly import assemble
 from fe.boundary import Support, supported_system
 from fe.element import HEX20, TET10, Element
-from fe.hex_blocks import Block, mesh_blocks
 from fe.material import STEEL
 from fe.mesh import Mesh
+from fe.mesher.block import Block, mesh_blocks
 from fe.modal import modes
 
 BoxMesher = Callable[..., Mesh]

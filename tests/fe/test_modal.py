@@ -17,7 +17,7 @@ from fe.mac import modal_assurance_criterion
 from fe.material import STEEL, Material
 from fe.mesh import Mesh
 from fe.modal import modes
-from fe.sparse_solver import Backend, Definiteness, factorise, is_available
+from fe.sparse.solver import Backend, Definiteness, factorise, is_available
 from fe.system import LinearSystem
 from geometry.errors import InputError
 

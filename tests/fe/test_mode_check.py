@@ -10,12 +10,12 @@ from fe import mode_check
 from fe.assembly import assemble
 from fe.boundary import Support, supported_system
 from fe.element import HEX20
-from fe.factor import UnknownInertia
 from fe.material import STEEL
 from fe.mesh import Mesh
 from fe.modal import lowest_eigenpairs
 from fe.mode_check import GAP, check_modes, count_below
-from fe.sparse_solver import Backend
+from fe.sparse.factor import UnknownInertia
+from fe.sparse.solver import Backend
 
 BoxMesher = Callable[..., Mesh]
 

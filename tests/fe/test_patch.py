@@ -11,7 +11,7 @@ from fe.assembly import assemble
 from fe.element import ELEMENTS, HEX8, HEX20, TET10, Element
 from fe.material import STEEL
 from fe.mesh import Mesh
-from fe.sparse_solver import factorise
+from fe.sparse.solver import factorise
 from fe.stress import nodal_stress, strain, stress
 
 BoxMesher = Callable[..., Mesh]

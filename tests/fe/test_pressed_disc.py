@@ -14,12 +14,12 @@ from fe.boundary import Support, supported_system
 from fe.element import HEX20, TET10, Element
 from fe.errors import MeshError
 from fe.face_integral import outer_faces
-from fe.hex_blocks import Block, mesh_blocks
 from fe.material import STEEL
 from fe.mesh import Mesh
+from fe.mesher.block import Block, mesh_blocks
 from fe.modal import modes
 from fe.pressed_disc import disc_weights
-from fe.sparse_solver import factorise
+from fe.sparse.solver import factorise
 from fe.station_coordinates import at_nodes, with_mean
 
 BoxMesher = Callable[..., Mesh]

@@ -13,12 +13,12 @@ from fe.boundary import Support, rigid_motions, supported_system
 from fe.element import HEX20, TET10, Element
 from fe.errors import MeshError
 from fe.face_integral import outer_faces
-from fe.hex_blocks import Block, mesh_blocks
 from fe.host_face import station_weights
 from fe.material import STEEL
 from fe.mesh import Mesh
+from fe.mesher.block import Block, mesh_blocks
 from fe.modal import modes
-from fe.sparse_solver import factorise
+from fe.sparse.solver import factorise
 from fe.station_coordinates import station_coordinates
 from fe.system import LinearSystem
 

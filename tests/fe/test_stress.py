@@ -14,7 +14,7 @@ from fe.element import HEX8, HEX20, Element
 from fe.errors import MeshError
 from fe.material import STEEL, Material
 from fe.mesh import Mesh
-from fe.sparse_solver import factorise
+from fe.sparse.solver import factorise
 from fe.stress import nodal_stress, strain, stress, von_mises
 
 BoxMesher = Callable[..., Mesh]

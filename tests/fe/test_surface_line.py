@@ -9,8 +9,8 @@ from fe.element import HEX8, HEX20, TET10
 from fe.element.table import Element
 from fe.errors import MeshError
 from fe.face_integral import outer_faces
-from fe.hex_blocks import Block, mesh_blocks
 from fe.mesh import Mesh
+from fe.mesher.block import Block, mesh_blocks
 from fe.surface_line import line_along_edge, line_between
 from geometry.errors import GeometryError
 

@@ -8,15 +8,15 @@ import scipy.linalg
 import scipy.sparse as sp
 
 from fe.assembly import assemble
-from fe.blade_mesher import mesh_blade
 from fe.boundary import Support, supported_system
 from fe.damping import rayleigh_damping
 from fe.element import HEX8, HEX20
 from fe.material import STEEL
 from fe.mesh import Mesh
-from fe.mesh_rule import MeshRule
+from fe.mesher.blade import mesh_blade
+from fe.mesher.mesh_rule import MeshRule
 from fe.modal import modes
-from fe.sparse_solver import factorise
+from fe.sparse.solver import factorise
 from fe.stress import nodal_stress
 from fe.system import LinearSystem
 from geometry.blade import Blade

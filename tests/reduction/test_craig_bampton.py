@@ -10,15 +10,15 @@ import scipy.sparse as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import fe.block_lanczos
+import fe.sparse.block_lanczos
 import reduction.constraint_modes
 import reduction.craig_bampton
 from fe.assembly import assemble, assemble_compact
 from fe.boundary import GroundedSpring, Support, rigid_motions, supported_system
 from fe.damping import RayleighDamping, damped, rayleigh_damping
-from fe.factor import Symmetric
 from fe.material import STEEL, Material
 from fe.mesh import Mesh
+from fe.sparse.factor import Symmetric
 from fe.system import LinearSystem
 from reduction.craig_bampton import craig_bampton
 from reduction.errors import RomError
@@ -160,7 +160,7 @@ def test_narrow_blocks_and_a_short_basis_change_nothing_but_the_memory(monkeypat
     wide = craig_bampton(system, boundary, n_mode=50)
     monkeypatch.setattr(reduction.craig_bampton, "AT_ONCE", 7)
     monkeypatch.setattr(reduction.constraint_modes, "MEMORY", 1.0)
-    monkeypatch.setattr(fe.block_lanczos, "MEMORY", 1.0)
+    monkeypatch.setattr(fe.sparse.block_lanczos, "MEMORY", 1.0)
     narrow = craig_bampton(system, boundary, n_mode=50)
     np.testing.assert_allclose(narrow.recovery, wide.recovery, rtol=0, atol=ROUND_OFF * np.abs(wide.recovery).max())
     np.testing.assert_allclose(narrow.fixed_interface_frequency, wide.fixed_interface_frequency, rtol=ROUND_OFF)

@@ -12,9 +12,9 @@ from fe.assembly import assemble
 from fe.boundary import Support, supported_system
 from fe.distributed_load import distributed_load
 from fe.element import HEX20
-from fe.hex_blocks import Block, Lattice, mesh_blocks
 from fe.material import Material
 from fe.mesh import Mesh
+from fe.mesher.block import Block, Lattice, mesh_blocks
 from fe.system import LinearSystem
 from geometry.interface import ContactLine, straight_contact_line
 from reduction.assembly import ReducedAssembly, reduce_bodies

@@ -10,9 +10,9 @@ import scipy.sparse as sp
 
 from fe.assembly import assemble, assemble_compact
 from fe.element import HEX20, TET10
-from fe.hex_blocks import Block, mesh_blocks
 from fe.material import STEEL
 from fe.mesh import Mesh
+from fe.mesher.block import Block, mesh_blocks
 from reduction.errors import RomError
 from reduction.memory_estimate import (
     FACTOR,
@@ -34,7 +34,7 @@ import numpy as np
 import fe.assembly
 from fe.boundary import Support, supported_system
 from fe.element import ELEMENTS
-from fe.hex_blocks import Block, mesh_blocks
+from fe.mesher.block import Block, mesh_blocks
 from fe.material import STEEL
 from reduction.craig_bampton import craig_bampton
 from reduction.memory_estimate import reduction_memory

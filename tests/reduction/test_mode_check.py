@@ -8,9 +8,9 @@ import pytest
 from fe.assembly import assemble
 from fe.boundary import Support, supported_system
 from fe.element import HEX8
-from fe.hex_blocks import Block, mesh_blocks
 from fe.material import STEEL
-from fe.symmetric_part import PartView
+from fe.mesher.block import Block, mesh_blocks
+from fe.sparse.symmetric_part import PartView
 from fe.system import LinearSystem
 from reduction.craig_bampton import craig_bampton
 from reduction.errors import RomError

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from fe.assembly import assemble
 from fe.boundary import Support, supported_system
 from fe.element import HEX20
-from fe.hex_blocks import Block, Lattice, mesh_blocks
 from fe.material import Material
 from fe.mesh import Mesh
+from fe.mesher.block import Block, Lattice, mesh_blocks
 from fe.system import LinearSystem
 from geometry.interface import ContactLine, straight_contact_line
 from reduction.line_contact import contact_directions

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from fe.element import HEX8
-from fe.hex_blocks import Block, mesh_blocks
+from fe.file.mesh_file import write_mesh
 from fe.mesh import Mesh
-from fe.mesh_io import write_mesh
+from fe.mesher.block import Block, mesh_blocks
 from study import cli
 
 Refusal = Callable[..., str]

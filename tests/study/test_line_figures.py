@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fe.element import HEX8
-from fe.hex_blocks import Block, mesh_blocks
 from fe.mesh import Mesh
+from fe.mesher.block import Block, mesh_blocks
 from geometry.errors import InputError
 from study.errors import MissingSoftware, OutputError
 from study.figure import off_screen

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fe.element import ELEMENTS, HEX8, HEX20, TET10, Element
-from fe.hex_blocks import Block, mesh_blocks
 from fe.mesh import Mesh
+from fe.mesher.block import Block, mesh_blocks
 from geometry.errors import InputError
 from study.errors import MissingSoftware, OutputError
 from study.figure.mode_picture import mode_animation, mode_picture

@@ -14,15 +14,15 @@ import pytest
 from fe.assembly import assemble
 from fe.boundary import Support, supported_system
 from fe.element import HEX20
-from fe.hex_blocks import Block, mesh_blocks
+from fe.file.mesh_file import read_mesh, write_mesh
 from fe.mac import modal_assurance_criterion
 from fe.material import Material
 from fe.mesh import Mesh
-from fe.mesh_io import read_mesh, write_mesh
+from fe.mesher.block import Block, mesh_blocks
 from fe.modal import ModeSet, modes
 from geometry.errors import InputError
 from reduction.errors import RomError
-from reduction.rom_io import load_rom
+from reduction.file.rom_hdf5 import load_rom
 
 TIMEOUT = 120  # s; a hang is an error, a slow machine is none
 ALUMINIUM = Material(young=70e9, poisson=0.33, density=2700.0)

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fe.element import TET10
-from fe.hex_blocks import Block, mesh_blocks
 from fe.mesh import Mesh
+from fe.mesher.block import Block, mesh_blocks
 from study.errors import MissingSoftware
 from study.figure.body_picture import STATION_COLOUR
 from study.figure.named_faces import COLOURS, NODE_COLOURS, named_faces_picture

@@ -10,7 +10,7 @@ import pytest
 import scipy.io
 import scipy.sparse as sp
 
-from reduction.rom_io import load_rom
+from reduction.file.rom_hdf5 import load_rom
 from study.cli import main
 
 #: A cantilever of steel, 10 x 10 mm, in mm, tonne and N: deflections z and rotations about y of nodes 1 to 31.

@@ -15,13 +15,13 @@ from fe.boundary import Support, supported_system
 from fe.calculix_run import find_ccx, run_frequency
 from fe.element import HEX8, HEX20, TET10
 from fe.face_integral import face_areas
-from fe.hex_blocks import Block, mesh_blocks
+from fe.file.mesh_file import read_mesh, write_mesh
 from fe.host_face import station_weights
 from fe.material import STEEL
 from fe.mesh import Mesh
-from fe.mesh_io import read_mesh, write_mesh
+from fe.mesher.block import Block, mesh_blocks
 from fe.modal import modes
-from reduction.rom_io import load_rom
+from reduction.file.rom_hdf5 import load_rom
 from study import part_run
 from study.cli import main
 
@@ -501,6 +501,6 @@ def test_open_shells_and_overlapping_solids_are_refused_with_the_place_in_the_ca
 def test_without_pytetwild_one_sentence_says_what_to_install(
     cad: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("fe.raw_tets.MODULE", "no_such_module")
+    monkeypatch.setattr("fe.mesher.ftetwild.MODULE", "no_such_module")
     assert stickslip("reduce", "bar.toml", "--out", "out") == 2
     assert 'pytetwild, which is not installed: pip install "stickslip[tets]"' in capfd.readouterr().err

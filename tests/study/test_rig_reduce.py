@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from fe.dense_modes import dense_modes
 from fe.face_integral import outer_faces
-from fe.mesh_io import read_mesh
+from fe.file.mesh_file import read_mesh
 from fe.pressed_disc import disc_weights
 from geometry.rig import Rig, mating_pairs, named_points
 from reduction.assembly import ReducedAssembly
-from reduction.assembly_io import load_assembly
+from reduction.file.assembly_hdf5 import load_assembly
 from reduction.jointed_system import FrictionContact
 from reduction.stuck import stuck_stiffness
 from study import parallel

@@ -64,7 +64,7 @@ def test_bricks_and_meshes_that_are_there_stay_as_they_are(model: RigModel) -> N
 
 
 def test_without_pytetwild_one_sentence_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fe.raw_tets.MODULE", "no_such_module")
+    monkeypatch.setattr("fe.mesher.ftetwild.MODULE", "no_such_module")
     with pytest.raises(
         InputError, match=r'pytetwild, which is not installed: pip install "stickslip\[tets\]", or mesh'
     ):

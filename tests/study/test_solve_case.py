@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from geometry.errors import InputError
+from reduction.file.rom_hdf5 import save_rom
 from reduction.jointed_system import (
     CubicSpring,
     ElasticStop,
@@ -17,7 +18,6 @@ from reduction.jointed_system import (
     QuadraticDamper,
 )
 from reduction.rom import ReducedModel
-from reduction.rom_io import save_rom
 from study.case import load_case
 from study.errors import CaseError
 from study.solve_case import SolveCase

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from fe.element import HEX8, HEX20
-from fe.hex_blocks import Block, mesh_blocks
 from fe.material import STEEL, Material
 from fe.mesh import Mesh
-from fe.mesh_rule import MeshRule
-from fe.plain_blade_mesher import mesh_plain_blade
+from fe.mesher.block import Block, mesh_blocks
+from fe.mesher.mesh_rule import MeshRule
+from fe.mesher.plain_blade import mesh_plain_blade
 from fe.solid import element_matrices
 from geometry.blade import Blade
 from geometry.plain_blade import PlainBlade
@@ -178,7 +178,7 @@ def test_bending_energy_falls_from_root_to_tip() -> None:
 
 
 def test_stations_of_the_rig_are_those_of_its_elements_outside_the_pads() -> None:
-    from fe.blade_mesher import mesh_blade
+    from fe.mesher.blade import mesh_blade
 
     blade = Blade()
     rule = MeshRule(element=HEX20, through_thickness=1, length_ratio=2.3, length_cap=0.008)

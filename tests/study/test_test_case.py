@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from correlation.test_model import LineSensor, Sensor, TestModel
+from reduction.file.rom_hdf5 import save_rom
 from reduction.jointed_system import CubicSpring
 from reduction.rom import ReducedModel
-from reduction.rom_io import save_rom
 from study.beam_case import write_beam_case
 from study.beam_model import beam_model
 from study.errors import CaseError

@@ -1,0 +1,249 @@
+"""Mass and stiffness of another program, checked, and as a linear system that can be reduced."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Int
+from numpy.typing import NDArray
+
+from fe.errors import MatrixFileError
+from fe.file.dof_table import N_TRANSLATION, DofTable, numbered, read_dof_table
+from fe.file.matrix_file import FileMatrix, MatrixSource, read_matrix
+from fe.sparse.definiteness import is_definite
+from fe.system import LinearSystem
+
+#: Asymmetry relative to the largest entry that still counts as the round-off of a written number.
+ASYMMETRY = 1e-8
+#: Rigid motions of a free structure may have so negative a stiffness, relative to its diagonal, where the numbers were
+#: written in single precision.
+WRITTEN = 1e-6
+
+Rows = Int[NDArray[np.int64], " k"]
+
+
+class Units(Enum):
+    """In which units a program counts: what one of its lengths is in metres; forces are newtons in all of them."""
+
+    SI = 1.0
+    """m, kg, N, s"""
+    MILLIMETRE = 1e-3
+    """mm, tonne, N, s"""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ImportedMatrices:
+    """Symmetric matrices in SI units, and which degree of freedom each row is.
+
+    Parameters
+    ----------
+    mass, damping, stiffness
+        Sparse, both halves, shape (n, n) [kg, N s/m, N/m, and with rotations kg m^2 and so on].
+    dofs
+        Node and direction of each row.
+    """
+
+    mass: sp.csr_array
+    damping: sp.csr_array
+    stiffness: sp.csr_array
+    dofs: DofTable
+
+    def system(self, held: Rows) -> "ImportedSystem":
+        """The matrices on what the supports leave free.
+
+        Parameters
+        ----------
+        held
+            Rows that supports hold, shape (k,) [-].
+
+        Raises
+        ------
+        MatrixFileError
+            Nothing is left free, a degree of freedom without stiffness or mass, or with a negative one, a mass that is
+            not positive definite, or a stiffness that is indefinite.
+        """
+        label, place = np.unique(self.dofs.node, return_inverse=True)
+        turning = self.dofs.direction >= N_TRANSLATION
+        # A linear system has three directions a node: rotations belong to nodes of their own, behind the others.
+        mesh_dof = N_TRANSLATION * (place + len(label) * turning) + self.dofs.direction % N_TRANSLATION
+        free = np.setdiff1d(np.arange(self.dofs.n_dof), held)
+        if not len(free):
+            raise MatrixFileError("the supports hold every degree of freedom of the matrices: leave some free")
+        free = free[np.argsort(mesh_dof[free])]
+        self._check_carried(free)
+        matrices = {name: getattr(self, name)[free][:, free] for name in ("mass", "damping", "stiffness")}
+        _check_definite(matrices["mass"], matrices["stiffness"])
+        linear = LinearSystem(**matrices, free=mesh_dof[free], n_node=len(label) * (2 if turning.any() else 1))
+        row = np.full(self.dofs.n_dof, -1)
+        row[free] = np.arange(len(free))
+        return ImportedSystem(linear=linear, row=row)
+
+    def _check_carried(self, free: Rows) -> None:
+        for name in ("mass", "stiffness"):
+            diagonal = getattr(self, name).diagonal()
+            worst = int(free[diagonal[free].argmin()])
+            if diagonal[worst] < 0:
+                raise MatrixFileError(
+                    f"{self.dofs.name(worst)} has a {name} of {diagonal[worst]:g} on the diagonal: check its sign"
+                )
+        loose = free[np.asarray(abs(self.stiffness).sum(axis=1)).ravel()[free] == 0]
+        if len(loose):
+            raise MatrixFileError(
+                f"{self._named(loose)} no stiffness: hold what the model does not use by a support, as AUTOSPC does"
+            )
+        light = free[self.mass.diagonal()[free] <= 0]
+        if len(light):
+            raise MatrixFileError(
+                f"{self._named(light)} no mass: write a consistent mass matrix (Nastran: PARAM,COUPMASS,1; ANSYS: "
+                "LUMPM,OFF), or hold it by a support"
+            )
+
+    def _named(self, rows: Rows) -> str:
+        others = f" and {len(rows) - 1} others have" if len(rows) > 1 else " has"
+        return f"{self.dofs.name(int(rows[0]))}{others}"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ImportedSystem:
+    """The free part of imported matrices.
+
+    Parameters
+    ----------
+    linear
+        What can be reduced; node k of it is the k-th label in ascending order, and rotations follow on nodes of their
+        own.
+    row
+        Row of it for each row of the files, -1 where it is held, shape (n,) [-].
+    """
+
+    linear: LinearSystem
+    row: Rows
+
+
+def read_matrices(
+    mass: MatrixSource,
+    stiffness: MatrixSource,
+    *,
+    damping: MatrixSource | None = None,
+    dofs: Path | None = None,
+    units: Units = Units.SI,
+) -> ImportedMatrices:
+    """Read mass and stiffness of another program.
+
+    Parameters
+    ----------
+    mass, stiffness, damping
+        Where the matrices stand; without damping it is zero.
+    dofs
+        File of `fe.file.dof_table.read_dof_table`. Without it, row k is node k in direction x, counted from 0; DMIG
+        cards name their degrees of freedom themselves.
+    units
+        Of the files.
+
+    Raises
+    ------
+    MatrixFileError
+        A file that cannot be read, matrices or a table of different sizes, or a matrix that is not symmetric.
+    """
+    sources = {"mass": mass, "stiffness": stiffness} | ({} if damping is None else {"damping": damping})
+    found = {name: _read(name, source) for name, source in sources.items()}
+    matrices, table = _on_one_table(sources, found, dofs)
+    for name, matrix in matrices.items():
+        _check_symmetric(sources[name].file, name, matrix, table)
+        matrices[name] = _in_si(sp.csr_array((matrix + matrix.T) / 2), table, units)
+    if "damping" not in matrices:
+        matrices["damping"] = sp.csr_array(matrices["mass"].shape)
+    return ImportedMatrices(**matrices, dofs=table)
+
+
+def _read(name: str, source: MatrixSource) -> FileMatrix:
+    try:
+        return read_matrix(source)
+    except MatrixFileError as error:
+        raise MatrixFileError(f"the {name}: {error}") from error
+
+
+def _on_one_table(
+    sources: dict[str, MatrixSource], found: dict[str, FileMatrix], dofs: Path | None
+) -> tuple[dict[str, sp.csr_array], DofTable]:
+    named = {name: each.dofs for name, each in found.items() if each.dofs is not None}
+    if named and (len(named) < len(found) or dofs is not None):
+        raise MatrixFileError(
+            f'"{sources[next(iter(named))].file}" names its degrees of freedom itself: give all matrices as DMIG '
+            "cards, and no table of them"
+        )
+    if named:
+        return _united(found, list(named.values()))
+    size = {name: each.matrix.shape[0] for name, each in found.items()}
+    table = numbered(size["stiffness"]) if dofs is None else read_dof_table(dofs)
+    other = [name for name in found if size[name] != table.n_dof]
+    if len(other) == len(found) and len(set(size.values())) == 1:
+        raise MatrixFileError(
+            f'"{dofs}" lists {table.n_dof} degrees of freedom, but the matrices have {size["stiffness"]} rows: write '
+            "one line for each row, all from the same model"
+        )
+    if other:
+        # Which of two is wrong nothing but a table tells.
+        reference = f'the stiffness of "{sources["stiffness"].file}"' if dofs is None else f'"{dofs}"'
+        kind = "rows" if dofs is None else "degrees of freedom"
+        raise MatrixFileError(
+            f'"{sources[other[0]].file}": the {other[0]} has {size[other[0]]} rows, but {reference} has {table.n_dof} '
+            f"{kind}: write both from the same model"
+        )
+    return {name: each.matrix for name, each in found.items()}, table
+
+
+def _united(found: dict[str, FileMatrix], tables: Sequence[DofTable]) -> tuple[dict[str, sp.csr_array], DofTable]:
+    """All matrices on the degrees of freedom that any of them names: cards leave out rows of zeros."""
+    pairs = np.unique(np.concatenate([np.stack([each.node, each.direction], axis=1) for each in tables]), axis=0)
+    table = DofTable(node=pairs[:, 0], direction=pairs[:, 1])
+    matrices = {}
+    for name, each in found.items():
+        assert each.dofs is not None
+        place = np.searchsorted(table.key, each.dofs.key)
+        entries = sp.coo_array(each.matrix)
+        spread = (entries.data, (place[entries.row], place[entries.col]))
+        matrices[name] = sp.csr_array(sp.coo_array(spread, shape=(table.n_dof,) * 2))
+    return matrices, table
+
+
+def _check_symmetric(file: Path, name: str, matrix: sp.csr_array, table: DofTable) -> None:
+    skew = sp.coo_array(matrix - matrix.T)
+    if not skew.nnz or np.abs(skew.data).max() <= ASYMMETRY * np.abs(matrix.data).max():
+        return
+    worst = int(np.abs(skew.data).argmax())
+    i, j = sorted((int(skew.row[worst]), int(skew.col[worst])))
+    if not (sp.triu(matrix, 1).nnz and sp.tril(matrix, -1).nnz):
+        raise MatrixFileError(
+            f'"{file}": the {name} holds one triangle alone and is not said to be symmetric: write both, or in a '
+            "format that says so, such as MatrixMarket's symmetric"
+        )
+    remedy = "write it again" if name == "mass" else "write it without follower forces and gyroscopic terms"
+    raise MatrixFileError(
+        f'"{file}": the {name} is not symmetric, worst between {table.name(i)} and {table.name(j)}: entries ({i}, {j}) '
+        f"and ({j}, {i}), counted from 0, are {matrix[i, j]:g} and {matrix[j, i]:g}; {remedy}"
+    )
+
+
+def _check_definite(mass: sp.csr_array, stiffness: sp.csr_array) -> None:
+    if not is_definite(mass, 0.0):
+        raise MatrixFileError(
+            "the mass is not positive definite: a motion has no mass, or a negative one; check signs and units of the "
+            "mass, and write a consistent one"
+        )
+    if not is_definite(stiffness, WRITTEN):
+        raise MatrixFileError(
+            "the stiffness is indefinite, a motion is pushed on instead of back: check its signs and units, and write "
+            "it without preload beyond buckling"
+        )
+
+
+def _in_si(matrix: sp.csr_array, table: DofTable, units: Units) -> sp.csr_array:
+    """A quadratic form of displacements in the file's length and of rotations, N times that length, in joules."""
+    length = units.value
+    per_metre = np.where(table.direction < N_TRANSLATION, 1 / length, 1.0)
+    scale = sp.diags_array(per_metre)
+    return sp.csr_array(length * (scale @ matrix @ scale))

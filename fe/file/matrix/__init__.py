@@ -1,0 +1,1 @@
+"""Formats of sparse matrices, one file each."""

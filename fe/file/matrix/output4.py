@@ -1,0 +1,145 @@
+"""Matrices in Nastran OUTPUT4 files, text or binary, column by column.
+
+Each matrix has a heading (columns, rows, form, type, name), then records of one column each: column, first row and
+words, and the values. A first row of 0 means strings of non-zeros, each with a heading of its own: length and row
+("bigmat", rows given as negative), or both packed into one number, 65536 (length + 1) + row. A record beyond the last
+column ends the matrix.
+
+References
+----------
+MSC Nastran Quick Reference Guide, OUTPUT4; DMAP Programmer's Guide, the same.
+"""
+
+import re
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse as sp
+
+from fe.errors import MatrixFileError
+from fe.file.fortran_number import columns, reals
+from fe.file.matrix.harwell_boeing import whole
+
+_PACKED = 65536
+_SYMMETRIC = 6
+_HEADING = 24  # bytes
+#: Bytes of a value by type; the others are complex.
+_REAL = {1: 4, 2: 8}
+_WIDTH = re.compile(r"[ED](\d+)\.", re.IGNORECASE)
+
+#: Row, column, values of a string of consecutive rows.
+String = tuple[int, int, np.ndarray]
+
+
+def read_output4(path: Path) -> dict[str, sp.csr_array]:
+    """Read all real matrices of a file, by name.
+
+    Raises
+    ------
+    MatrixFileError
+        A complex matrix, or a file that is damaged or of another kind.
+    """
+    raw = path.read_bytes()
+    try:
+        binary = struct.unpack("<i", raw[:4])[0] == _HEADING or struct.unpack(">i", raw[:4])[0] == _HEADING
+        return dict(_binary(path, raw) if binary else _text(path, raw.decode("ascii").splitlines()))
+    except MatrixFileError:
+        raise
+    except (ValueError, LookupError, struct.error, StopIteration):
+        raise MatrixFileError(
+            f'"{path}" ({len(raw)} bytes) is cut short, damaged or no OUTPUT4 file of 32-bit words: write it again, '
+            "best as text (FORM=FORMATTED)"
+        ) from None
+
+
+def _assembled(path: Path, name: str, heading: tuple[int, int, int, int], strings: list[String]) -> sp.csr_array:
+    n_column, n_row, form, kind = heading
+    if kind not in _REAL:
+        raise MatrixFileError(f'"{path}": {name} is complex (type {kind}): give losses as a damping matrix')
+    rows = [np.arange(row, row + len(values)) for row, _, values in strings]
+    cols = [np.full(len(values), column) for _, column, values in strings]
+    data = [values for _, _, values in strings]
+    place = (np.concatenate([[], *rows]).astype(np.int64), np.concatenate([[], *cols]).astype(np.int64))
+    matrix = sp.csr_array(sp.coo_array((np.concatenate([[], *data]), place), shape=(abs(n_row), n_column)))
+    matrix.eliminate_zeros()
+    return whole(matrix) if form == _SYMMETRIC else matrix
+
+
+def _text(path: Path, lines: list[str]) -> Iterator[tuple[str, sp.csr_array]]:
+    at = 0
+    while at < len(lines):
+        if not lines[at].strip():
+            at += 1
+            continue
+        heading = tuple(int(lines[at][start : start + 8]) for start in (0, 8, 16, 24))
+        name, layout = lines[at][32:40].strip(), _WIDTH.search(lines[at][40:])
+        width = int(layout.group(1)) if layout else 16
+        at += 1
+        strings: list[String] = []
+        column = 0
+        while True:
+            numbers = [int(each) for each in lines[at].split()]
+            at += 1
+            if len(numbers) == 3:
+                column, row = numbers[0] - 1, numbers[1] - 1
+            elif len(numbers) == 2:
+                row = numbers[1] - 1
+            else:
+                row = numbers[0] % _PACKED - 1
+            if column >= heading[0]:
+                at += 1  # its only value stands for nothing
+                break
+            begin = at
+            # A heading holds whole numbers alone, each value a decimal point.
+            while at < len(lines) and "." in lines[at]:
+                at += 1
+            if at > begin:
+                strings.append((row, column, reals(columns(lines[begin:at], width))))
+        yield name, _assembled(path, name, (heading[0], heading[1], heading[2], heading[3]), strings)
+
+
+def _binary(path: Path, raw: bytes) -> Iterator[tuple[str, sp.csr_array]]:
+    order = "<" if struct.unpack("<i", raw[:4])[0] == _HEADING else ">"
+    records = _records(raw, order)
+    for record in records:
+        heading = struct.unpack(f"{order}4i", record[:16])
+        name = record[16:24].decode("ascii").strip()
+        n_column, n_row, _, kind = heading
+        value = np.dtype(f"{order}f{_REAL.get(kind, 8)}")
+        strings: list[String] = []
+        while True:
+            content = next(records)
+            column, row, _ = struct.unpack(f"{order}3i", content[:12])
+            if column > n_column:
+                break
+            data = content[12:]
+            if row:
+                strings.append((row - 1, column - 1, np.frombuffer(data, dtype=value).astype(np.float64)))
+                continue
+            while data:
+                if n_row < 0:
+                    words, row = struct.unpack(f"{order}2i", data[:8])
+                    words, data = words - 1, data[8:]
+                else:
+                    (packed,) = struct.unpack(f"{order}i", data[:4])
+                    words, row, data = packed // _PACKED - 1, packed % _PACKED, data[4:]
+                if words <= 0:
+                    raise ValueError(words)
+                found = np.frombuffer(data[: 4 * words], dtype=value).astype(np.float64)
+                strings.append((row - 1, column - 1, found))
+                data = data[4 * words :]
+        yield name, _assembled(path, name, heading, strings)
+
+
+def _records(raw: bytes, order: str) -> Iterator[bytes]:
+    """Contents of Fortran's records, whose length stands before and behind them."""
+    at = 0
+    while at < len(raw):
+        (length,) = struct.unpack(f"{order}i", raw[at : at + 4])
+        (again,) = struct.unpack(f"{order}i", raw[at + 4 + length : at + 8 + length])
+        if length != again:
+            raise ValueError(length)
+        yield raw[at + 4 : at + 4 + length]
+        at += 8 + length

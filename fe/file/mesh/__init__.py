@@ -1,0 +1,1 @@
+"""Mesh formats, one file each."""

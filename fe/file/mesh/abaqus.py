@@ -1,0 +1,256 @@
+"""Read the mesh of an Abaqus or CalculiX input deck: nodes, elements, sets and element surfaces.
+
+Written here because meshio's reader drops the data behind a comment line, loses members of an element set that spans
+several `*ELEMENT` blocks, and knows no `*SURFACE`. Everything that is not mesh (materials, steps, supports) is skipped.
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Int
+from numpy.typing import NDArray
+
+from fe.errors import MeshError
+from fe.file.inp_faces import LABELS, UnknownFace, faces_of_labels
+from fe.file.mesh_content import FileMesh
+
+#: Cell type and number of nodes by the pattern of an element type. Letters behind the number (R, H, I, T) change how
+#: that program integrates the element, not its nodes.
+ELEMENT_TYPES = (
+    (r"C3D8[A-Z]*", "hexahedron", 8),
+    (r"C3D20[A-Z]*", "hexahedron20", 20),
+    (r"C3D27[A-Z]*", "hexahedron27", 27),
+    (r"C3D4[A-Z]*", "tetra", 4),
+    (r"C3D10[A-Z]*", "tetra10", 10),
+    (r"C3D6[A-Z]*", "wedge", 6),
+    (r"C3D15[A-Z]*", "wedge15", 15),
+    (r"C3D5[A-Z]*", "pyramid", 5),
+    (r"C3D13[A-Z]*", "pyramid13", 13),
+    (r"T[23]D2[A-Z]*|B[23]1[A-Z]*|R2D2|RAX2", "line", 2),
+    (r"T[23]D3[A-Z]*|B[23]2[A-Z]*", "line3", 3),
+    (r"(S|CPS|CPE|CAX|M3D|SFM3D|R3D|STRI)3[A-Z]*", "triangle", 3),
+    (r"(S|CPS|CPE|CAX|M3D|SFM3D|R3D)4[A-Z0-9]*", "quad", 4),
+    (r"(S|CPS|CPE|CAX|M3D|SFM3D)6[A-Z]*|STRI65", "triangle6", 6),
+    (r"(S|CPS|CPE|CAX|M3D|SFM3D)8[A-Z0-9]*", "quad8", 8),
+)
+#: Keywords that make or move nodes and elements by rule: skipping them would lose parts of the mesh in silence.
+GENERATORS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM")
+FLATTEN = 'write the deck "flat", without parts and instances, from the program that made it'
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Block:
+    """One keyword line with its parameters, and the data lines that follow it."""
+
+    keyword: str
+    parameters: dict[str, str]
+    lines: list[str] = field(default_factory=list)
+
+    def entries(self) -> list[str]:
+        """All comma-separated entries of the data lines; continuation lines end or begin with a comma."""
+        return [entry for line in self.lines for entry in map(str.strip, line.split(",")) if entry]
+
+
+@dataclass(kw_only=True)
+class _Deck:
+    """What has been read so far; set names are kept as first spelt and found in any case, as those programs do."""
+
+    path: Path
+    points: list[NDArray[np.float64]] = field(default_factory=list)
+    node_labels: list[NDArray[np.int64]] = field(default_factory=list)
+    blocks: list[tuple[str, NDArray[np.int64]]] = field(default_factory=list)
+    cell_labels: list[NDArray[np.int64]] = field(default_factory=list)
+    node_sets: dict[str, list[NDArray[np.int64]]] = field(default_factory=dict)
+    cell_sets: dict[str, list[NDArray[np.int64]]] = field(default_factory=dict)
+    face_sets: dict[str, list[NDArray[np.int64]]] = field(default_factory=dict)
+
+    def damaged(self, reason: str) -> MeshError:
+        return MeshError(f"mesh file {self.path} cannot be read as an Abaqus or CalculiX deck: {reason}")
+
+
+def read_inp(path: Path) -> FileMesh:
+    """Read nodes, elements, `*NSET`, `*ELSET` and `*SURFACE` of a flat deck, with its includes.
+
+    Raises
+    ------
+    MeshError
+        The deck is cut short, damaged, built of several parts, or generates nodes by rule; the message says what to do.
+    """
+    deck = _Deck(path=path)
+    readers = {"NODE": _nodes, "ELEMENT": _elements, "NSET": _set, "ELSET": _set, "SURFACE": _surface}
+    instances = 0
+    for block in _blocks(path):
+        if block.keyword in GENERATORS or (block.keyword == "NODE" and "SYSTEM" in block.parameters):
+            raise deck.damaged(f"*{block.keyword} makes or moves nodes by rule, so write them out one by one")
+        instances += block.keyword == "INSTANCE"
+        if instances > 1:
+            raise deck.damaged(f"it holds several part instances, so {FLATTEN}")
+        reader = readers.get(block.keyword)
+        if reader is not None:
+            try:
+                reader(deck, block)
+            except ValueError as error:
+                if isinstance(error, MeshError):
+                    raise
+                raise deck.damaged(f"a line of *{block.keyword} is cut short or no number ({error})") from error
+    if not deck.points or not deck.blocks:
+        raise deck.damaged(f"it has no {'*ELEMENT' if deck.points else '*NODE'} lines, so export the mesh with it")
+    return _file_mesh(deck)
+
+
+def _blocks(path: Path) -> Iterator[_Block]:
+    block = None
+    with path.open(encoding="latin-1") as lines:
+        for raw in lines:
+            line = raw.strip()
+            if not line or line.startswith("**"):
+                continue
+            if not line.startswith("*"):
+                if block is not None:
+                    block.lines.append(line)
+                continue
+            if block is not None:
+                yield block
+            keyword, *parameters = line[1:].split(",")
+            pairs = (parameter.partition("=") for parameter in parameters if parameter.strip())
+            block = _Block(
+                keyword=" ".join(keyword.upper().split()),
+                parameters={key.strip().upper(): value.strip().strip('"') for key, _, value in pairs},
+            )
+            if block.keyword == "INCLUDE":
+                yield from _blocks(_included(path, block.parameters.get("INPUT", "")))
+                block = None
+    if block is not None:
+        yield block
+
+
+def _included(path: Path, name: str) -> Path:
+    beside = path.parent / name
+    if not name or not beside.is_file():
+        raise MeshError(f'mesh file {path} includes "{name}", which is not beside it: put it there')
+    return beside
+
+
+def _nodes(deck: _Deck, block: _Block) -> None:
+    rows = [line.rstrip(",").split(",") for line in block.lines]
+    short = next((row for row in rows if len(row) < 4), None)
+    if short is not None:
+        raise deck.damaged(f"node {short[0].strip()} has {len(short) - 1} coordinates instead of 3, so complete it")
+    table = np.array([row[:4] for row in rows], dtype=np.float64).reshape(-1, 4)
+    labels = table[:, 0].astype(np.int64)
+    deck.points.append(table[:, 1:])
+    deck.node_labels.append(labels)
+    if "NSET" in block.parameters:
+        _members(deck, deck.node_sets, block.parameters["NSET"], block.keyword).append(labels)
+
+
+def _elements(deck: _Deck, block: _Block) -> None:
+    name = block.parameters.get("TYPE", "").upper()
+    known = next(((t, n) for pattern, t, n in ELEMENT_TYPES if re.fullmatch(pattern, name)), None)
+    if known is None:
+        raise deck.damaged(f'elements of type "{name}" are not supported, so keep C3D8, C3D20 or C3D10 only')
+    cell_type, n_node = known
+    entries = np.array(block.entries(), dtype=np.int64)
+    if entries.size % (n_node + 1):
+        raise deck.damaged(f"a {name} element of {n_node} nodes is cut short, so write the file again")
+    table = entries.reshape(-1, n_node + 1)
+    deck.blocks.append((cell_type, table[:, 1:]))
+    deck.cell_labels.append(table[:, 0])
+    if "ELSET" in block.parameters:
+        _members(deck, deck.cell_sets, block.parameters["ELSET"], block.keyword).append(table[:, 0])
+
+
+def _set(deck: _Deck, block: _Block) -> None:
+    sets = deck.node_sets if block.keyword == "NSET" else deck.cell_sets
+    members = _members(deck, sets, block.parameters.get(block.keyword, ""), block.keyword)
+    if "GENERATE" in block.parameters:
+        for line in block.lines:
+            first, last, *step = (int(entry) for entry in line.rstrip(",").split(","))
+            members.append(np.arange(first, last + 1, *step))
+        return
+    entries = block.entries()
+    numbers = [int(entry) for entry in entries if entry.isdigit()]
+    members.append(np.array(numbers, dtype=np.int64))
+    for other in (entry for entry in entries if not entry.isdigit()):
+        members.extend(_known_set(deck, sets, other))
+
+
+def _surface(deck: _Deck, block: _Block) -> None:
+    name = block.parameters.get("NAME", "")
+    if block.parameters.get("TYPE", "ELEMENT").upper() == "NODE":
+        members = _members(deck, deck.node_sets, name, block.keyword)
+        for entry in (line.split(",")[0].strip() for line in block.lines):
+            members.extend([np.array([int(entry)])] if entry.isdigit() else _known_set(deck, deck.node_sets, entry))
+        return
+    faces = _members(deck, deck.face_sets, name, block.keyword)
+    if faces:
+        raise deck.damaged(f'the surface "{name}" is defined twice, so rename one')
+    for line in block.lines:
+        entry, label = ([*map(str.strip, line.split(",")), ""])[:2]
+        if label.upper() not in LABELS:
+            raise deck.damaged(f'surface "{name}" names the face "{label}", which is none of S1 to S6')
+        cells = [np.array([int(entry)])] if entry.isdigit() else _known_set(deck, deck.cell_sets, entry)
+        # Which face that is depends on the type of the cell, so it is found when all cells are known.
+        faces.extend(np.column_stack([part, np.full(len(part), LABELS.index(label.upper()))]) for part in cells)
+
+
+def _members(deck: _Deck, sets: dict[str, list[NDArray[np.int64]]], name: str, keyword: str) -> list[NDArray[np.int64]]:
+    """Of a set by its name; a second one of the same name adds to the first, as in those programs."""
+    if not name:
+        parameter = {"SURFACE": "NAME", "NODE": "NSET", "ELEMENT": "ELSET"}.get(keyword, keyword)
+        raise deck.damaged(f"a set of *{keyword} has no name, so give it one: *{keyword}, {parameter}=NAME")
+    spelt = next((known for known in sets if known.upper() == name.upper()), name)
+    return sets.setdefault(spelt, [])
+
+
+def _known_set(deck: _Deck, sets: dict[str, list[NDArray[np.int64]]], name: str) -> list[NDArray[np.int64]]:
+    for known, members in sets.items():
+        if known.upper() == name.upper():
+            return list(members)
+    raise deck.damaged(f'a set or surface refers to the set "{name}", which is not defined before it')
+
+
+def _file_mesh(deck: _Deck) -> FileMesh:
+    """Replace the labels of the deck by counts from 0."""
+    nodes = _Numbering(deck, "node", np.concatenate(deck.node_labels))
+    cells = _Numbering(deck, "element", np.concatenate(deck.cell_labels))
+    blocks = [(cell_type, len(table)) for cell_type, table in deck.blocks]
+    face_sets = {}
+    for name, parts in deck.face_sets.items():
+        faces = np.concatenate([*parts, np.empty((0, 2), dtype=np.int64)])
+        try:
+            face_sets[name] = faces_of_labels(cells.of(faces[:, 0]), faces[:, 1], blocks)
+        except UnknownFace as error:
+            raise deck.damaged(f'surface "{name}" {error}') from error
+    return FileMesh(
+        points=np.concatenate(deck.points),
+        blocks=tuple((cell_type, nodes.of(table)) for cell_type, table in deck.blocks),
+        node_sets={name: nodes.of(np.concatenate(parts)) for name, parts in deck.node_sets.items() if parts},
+        cell_sets={name: cells.of(np.concatenate(parts)) for name, parts in deck.cell_sets.items() if parts},
+        face_sets=face_sets,
+        labels=np.concatenate(deck.cell_labels),
+    )
+
+
+class _Numbering:
+    """Place of each label in the deck's own order."""
+
+    def __init__(self, deck: _Deck, what: str, labels: Int[NDArray[np.int64], " n"]) -> None:
+        self._deck, self._what = deck, what
+        self._order = np.argsort(labels, kind="stable")
+        self._sorted = labels[self._order]
+        twice = self._sorted[1:][self._sorted[1:] == self._sorted[:-1]]
+        if twice.size:
+            raise deck.damaged(f"{what} {twice[0]} is defined twice, so {FLATTEN}")
+
+    def of(self, labels: Int[NDArray[np.int64], "*shape"]) -> Int[NDArray[np.int64], "*shape"]:
+        place = np.searchsorted(self._sorted, labels).clip(max=len(self._sorted) - 1)
+        unknown = self._sorted[place] != labels
+        if unknown.any():
+            raise self._deck.damaged(
+                f"{self._what} {labels[unknown][0]} is used but not defined, so write the file again"
+            )
+        return np.asarray(self._order[place])

@@ -1,0 +1,220 @@
+"""Gmsh mesh files: read through meshio, written here as MSH 4.1 text with every set as a physical group.
+
+Written here because meshio allows one physical group a volume, while cell sets may overlap.
+"""
+
+import contextlib
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+
+from fe.element import ELEMENTS
+from fe.errors import MeshError
+from fe.file.mesh_content import FileMesh
+from fe.file.meshio_reader import read_with_meshio
+from fe.mesh import Mesh
+
+#: Gmsh's number of each cell type, and where each of its nodes stands in VTK order (Gmsh reference manual, "Node
+#: ordering").
+GMSH_CELLS = {
+    "hexahedron": (5, tuple(range(8))),
+    "hexahedron20": (17, (*range(8), 8, 11, 16, 9, 17, 10, 18, 19, 12, 15, 13, 14)),
+    "tetra10": (11, (0, 1, 2, 3, 4, 5, 6, 7, 9, 8)),
+}
+#: Gmsh's quadrangle or triangle by its number of nodes, and its point.
+GMSH_FACES = {4: 3, 6: 9, 8: 16}
+GMSH_POINT = 15
+#: Versions of the format that are read.
+VERSIONS = ("4.1", "2.2", "2.1", "2")
+DIMENSION_NAMES = ("point", "curve", "surface", "volume")
+
+
+def read_msh(path: Path) -> FileMesh:
+    """Read cells and physical groups; a group without a name is called by its kind and number, such as "surface_3".
+
+    Raises
+    ------
+    MeshError
+        The file cannot be read.
+    """
+    _refuse_version(path)
+    _refuse_double_names(path)
+    with _entities_without_group_allowed():
+        found = read_with_meshio(path, "gmsh")
+    blocks = tuple((block.type, np.asarray(block.data, dtype=np.int64)) for block in found.cells)
+    starts = np.cumsum([0, *(len(nodes) for _, nodes in blocks)])
+    members: dict[str, list[NDArray[np.int64]]] = {}
+    named = {name: parts for name, parts in found.cell_sets.items() if name != "gmsh:bounding_entities"}
+    for name, parts in named.items():
+        members[name] = [
+            np.asarray(part) + start for part, start in zip(parts, starts, strict=False) if part is not None
+        ]
+    # MSH 2 keeps groups as one number a cell; in MSH 4 the same array holds groups that have no name.
+    names = {(int(tag), int(dimension)): name for name, (tag, dimension) in found.field_data.items()}
+    for tags, block, start in zip(found.cell_data.get("gmsh:physical", []), found.cells, starts, strict=False):
+        for tag in np.unique(tags[tags > 0]).tolist():
+            name = names.get((tag, block.dim), f"{DIMENSION_NAMES[block.dim]}_{tag}")
+            if name not in named:
+                members.setdefault(name, []).append(np.flatnonzero(tags == tag) + start)
+    return FileMesh(
+        points=np.asarray(found.points, dtype=np.float64),
+        blocks=blocks,
+        cell_sets={name: np.concatenate(parts).astype(np.int64) for name, parts in members.items() if parts},
+    )
+
+
+def write_msh(mesh: Mesh, path: Path, point_data: Mapping[str, Float[NDArray[np.float64], "node ..."]]) -> None:
+    """Write MSH 4.1 text: cell sets as physical volumes, face sets as physical surfaces, node sets as physical points.
+
+    Cells are grouped by the sets they belong to, so that reading gives them in another order. A node set of the name of
+    a face set is left out where it says the same, for group names are shared by all dimensions.
+
+    Raises
+    ------
+    MeshError
+        Sets of one name that say different things, or a name with a quote.
+    """
+    sets = {3: mesh.cell_sets, 2: mesh.face_sets, 0: _without_repeats(mesh)}
+    sets = {dimension: {name: part for name, part in named.items() if len(part)} for dimension, named in sets.items()}
+    names = [(dimension, name) for dimension, named in sets.items() for name in named]
+    tags = {name: tag for tag, (_, name) in enumerate(names, start=1)}
+    if len(tags) < len(names):
+        double = next(name for _, name in names if sum(name == other for _, other in names) > 1)
+        raise MeshError(
+            f'two sets of different kind are called "{double}", which an .msh file cannot tell apart: rename one'
+        )
+    quoted = [name for name in tags if '"' in name]
+    if quoted:
+        raise MeshError(f"the set {quoted[0]} has a quote in its name, which an .msh file cannot carry: rename it")
+    volumes = list(_volumes(mesh, sets[3]))
+    with path.open("w", encoding="utf-8") as file:
+        file.write("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n")
+        if names:
+            file.write(f"$PhysicalNames\n{len(names)}\n")
+            file.writelines(f'{dimension} {tags[name]} "{name}"\n' for dimension, name in names)
+            file.write("$EndPhysicalNames\n")
+        low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
+        box = " ".join(f"{x:.16g}" for x in (*low, *high))
+        file.write(f"$Entities\n{len(sets[0])} 0 {len(sets[2])} {len(volumes)}\n")
+        centre = " ".join(f"{x:.16g}" for x in (low + high) / 2)
+        file.writelines(f"{k} {centre} 1 {tags[name]}\n" for k, name in enumerate(sets[0], 1))
+        file.writelines(f"{k} {box} 1 {tags[name]} 0\n" for k, name in enumerate(sets[2], 1))
+        for k, (groups, _, _) in enumerate(volumes, 1):
+            file.write(f"{k} {box} {' '.join(str(n) for n in (len(groups), *(tags[name] for name in groups)))} 0\n")
+        n = mesh.n_node
+        file.write(f"$EndEntities\n$Nodes\n1 {n} 1 {n}\n3 1 0 {n}\n")
+        file.write("%d\n" * n % tuple(range(1, n + 1)))
+        file.write("%.16g %.16g %.16g\n" * n % tuple(mesh.points.ravel().tolist()))
+        file.write("$EndNodes\n")
+        blocks = [(3, k, *GMSH_CELLS[cell_type], cells) for k, (_, cell_type, cells) in enumerate(volumes, 1)]
+        blocks += list(_surfaces(mesh, sets[2]))
+        blocks += [(0, k, GMSH_POINT, (0,), nodes[:, None]) for k, nodes in enumerate(sets[0].values(), 1)]
+        total = sum(len(cells) for *_, cells in blocks)
+        file.write(f"$Elements\n{len(blocks)} {total} 1 {total}\n")
+        first = 1
+        for dimension, entity, kind, order, cells in blocks:
+            file.write(f"{dimension} {entity} {kind} {len(cells)}\n")
+            table = np.column_stack([np.arange(first, first + len(cells)), cells[:, order] + 1])
+            file.write((" ".join(["%d"] * table.shape[1]) + "\n") * len(table) % tuple(table.ravel().tolist()))
+            first += len(cells)
+        file.write("$EndElements\n")
+        for name, values in point_data.items():
+            file.writelines(_node_data(name, np.asarray(values).reshape(n, -1)))
+
+
+@contextlib.contextmanager
+def _entities_without_group_allowed() -> Iterator[None]:
+    """Let meshio read a file where only some entities belong to a physical group, as "Save all elements" writes it.
+
+    Its array of group numbers then lacks blocks and its mesh refuses that, though the named groups are complete. So the
+    class of mesh it builds is exchanged, while it reads, for one that leaves such an array out.
+    """
+    from meshio.gmsh import _gmsh41
+
+    mesh_class = _gmsh41.Mesh
+
+    def tolerant(points: Any, cells: Any, cell_data: dict[str, Any], **rest: Any) -> Any:
+        complete = {name: parts for name, parts in cell_data.items() if len(parts) == len(cells)}
+        return mesh_class(points, cells, cell_data=complete, **rest)
+
+    _gmsh41.Mesh = tolerant
+    try:
+        yield
+    finally:
+        _gmsh41.Mesh = mesh_class
+
+
+def _refuse_version(path: Path) -> None:
+    """MSH 4.0 has another order of entries than 4.1, and ANSYS uses the suffix for a format of its own."""
+    with path.open("rb") as file:
+        first, second = file.readline(100).strip(), file.readline(100).split()
+    if first != b"$MeshFormat" or not second:
+        raise MeshError(f'mesh file {path} does not begin with "$MeshFormat": save it with Gmsh as version 4.1')
+    version = second[0].decode("ascii", "replace")
+    if version not in VERSIONS:
+        raise MeshError(f"mesh file {path} is of MSH version {version}: save it with Gmsh as version 4.1 or 2.2")
+
+
+def _refuse_double_names(path: Path) -> None:
+    """Of two groups of one name meshio keeps the last and says nothing."""
+    text = path.read_bytes()
+    block = text.partition(b"$PhysicalNames")[2].partition(b"$EndPhysicalNames")[0]
+    found = re.findall(r'^\s*(\d+)\s+\d+\s+"([^"]*)"', block.decode("utf-8", "replace"), re.MULTILINE)
+    names = [name for _, name in found]
+    for name in names:
+        if names.count(name) > 1:
+            kinds = " and a ".join(DIMENSION_NAMES[int(dimension)] for dimension, other in found if other == name)
+            raise MeshError(f'mesh file {path} has several physical groups called "{name}" (a {kinds}): rename one')
+
+
+def _without_repeats(mesh: Mesh) -> dict[str, Int[NDArray[np.int64], " _"]]:
+    def repeats(name: str) -> bool:
+        if name not in mesh.face_sets:
+            return False
+        alone = Mesh(points=mesh.points, cells=mesh.cells, face_sets={name: mesh.face_sets[name]})
+        return np.array_equal(alone.nodes(name), np.unique(mesh.node_sets[name]))
+
+    return {name: nodes for name, nodes in mesh.node_sets.items() if not repeats(name)}
+
+
+def _volumes(
+    mesh: Mesh, cell_sets: Mapping[str, Int[NDArray[np.int64], " _"]]
+) -> Iterator[tuple[list[str], str, Int[NDArray[np.int64], "cell node"]]]:
+    """Cells of one type that belong to the same sets, with the names of these sets."""
+    belongs = np.zeros((mesh.n_cell, len(cell_sets)), dtype=bool)
+    for column, members in enumerate(cell_sets.values()):
+        belongs[members, column] = True
+    start = 0
+    for cell_type, cells in mesh.cells.items():
+        patterns, which = np.unique(belongs[start : start + len(cells)], axis=0, return_inverse=True)
+        for k, pattern in enumerate(patterns):
+            groups = [name for name, inside in zip(cell_sets, pattern, strict=True) if inside]
+            yield groups, cell_type, cells[which.ravel() == k]
+        start += len(cells)
+
+
+def _surfaces(
+    mesh: Mesh, face_sets: Mapping[str, Int[NDArray[np.int64], "_ 2"]]
+) -> Iterator[tuple[int, int, int, tuple[int, ...], Int[NDArray[np.int64], "face node"]]]:
+    for entity, faces in enumerate(face_sets.values(), 1):
+        start = 0
+        for cell_type, cells in mesh.cells.items():
+            here = faces[(faces[:, 0] >= start) & (faces[:, 0] < start + len(cells))]
+            if len(here):
+                local = np.array(ELEMENTS[cell_type].faces)
+                nodes = cells[here[:, :1] - start, local[here[:, 1]]]
+                yield 2, entity, GMSH_FACES[nodes.shape[1]], tuple(range(nodes.shape[1])), nodes
+            start += len(cells)
+
+
+def _node_data(name: str, values: Float[NDArray[np.float64], "node component"]) -> Iterator[str]:
+    n, n_component = values.shape
+    yield f'$NodeData\n1\n"{name}"\n1\n0.0\n3\n0\n{n_component}\n{n}\n'
+    table = np.column_stack([np.arange(1, n + 1), values])
+    yield ("%d" + " %.16g" * n_component + "\n") * n % tuple(table.ravel().tolist())
+    yield "$EndNodeData\n"

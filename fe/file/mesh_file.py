@@ -1,0 +1,133 @@
+"""Mesh files in and out: VTK unstructured grid (.vtu), Abaqus and CalculiX deck (.inp), Gmsh mesh (.msh).
+
+Nastran bulk data (.bdf, .nas) is read alone.
+
+What each format carries:
+
+======  =============  ==========================  =========================  =======================
+format  cell sets      face sets                   node sets                  fields at nodes
+======  =============  ==========================  =========================  =======================
+.vtu    yes            yes                         yes                        yes
+.inp    ``*ELSET``     ``*SURFACE``                ``*NSET``                  no
+.msh    phys. volumes  phys. surfaces              phys. points               written, not read
+.bdf    properties     shells on solid elements    ``SET1``, ``SPC1``         no
+======  =============  ==========================  =========================  =======================
+
+Sets without members survive in no format. Files carry no unit of length: say it when reading; files written here are in
+metres.
+"""
+
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.errors import MeshError
+from fe.file.calculix_deck import mesh_text
+from fe.file.mesh.abaqus import read_inp
+from fe.file.mesh.gmsh import read_msh, write_msh
+from fe.file.mesh.nastran import read_bdf
+from fe.file.mesh.vtk import read_vtu, write_vtu
+from fe.file.mesh_content import solid_mesh
+from fe.mesh import Mesh
+from fe.mesh_quality import check_quality
+
+READERS = {".vtu": read_vtu, ".inp": read_inp, ".msh": read_msh, ".bdf": read_bdf, ".nas": read_bdf}
+WRITTEN = (".inp", ".msh", ".vtu")
+
+
+def read_mesh(path: str | PathLike[str], length_unit_in_metre: float = 1.0) -> Mesh:
+    """Read the hexahedra and tetrahedra of a mesh file with their named sets.
+
+    Named sets of surface cells become face sets where the cells lie on faces of solid cells, else node sets, as do
+    named curves and points; these cells themselves, and nodes that no solid cell uses, are dropped. `Mesh.nodes` finds
+    the nodes of either kind of set.
+
+    Parameters
+    ----------
+    path
+        File whose suffix is .vtu, .inp, .msh, .bdf or .nas.
+    length_unit_in_metre
+        Unit of the coordinates in the file [m]: 0.001 for a mesh in millimetres.
+
+    Raises
+    ------
+    MeshError
+        No such file, an unknown suffix, a damaged file, or cells that are not supported; one sentence with the remedy.
+    InvertedCell
+        Cells that are inverted, by set and by number: the file's own in .inp, counted from 0 otherwise.
+    """
+    file = Path(path)
+    if not (np.isfinite(length_unit_in_metre) and length_unit_in_metre > 0):
+        raise MeshError(f"length unit {length_unit_in_metre} m must be positive: 0.001 stands for millimetres")
+    reader = READERS[_suffix(file, sorted(READERS))]
+    if not file.is_file():
+        raise MeshError(f"mesh file {file} does not exist: check its path")
+    try:
+        found = reader(file)
+    except OSError as error:
+        raise MeshError(f"mesh file {file} cannot be opened ({error.strerror}): check that you may read it") from error
+    except RecursionError as error:
+        raise MeshError(f"mesh file {file} includes itself: remove that *INCLUDE") from error
+    mesh, labels = solid_mesh(found, source=str(file), length_unit_in_metre=length_unit_in_metre)
+    check_quality(mesh, source=file, labels=labels)
+    return mesh
+
+
+def write_mesh(
+    mesh: Mesh,
+    path: str | PathLike[str],
+    point_data: Mapping[str, Float[NDArray[np.float64], "node ..."]] | None = None,
+) -> None:
+    """Write a mesh with its sets, in metres.
+
+    Parameters
+    ----------
+    mesh
+        The mesh.
+    path
+        File whose suffix is .vtu, .inp or .msh; one that exists is replaced.
+    point_data
+        Fields at the nodes by name, each (n_node,) or (n_node, 3).
+
+    Raises
+    ------
+    MeshError
+        An unknown suffix, a field or a set name that the format cannot carry, or a file that cannot be written.
+    """
+    file = Path(path)
+    suffix = _suffix(file, WRITTEN)
+    fields = {} if point_data is None else dict(point_data)
+    for name, values in fields.items():
+        if len(values) != mesh.n_node:
+            raise MeshError(
+                f'field "{name}" has {len(values)} rows, but the mesh has {mesh.n_node} nodes: give one each'
+            )
+    if fields and suffix == ".inp":
+        raise MeshError(
+            f'an .inp file carries no fields, so "{next(iter(fields))}" would be lost: write {file.stem}.vtu'
+        )
+    try:
+        if suffix == ".vtu":
+            write_vtu(mesh, file, fields)
+        elif suffix == ".msh":
+            write_msh(mesh, file, fields)
+        else:
+            # The text is complete before the file is touched: a set name that is refused leaves nothing behind.
+            text = "".join(mesh_text(mesh))
+            file.write_text(text, encoding="ascii")
+    except OSError as error:
+        raise MeshError(
+            f"mesh file {file} cannot be written ({error.strerror}): choose a folder that exists and is yours"
+        ) from error
+
+
+def _suffix(file: Path, suffixes: Sequence[str]) -> str:
+    suffix = file.suffix.lower()
+    if suffix not in suffixes:
+        known = ", ".join(suffixes)
+        raise MeshError(f'mesh file {file} has the suffix "{file.suffix}", which is unknown: use one of {known}')
+    return suffix

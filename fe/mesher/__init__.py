@@ -1,0 +1,1 @@
+"""Meshes made of shapes: mapped hexahedra of each body, tetrahedra in any CAD solid."""

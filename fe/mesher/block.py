@@ -1,0 +1,128 @@
+"""A mesh from blocks: each block is a smooth map of the unit cube, sampled where the element has its nodes."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from fe.element import Element
+from fe.errors import MeshError
+from fe.mesh import Mesh
+from fe.mesher.tetrahedral_split import LATTICE, split
+
+Lattice = Float[NDArray[np.float64], "*lattice"]
+Map = Callable[[Lattice, Lattice, Lattice], tuple[Lattice, Lattice, Lattice]]
+#: Names of the six sides of the unit cube, in the order of the faces of a hexahedron.
+SIDES = ("u0", "u1", "v0", "v1", "w0", "w1")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Block:
+    """A mapped cube.
+
+    Parameters
+    ----------
+    shape
+        Maps u, v, w in [0, 1] (arrays of one shape) to x, y, z [m].
+    counts
+        Cells along u, v and w [-].
+    faces
+        Names for sides of the block: "u0", "u1", "v0", "v1", "w0", "w1" -> face set.
+    """
+
+    shape: Map
+    counts: tuple[int, int, int]
+    faces: Mapping[str, str] = field(default_factory=dict)
+
+
+def subdivide(blocks: Sequence[Block], times: int) -> list[Block]:
+    """The same blocks with every cell cut into times^3: the meshes of 1, 2, 4, ... are nested."""
+    return [
+        replace(block, counts=(block.counts[0] * times, block.counts[1] * times, block.counts[2] * times))
+        for block in blocks
+    ]
+
+
+def mesh_blocks(blocks: Sequence[Block], element: Element, merge_within: float = 1e-9) -> Mesh:
+    """Cells of all blocks, joined where their nodes coincide; for tetrahedra each hexahedron is cut into six.
+
+    The map is sampled at half-cell steps, so midside nodes lie on it: on a curved side they are on the surface itself.
+
+    Parameters
+    ----------
+    blocks
+        Conforming blocks: shared sides have the same lattice.
+    element
+        Any element.
+    merge_within
+        Nodes closer than this are one [m].
+
+    Raises
+    ------
+    MeshError
+        A block without cells, or one that collapses onto itself.
+    """
+    # Tetrahedra need every node of the half-cell lattice: diagonals have their middles at its centres.
+    is_tetrahedral = element.n_corner == 4
+    offsets = LATTICE if is_tetrahedral else (element.nodes + 1).astype(np.int64)
+    points, cells = [], []
+    face_sets: dict[str, list[NDArray[np.int64]]] = {}
+    n_point = n_cell = 0
+    for block in blocks:
+        if min(block.counts) < 1:
+            raise MeshError(f"a block has {block.counts} cells along its sides: give at least one in each direction")
+        lattice, block_cells, mirrored = _lattice_cells(block, offsets)
+        points.append(lattice)
+        cells.append(block_cells + n_point)
+        position = np.stack(np.unravel_index(np.arange(len(block_cells)), block.counts), axis=1)
+        for side, name in block.faces.items():
+            axis, end = divmod(SIDES.index(side), 2)
+            on_side = np.flatnonzero(position[:, axis] == (block.counts[axis] - 1 if end else 0))
+            local = 2 * axis + (1 - end if mirrored and axis == 2 else end)
+            face_sets.setdefault(name, []).append(np.stack([on_side + n_cell, np.full_like(on_side, local)], axis=1))
+        n_point += len(lattice)
+        n_cell += len(block_cells)
+    joined_points, joined_cells = _join(np.concatenate(points), np.concatenate(cells), merge_within)
+    named = {name: np.concatenate(parts) for name, parts in face_sets.items()}
+    if is_tetrahedral:
+        joined_cells, named = split(joined_cells, named)
+    return Mesh(points=joined_points, cells={element.cell_type: joined_cells}, face_sets=named)
+
+
+def _lattice_cells(
+    block: Block, offsets: Int[NDArray[np.int64], "node 3"]
+) -> tuple[NDArray[np.float64], NDArray[np.int64], bool]:
+    """Half-cell lattice points, the cells on it, and whether the map was left-handed."""
+    u, v, w = np.meshgrid(*(np.linspace(0, 1, 2 * count + 1) for count in block.counts), indexing="ij")
+    lattice = np.stack(np.broadcast_arrays(*block.shape(u, v, w)), axis=-1).astype(np.float64)
+    edges = np.stack([lattice[2, 0, 0], lattice[0, 2, 0], lattice[0, 0, 2]]) - lattice[0, 0, 0]
+    mirrored = bool(np.linalg.det(edges) < 0)
+    offset = offsets.copy()
+    if mirrored:
+        # Turning w round makes the cells right-handed; the local z faces swap with it.
+        offset[:, 2] = 2 - offset[:, 2]
+    first = 2 * np.stack(np.unravel_index(np.arange(np.prod(block.counts)), block.counts), axis=1)
+    node = first[:, None, :] + offset
+    number = np.ravel_multi_index((node[..., 0], node[..., 1], node[..., 2]), u.shape)
+    return lattice.reshape(-1, 3), number.astype(np.int64), mirrored
+
+
+def _join(
+    points: Float[NDArray[np.float64], "m 3"], cells: Int[NDArray[np.int64], "cell node"], merge_within: float
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    used, cells_of_used = np.unique(cells, return_inverse=True)
+    candidates = points[used]
+    pairs = cKDTree(candidates).query_pairs(merge_within, output_type="ndarray")
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(used), len(used)))
+    _, label = connected_components(graph, directed=False)
+    count = np.bincount(label)
+    joined = np.stack([np.bincount(label, candidates[:, axis]) / count for axis in range(3)], axis=1)
+    joined_cells = label[cells_of_used.reshape(cells.shape)].astype(np.int64)
+    if (np.diff(np.sort(joined_cells, axis=1), axis=1) == 0).any():
+        raise MeshError(f"a cell collapses: two of its nodes are closer than {merge_within:g} m")
+    return joined, joined_cells

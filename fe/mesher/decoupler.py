@@ -1,0 +1,262 @@
+"""Mapped hexahedra for the L-shaped de-coupler: grooved pad, plate, and two arms with necks and load cells."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from fe.element import Element
+from fe.errors import MeshError
+from fe.mesh import Mesh
+from fe.mesher.block import Block, Lattice, Map
+from fe.mesher.body import mesh_body
+from fe.mesher.cell_counts import check_counts
+from fe.mesher.groove_section import PAD_COLUMNS, GroovePlan
+from fe.mesher.mesh_rule import SMALLEST_STEP
+from geometry.decoupler import Decoupler, arm, contact_lines, named_points
+from geometry.placement import Placement
+
+#: How much of the width the groove's column takes at the top of the pad, at foot and head of the plate, in the arms.
+TOP_WIDTH, FOOT_WIDTH, HEAD_WIDTH, ARM_WIDTH = 0.8, 0.36, 0.6, 0.4
+
+
+@dataclass(frozen=True, kw_only=True)
+class DecouplerMesh:
+    """Elements of a de-coupler.
+
+    Parameters
+    ----------
+    along_contact
+        Along the contact line [-]; a multiple of 6 puts the 7 stations on corner nodes.
+    across_groove, across_lip
+        Across the groove, an even number so that its crest runs along nodes, and across each lip beside it [-].
+    across_neck, beside_neck
+        Across the neck of an arm, an even number so that the middle of the load cell's end is a node, and across what
+        an arm has more on each side of it [-].
+    below_groove, above_pad
+        In the plate below the groove and above the pad [-]; of what two arms have across, the rest is between them.
+    through_plate, along_root, along_neck, along_arm, along_cell
+        Through the plate, from its back to the necks, and along the parts of an arm [-].
+    """
+
+    along_contact: int = 6
+    across_groove: int = 6
+    across_lip: int = 2
+    across_neck: int = 2
+    beside_neck: int = 1
+    below_groove: int = 3
+    above_pad: int = 3
+    through_plate: int = 3
+    along_root: int = 6
+    along_neck: int = 4
+    along_arm: int = 10
+    along_cell: int = 6
+
+    def __post_init__(self) -> None:
+        check_counts(
+            "de-couplers",
+            vars(self),
+            even=("across_groove", "across_neck"),
+            why_even="so that nodes lie on the contact line and in the middle of the load cells",
+        )
+        if self.below_groove + self.above_pad >= 2 * self.across_arm:
+            raise MeshError(
+                f"de-couplers: below_groove = {self.below_groove} and above_pad = {self.above_pad} elements leave none "
+                f"for the pad: the plate has {2 * self.across_arm} in all, so give fewer"
+            )
+
+    @property
+    def across_arm(self) -> int:
+        """Across an arm [-]."""
+        return self.across_neck + 2 * self.beside_neck
+
+
+def mesh_decoupler(
+    decoupler: Decoupler,
+    element: Element,
+    cells: DecouplerMesh | None = None,
+    *,
+    placement: Placement | None = None,
+    subdivisions: int = 1,
+) -> Mesh:
+    """Mesh a de-coupler.
+
+    Parameters
+    ----------
+    decoupler
+        Its dimensions [m].
+    element
+        A hexahedral element.
+    cells
+        How many elements.
+    placement
+        Where it stands; in its own axes by default.
+    subdivisions
+        Each element is cut into this many along each edge [-].
+
+    Returns
+    -------
+    Mesh with the face sets "groove", "pad", "cell_upper", "cell_lower" and the node sets "contact" and "laser".
+
+    Raises
+    ------
+    MeshError
+        The contact stations are not on corner nodes.
+    """
+    layout = _Layout(decoupler, cells or DecouplerMesh())
+    return mesh_body(
+        [*layout.pad(), *layout.plate(), *layout.arms()],
+        element,
+        points={"laser": named_points(decoupler)["laser"]},
+        lines=contact_lines(decoupler),
+        placement=placement,
+        subdivisions=subdivisions,
+    )
+
+
+class _Layout:
+    """The blocks, column by column across the width."""
+
+    def __init__(self, decoupler: Decoupler, cells: DecouplerMesh) -> None:
+        self.body, self.cells, self.arm = decoupler, cells, arm(decoupler)
+        self.groove = GroovePlan(
+            half_width=decoupler.width / 2,
+            axis=0.0,
+            lip_above_axis=decoupler.lip_above_axis,
+            top=decoupler.top,
+            top_width=TOP_WIDTH,
+        )
+        self.columns = dict(zip(PAD_COLUMNS, (cells.across_lip, cells.across_groove, cells.across_lip), strict=True))
+        half, neck = decoupler.arm_thickness / 2, decoupler.neck_thickness / 2
+        #: Rows across an arm, from the inside out: offsets from its centre line, and how many cells each has.
+        self.neck_row = (-neck, neck, cells.across_neck)
+        self.rows = [self.neck_row]
+        if half - neck > SMALLEST_STEP:
+            self.rows = [(-half, -neck, cells.beside_neck), *self.rows, (neck, half, cells.beside_neck)]
+        self.n_across = sum(n for *_, n in self.rows)
+        # Arms that are no thicker than their necks have fewer rows; of the plate's each part has one at least.
+        self.n_low = min(cells.below_groove, 2 * self.n_across - 2)
+        self.n_high = min(cells.above_pad, 2 * self.n_across - 1 - self.n_low)
+        self.n_pad = 2 * self.n_across - self.n_low - self.n_high
+
+    def pad(self) -> list[Block]:
+        """The pad's section, swept towards the plate while the groove's radius shrinks."""
+        body = self.body
+        stretches = ((0.0, body.contact_length, self.cells.along_contact), (body.contact_length, body.plate_front, 1))
+        blocks = []
+        for (column, n_column), (near, far, n) in ((c, s) for c in self.columns.items() for s in stretches):
+
+            def shape(
+                u: Lattice, v: Lattice, w: Lattice, column: str = column, near: float = near, far: float = far
+            ) -> tuple[Lattice, Lattice, Lattice]:
+                y = near + (far - near) * w
+                x, z = self.groove.pad(column, u, v, self.body.groove_radius_at(y))
+                return x, y, z
+
+            faces = {"v0": "groove"} if column == "groove" else {}
+            if near == 0.0:
+                faces["w0"] = "pad"
+            blocks.append(Block(shape=shape, counts=(n_column, self.n_pad, n), faces=faces))
+        return blocks
+
+    def plate(self) -> list[Block]:
+        """From the section behind the pad to the straight rows from which the arms start."""
+        body = self.body
+        radius = np.asarray(body.narrow_groove_radius)
+        n_row = 2 * self.n_across
+        blocks = []
+        for column, n_column in self.columns.items():
+
+            def shape(u: Lattice, v: Lattice, w: Lattice, column: str = column) -> tuple[Lattice, Lattice, Lattice]:
+                row = v * n_row
+                low = self.groove.below(
+                    column, u, row / self.n_low, radius, foot=body.plate_bottom, foot_width=FOOT_WIDTH
+                )
+                pad = self.groove.pad(column, u, (row - self.n_low) / self.n_pad, radius)
+                high = self.head(column, u, (row - self.n_low - self.n_pad) / self.n_high)
+                front_x, front_z = (
+                    np.where(row <= self.n_low, a, np.where(row <= self.n_low + self.n_pad, b, c))
+                    for a, b, c in zip(low, pad, high, strict=True)
+                )
+                side = np.sign(row - self.n_across)
+                back_z = body.middle + side * body.half_height * self.share(np.abs(row - self.n_across))
+                back_x = self.groove.straight(column, u, ARM_WIDTH)
+                y = body.plate_front + body.plate_thickness * w
+                return front_x + (back_x - front_x) * w, y, front_z + (back_z - front_z) * w
+
+            blocks.append(Block(shape=shape, counts=(n_column, n_row, self.cells.through_plate)))
+        return blocks
+
+    def arms(self) -> list[Block]:
+        """Both arms, from the plate's back to the ends of the load cells."""
+        cells, stations = self.cells, self.arm.stations
+        stretches = [*pairwise(stations)]
+        neck, beam, cell = stretches
+        blocks = []
+        for side, end in ((1, "cell_upper"), (-1, "cell_lower")):
+            for column, n_column in self.columns.items():
+                counts = (n_column, self.n_across, cells.along_root)
+                blocks.append(Block(shape=self.root(column, side), counts=counts))
+            blocks += self.stretch(side, neck, [self.neck_row], cells.along_neck, {})
+            blocks += self.stretch(side, beam, self.rows, cells.along_arm, {})
+            blocks += self.stretch(side, cell, self.cell_rows(), cells.along_cell, {"w1": end})
+        return blocks
+
+    def cell_rows(self) -> list[tuple[float, float, int]]:
+        """Rows across a load cell: an arm's, and one more on each side where the cell is thicker."""
+        half, wide = self.body.arm_thickness / 2, self.body.cell_thickness / 2
+        if wide - half < SMALLEST_STEP:
+            return self.rows
+        return [(-wide, -half, 1), *self.rows, (half, wide, 1)]
+
+    def stretch(
+        self,
+        side: int,
+        ends: tuple[float, float],
+        rows: Sequence[tuple[float, float, int]],
+        n_along: int,
+        faces: dict[str, str],
+    ) -> list[Block]:
+        """A straight piece of an arm."""
+        blocks = []
+        for (column, n_column), (low, high, n) in ((c, r) for c in self.columns.items() for r in rows):
+
+            def shape(
+                u: Lattice, v: Lattice, w: Lattice, column: str = column, low: float = low, high: float = high
+            ) -> tuple[Lattice, Lattice, Lattice]:
+                y, z = self.arm.point(ends[0] + (ends[1] - ends[0]) * w, low + (high - low) * v)
+                return self.beside(column, side, u, y, z)
+
+            blocks.append(Block(shape=shape, counts=(n_column, n, n_along), faces=faces))
+        return blocks
+
+    def head(self, column: str, u: Lattice, v: Lattice) -> tuple[Lattice, Lattice]:
+        """x, z between the pad's top and the plate's, on the plate's front."""
+        body = self.body
+        start, end = (self.groove.straight(column, u, width) for width in (TOP_WIDTH, HEAD_WIDTH))
+        return start + (end - start) * v, body.top + (body.plate_top - body.top) * v
+
+    def root(self, column: str, side: int) -> Map:
+        """Between the plate's back and a neck: the stub, which narrows to the arm's thickness."""
+
+        def shape(u: Lattice, v: Lattice, w: Lattice) -> tuple[Lattice, Lattice, Lattice]:
+            row = v * self.n_across
+            far_y, far_z = self.arm.point(np.full_like(v, self.arm.stations[0]), self.offset(row))
+            near_z = self.body.half_height * self.share(row)
+            return self.beside(column, side, u, far_y * w, near_z + (far_z - near_z) * w)
+
+        return shape
+
+    def beside(self, column: str, side: int, u: Lattice, y: Lattice, z: Lattice) -> tuple[Lattice, Lattice, Lattice]:
+        """From the middle of the plate's back to the body's axes."""
+        return self.groove.straight(column, u, ARM_WIDTH), self.body.plate_back + y, self.body.middle + side * z
+
+    def offset(self, row: Lattice) -> Lattice:
+        """From the arm's centre line, at a number of rows from its inner face [m]."""
+        edges = np.cumsum([0, *(n for *_, n in self.rows)])
+        return np.interp(row, edges, [self.rows[0][0], *(high for _, high, _ in self.rows)])
+
+    def share(self, row: Lattice) -> Lattice:
+        """The same as a share of the arm's thickness."""
+        return self.offset(row) / self.body.arm_thickness + 0.5

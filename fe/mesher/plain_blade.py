@@ -1,0 +1,63 @@
+"""Mapped hexahedra for the plain blade: straight blocks, all cells affine."""
+
+from itertools import product
+
+from fe.mesh import Mesh
+from fe.mesher.block import Block, Lattice, mesh_blocks, subdivide
+from fe.mesher.mesh_rule import SMALLEST_STEP, MeshRule, count
+from fe.node_sets import with_named_points
+from geometry.plain_blade import PlainBlade, named_points
+
+Interval = tuple[float, float]
+
+
+def mesh_plain_blade(blade: PlainBlade, rule: MeshRule) -> Mesh:
+    """Mesh the plain blade with the rule: t / n through the thickness (also beside it), h along span and chord.
+
+    Parameters
+    ----------
+    blade
+        Its dimensions [m].
+    rule
+        Element and sizes.
+
+    Returns
+    -------
+    Mesh with the face sets "clamp" (the block's two faces normal to y), "root_bottom" and "tip", and the node sets
+    "excitation" and "response".
+    """
+    h = rule.size(blade.thickness)
+    layer = blade.thickness / rule.through_thickness
+    half, half_root = blade.thickness / 2, blade.root_thickness / 2
+    span = {"root": (-blade.root_height, 0.0), "blade": (0.0, blade.length)}
+    chord: list[Interval] = [(-blade.chord / 2, blade.chord / 2)]
+    if blade.root_chord - blade.chord > SMALLEST_STEP:
+        chord = [(-blade.root_chord / 2, -blade.chord / 2), *chord, (blade.chord / 2, blade.root_chord / 2)]
+    depth: list[Interval] = [(-half, half)]
+    if blade.root_thickness - blade.thickness > SMALLEST_STEP:
+        depth = [(-half_root, -half), *depth, (half, half_root)]
+    middle_x, middle_y = len(chord) // 2, len(depth) // 2
+    blocks = []
+    for part, (i, x), (j, y) in product(span, enumerate(chord), enumerate(depth)):
+        in_section = i == middle_x and j == middle_y
+        if part == "blade" and not in_section:
+            continue
+        counts = (
+            count(x[1] - x[0], h),
+            rule.through_thickness if j == middle_y else count(y[1] - y[0], layer),
+            count(span[part][1] - span[part][0], h),
+        )
+        faces = {"w0": "root_bottom"} if part == "root" else {"w1": "tip"}
+        if part == "root":
+            faces |= {"v0": "clamp"} if j == 0 else {}
+            faces |= {"v1": "clamp"} if j == len(depth) - 1 else {}
+        blocks.append(_box(x, y, span[part], counts, faces))
+    mesh = mesh_blocks(subdivide(blocks, rule.subdivisions), rule.element)
+    return with_named_points(mesh, named_points(blade))
+
+
+def _box(x: Interval, y: Interval, z: Interval, counts: tuple[int, int, int], faces: dict[str, str]) -> Block:
+    def shape(u: Lattice, v: Lattice, w: Lattice) -> tuple[Lattice, Lattice, Lattice]:
+        return x[0] + (x[1] - x[0]) * u, y[0] + (y[1] - y[0]) * v, z[0] + (z[1] - z[0]) * w
+
+    return Block(shape=shape, counts=counts, faces=faces)

@@ -1,0 +1,149 @@
+"""The rig's five bodies as meshes, with cells of about one size."""
+
+from dataclasses import dataclass, field
+from math import asin, ceil, isfinite, pi, sin, sqrt
+
+from fe.element import Element
+from fe.errors import MeshError
+from fe.mesh import Mesh
+from fe.mesher.blade import PadMesh, mesh_blade
+from fe.mesher.damper import DamperMesh, mesh_damper
+from fe.mesher.decoupler import DecouplerMesh, mesh_decoupler
+from fe.mesher.mesh_rule import MeshRule
+from fe.node_sets import with_named_points
+from geometry.decoupler import Decoupler
+from geometry.groove import half_mouth
+from geometry.rig import Rig, named_points, placements
+
+#: Of the blade outside its pads, where it is slender: length of an element over its thickness, and at most so long [m].
+LENGTH_RATIO, LENGTH_CAP = 2.4, 0.008
+#: Contact stations lie at the ends of six intervals of a line.
+INTERVALS = 6
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigMesh:
+    """How the five bodies are meshed; `rig_mesh` makes one from a size.
+
+    Parameters
+    ----------
+    blade, pads
+        The blade, and its pads.
+    damper, decoupler
+        Cells of both dampers and de-couplers.
+    """
+
+    blade: MeshRule
+    pads: PadMesh = field(default_factory=PadMesh)
+    damper: DamperMesh = field(default_factory=DamperMesh)
+    decoupler: DecouplerMesh = field(default_factory=DecouplerMesh)
+
+
+def rig_mesh(rig: Rig, element: Element, size: float, subdivisions: int = 1) -> RigMesh:
+    """Cells of about one size in all bodies, as regular as the contact lines and points allow.
+
+    Parameters
+    ----------
+    rig
+        The rig.
+    element
+        A hexahedral element.
+    size
+        Length of the cells' edges [m].
+    subdivisions
+        Each cell is cut into this many along each edge [-]: 1, 2, 4, ... give nested meshes.
+
+    Raises
+    ------
+    MeshError
+        The size is not positive.
+    """
+    if not (isfinite(size) and size > 0):
+        raise MeshError(f"an element size of {size * 1e3:g} mm is not positive: 2.5 mm is a usual value")
+
+    def near(length: float, multiple: int = 1) -> int:
+        return multiple * max(1, round(length / (multiple * size)))
+
+    blade, damper, decoupler = rig.blade, rig.damper, rig.decoupler
+    mouth = float(half_mouth(blade.narrow_groove_radius, blade.lip_above_axis))
+    across_groove = near(2 * blade.narrow_groove_radius * asin(mouth / blade.narrow_groove_radius), 2)
+    across_lip = near(blade.flat_width / 2 - mouth)
+    along_contact = near(damper.contact_length, INTERVALS)
+    across_neck = near(decoupler.neck_thickness, 2)
+    # The plate has as many rows as both arms, and is taller: its cells are higher by as much as theirs are flatter.
+    across_arm = sqrt(decoupler.arm_thickness * decoupler.half_height)
+    beside_neck = max(1, ceil((across_arm - decoupler.neck_thickness) / (2 * size)))
+    below, above = _beside_pad(decoupler, 2 * (across_neck + 2 * beside_neck))
+    return RigMesh(
+        blade=MeshRule(
+            element=element,
+            through_thickness=near(blade.thickness),
+            length_ratio=LENGTH_RATIO,
+            length_cap=LENGTH_CAP,
+            subdivisions=subdivisions,
+        ),
+        pads=PadMesh(
+            along_contact=along_contact,
+            across_groove=across_groove,
+            across_lip=across_lip,
+            above_groove=near(blade.pad_height_above_groove),
+            band=near(PadMesh.band_height),
+        ),
+        damper=DamperMesh(
+            along_contact=along_contact,
+            along_cylinder=near(damper.cylinder_length, 2),
+            around_quarter=near(damper.radius * pi / 2, 2),
+            across=near(damper.radius / 2),
+        ),
+        decoupler=DecouplerMesh(
+            along_contact=along_contact,
+            across_groove=across_groove,
+            across_lip=across_lip,
+            across_neck=across_neck,
+            beside_neck=beside_neck,
+            below_groove=below,
+            above_pad=above,
+            through_plate=near(decoupler.plate_thickness),
+            along_root=near(decoupler.half_height * sin(decoupler.arm_angle) + decoupler.stub_length),
+            along_neck=near(decoupler.neck_length),
+            along_arm=near(decoupler.arm_length),
+            along_cell=near(decoupler.cell_length),
+        ),
+    )
+
+
+def _beside_pad(decoupler: Decoupler, n_row: int) -> tuple[int, int]:
+    """Of the rows of a de-coupler's plate, which are even at its back: those below the groove and above the pad [-]."""
+    height = 2 * decoupler.half_height / n_row
+    groove = (decoupler.lip_above_axis + decoupler.narrow_groove_radius) / 2
+    below = min(max(1, round((groove - decoupler.plate_bottom) / height)), n_row - 2)
+    above = min(max(1, round((decoupler.plate_top - decoupler.top) / height)), n_row - 1 - below)
+    return below, above
+
+
+def mesh_rig(rig: Rig, cells: RigMesh) -> dict[str, Mesh]:
+    """Mesh all bodies in their places.
+
+    Returns
+    -------
+    Meshes by body, as `geometry.rig.placements` names them, with the sets of `mesh_blade`, `mesh_damper` and
+    `mesh_decoupler`; the blade has the points "laser_left" and "laser_right" as well.
+
+    Raises
+    ------
+    MeshError
+        As those do.
+    """
+    element, subdivisions = cells.blade.element, cells.blade.subdivisions
+    lasers = {name: point for name, point in named_points(rig)["blade"].items() if name.startswith("laser")}
+    # The disc that the shaker pushes spans few elements: halves of it with as many are resolved best.
+    blade = mesh_blade(rig.blade, cells.blade, cells.pads, rig.blade.excitation_height)
+    found = {"blade": with_named_points(blade, lasers)}
+    for body, place in placements(rig).items():
+        if body.startswith("damper"):
+            found[body] = mesh_damper(rig.damper, element, cells.damper, placement=place, subdivisions=subdivisions)
+        elif body.startswith("decoupler"):
+            found[body] = mesh_decoupler(
+                rig.decoupler, element, cells.decoupler, placement=place, subdivisions=subdivisions
+            )
+    return found

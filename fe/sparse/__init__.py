@@ -1,0 +1,1 @@
+"""Sparse symmetric matrices: factorisations, products and block Lanczos."""

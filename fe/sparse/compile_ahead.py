@@ -1,0 +1,33 @@
+"""Compiles what solves with factors and multiplies long columns, so that the first reduction need not wait for it."""
+
+import numpy as np
+import scipy.sparse as sp
+
+from fe.sparse.factor import NODE
+from fe.sparse.lower_columns import lower_columns, ordered_columns
+from fe.sparse.narrow_product import project, subtract
+from fe.sparse.product import SparseProduct
+from fe.sparse.supernodes import Supernodes, pack
+from fe.sparse.upper_triangle import Upper
+from fe.sparse.vector_code import LANES
+
+
+def warm() -> None:
+    """Solve with the smallest factor for as many right-hand sides as `LANES` has; the machine code is kept on disk."""
+    one, start, only = np.ones(1), np.array([0, 1], dtype=np.int32), np.zeros(1, dtype=np.int32)
+    upper = Upper(start, only, np.eye(3), 3)
+    lower_columns(upper)
+    ordered_columns(upper, np.arange(3, dtype=np.int32))
+    layout, _n_value = pack(one, start, start, start, only)
+    solver = Supernodes(one, layout, only)
+    for n_column in LANES:
+        columns = np.ones((1, n_column), order="F")
+        solver.solve_into(columns, columns)
+        subtract(columns, columns, project(columns, columns))
+        for direction in (1, NODE):
+            several = np.ones((direction, n_column), order="F")
+            SparseProduct(sp.csr_array(np.eye(1)), direction).into(several, several)
+
+
+if __name__ == "__main__":
+    warm()

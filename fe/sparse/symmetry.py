@@ -1,0 +1,70 @@
+"""Whether a matrix is symmetric: of others, factorisations would take one triangle and not say so."""
+
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fe.sparse.factor import Symmetric
+from fe.sparse.node_matrix import NodeMatrix
+from fe.sparse.symmetric_part import PartView
+
+#: Difference of two mirrored entries, against the largest ones of their rows, that may be round-off of sums.
+ROUND_OFF = 1e-10
+
+
+def check_symmetric(matrix: Symmetric) -> None:
+    """Refuse a sparse matrix that is not real, finite, square and symmetric.
+
+    Random numbers are multiplied by it from either side, each row against its largest entry. A part is taken for what
+    it is a part of; half-stored matrices are symmetric as they are.
+
+    Parameters
+    ----------
+    matrix
+        Shape (n, n).
+
+    Raises
+    ------
+    ValueError
+        It is not sparse, complex, empty or not square, holds what is no finite number, or is not symmetric; the last
+        two with a row.
+    """
+    while isinstance(matrix, PartView):
+        matrix = matrix.matrix
+    given = matrix.nodes if isinstance(matrix, NodeMatrix) else matrix
+    if not hasattr(given, "tocsr"):
+        raise ValueError(f"{type(given).__name__} is no sparse matrix: give scipy.sparse.csr_array of it")
+    if not sp.issparse(given):
+        return
+    whole: Any = given
+    if whole.dtype.kind == "c":
+        raise ValueError("the matrix is complex: factorise a real one, and give losses as a damping matrix")
+    if len(whole.shape) != 2 or whole.shape[0] != whole.shape[1] or not whole.shape[0]:
+        raise ValueError(f"the matrix has shape {whole.shape}: it must be square and not empty")
+    stored = sp.csr_array(whole)
+    largest = _largest(stored)
+    if not np.isfinite(largest).all():
+        row = int(np.argmin(np.isfinite(largest)))
+        raise ValueError(f"the matrix holds what is no finite number in row {row}, counted from 0")
+    scale = 1 / np.sqrt(np.where(largest > 0, largest, 1.0))
+    # None of them is small, so that no entry hides behind its factor.
+    random = np.random.default_rng(0).uniform(1, 2, len(scale)) * scale
+    difference = np.abs(stored @ random - random @ stored) * scale
+    if (difference > ROUND_OFF).any():
+        row = int(difference.argmax())
+        raise ValueError(
+            f"the matrix is not symmetric, most clearly in row {row}, counted from 0: give both triangles, without "
+            "follower forces or gyroscopic terms"
+        )
+
+
+def _largest(matrix: sp.csr_array) -> NDArray[np.float64]:
+    """The magnitude of each row's largest entry, shape (n,)."""
+    filled = np.flatnonzero(np.diff(matrix.indptr))
+    largest = np.zeros(matrix.shape[0])
+    if len(filled):
+        start, values = matrix.indptr[filled], np.asarray(matrix.data, dtype=float)
+        largest[filled] = np.maximum(np.maximum.reduceat(values, start), -np.minimum.reduceat(values, start))
+    return largest

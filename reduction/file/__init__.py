@@ -1,0 +1,1 @@
+"""Files of reduced models and of structure matrices."""

@@ -1,0 +1,82 @@
+"""A reduced model as a ``.npz`` file, which NumPy alone reads: matrices, boundary by name and recovery.
+
+The arrays are those of `reduction.rom.ReducedModel` by name; ``boundary_sets`` and ``provenance`` are JSON texts,
+the first of rows by name. `reduction.file.structure_file.load_matrices` reads it like any ``.npz`` with mass and
+stiffness.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from reduction.errors import RomError
+from reduction.file.atomic_file import write_whole
+from reduction.file.npz import write_npz
+from reduction.file.rom_check import check_rom
+from reduction.rom import ReducedModel
+
+#: What tells a reduced model from plain matrices.
+MARK = "boundary_sets"
+
+_ARRAYS = (
+    "mass", "damping", "stiffness", "fixed_interface_frequency", "recovery", "boundary_node", "boundary_direction",
+    "free",
+)  # fmt: skip
+_AGAIN = "write it again with `save_rom_npz`"
+
+
+def save_rom_npz(rom: ReducedModel, path: Path | str) -> None:
+    """Write a reduced model; a file of that name is replaced in one step.
+
+    Raises
+    ------
+    ExchangeError
+        The folder does not exist, or the file cannot be written.
+    """
+    sets = {name: rows.tolist() for name, rows in rom.boundary_sets.items()}
+    texts = {MARK: json.dumps(sets), "provenance": json.dumps(dict(rom.provenance))}
+    arrays = {name: getattr(rom, name) for name in _ARRAYS}
+    write_whole(path, lambda file: write_npz(file, {"n_node": rom.n_node, **arrays, **texts}))
+
+
+def load_rom_npz(path: Path | str) -> ReducedModel:
+    """Read what `save_rom_npz` wrote.
+
+    Raises
+    ------
+    RomError
+        A file that is missing, damaged or no reduced model, arrays that are not real, finite or whole where they must
+        be or do not fit together, a matrix that is not symmetric, or a mass that is not positive definite.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise RomError(f'there is no reduced model "{path}": check its name, or write it with `save_rom_npz`')
+    arrays, sets, provenance = _read(path)
+    check_rom(f'"{path}"', arrays, sets, _AGAIN)
+    return ReducedModel(
+        **{name: arrays[name] for name in _ARRAYS},
+        boundary_sets={name: np.array(rows, dtype=np.int64) for name, rows in sets.items()},
+        n_node=int(arrays["n_node"]),
+        provenance=provenance,
+    )
+
+
+def _read(path: Path) -> tuple[dict[str, Any], dict[str, list[int]], dict[str, str]]:
+    """Arrays, boundary sets and provenance as the file has them."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            missing = [name for name in (*_ARRAYS, MARK, "provenance", "n_node") if name not in file]
+            if missing:
+                raise RomError(
+                    f'"{path}" is no reduced model, it has no {missing[0]}: give one that save_rom_npz wrote'
+                )
+            arrays = {name: file[name] for name in (*_ARRAYS, "n_node")}
+            return arrays, json.loads(file[MARK].item()), dict(json.loads(file["provenance"].item()))
+    except RomError:
+        raise
+    except Exception as error:  # a dozen kinds, depending on which byte is damaged
+        raise RomError(
+            f'"{path}" ({path.stat().st_size} bytes) is cut short, damaged or no .npz file: {_AGAIN}'
+        ) from error

@@ -1,0 +1,234 @@
+"""Mass, damping and stiffness of a structure in a file: NumPy, MATLAB, or a reduced model of this product."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from reduction.errors import MatrixError
+from reduction.file.atomic_file import write_whole
+from reduction.file.npz import write_npz
+from reduction.file.rom_check import ASYMMETRY
+from reduction.file.rom_hdf5 import load_rom
+from reduction.file.rom_npz import MARK, load_rom_npz
+from reduction.rom import ReducedModel
+
+Matrix = Float[NDArray[np.float64], "r r"]
+
+#: What each matrix may be called in a file.
+NAMES = {"mass": ("mass", "M"), "damping": ("damping", "C", "D"), "stiffness": ("stiffness", "K")}
+#: Least eigenvalue of a matrix scaled to unit diagonal that still counts as zero: round-off of its entries.
+ROUND_OFF = 1e-12
+#: Dense matrices beyond this many degrees of freedom fill a memory and take hours.
+LARGEST = 5000
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StructureMatrices:
+    """What a file says of a linear structure; arrays are copied and read-only.
+
+    Parameters
+    ----------
+    mass, damping, stiffness
+        Shape (r, r) [kg, N s/m, N/m]; the damping is zero where the file holds none.
+    rom
+        The reduced model that they come from, with the names of its boundary; None for plain matrices.
+    """
+
+    mass: Matrix
+    damping: Matrix
+    stiffness: Matrix
+    rom: ReducedModel | None = None
+
+    def __post_init__(self) -> None:
+        for name in NAMES:
+            matrix = np.array(getattr(self, name), dtype=np.float64)
+            matrix.setflags(write=False)
+            object.__setattr__(self, name, matrix)
+
+    @property
+    def n_dof(self) -> int:
+        """Number of degrees of freedom r [-]."""
+        return len(self.mass)
+
+    @property
+    def has_damping(self) -> bool:
+        """Whether any entry of the damping is not zero."""
+        return bool(self.damping.any())
+
+
+def load_matrices(path: Path | str) -> StructureMatrices:
+    """Read a structure.
+
+    Parameters
+    ----------
+    path
+        ``.npz`` or ``.mat`` (up to version 7) with the variables mass or M, stiffness or K and, if it has any,
+        damping or C or D, in SI units; or a reduced model, ``.h5`` as `reduction.file.rom_hdf5.save_rom`
+        writes it or ``.npz`` as `reduction.file.rom_npz.save_rom_npz` does.
+
+    Raises
+    ------
+    MatrixError
+        The file is missing, of another kind, or damaged; a matrix is missing, not square, not finite or not symmetric,
+        the mass not positive definite, the stiffness indefinite.
+    RomError
+        A reduced model that is damaged, or an ``.h5`` file that is none.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise MatrixError(f'"{path}" is a folder: name the file with the matrices in it')
+    if not path.exists():
+        raise MatrixError(f'there is no file "{path}": check its name and folder')
+    kind = path.suffix.lower()
+    if kind in {".h5", ".hdf5"}:
+        return _of(load_rom(path))
+    if kind not in {".npz", ".mat"}:
+        raise MatrixError(f'"{path}" ends in "{kind}": give matrices as .npz or .mat, or a reduced model as .h5')
+    variables = _npz(path) if kind == ".npz" else _mat(path)
+    if kind == ".npz" and MARK in variables:
+        return _of(load_rom_npz(path))
+    found = {name: _matrix(path, name, variables) for name in NAMES}
+    mass, damping, stiffness = found["mass"], found["damping"], found["stiffness"]
+    if mass is None or stiffness is None:
+        name = "mass" if mass is None else "stiffness"
+        raise MatrixError(
+            f'"{path}" holds no {name}: call it {" or ".join(NAMES[name])}; its variables are {_listed(variables)}'
+        )
+    damping = np.zeros_like(mass) if damping is None else damping
+    for name, matrix in (("damping", damping), ("stiffness", stiffness)):
+        if matrix.shape != mass.shape:
+            raise MatrixError(
+                f'"{path}": the {name} has shape {matrix.shape} but the mass {mass.shape}: give matrices of one size'
+            )
+    _check_definite(path, mass, stiffness)
+    return StructureMatrices(mass=mass, damping=damping, stiffness=stiffness)
+
+
+def save_matrices(structure: StructureMatrices, path: Path | str) -> None:
+    """Write mass, damping and stiffness as ``.npz``; a file of that name is replaced in one step.
+
+    Raises
+    ------
+    ExchangeError
+        The folder does not exist, or the file cannot be written.
+    """
+    matrices = {name: getattr(structure, name) for name in NAMES}
+    write_whole(path, lambda file: write_npz(file, matrices))
+
+
+def _of(rom: ReducedModel) -> StructureMatrices:
+    return StructureMatrices(mass=rom.mass, damping=rom.damping, stiffness=rom.stiffness, rom=rom)
+
+
+def _npz(path: Path) -> dict[str, Any]:
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            if not isinstance(file, np.lib.npyio.NpzFile):
+                raise MatrixError(f'"{path}" holds a single array: write it with np.savez(file, M=M, C=C, K=K)')
+            names = file.files
+            wanted = {name for group in NAMES.values() for name in group}
+            return {name: file[name] if name in wanted else None for name in names}
+    except MatrixError:
+        raise
+    except Exception as error:  # a dozen kinds, depending on which byte is damaged
+        if "Object arrays" in str(error):
+            raise MatrixError(
+                f'"{path}" holds Python objects, such as SciPy sparse matrices: save M.toarray(), or write a .mat file '
+                "with scipy.io.savemat, which keeps them sparse"
+            ) from None
+        raise _damaged(path, "np.savez") from error
+
+
+def _mat(path: Path) -> dict[str, Any]:
+    from scipy.io import loadmat, matlab
+
+    try:
+        # Square as MATLAB has it: a scalar stays a matrix of one row and one column.
+        # Not with mat_dtype: SciPy would then drop imaginary parts before they are seen here.
+        read = loadmat(path, squeeze_me=False)
+    except NotImplementedError:
+        raise MatrixError(f'"{path}" is a MATLAB file of version 7.3: save it with save(file, "-v7")') from None
+    except (OSError, ValueError, TypeError, LookupError, EOFError, matlab.MatReadError) as error:
+        raise _damaged(path, "save -v7 or scipy.io.savemat") from error
+    return {name: value for name, value in read.items() if not name.startswith("__")}
+
+
+def _damaged(path: Path, writer: str) -> MatrixError:
+    size = path.stat().st_size
+    return MatrixError(
+        f'"{path}" ({size} bytes) is cut short, damaged or of another kind: write it again with {writer}'
+    )
+
+
+def _matrix(path: Path, name: str, variables: Mapping[str, Any]) -> Matrix | None:
+    """One matrix of the file, dense and checked by itself; None if the file has none."""
+    present = [each for each in NAMES[name] if each in variables]
+    if not present:
+        return None
+    if len(present) > 1:
+        raise MatrixError(f'"{path}" holds the {name} twice, as {" and ".join(present)}: keep one of them')
+    (variable,) = present
+    label = f'"{path}": {variable}'
+    value = variables[variable]
+    shape = tuple(np.shape(value))
+    if len(shape) != 2 or shape[0] != shape[1] or not shape[0]:
+        raise MatrixError(f"{label} has shape {shape}: the {name} must be square, (r, r)")
+    if shape[0] > LARGEST:
+        raise MatrixError(f"{label} has {shape[0]} degrees of freedom, more than {LARGEST}: reduce the structure first")
+    dense = value.toarray() if hasattr(value, "toarray") else np.asarray(value)
+    if dense.dtype.kind not in "fiucb":
+        raise MatrixError(f"{label} holds {dense.dtype} instead of numbers: give a real matrix")
+    if np.iscomplexobj(dense):
+        if dense.imag.any():
+            row, column = np.argwhere(dense.imag)[0]
+            raise MatrixError(
+                f"{label} holds the complex number {dense[row, column]:g} at ({row}, {column}): give a real matrix, "
+                "and losses as damping"
+            )
+        dense = dense.real
+    dense = dense.astype(np.float64)
+    if not np.isfinite(dense).all():
+        row, column = np.argwhere(~np.isfinite(dense))[0]
+        raise MatrixError(f"{label} holds {dense[row, column]} at ({row}, {column}): give finite numbers")
+    skew = np.abs(dense - dense.T)
+    # Gyroscopic forces make a damping that is not symmetric.
+    if name != "damping" and skew.max() > ASYMMETRY * np.abs(dense).max():
+        row, column = np.unravel_index(skew.argmax(), skew.shape)
+        raise MatrixError(
+            f"{label} is not symmetric: entries ({row}, {column}) and ({column}, {row}) are {dense[row, column]:g} and "
+            f"{dense[column, row]:g}; write both halves of the {name}"
+        )
+    return dense
+
+
+def _check_definite(path: Path, mass: Matrix, stiffness: Matrix) -> None:
+    lowest = _lowest(mass)
+    if not lowest > ROUND_OFF:
+        dof = int(np.argmin(np.diag(mass)))
+        where = f" (M[{dof}, {dof}] = {mass[dof, dof]:g})" if mass[dof, dof] <= 0 else ""
+        raise MatrixError(
+            f'"{path}": the mass is not positive definite, its least scaled eigenvalue is {lowest:.3g}{where}: remove '
+            "degrees of freedom without mass, and check the units and signs"
+        )
+    lowest = _lowest(stiffness)
+    if lowest < -ASYMMETRY:
+        raise MatrixError(
+            f'"{path}": the stiffness is indefinite, its least scaled eigenvalue is {lowest:.3g}: check its signs'
+        )
+
+
+def _lowest(matrix: Matrix) -> float:
+    """Least eigenvalue of the matrix scaled to a diagonal of ones: metres and modal coordinates count alike."""
+    scale = np.sqrt(np.abs(np.diag(matrix)))
+    scale[scale == 0] = np.sqrt(np.abs(matrix).max() or 1.0)
+    scaled = matrix / np.outer(scale, scale)
+    return float(np.linalg.eigvalsh((scaled + scaled.T) / 2)[0])
+
+
+def _listed(variables: Mapping[str, Any]) -> str:
+    return ", ".join(sorted(variables)) or "none"
