@@ -26,7 +26,7 @@ from diagnosis.refit import Refit
 from study.diagnose_limits import limits_for
 from study.shipped import BEAM
 from study.test_case_model import TestSetup, read_test_case
-from transient.bench import PlantedTruth, make_campaign
+from transient.bench.hidden_effect import PlantedTruth, make_campaign
 
 #: Rooms whose code a result depends on.
 ROOMS = ("reduction", "hbsolve", "transient", "correlation", "diagnosis")
@@ -83,7 +83,7 @@ def examine(
     groups
         What the layout cannot tell apart: left out together.
     make, judge
-        As `transient.bench.make_campaign` and `diagnosis.diagnose.diagnose`.
+        As `transient.bench.hidden_effect.make_campaign` and `diagnosis.diagnose.diagnose`.
 
     Returns
     -------

@@ -94,7 +94,7 @@ def make_groups(file: Path = FILE) -> Groups:
     from diagnosis.arrangement import arrange
     from diagnosis.catalogue import catalogue
     from diagnosis.screening import screen
-    from transient.bench import make_campaign
+    from transient.bench.hidden_effect import make_campaign
 
     model = setup()
     with tempfile.TemporaryDirectory() as folder:

@@ -4,8 +4,8 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 from correlation.test_model import TestModel
-from transient.bench import PlantedTruth
-from transient.bench_effect import NOTHING
+from transient.bench.effect import NOTHING
+from transient.bench.hidden_effect import PlantedTruth
 
 #: Kind of the bench, and of the catalogue.
 KIND = {

@@ -6,7 +6,7 @@ from benchmarks.hidden_effects_confusion import ELSEWHERE, Confusion
 from benchmarks.hidden_effects_plan import EXCLUDED, KIND, PLANTED, ROWS
 from benchmarks.hidden_effects_score import POOLED, Score, Share
 from study.figure.confusion import confusion_figure
-from transient.bench_effect import NOTHING
+from transient.bench.effect import NOTHING
 
 WORDS = {
     **KIND,

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from hbsolve.aft import Start
 from hbsolve.contact.law import FORCE, PARAMETERS
+from hbsolve.continuation.path import spread
 from hbsolve.limits.local_search import Side, local_search
 from hbsolve.limits.point import LimitPoint, Trial
 from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.result import ResponseLimits
-from hbsolve.parameter import spread
 from hbsolve.steady_state import forces_at, residual
 
 Real = NDArray[np.float64]

@@ -21,7 +21,7 @@ from study.rig_reduction import RigReduction, reduce_rig
 from study.rig_system import Row, excitation, resting_rig
 from study.rig_test_case import hanging, measured_places
 from study.store import Store, default_folder
-from transient.bench_campaign import (
+from transient.bench.campaign import (
     FREQUENCY_JITTER,
     HISTORY,
     PARAMETER_DEVIATION,
@@ -32,7 +32,7 @@ from transient.bench_campaign import (
     with_noise,
     write_campaign,
 )
-from transient.bench_sweep import SweptBench
+from transient.bench.sweep import SweptBench
 
 #: Modes that may be the one which the force drives: those of bodies that hang free or roll may be lower.
 LOWEST = 20

@@ -3,7 +3,7 @@
     OMP_NUM_THREADS=1 python -m benchmarks.rig_virtual_tests [--repeats 3] [--frequencies 252.5 255 0.5]
         [--levels 3 5 10] [--folder FOLDER]
 
-Each repeat has a loading history of its own (`transient.bench_repeats`): the hand that places the dampers, pre-loads
+Each repeat has a loading history of its own (`transient.bench.repeats`): the hand that places the dampers, pre-loads
 that shoot over and under, levels that overshoot, sweeps up and down. The campaign stays in the folder, for
 `stickslip compare`. Points whose sliders stay in the box must lie within the limits; the others are counted.
 """
@@ -31,8 +31,8 @@ from study.limits_case import LimitsTable  # noqa: E402
 from study.limits_model import limit_search  # noqa: E402
 from study.rig_test_case import measured_places  # noqa: E402
 from study.shipped import RIG  # noqa: E402
-from transient.bench_campaign import CampaignPoints, Layout, Sweep, write_campaign  # noqa: E402
-from transient.bench_repeats import repeated_tests  # noqa: E402
+from transient.bench.campaign import CampaignPoints, Layout, Sweep, write_campaign  # noqa: E402
+from transient.bench.repeats import repeated_tests  # noqa: E402
 
 Real = NDArray[np.float64]
 #: Harmonic balance with five harmonics against integration, worst of 12 points (`rig_witness`).

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance
-from hbsolve.branch import ResponseBranch
+from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.steady_state import steady_state
 from study.case import load_case
 from study.progress import LineProgress

@@ -27,8 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance
-from hbsolve.branch import ResponseBranch
-from hbsolve.continuation import frequency_response
+from hbsolve.continuation.branch import ResponseBranch
+from hbsolve.continuation.response import frequency_response
 from hbsolve.steady_state import NoConvergence, SteadyState, steady_state
 from reduction.jointed_system import FrictionContact, JenkinsElement, JointedSystem, along
 from transient.equilibrium import equilibrium

@@ -14,7 +14,7 @@ from fe.mesher.mesh_rule import MeshRule
 from geometry.blade import Blade, contact_lines
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
-from hbsolve.continuation import frequency_response
+from hbsolve.continuation.response import frequency_response
 from hbsolve.steady_state import steady_state
 from reduction.craig_bampton import craig_bampton
 from reduction.jointed_system import FrictionContact, JointedSystem, along

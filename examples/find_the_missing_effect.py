@@ -21,7 +21,7 @@ from study.diagnose_round import Round, diagnose_case
 from study.diagnose_stages import waterfall
 from study.progress import LineProgress
 from study.test_case_model import read_test_case
-from transient.bench import make_campaign, random_effect
+from transient.bench.hidden_effect import make_campaign, random_effect
 
 folder, progress, seed = Path(sys.argv[1] if len(sys.argv) > 1 else "found"), LineProgress(sys.stdout), 3
 measured = folder / "campaign"

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
-from hbsolve.continuation import frequency_response
+from hbsolve.continuation.response import frequency_response
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import CubicSpring, FrictionContact, JointedSystem, along, between
 

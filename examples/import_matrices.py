@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from fe.file.imported_matrices import Units, read_matrices
 from fe.file.matrix_file import MatrixSource
 from hbsolve.balance import HarmonicBalance
-from hbsolve.continuation import frequency_response
+from hbsolve.continuation.response import frequency_response
 from reduction.craig_bampton import craig_bampton
 from reduction.jointed_system import JenkinsElement, JointedSystem, between
 from reduction.nlvib import save_nlvib

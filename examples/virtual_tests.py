@@ -18,8 +18,8 @@ from study.figure.limit_band import Band, limit_band_figure
 from study.shipped import LIMITS
 from study.solve_case import SolveCase
 from study.solve_model import solve_model
-from transient.bench_campaign import CampaignPoints, Layout, write_campaign
-from transient.bench_repeats import repeated_tests
+from transient.bench.campaign import CampaignPoints, Layout, write_campaign
+from transient.bench.repeats import repeated_tests
 
 LEVELS, FREQUENCIES, REPEATS = [0.4, 1.0], np.linspace(265, 292, 7), 6
 #: How far loading and vibration may have dragged a slider [m]: nearly as far as they did here.

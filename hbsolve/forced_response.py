@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from hbsolve.branch import ResponseBranch
+from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.dynamic_stiffness import DynamicStiffness, LinearModel
 from hbsolve.errors import ForceError
 from hbsolve.fourier import Coefficients, harmonics

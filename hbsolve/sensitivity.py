@@ -23,11 +23,11 @@ from hbsolve.aft import JointForces
 from hbsolve.balance import HarmonicBalance, Real
 from hbsolve.condensed import Condensed
 from hbsolve.contact.law import PARAMETERS
+from hbsolve.continuation.path import joint_index, spread
 from hbsolve.errors import BalanceError
 from hbsolve.fourier import Coefficients
 from hbsolve.linearised import active_rows, scattered, small_matrix, times_jacobian
 from hbsolve.newton import apply_receptance
-from hbsolve.parameter import joint_index, spread
 from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.state import check_state
 from hbsolve.steady_state import SteadyState, forces_at

@@ -87,7 +87,7 @@ def rescued(
     balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: Start, before: SteadyState | None = None
 ) -> SteadyState | None:
     """What many starts about a motion, or an arc from another state, lead to where `solve_at` does not; maybe none."""
-    from hbsolve.rescue import along_an_arc, from_many_starts  # which continue branches of these states
+    from hbsolve.continuation.rescue import along_an_arc, from_many_starts  # which continue branches of these states
 
     found = from_many_starts(balance, condensed, x, sliders)
     if found is not None:

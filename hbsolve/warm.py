@@ -4,7 +4,7 @@ import numpy as np
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
-from hbsolve.continuation import frequency_response
+from hbsolve.continuation.response import frequency_response
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import CubicSpring, FrictionContact, JointedSystem
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from fe.damping import rayleigh_damping
 from fe.mesh import Mesh
 from fe.modal import modes
+from hbsolve.continuation.peak import Peak, resonance_peak, undamped_from_peak
 from hbsolve.dynamic_stiffness import DynamicStiffness
 from hbsolve.forced_response import forced_response
 from hbsolve.harmonic_force import HarmonicForce
-from hbsolve.peak import Peak, resonance_peak, undamped_from_peak
 from reduction.craig_bampton import craig_bampton
 from reduction.memory_estimate import reduction_memory, refuse_beyond_memory
 from reduction.rayleigh import rayleigh_damped

@@ -3,10 +3,10 @@
 from collections.abc import Callable
 
 from hbsolve.balance import HarmonicBalance
-from hbsolve.branch import ResponseBranch, branch_of
-from hbsolve.continuation_state import ContinuationState
-from hbsolve.continuation_step import Continuation
-from hbsolve.parameter import FrequencyPath, LevelPath
+from hbsolve.continuation.branch import ResponseBranch, branch_of
+from hbsolve.continuation.path import FrequencyPath, LevelPath
+from hbsolve.continuation.state import ContinuationState
+from hbsolve.continuation.step import Continuation
 from hbsolve.steady_state import NoConvergence, SteadyState
 from reduction.jointed_system import JointedSystem
 from study.checkpoint import Checkpoint

@@ -11,8 +11,8 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance
-from hbsolve.branch import ResponseBranch
-from hbsolve.continuation_step import REACHED
+from hbsolve.continuation.branch import ResponseBranch
+from hbsolve.continuation.step import REACHED
 from hbsolve.fourier import harmonics, samples_from_coefficients
 from hbsolve.steady_state import SteadyState
 from reduction.jointed_system import ElasticStop, Joint, JointedSystem

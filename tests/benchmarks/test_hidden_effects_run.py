@@ -27,10 +27,10 @@ from diagnosis.diagnose import Diagnosis
 from diagnosis.localisation import Place
 from diagnosis.refit import Refit
 from diagnosis.verdict import Finding, Verdict
-from transient.bench import PlantedTruth, make_campaign
-from transient.bench_beam import BeamParameters
-from transient.bench_campaign import CampaignPoints
-from transient.bench_effect import KINDS, Effect
+from transient.bench.beam import BeamParameters
+from transient.bench.campaign import CampaignPoints
+from transient.bench.effect import KINDS, Effect
+from transient.bench.hidden_effect import PlantedTruth, make_campaign
 
 NO_GROUPS = Groups(same=0.9, pairs={frozenset(("cubic at tip", "spring at tip")): 0.95})
 

@@ -16,8 +16,8 @@ from study.rig_reduction import reduce_rig
 from study.rig_test_case import measured_places, rig_test_case
 from study.store import Store
 from study.test_case_model import read_test_case
-from transient.bench_campaign import PARAMETER_DEVIATION
-from transient.bench_sweep import Readings, SweptBench
+from transient.bench.campaign import PARAMETER_DEVIATION
+from transient.bench.sweep import Readings, SweptBench
 
 CASE = """\
 schema = 1

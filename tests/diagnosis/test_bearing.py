@@ -13,7 +13,7 @@ from diagnosis.bearing import SHARED, bearing_bounds, with_bearing
 from diagnosis.effect.preload import Preload
 from reduction.jointed_system import FrictionContact, JointedSystem
 from study.beam_model import LINE_ENDS, beam_model
-from transient.bench_beam import STATIONS, BeamParameters, contacts, full_beam
+from transient.bench.beam import STATIONS, BeamParameters, contacts, full_beam
 
 MIDDLE = sum(LINE_ENDS) / 2
 

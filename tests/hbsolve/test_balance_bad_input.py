@@ -10,17 +10,17 @@ import pytest
 from numpy.typing import NDArray
 from scipy.sparse import eye_array
 
-import hbsolve.rescue
+import hbsolve.continuation.rescue
 import hbsolve.steady_state
 from geometry.errors import InputError
 from hbsolve.balance import HarmonicBalance
-from hbsolve.branch import branch_of, load_branch
 from hbsolve.contact_motion import contact_motion, contact_share
-from hbsolve.continuation import frequency_response, joint_response, level_response
-from hbsolve.continuation_step import Continuation
+from hbsolve.continuation.branch import branch_of, load_branch
+from hbsolve.continuation.path import FrequencyPath, JointPath
+from hbsolve.continuation.response import frequency_response, joint_response, level_response
+from hbsolve.continuation.step import Continuation
 from hbsolve.energy import energy_balance
 from hbsolve.errors import BalanceError, DampingWarning, ModelError
-from hbsolve.parameter import FrequencyPath, JointPath
 from hbsolve.sensitivity import (
     JointParameter,
     LevelParameter,
@@ -554,7 +554,7 @@ def test_where_nothing_converges_the_message_says_what_to_try(
     def stuck(*given: object) -> tuple[object, float, int]:
         return given[3], 1.0, 0
 
-    for room in (hbsolve.steady_state, hbsolve.rescue):
+    for room in (hbsolve.steady_state, hbsolve.continuation.rescue):
         monkeypatch.setattr(room, "newton_at", stuck)
     with pytest.raises(NoConvergence, match=advice) as caught:
         steady_state(balance(joints=[joint]), 0.5, slider=slider)

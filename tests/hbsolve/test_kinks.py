@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from hbsolve.balance import HarmonicBalance
-from hbsolve.continuation import frequency_response
-from hbsolve.continuation_step import REACHED, Continuation
-from hbsolve.parameter import FrequencyPath
+from hbsolve.continuation.path import FrequencyPath
+from hbsolve.continuation.response import frequency_response
+from hbsolve.continuation.step import REACHED, Continuation
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import CubicSpring, ElasticStop, FrictionContact, JointedSystem, along, between
 

@@ -8,7 +8,7 @@ SCRIPT = """
 import numpy as np
 from hbsolve import aft, newton, warm
 from hbsolve.balance import HarmonicBalance
-from hbsolve.continuation import frequency_response
+from hbsolve.continuation.response import frequency_response
 from reduction.jointed_system import ElasticStop, Friction, FrictionContact, JointedSystem
 
 warm.warm()

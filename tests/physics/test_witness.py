@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance
-from hbsolve.continuation import frequency_response
+from hbsolve.continuation.response import frequency_response
 from hbsolve.steady_state import SteadyState, steady_state
 from transient.state import TransientState
 from transient.steady import SteadyMotion, steady_motion

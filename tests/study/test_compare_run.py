@@ -22,8 +22,8 @@ from study.compare_words import in_words
 from study.model_suspicions import all_suspicions
 from study.shipped import BEAM
 from study.test_case_model import TestSetup, read_test_case
-from transient.bench import make_campaign
-from transient.bench_campaign import CampaignPoints
+from transient.bench.campaign import CampaignPoints
+from transient.bench.hidden_effect import make_campaign
 
 LEVELS, REPEATS, NOISE = (1.0, 3.0), 5, 0.005
 JOINTED = 472.0 * np.array([0.98, 0.99, 0.995, 0.998, 1.0, 1.002, 1.005, 1.01, 1.02])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from hbsolve.continuation_step import Continuation
+from hbsolve.continuation.step import Continuation
 from study import cli
 from study.checkpoint import Checkpoint
 from study.shipped import SOLVE

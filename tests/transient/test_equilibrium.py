@@ -15,8 +15,8 @@ from reduction.jointed_system import (
     JenkinsElement,
     JointedSystem,
 )
-from transient.bench_beam import Beam, BeamParameters, contacts, jointed_beam, reduced_beam
-from transient.bench_campaign import random_parameters
+from transient.bench.beam import Beam, BeamParameters, contacts, jointed_beam, reduced_beam
+from transient.bench.campaign import random_parameters
 from transient.equilibrium import equilibrium
 from transient.integrate import integrate
 from transient.joint_table import joint_table

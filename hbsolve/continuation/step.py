@@ -1,8 +1,8 @@
 r"""One step of a continuation round folds: how long it is, whether it is taken, and where the branch ends.
 
-The steps themselves are `hbsolve.arclength`'s. s_x is the amplitude of the vibration at the last point and s_lambda a
-share of the range: a step changes the motion by a share ds of itself, or lambda by that share of s_lambda, whichever
-comes first.
+The steps themselves are `hbsolve.continuation.arclength`'s. s_x is the amplitude of the vibration at the last point and
+s_lambda a share of the range: a step changes the motion by a share ds of itself, or lambda by that share of s_lambda,
+whichever comes first.
 
 References
 ----------
@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hbsolve.aft import Start
-from hbsolve.arclength import Corrected, Direction, Metric, corrected, round_kink, tangent
 from hbsolve.balance import Real
-from hbsolve.continuation_state import ContinuationState
+from hbsolve.continuation.arclength import Corrected, Direction, Metric, corrected, round_kink, tangent
+from hbsolve.continuation.path import Equation, FrequencyPath, JointPath, LevelPath, equation
+from hbsolve.continuation.state import ContinuationState
 from hbsolve.errors import BalanceError
-from hbsolve.parameter import Equation, FrequencyPath, JointPath, LevelPath, equation
 from hbsolve.steady_state import NoConvergence, SteadyState, finished, slider_start, solve_at, steady_state
 from reduction.array_input import real_number
 

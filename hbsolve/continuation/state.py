@@ -24,7 +24,7 @@ class ContinuationState:
     tangent_motion, tangent_value
         Tangent, in the direction of travel; before the first step, lambda's way alone.
     orientation
-        Sign of the determinant along it (`hbsolve.arclength.tangent`); 0 before the first step.
+        Sign of the determinant along it (`hbsolve.continuation.arclength.tangent`); 0 before the first step.
     step
         The next ds.
     n_point

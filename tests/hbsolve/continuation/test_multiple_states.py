@@ -6,8 +6,8 @@ from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance
+from hbsolve.continuation.multiple_states import history_states, steady_states
 from hbsolve.sensitivity import LevelParameter, sensitivity
-from hbsolve.several import history_states, steady_states
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import CubicSpring, JenkinsElement, Joint, JointedSystem
 

@@ -1,6 +1,6 @@
 """Continuation of steady states over frequency, level or a joint's parameter, round folds: whole branches.
 
-The single steps are `hbsolve.continuation_step`'s, for those who want to keep, show or stop them.
+The single steps are `hbsolve.continuation.step`'s, for those who want to keep, show or stop them.
 """
 
 from collections.abc import Callable
@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance, Real
-from hbsolve.branch import ResponseBranch, branch_of
-from hbsolve.continuation_state import ContinuationState
-from hbsolve.continuation_step import REACHED, Continuation
-from hbsolve.parameter import FrequencyPath, JointPath, LevelPath
+from hbsolve.continuation.branch import ResponseBranch, branch_of
+from hbsolve.continuation.path import FrequencyPath, JointPath, LevelPath
+from hbsolve.continuation.state import ContinuationState
+from hbsolve.continuation.step import REACHED, Continuation
 
 __all__ = [
     "REACHED",

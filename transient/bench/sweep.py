@@ -27,7 +27,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from reduction.jointed_system import FrictionContact, JenkinsElement, JointedSystem
-from transient.bench_structure import line_sums, stuck_structure
+from transient.bench.structure import line_sums, stuck_structure
 from transient.dragged import dragged
 from transient.equilibrium import equilibrium
 from transient.errors import TransientError

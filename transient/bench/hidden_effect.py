@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from transient.bench_beam import BeamParameters, random_stations, reduced_beam
-from transient.bench_campaign import CampaignPoints, random_parameters, sweeps, with_noise, write_campaign
-from transient.bench_effect import KINDS, NOTHING, SIGNED, UNITS, Effect
+from transient.bench.beam import BeamParameters, random_stations, reduced_beam
+from transient.bench.campaign import CampaignPoints, random_parameters, sweeps, with_noise, write_campaign
+from transient.bench.effect import KINDS, NOTHING, SIGNED, UNITS, Effect
 from transient.errors import TransientError
 
-STRENGTHS = Path(__file__).with_name("bench_strength.toml")
+STRENGTHS = Path(__file__).with_name("strength.toml")
 #: Strengths are drawn between 1 and so many times the unit strength.
 STRONGEST = 4.0
 
@@ -63,7 +63,7 @@ class PlantedTruth:
 
 
 def unit_strengths() -> dict[str, dict[str, float]]:
-    """Unit strength by kind and place, in SI units, as `transient.bench_strength` has found them."""
+    """Unit strength by kind and place, in SI units, as `transient.bench.strength` has found them."""
     import tomllib
 
     table = tomllib.loads(STRENGTHS.read_text(encoding="utf-8"))
@@ -107,7 +107,7 @@ def make_campaign(
     seed
         Of specimen, effect, histories, jitter and noise; the same seed gives the same bytes.
     kind
-        A key of `transient.bench_effect.KINDS`, or "nothing"; drawn by default.
+        A key of `transient.bench.effect.KINDS`, or "nothing"; drawn by default.
     place, strength
         Where, and how strong in the unit of `UNITS`; drawn by default.
     points

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from hbsolve.balance import HarmonicBalance
-from hbsolve.continuation import frequency_response
+from hbsolve.continuation.resonance import resonance, resonance_curve
+from hbsolve.continuation.response import frequency_response
 from hbsolve.errors import PeakError
-from hbsolve.resonance import resonance, resonance_curve
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import CubicSpring, ElasticStop, JenkinsElement, Joint, JointedSystem
 

@@ -10,8 +10,8 @@ import numpy as np
 from hbsolve.aft import Start
 from hbsolve.balance import HarmonicBalance, Real
 from hbsolve.condensed import Condensed
-from hbsolve.continuation_step import REACHED, Continuation
-from hbsolve.parameter import FrequencyPath, LevelPath
+from hbsolve.continuation.path import FrequencyPath, LevelPath
+from hbsolve.continuation.step import REACHED, Continuation
 from hbsolve.steady_state import TOLERANCE, NoConvergence, SteadyState, newton_at, solve_at
 
 #: Starts, iterations in each, and the seed that makes them the same every time.

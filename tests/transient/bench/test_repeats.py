@@ -7,8 +7,8 @@ import pytest
 
 from correlation.read_campaign import read_campaign
 from reduction.jointed_system import FrictionContact, JenkinsElement, JointedSystem
-from transient.bench_campaign import CampaignPoints, Layout, write_campaign
-from transient.bench_repeats import random_history, repeated_tests
+from transient.bench.campaign import CampaignPoints, Layout, write_campaign
+from transient.bench.repeats import random_history, repeated_tests
 from transient.equilibrium import equilibrium, quasi_static
 from transient.errors import TransientError
 

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hbsolve.continuation.peak import interpolated_peak, resonance_peak, undamped_from_peak
 from hbsolve.dynamic_stiffness import DynamicStiffness
 from hbsolve.errors import PeakError
-from hbsolve.peak import interpolated_peak, resonance_peak, undamped_from_peak
 
 
 def single(omega: np.ndarray, omega0: float = 50.0, zeta: float = 0.002) -> np.ndarray:

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from hbsolve.aft import Start
 from hbsolve.balance import HarmonicBalance, Real
 from hbsolve.contact.law import FORCE
-from hbsolve.continuation import Continuation
-from hbsolve.parameter import LevelPath
+from hbsolve.continuation.path import LevelPath
+from hbsolve.continuation.response import Continuation
 from hbsolve.steady_state import NoConvergence, SteadyState, forces_at, slider_start, solve_at
 
 #: Two motions that differ by less than this share are the same.

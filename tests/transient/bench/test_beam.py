@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from transient.bench_beam import (
+from transient.bench.beam import (
     DENSITY,
     LENGTH,
     PLACES,
@@ -22,7 +22,7 @@ from transient.bench_beam import (
     station_shares,
     stuck_angular_frequencies,
 )
-from transient.bench_effect import Effect, plant
+from transient.bench.effect import Effect, plant
 
 DRAWN = BeamParameters()
 

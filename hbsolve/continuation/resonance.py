@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from hbsolve.balance import HarmonicBalance
-from hbsolve.branch import ResponseBranch
-from hbsolve.continuation import Continuation, frequency_response
+from hbsolve.continuation.branch import ResponseBranch
+from hbsolve.continuation.path import FrequencyPath
+from hbsolve.continuation.response import Continuation, frequency_response
 from hbsolve.errors import PeakError
-from hbsolve.parameter import FrequencyPath
 from hbsolve.sensitivity import FrequencyParameter, sensitivity
 from hbsolve.steady_state import NoConvergence, SteadyState, slider_start, steady_state
 

@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 from scipy.special import ellipk
 
 from hbsolve.balance import HarmonicBalance
-from hbsolve.branch import load_branch
 from hbsolve.contact_motion import contact_motion
-from hbsolve.continuation import frequency_response, joint_response, level_response
-from hbsolve.continuation_step import Continuation
+from hbsolve.continuation.branch import load_branch
+from hbsolve.continuation.path import FrequencyPath
+from hbsolve.continuation.response import frequency_response, joint_response, level_response
+from hbsolve.continuation.step import Continuation
 from hbsolve.errors import BalanceError
 from hbsolve.forced_response import forced_response
 from hbsolve.fourier import coefficients_from_samples, samples_from_coefficients
 from hbsolve.harmonic_force import HarmonicForce
-from hbsolve.parameter import FrequencyPath
 from hbsolve.steady_state import SteadyState, steady_state
 from reduction.jointed_system import (
     CubicSpring,

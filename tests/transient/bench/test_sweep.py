@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from reduction.jointed_system import CubicSpring, FrictionContact, JenkinsElement, JointedSystem
-from transient.bench_beam import BeamParameters, contacts, free_beam, jointed_beam, reduced_beam
-from transient.bench_repeats import marched
-from transient.bench_sweep import MAX_PERIOD, SLOWLY, STEPS, SweptBench
+from transient.bench.beam import BeamParameters, contacts, free_beam, jointed_beam, reduced_beam
+from transient.bench.repeats import marched
+from transient.bench.sweep import MAX_PERIOD, SLOWLY, STEPS, SweptBench
 from transient.dragged import dragged
 from transient.errors import TransientError
 from transient.integrate import integrate
@@ -190,11 +190,11 @@ def test_a_point_that_has_not_settled_leaves_no_memory(monkeypatch: pytest.Monke
 
     def hasty(self: SweptBench, frequency: float, level: float, approach: Any, tolerance: float) -> Any:
         with monkeypatch.context() as patch:
-            patch.setattr("transient.bench_sweep.MAX_PERIOD", 2 if frequency == 466.0 else MAX_PERIOD)
+            patch.setattr("transient.bench.sweep.MAX_PERIOD", 2 if frequency == 466.0 else MAX_PERIOD)
             return settle(self, frequency, level, approach, tolerance)
 
     monkeypatch.setattr(SweptBench, "_settle", hasty)
-    monkeypatch.setattr("transient.bench_sweep.MAX_WAIT", 0)
+    monkeypatch.setattr("transient.bench.sweep.MAX_WAIT", 0)
     after = bench.sweep([466.0, 480.0], 10.0, shares)
     assert after.periodic.tolist() == [False, True]
     # To what the tolerance of 1e-4 allows of forces of some 10 N.
@@ -208,7 +208,7 @@ def test_a_point_that_is_not_found_at_once_is_reached_slowly(monkeypatch: pytest
     at_once = bench.sweep([466.0], 10.0, shares)
     assert 24 < at_once.n_period[0] < MAX_PERIOD
     # 24 periods a search are enough for a half of the level, 12 for no eighth of it: then the bench waits.
-    monkeypatch.setattr("transient.bench_sweep.MAX_PERIOD", most)
+    monkeypatch.setattr("transient.bench.sweep.MAX_PERIOD", most)
     slowly = bench.sweep([466.0], 10.0, shares)
     assert slowly.periodic[0]
     assert (slowly.n_period[0] > STEPS[-1] * SLOWLY) == (most == 12)

@@ -27,10 +27,10 @@ from numpy.typing import NDArray
 
 from hbsolve.aft import Start
 from hbsolve.balance import Real
+from hbsolve.continuation.path import Equation, Path, equation
 from hbsolve.errors import BalanceError
 from hbsolve.linearised import active_rows, small_matrix
 from hbsolve.newton import solve_bordered
-from hbsolve.parameter import Equation, Path, equation
 from hbsolve.steady_state import TOLERANCE
 
 #: Corrections at most.

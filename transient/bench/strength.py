@@ -26,8 +26,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from transient.bench_beam import BeamParameters, reduced_beam, stations_at
-from transient.bench_campaign import (
+from transient.bench.beam import BeamParameters, reduced_beam, stations_at
+from transient.bench.campaign import (
     FORCE_FLOOR,
     HELD_OUT_LEVELS,
     HELD_OUT_REPEATS,
@@ -39,7 +39,7 @@ from transient.bench_campaign import (
     scaled,
     sweeps,
 )
-from transient.bench_effect import KINDS, NOTHING, Effect
+from transient.bench.effect import KINDS, NOTHING, Effect
 
 Vector = Float[NDArray[np.float64], " n"]
 Matrix = Float[NDArray[np.float64], "n m"]
@@ -194,7 +194,7 @@ def write(found: dict[str, dict[str, float]], path: Path) -> None:
     """As a TOML table."""
     lines = [
         "# Strength [SI] at which an effect moves the noise-free features of a campaign by 5 standard deviations, the",
-        "# accepted parameters refitted. Made by: python -m transient.bench_strength",
+        "# accepted parameters refitted. Made by: python -m transient.bench.strength",
     ]
     for kind, places in found.items():
         lines.append(f"\n[unit_strength.{kind}]")
@@ -219,4 +219,4 @@ def _parts(level: float, motion: NDArray[np.complex128], force: NDArray[np.compl
 
 
 if __name__ == "__main__":
-    write(find_unit_strengths(lambda line: print(line, flush=True)), Path(__file__).with_name("bench_strength.toml"))  # noqa: T201  # a tool
+    write(find_unit_strengths(lambda line: print(line, flush=True)), Path(__file__).with_name("strength.toml"))  # noqa: T201  # a tool

@@ -17,8 +17,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from reduction.jointed_system import FrictionContact, JointedSystem
-from transient.bench_campaign import Sweep
-from transient.bench_sweep import Readings, SweptBench
+from transient.bench.campaign import Sweep
+from transient.bench.sweep import Readings, SweptBench
 from transient.equilibrium import quasi_static
 from transient.state import TransientState
 

@@ -17,9 +17,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from transient.bench_beam import Beam, BeamParameters
-from transient.bench_effect import Effect, plant
-from transient.bench_sweep import TOLERANCE, Readings, SweptBench
+from transient.bench.beam import Beam, BeamParameters
+from transient.bench.effect import Effect, plant
+from transient.bench.sweep import TOLERANCE, Readings, SweptBench
 
 #: Standard deviations of the specimen's parameters, relative to its drawing [-].
 PARAMETER_DEVIATION: Mapping[str, float] = {
@@ -184,7 +184,7 @@ def sweeps(
     jitter
         Scale of both jitters [-].
     tolerance
-        Of a steady state, see `transient.bench_sweep.TOLERANCE` [-].
+        Of a steady state, see `transient.bench.sweep.TOLERANCE` [-].
     """
     for repeat in range(1, points.n_repeat + 1):
         load, shift, shift_free = 1 + jitter * random.standard_normal(3) * [

@@ -7,7 +7,7 @@ import numpy as np
 
 from reduction.joint import Row
 from reduction.jointed_system import CubicSpring, ElasticStop, JointedSystem, QuadraticDamper
-from transient.bench_beam import Beam, BeamParameters, free_beam, jointed_beam
+from transient.bench.beam import Beam, BeamParameters, free_beam, jointed_beam
 from transient.errors import TransientError
 
 NOTHING = "nothing"
