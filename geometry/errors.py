@@ -6,6 +6,7 @@
     └── InputError            the user can mend it: one sentence with the value and the remedy
         ├── GeometryError     a dimension or a shape that cannot be built
         ├── SelectorError     a selector that means no face, or one that another has
+        ├── RegistryError     a plug-in that fails, lacks a fact or has a name that is taken, or an unknown name
         ├── fe.errors.MeshError
         │   ├── fe.errors.InvertedCell
         │   └── fe.errors.BesideMesh
@@ -55,3 +56,7 @@ class SelectorError(InputError):
         super().__init__(message)
         self.region = region
         self.number = number
+
+
+class RegistryError(InputError):
+    """A plug-in that fails, lacks a fact or has a name that is taken, or a name that no member has."""

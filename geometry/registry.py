@@ -1,0 +1,260 @@
+"""Members of one kind, found rather than listed: joint laws, elements, file formats, effects, figures.
+
+A member is declared where it stands, in a file of its own that ends with ``REGISTRY.register(member)``. Found are
+
+- the product's own members by walking a package: one file a member, no list by hand;
+- those of installed packages through an entry point of its group, which names a module;
+- those of a user's file through `load`.
+
+Nothing is imported before a member is asked for. A member that lacks a fact, or whose name is taken, is refused when it
+is registered. A plug-in that fails leaves the other members usable. A class from a user's file can be pickled: another
+process that has imported this module finds the file by the name of the class's module.
+"""
+
+import importlib
+import importlib.machinery
+import importlib.util
+import pkgutil
+import sys
+import traceback
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import entry_points
+from pathlib import Path
+from types import ModuleType
+from typing import Generic, TypeVar
+
+from geometry.errors import InputWarning, RegistryError
+
+M = TypeVar("M")
+
+#: Modules of users' files are called by this and their path in hexadecimal digits.
+PREFIX = "stickslip_outside_"
+
+
+@dataclass(frozen=True, eq=False)
+class Entry(Generic[M]):
+    """A registered member.
+
+    Parameters
+    ----------
+    member
+        What was registered.
+    file, line
+        Where.
+    """
+
+    member: M
+    file: str
+    line: int
+
+    @property
+    def place(self) -> str:
+        """File and line, as messages call them."""
+        return f"{self.file}, line {self.line}"
+
+
+class Registry(Generic[M]):
+    """Members of one kind by name.
+
+    Parameters
+    ----------
+    kind
+        What a member is, in the singular: "joint law".
+    package
+        Dotted name of the package whose modules hold the product's own members.
+    group
+        Entry point group of installed packages.
+    facts
+        Attributes that each member must have, with what they are; "name" is always one of them. An attribute may be
+        None where that is an answer; what counts is that it was given.
+    check
+        What else is wrong with a member, as the end of a sentence with its remedy, or None.
+    """
+
+    def __init__(
+        self,
+        kind: str,
+        *,
+        package: str,
+        group: str,
+        facts: Mapping[str, str] | None = None,
+        check: Callable[[M], str | None] | None = None,
+    ) -> None:
+        self.kind, self.package, self.group = kind, package, group
+        self.facts = {"name": "what it is called", **(facts or {})}
+        self._check = check
+        self._entries: dict[str, Entry[M]] = {}
+        self._complete = False
+        self._failures: list[str] = []
+
+    def register(self, member: M) -> M:
+        """Take a member in; returns it, so that it also serves as a decorator.
+
+        Raises
+        ------
+        RegistryError
+            It lacks a fact, its name is taken, or a fact is wrong: one sentence with file, line and remedy.
+        """
+        frame = sys._getframe(1)
+        entry = Entry(member, frame.f_code.co_filename, frame.f_lineno)
+        lacking = [fact for fact in self.facts if not hasattr(member, fact)]
+        name: object = getattr(member, "name", None)
+        if lacking:
+            called = name if isinstance(name, str) else getattr(member, "__name__", type(member).__name__)
+            wanted = ", ".join(f"{fact} ({self.facts[fact]})" for fact in lacking)
+            raise RegistryError(f'{entry.place}: the {self.kind} "{called}" lacks {wanted}: add it')
+        if not isinstance(name, str) or not name.strip():
+            raise RegistryError(f"{entry.place}: the name of a {self.kind} is {name!r}: give it one as text")
+        taken = self._entries.get(name)
+        if taken is not None:
+            raise RegistryError(
+                f'{entry.place}: a {self.kind} "{name}" is registered already in {taken.place}: give it another name'
+            )
+        wrong = self._check(member) if self._check else None
+        if wrong:
+            raise RegistryError(f'{entry.place}: the {self.kind} "{name}" {wrong}')
+        self._entries[name] = entry
+        return member
+
+    def __getitem__(self, name: str) -> M:
+        """The member of a name.
+
+        Raises
+        ------
+        RegistryError
+            There is none; the message lists those that there are.
+        """
+        if name not in self._entries:
+            self._discover()
+        if name not in self._entries:
+            failed = "".join(f"; {failure}" for failure in self._failures)
+            raise RegistryError(f'there is no {self.kind} "{name}": choose {", ".join(sorted(self._entries))}{failed}')
+        return self._entries[name].member
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.names()
+
+    def __iter__(self) -> Iterator[M]:
+        return iter([self._entries[name].member for name in self.names()])
+
+    def __len__(self) -> int:
+        return len(self.names())
+
+    def names(self) -> list[str]:
+        """Names of all members, sorted: the same in every process."""
+        self._discover()
+        return sorted(self._entries)
+
+    def entry(self, name: str) -> Entry[M]:
+        """A member with the place where it was registered."""
+        self[name]
+        return self._entries[name]
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """Installed plug-ins that could not be loaded, a sentence each."""
+        self._discover()
+        return tuple(self._failures)
+
+    def load(self, path: str | Path) -> tuple[M, ...]:
+        """Members of this kind that a user's Python file registers; a file is run once per process.
+
+        Raises
+        ------
+        RegistryError
+            No such file, one that fails, or one that registers no member of this kind.
+        """
+        file = Path(path).expanduser().resolve()
+        if not file.is_file():
+            raise RegistryError(f"{path}: there is no such file: give the path of a Python file with a {self.kind}")
+        self._discover()
+        self._attempt(lambda: importlib.import_module(module_name(file)), str(file))
+        members = tuple(entry.member for entry in self._entries.values() if entry.file == str(file))
+        if not members:
+            raise RegistryError(
+                f"{file}: this file registers no {self.kind}: end it with a call of `register` of the registry of "
+                f"{self.kind}s"
+            )
+        return members
+
+    def forget(self, path: str | Path) -> None:
+        """Undo `load`: members of a user's file go, and the file is read anew when it is loaded again."""
+        file = str(Path(path).expanduser().resolve())
+        self._entries = {name: entry for name, entry in self._entries.items() if entry.file != file}
+        sys.modules.pop(module_name(Path(file)), None)
+
+    def outside_files(self) -> list[Path]:
+        """Files of members that are not the product's own, sorted: stored results depend on them too."""
+        self._discover()
+        own = [Path(folder).resolve() for folder in importlib.import_module(self.package).__path__]
+        files = {Path(entry.file).resolve() for entry in self._entries.values()}
+        return sorted(file for file in files if file.is_file() and not any(map(file.is_relative_to, own)))
+
+    def _discover(self) -> None:
+        """Import the product's own members and those of installed packages, once."""
+        if self._complete:
+            return
+        self._complete = True  # Members may ask their registry while they are imported.
+        try:
+            package = importlib.import_module(self.package)
+            for module in pkgutil.iter_modules(package.__path__, f"{self.package}."):
+                importlib.import_module(module.name)
+        except BaseException:
+            self._complete = False
+            raise
+        for point in entry_points(group=self.group):
+            try:
+                self._attempt(point.load, f'entry point "{point.name} = {point.value}" of {self.group}')
+            except RegistryError as failure:
+                self._failures.append(str(failure))
+                warnings.warn(f"a {self.kind} is left out: {failure}", InputWarning, stacklevel=3)
+
+    def _attempt(self, load: Callable[[], object], origin: str) -> None:
+        """Import somebody's code; if it fails, none of its members stay, and the error is one sentence."""
+        before = dict(self._entries)
+        try:
+            load()
+        except RegistryError:
+            self._entries = before
+            raise
+        except (Exception, SystemExit) as error:
+            self._entries = before
+            raise RegistryError(_sentence(error, origin)) from error
+
+
+def module_name(file: Path) -> str:
+    """Name under which a user's file is imported: any process can find the file by it."""
+    return PREFIX + str(file).encode().hex()
+
+
+def _sentence(error: BaseException, origin: str) -> str:
+    """What went wrong in somebody's code, and where."""
+    steps = [step for step in traceback.extract_tb(error.__traceback__) if step.filename != __file__]
+    outside = [step for step in steps if "importlib" not in step.filename]
+    place = f"{outside[-1].filename}, line {outside[-1].lineno}" if outside else origin
+    if isinstance(error, SyntaxError) and error.filename:
+        place = f"{error.filename}, line {error.lineno}"
+    what = " ".join(str(error).split()) or "no message"
+    named = "" if origin in place else f" ({origin})"
+    return f"{place}: {type(error).__name__}: {what}{named}: correct the file, or leave it out"
+
+
+class _FileFinder:
+    """Finds the modules of users' files by their names."""
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> importlib.machinery.ModuleSpec | None:
+        """The file that a name stands for."""
+        del path, target
+        if not name.startswith(PREFIX):
+            return None
+        file = bytes.fromhex(name.removeprefix(PREFIX)).decode()
+        loader = importlib.machinery.SourceFileLoader(name, file)
+        return importlib.util.spec_from_file_location(name, file, loader=loader)
+
+
+if not any(type(finder).__name__ == _FileFinder.__name__ for finder in sys.meta_path):
+    sys.meta_path.append(_FileFinder())
