@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 from benchmarks.hidden_effects_groups import Groups
 from benchmarks.hidden_effects_plan import KIND, Case, effect_name, effect_value
 from benchmarks.hidden_effects_record import FAILED, Fitted, Found, Planted, Record
-from correlation.feature_vector import FeatureVector
-from correlation.measurement import Campaign
-from correlation.read_campaign import read_campaign
-from correlation.test_model import TestModel
-from diagnosis.arrangement import Arrangement
+from correlation.campaign.measurement import Campaign
+from correlation.campaign.read_campaign import read_campaign
+from correlation.feature.vector import FeatureVector
+from correlation.model import TestModel
 from diagnosis.diagnose import Diagnosis, diagnose
-from diagnosis.limits import Limits
-from diagnosis.refit import Refit
+from diagnosis.fit.arrangement import Arrangement
+from diagnosis.fit.refit import Refit
+from diagnosis.threshold.thresholds import Limits
 from study.diagnose_limits import limits_for
 from study.shipped import BEAM
 from study.test_case_model import TestSetup, read_test_case

@@ -3,7 +3,7 @@
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from correlation.test_model import TestModel
+from correlation.model import TestModel
 from transient.bench.effect import NOTHING
 from transient.bench.hidden_effect import PlantedTruth
 

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.rig_campaign import HiddenEffect, make_rig_campaign, meshed
-from correlation.read_campaign import read_campaign
+from correlation.campaign.read_campaign import read_campaign
+from diagnosis.decision.verdict import INTERVAL
 from diagnosis.diagnose import diagnose
-from diagnosis.verdict import INTERVAL
 from study.case import load_case
 from study.progress import LineProgress
 from study.rig_case import RigCase, rig_model

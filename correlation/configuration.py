@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from correlation.test_model import DERIVATIVE, Sensor, TestModel
+from correlation.model import DERIVATIVE, Sensor, TestModel
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed, Recovery
 from hbsolve.sampling import complex_from_real

@@ -17,7 +17,7 @@ from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.configuration import Configuration, Tangent
-from correlation.test_model import TestModel
+from correlation.model import TestModel
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import SteadyState
 

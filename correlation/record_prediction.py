@@ -7,11 +7,11 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
+from correlation.model import TestModel
 from correlation.record_propagator import Propagator, propagator
 from correlation.record_resampling import refined, straightened
-from correlation.test_model import TestModel
-from correlation.time_record import TimeRecord
 
 Samples = Float[NDArray[np.float64], "s n"]
 State = Float[NDArray[np.float64], " n"]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, expm
 
 from correlation.errors import TestModelError
-from correlation.test_model import DERIVATIVE, LineSensor, TestModel
+from correlation.model import DERIVATIVE, LineSensor, TestModel
 from reduction.jointed_system import CubicSpring, ElasticStop, Joint, QuadraticDamper
 
 Array = Float[NDArray[np.float64], "..."]

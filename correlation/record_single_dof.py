@@ -13,9 +13,9 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
+from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
-from correlation.test_model import Sensor, TestModel
-from correlation.time_record import TimeRecord
+from correlation.model import Sensor, TestModel
 from reduction.jointed_system import JointedSystem
 
 #: Rounds of weighting, and the share of the largest force spectrum that a line must have.

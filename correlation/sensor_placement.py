@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from correlation.campaign.manifest import MANIFEST
+from correlation.campaign.measurement import Campaign, MeasuredSensor
 from correlation.errors import CampaignError
-from correlation.manifest import MANIFEST
-from correlation.measurement import Campaign, MeasuredSensor
-from correlation.test_model import LineSensor, Sensor, TestModel
+from correlation.model import LineSensor, Sensor, TestModel
 
 #: A sensor is at a node that is nearer than this share of the structure's size.
 NEAR = 0.01

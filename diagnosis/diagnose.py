@@ -4,21 +4,21 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from correlation.measurement import Campaign
-from correlation.nuisance import Budget
-from correlation.test_model import TestModel
-from diagnosis.accepted import Accepted
-from diagnosis.arrangement import Added, Arrangement, arrange
-from diagnosis.catalogue import Catalogue, Extra, campaign_catalogue
-from diagnosis.decision import worse_than_noise
-from diagnosis.judgement import Known, judge, second_look
+from correlation.campaign.measurement import Campaign
+from correlation.model import TestModel
+from correlation.noise.nuisance import Budget
+from diagnosis.decision.judgement import Known, judge, second_look
+from diagnosis.decision.rules import worse_than_noise
+from diagnosis.decision.verdict import Finding, Verdict
+from diagnosis.effect.catalogue import Catalogue, Extra, campaign_catalogue
+from diagnosis.fit.arrangement import Added, Arrangement, arrange
+from diagnosis.fit.calibration_parameter import Accepted
+from diagnosis.fit.refit import Refit, all_searched, begun, finalists, is_lost, refit, shortlist, unchanged
 from diagnosis.keep import Keep, computed
-from diagnosis.limits import Limits, linear_limits
 from diagnosis.localisation import Place, localise
-from diagnosis.refit import Refit, all_searched, begun, finalists, is_lost, refit, shortlist, unchanged
 from diagnosis.screening import Score, screen
-from diagnosis.straying import widened
-from diagnosis.verdict import Finding, Verdict
+from diagnosis.threshold.parametric_bootstrap import widened
+from diagnosis.threshold.thresholds import Limits, linear_limits
 
 #: What is being done, and the share of the whole diagnosis that is done [-].
 Report = Callable[[str, float], None]
@@ -108,7 +108,7 @@ def diagnose(
     added
         Effects that were found in earlier rounds; all are fitted again together.
     without, extra
-        Kinds of effects to leave out, and effects of one's own, see `diagnosis.catalogue`.
+        Kinds of effects to leave out, and effects of one's own, see `diagnosis.effect.catalogue`.
     limits
         What chance may do, from a bootstrap of this layout; by the linear theory alone by default, with a margin.
     keep

@@ -25,8 +25,8 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.configuration import Tangent
-from correlation.test_model import TestModel
-from diagnosis.arrangement import Arrangement
+from correlation.model import TestModel
+from diagnosis.fit.arrangement import Arrangement
 from diagnosis.screening import accepted_basis
 from hbsolve.sensitivity import MatrixParameter, ModelParameter
 

@@ -20,9 +20,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from diagnosis.arrangement import Arrangement
-from diagnosis.comparison import Vector
 from diagnosis.effect.candidate import Effect
+from diagnosis.fit.arrangement import Arrangement
+from diagnosis.fit.comparison import Vector
 from hbsolve.errors import ModelError
 
 #: |d_perp| below which an effect of typical strength moves nothing by more than this many standard deviations in all.

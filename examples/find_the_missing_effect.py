@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from correlation.read_campaign import read_campaign
+from correlation.campaign.read_campaign import read_campaign
 from study import compare_words, diagnose_words
 from study.beam_case import write_beam_case
 from study.compare_pictures import pictures

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from correlation.test_model import Dof, Sensor, TestModel
-from diagnosis.catalogue import catalogue
+from correlation.model import Dof, Sensor, TestModel
+from diagnosis.effect.catalogue import catalogue
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import JointedSystem, along

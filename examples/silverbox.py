@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from correlation.campaign.time_record import TimeRecord
 from correlation.record_single_dof import single_dof
-from correlation.time_record import TimeRecord
-from diagnosis.accepted import accepted
 from diagnosis.effect.density import Density
+from diagnosis.fit.calibration_parameter import accepted
 from diagnosis.record.arrangement import about_mean, stretch
 from diagnosis.record.diagnose import record_rounds
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from correlation.band import coverage, interval_score, tightness
-from correlation.read_campaign import read_campaign
+from correlation.campaign.read_campaign import read_campaign
+from correlation.metric.band import coverage, interval_score, tightness
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.objective import Output
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits

@@ -15,7 +15,7 @@ from zipfile import ZIP_DEFLATED
 
 import numpy as np
 
-from correlation.test_model import LineSensor, Sensor, TestModel
+from correlation.model import LineSensor, Sensor, TestModel
 from reduction.file.npz import write_npz
 from study.beam_model import (
     DAMPING_RATIO,

@@ -11,7 +11,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from correlation.test_model import Dof, LineSensor, Sensor, TestModel
+from correlation.model import Dof, LineSensor, Sensor, TestModel
 from reduction.jointed_system import FrictionContact, JointedSystem
 
 Row = Float[NDArray[np.float64], " r"]

@@ -6,9 +6,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.misfit import CLEAR, Misfit, configuration
+from correlation.metric.misfit import CLEAR, Misfit, configuration
+from correlation.model import LineSensor, Sensor, TestModel
 from correlation.prediction import Points, Prediction, Predictor
-from correlation.test_model import LineSensor, Sensor, TestModel
 from study.figure.frf_overlay import OverlayCurve, OverlayPanel, frf_overlay_figure
 from study.figure.misfit_map import MapPanel, misfit_map_figure
 

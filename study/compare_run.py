@@ -6,20 +6,20 @@ from pathlib import Path
 
 import numpy as np
 
+from correlation.campaign.measurement import Campaign, Suspicion
+from correlation.campaign.read_campaign import read_campaign
 from correlation.errors import CampaignError
-from correlation.measurement import Campaign, Suspicion
-from correlation.misfit import Misfit, misfit
-from correlation.nuisance import Budget
-from correlation.observation import Observation, followed, parted, training
-from correlation.peak_error import PeakError, peak_errors
+from correlation.feature.observation import Observation, followed, parted, training
+from correlation.metric.misfit import Misfit, misfit
+from correlation.metric.peak_error import PeakError, peak_errors
+from correlation.model import TestModel
+from correlation.noise.nuisance import Budget
 from correlation.prediction import Prediction
-from correlation.read_campaign import read_campaign
 from correlation.sensor_placement import with_sensors
-from correlation.test_model import TestModel
-from diagnosis.arrangement import arrange
-from diagnosis.comparison import NOT_FOUND, Comparison
-from diagnosis.finer_model import as_uncertain
-from diagnosis.weighing import Measured, weighed
+from diagnosis.fit.arrangement import arrange
+from diagnosis.fit.comparison import NOT_FOUND, Comparison
+from diagnosis.fit.finer_model import as_uncertain
+from diagnosis.fit.weighting import Measured, weighed
 from study.case import load_case
 from study.compare_pictures import pictures
 from study.compare_table import misfit_csv

@@ -5,9 +5,9 @@ from io import StringIO
 
 import numpy as np
 
-from correlation.measurement import Campaign
-from correlation.metric import amplitude_error, phase_error
-from correlation.misfit import Misfit, configuration
+from correlation.campaign.measurement import Campaign
+from correlation.metric.misfit import Misfit, configuration
+from correlation.metric.response import amplitude_error, phase_error
 
 COLUMNS = (
     "set", "configuration", "level_N", "frequency_Hz", "sensor", "harmonic", "unit", "measured_real", "measured_imag",

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from correlation.misfit import AXES, Misfit, Share, configuration, shares, whole, worst, worst_cell
-from correlation.peak_error import PeakError
+from correlation.metric.misfit import AXES, Misfit, Share, configuration, shares, whole, worst, worst_cell
+from correlation.metric.peak_error import PeakError
 from study.compare_run import Compared
 
 #: A resonance fails beyond this: of some twenty, one is three off by chance [standard deviations].

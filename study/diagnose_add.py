@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from correlation.measurement import Campaign
-from correlation.read_campaign import read_campaign
+from correlation.campaign.measurement import Campaign
+from correlation.campaign.read_campaign import read_campaign
 from diagnosis.effect.candidate import EffectError
 from geometry.errors import InputError
 from study.case import load_case

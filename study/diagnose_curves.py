@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.misfit import CLEAR, Misfit, configuration
+from correlation.metric.misfit import CLEAR, Misfit, configuration
+from correlation.model import LineSensor
 from correlation.prediction import Points, Predictor
-from correlation.test_model import LineSensor
 from study.compare_pictures import fine_points, joined, keys, rows_of, unit_of
 from study.compare_run import Side
 from study.diagnose_round import Round

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from correlation.measurement import Campaign
-from diagnosis.bootstrap import Trial, limits_of
-from diagnosis.catalogue import Catalogue
+from correlation.campaign.measurement import Campaign
 from diagnosis.effect.candidate import Effect
-from diagnosis.limits import Limits
-from diagnosis.simulation import Simulation
+from diagnosis.effect.catalogue import Catalogue
+from diagnosis.threshold.bootstrap import Trial, limits_of
+from diagnosis.threshold.simulation import Simulation
+from diagnosis.threshold.thresholds import Limits
 from study.diagnose_steps import chance
 from study.parallel import Task, run_parallel
 from study.progress import Progress

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from diagnosis.decision.verdict import INTERVAL, Finding
 from diagnosis.localisation import Place
-from diagnosis.verdict import INTERVAL, Finding
 from study.console import plain
 from study.diagnose_curves import curves, maps
 from study.diagnose_history import ADD, DIAGNOSIS, Errors, History, Step

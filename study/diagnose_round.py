@@ -7,18 +7,18 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from correlation.measurement import Campaign
-from correlation.misfit import Misfit
+from correlation.campaign.measurement import Campaign
+from correlation.metric.misfit import Misfit
+from correlation.model import TestModel
 from correlation.sensor_placement import with_sensors
-from correlation.test_model import TestModel
-from diagnosis.arrangement import Added, Arrangement, arrange
-from diagnosis.catalogue import Catalogue
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.effect.candidate import EffectError
+from diagnosis.effect.catalogue import Catalogue
+from diagnosis.fit.arrangement import Added, Arrangement, arrange
+from diagnosis.fit.refit import Refit, unchanged
 from diagnosis.keep import Keep, computed
-from diagnosis.limits import Limits
-from diagnosis.refit import Refit, unchanged
-from diagnosis.simulation import Simulation
+from diagnosis.threshold.simulation import Simulation
+from diagnosis.threshold.thresholds import Limits
 from study import fingerprint
 from study.compare_run import Side
 from study.diagnose_history import Errors

@@ -7,11 +7,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from correlation.campaign.measurement import Campaign
+from correlation.campaign.read_campaign import read_campaign
 from correlation.errors import CampaignError
-from correlation.measurement import Campaign
-from correlation.read_campaign import read_campaign
 from correlation.sensor_placement import with_sensors
-from diagnosis.verdict import Finding
+from diagnosis.decision.verdict import Finding
 from study.case import load_case
 from study.console import plain
 from study.diagnose_add import add

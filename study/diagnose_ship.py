@@ -4,8 +4,8 @@ import json
 import sys
 from pathlib import Path
 
-from correlation.read_campaign import read_campaign
-from diagnosis.limits import Limits
+from correlation.campaign.read_campaign import read_campaign
+from diagnosis.threshold.thresholds import Limits
 from study.diagnose_limits import SHIPPED, layout, layout_key
 from study.diagnose_round import beside, bootstrap, kept
 from study.output import replace_file

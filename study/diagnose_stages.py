@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from diagnosis.refit import Refit
+from diagnosis.fit.refit import Refit
 from study.diagnose_history import Errors, History
 from study.diagnose_round import Round, as_drawn, errors
 from study.figure.waterfall import WaterfallStep

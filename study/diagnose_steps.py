@@ -3,9 +3,9 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from diagnosis.bootstrap import null_trial
 from diagnosis.effect.candidate import Effect
-from diagnosis.simulation import Simulation
+from diagnosis.threshold.bootstrap import null_trial
+from diagnosis.threshold.simulation import Simulation
 from study.codec import JSON
 from study.diagnose_codec import STEP
 from study.store import stage

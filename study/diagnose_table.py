@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from diagnosis.decision.verdict import INTERVAL, worth
 from diagnosis.effect.candidate import Effect, EffectParameter
-from diagnosis.refit import Refit
+from diagnosis.fit.refit import Refit
 from diagnosis.screening import Score
-from diagnosis.verdict import INTERVAL, worth
 from study.diagnose_edit import Values, Written
 from study.diagnose_history import Errors
 from study.diagnose_round import Round, errors

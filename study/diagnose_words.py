@@ -5,7 +5,7 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any
 
-from diagnosis.verdict import INTERVAL, Finding
+from diagnosis.decision.verdict import INTERVAL, Finding
 from study.compare_words import side_by_side
 from study.diagnose_history import ADD, Errors, Step
 from study.diagnose_round import Round, errors

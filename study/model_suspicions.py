@@ -4,13 +4,13 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.feature import features
-from correlation.jump import jump_suspicions
-from correlation.measurement import Campaign, Suspicion
-from correlation.model_suspicion import conjugate_tests, suspicions_against, swapped_sensors
+from correlation.campaign.measurement import Campaign, Suspicion
+from correlation.feature.table import features
+from correlation.model import TestModel
 from correlation.prediction import Points, Prediction, Predictor
-from correlation.test_model import TestModel
-from correlation.unit_suspicion import wrong_units
+from correlation.suspicion.jump import jump_suspicions
+from correlation.suspicion.model import conjugate_tests, suspicions_against, swapped_sensors
+from correlation.suspicion.unit import wrong_units
 from fe.dense_modes import dense_modes
 from study.stuck_contacts import stuck_at_rest
 

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
+from correlation.campaign.manifest import MANIFEST
+from correlation.campaign.measurement import Campaign
 from correlation.errors import CampaignError
-from correlation.manifest import MANIFEST
-from correlation.measurement import Campaign
 
 
 def require_held_out(campaign: Campaign, folder: Path) -> None:

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from correlation.test_model import TestModel
-from diagnosis.accepted import Accepted
-from diagnosis.arrangement import Added
-from diagnosis.catalogue import Catalogue, Extra, catalogue
+from correlation.model import TestModel
 from diagnosis.effect.candidate import Effect, EffectError, EffectParameter
-from diagnosis.own_effect import installed_effects
+from diagnosis.effect.catalogue import Catalogue, Extra, catalogue
+from diagnosis.effect.own_effect import installed_effects
+from diagnosis.fit.arrangement import Added
+from diagnosis.fit.calibration_parameter import Accepted
 from study.case_problem import did_you_mean
 from study.errors import CaseError
 from study.mistakes import Mistakes
@@ -48,7 +48,7 @@ def case_catalogue(model: TestModel, files: Sequence[Path], **options: Any) -> C
     files
         With effects of one's own.
     options
-        As for `diagnosis.catalogue.catalogue`.
+        As for `diagnosis.effect.catalogue.catalogue`.
     """
     return catalogue(model, extra=own_effects(files), **options)
 

@@ -4,14 +4,14 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from correlation.campaign.measurement import Campaign
 from correlation.errors import TestModelError
-from correlation.measurement import Campaign
-from correlation.nuisance import Budget
+from correlation.model import TestModel
+from correlation.noise.nuisance import Budget
 from correlation.sensor_placement import with_sensors
-from correlation.test_model import TestModel
-from diagnosis.accepted import Accepted, accepted
-from diagnosis.arrangement import Added
-from diagnosis.catalogue import Catalogue, campaign_catalogue
+from diagnosis.effect.catalogue import Catalogue, campaign_catalogue
+from diagnosis.fit.arrangement import Added
+from diagnosis.fit.calibration_parameter import Accepted, accepted
 from study.case import load_case
 from study.mistakes import Mistakes
 from study.test_case import TestCase

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from correlation.errors import TestModelError
-from correlation.test_model import DeadWeight, LineSensor, Sensor, TestModel
+from correlation.model import DeadWeight, LineSensor, Sensor, TestModel
 from reduction.errors import JointError
 from reduction.jointed_system import Friction, FrictionContact, Joint, JointedSystem
 from study.case import located

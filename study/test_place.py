@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic import Field, ValidationError, model_validator
 
 from correlation.errors import TestModelError
-from correlation.test_model import Dof
+from correlation.model import Dof
 from reduction.file.structure_file import StructureMatrices
 from study.case import CaseModel
 from study.case_problem import did_you_mean

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.errors import TestModelError
-from correlation.test_model import DIRECTIONS, Dof, Part
+from correlation.model import DIRECTIONS, Dof, Part
 from geometry.errors import InputError
 from reduction.errors import MatrixError
 from reduction.file.structure_file import NAMES, StructureMatrices, load_matrices

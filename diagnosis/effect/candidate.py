@@ -1,13 +1,13 @@
 """What a candidate effect is: a named change of a test model, with the values that it may take.
 
-An effect needs no derivatives: `diagnosis.tangent` differentiates what it does to the model's data.
+An effect needs no derivatives: `diagnosis.fit.tangent` differentiates what it does to the model's data.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from correlation.test_model import TestModel
+from correlation.model import TestModel
 from geometry.errors import InputError
 
 

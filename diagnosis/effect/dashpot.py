@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.test_model import TestModel
+from correlation.model import TestModel
 from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
 from diagnosis.effect.place import moving_places
 from diagnosis.effect.scale import Scale, scale

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from correlation.test_model import TestModel
+from correlation.model import TestModel
 from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
 from diagnosis.effect.scale import Scale
 

@@ -1,6 +1,6 @@
 """One contact line is rougher than the others."""
 
-from correlation.test_model import TestModel
+from correlation.model import TestModel
 from diagnosis.effect.candidate import Effect, Untestable
 from diagnosis.effect.contact_line import line_ratios
 from diagnosis.effect.scale import Scale

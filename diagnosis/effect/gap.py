@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.test_model import TestModel
+from correlation.model import TestModel
 from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
 from diagnosis.effect.contact_line import contacts
 from diagnosis.effect.place import ROTATIONS, TRANSLATIONS

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.test_model import Dof, Sensor, TestModel
+from correlation.model import Dof, Sensor, TestModel
 from diagnosis.effect.candidate import Untestable
 from diagnosis.effect.scale import Scale
 from reduction.jointed_system import CubicSpring, Joint, QuadraticDamper

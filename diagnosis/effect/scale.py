@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
-from correlation.test_model import TestModel
+from correlation.model import TestModel
 from diagnosis.effect.candidate import EffectError
 from diagnosis.effect.resonance import Resonance, Row, Rows, resonance
 from reduction.jointed_system import JointedSystem

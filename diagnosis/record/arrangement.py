@@ -5,16 +5,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
+from correlation.model import DERIVATIVE, Sensor, TestModel
 from correlation.record_prediction import STEPS, drive
-from correlation.test_model import DERIVATIVE, Sensor, TestModel
-from correlation.time_record import TimeRecord
-from diagnosis.arrangement import Added
 from diagnosis.effect.candidate import Effect
 from diagnosis.effect.scale import scale
+from diagnosis.fit.arrangement import Added
+from diagnosis.fit.unknowns import Unknowns
 from diagnosis.record.comparison import RecordComparison
 from diagnosis.record.fit import RecordFit, fit_records
-from diagnosis.unknowns import Unknowns
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -66,7 +66,7 @@ def arrange_records(
     records
         Some of them held out.
     accepted
-        Parameters that are always fitted, such as `diagnosis.accepted.accepted(base)` and the gain of a sensor.
+        Parameters that are always fitted, such as `calibration_parameter.accepted(base)` and the gain of a sensor.
     added
         Effects that were added before.
     run_in

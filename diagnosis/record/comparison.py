@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from correlation.errors import CampaignError
+from correlation.model import TestModel
 from correlation.record_prediction import Drive, Samples, predict_record, record_rates
-from correlation.test_model import TestModel
 
 Vector = Float[NDArray[np.float64], " m"]
 Matrix = Float[NDArray[np.float64], "m p"]

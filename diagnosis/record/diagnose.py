@@ -3,17 +3,17 @@
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
+from correlation.campaign.time_record import TimeRecord
+from correlation.model import TestModel
 from correlation.record_prediction import STEPS
-from correlation.test_model import TestModel
-from correlation.time_record import TimeRecord
-from diagnosis.arrangement import Added
-from diagnosis.catalogue import Catalogue, Extra, catalogue
+from diagnosis.decision.verdict import Finding
 from diagnosis.effect.candidate import Effect
+from diagnosis.effect.catalogue import Catalogue, Extra, catalogue
+from diagnosis.fit.arrangement import Added
 from diagnosis.record.arrangement import RecordArrangement, arrange_records, record_level
 from diagnosis.record.refit import RecordRefit, refit_records, unchanged_records
 from diagnosis.record.screening import RecordScore, screen_records, testable
 from diagnosis.record.verdict import RecordVerdict, judge_records
-from diagnosis.verdict import Finding
 
 #: What is being done, and the share of the round that is done [-].
 Report = Callable[[str, float], None]

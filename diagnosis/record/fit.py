@@ -19,9 +19,9 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
-from correlation.test_model import TestModel
+from correlation.model import TestModel
+from diagnosis.fit.unknowns import Unknowns, Values
 from diagnosis.record.comparison import Matrix, RecordComparison, Vector
-from diagnosis.unknowns import Unknowns, Values
 
 #: Steps at most; it ends when a step is expected to gain, or gains, less than this share of the squared error.
 MOST_STEPS, ENOUGH = 40, 1e-7

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
 from diagnosis.effect.candidate import Effect
-from diagnosis.one_effect import OneEffect
+from diagnosis.fit.one_effect import OneEffect
+from diagnosis.fit.unknowns import Unknowns
 from diagnosis.record.arrangement import RecordArrangement
 from diagnosis.record.fit import RecordFit, fit_records
 from diagnosis.record.screening import RecordScore
-from diagnosis.unknowns import Unknowns
 
 #: Effects that are refitted: the best few of those that promise anything.
 MOST = 4

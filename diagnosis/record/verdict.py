@@ -17,9 +17,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from diagnosis.decision.verdict import INTERVAL, Finding
 from diagnosis.record.refit import PerRecord, RecordRefit
 from diagnosis.record.screening import RecordScore
-from diagnosis.verdict import INTERVAL, Finding
 
 #: Of the excess held-out error: what must be left at most.
 RATIO = 0.8

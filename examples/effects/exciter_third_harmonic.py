@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from correlation.test_model import TestModel
+from correlation.model import TestModel
 from diagnosis.effect.candidate import Effect, EffectParameter
 
 SHARE = EffectParameter(name="share", unit="-", lower=-0.5, upper=0.5, typical=0.05)

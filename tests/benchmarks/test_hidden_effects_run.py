@@ -19,14 +19,14 @@ from benchmarks.hidden_effects_groups import Groups
 from benchmarks.hidden_effects_plan import ROWS, Case, cases, effect_name, effect_value
 from benchmarks.hidden_effects_record import FAILED, MISSING, NONE, Planted, Record, read
 from benchmarks.hidden_effects_run import run
-from correlation.feature_vector import FeatureVector
+from correlation.feature.vector import FeatureVector
+from correlation.noise.whitening import Whitening
 from correlation.prediction import Points
-from correlation.whitening import Whitening
-from diagnosis.catalogue import catalogue
+from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.diagnose import Diagnosis
+from diagnosis.effect.catalogue import catalogue
+from diagnosis.fit.refit import Refit
 from diagnosis.localisation import Place
-from diagnosis.refit import Refit
-from diagnosis.verdict import Finding, Verdict
 from transient.bench.beam import BeamParameters
 from transient.bench.campaign import CampaignPoints
 from transient.bench.effect import KINDS, Effect

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.rig_campaign import LINES, SENSORS, HiddenEffect, Specimen, rig_points, systems
 from correlation.configuration import Configuration
-from correlation.test_model import TestModel
+from correlation.model import TestModel
 from hbsolve.steady_state import steady_state
 from study.case import load_case
 from study.progress import SilentProgress

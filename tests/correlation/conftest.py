@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from correlation.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
+from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
+from correlation.model import Dof, LineSensor, Part, Sensor, TestModel
 from correlation.prediction import Points, Predictor
-from correlation.test_model import Dof, LineSensor, Part, Sensor, TestModel
 from reduction.jointed_system import FrictionContact, JointedSystem, along
 
 #: Two masses that move in z and x, degrees of freedom 2 n and 2 n + 1.

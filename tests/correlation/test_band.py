@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from correlation.band import coverage, interval_score, tightness
 from correlation.errors import CampaignError
+from correlation.metric.band import coverage, interval_score, tightness
 
 NAN = np.nan
 LOWER, UPPER = np.array([1.0, 2.0, 0.0]), np.array([2.0, 4.0, 0.0])

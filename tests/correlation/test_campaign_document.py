@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
-from correlation.feature import features, split
-from correlation.manifest import DIRECTIONS, PEAK_OF, TIME_SIGNS
-from correlation.measurement import SI_UNIT
-from correlation.read_campaign import read_campaign
-from correlation.read_csv import COLUMNS
+from correlation.campaign.manifest import DIRECTIONS, PEAK_OF, TIME_SIGNS
+from correlation.campaign.measurement import SI_UNIT
+from correlation.campaign.read_campaign import read_campaign
+from correlation.campaign.stepped_sine import COLUMNS
+from correlation.feature.table import features, split
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "campaign.md"
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from correlation.feature_vector import FeatureVector
+from correlation.feature.vector import FeatureVector
 from correlation.prediction import Points
 
 #: Free: one motion. Jointed: two motions, a harmonic, a force and its mean.

@@ -6,10 +6,10 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from correlation.jump import FEWEST, jump_suspicions, jumping
-from correlation.measurement import Campaign
-from correlation.observation import observation, parted
-from correlation.test_model import TestModel
+from correlation.campaign.measurement import Campaign
+from correlation.feature.observation import observation, parted
+from correlation.model import TestModel
+from correlation.suspicion.jump import FEWEST, jump_suspicions, jumping
 
 #: The state that jumps: between its two responses the larger is 1.3 times the other.
 FREE, FREQUENCY, LEVEL, RATIO = False, 26.5, 3.0, 1.3

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from correlation.feature_vector import FeatureVector
-from correlation.kinks import REACH, SEEN, WEIGHT, Shift, kink_modes
+from correlation.feature.vector import FeatureVector
+from correlation.noise.kink import REACH, SEEN, WEIGHT, Shift, kink_modes
 from correlation.prediction import Points, Prediction
 
 #: Three states of two mean forces each: their features are the readings themselves.

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from correlation.errors import CampaignError
-from correlation.metric import amplitude_error, phase_error, resonance
+from correlation.metric.response import amplitude_error, phase_error, resonance
 
 ROUND_OFF = 1e-9  # relative; peaks are some hundred times their surroundings
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from correlation.feature_vector import FeatureVector
-from correlation.misfit import AXES, Misfit, bands, misfit, shares, whole, worst, worst_cell
-from correlation.observation import Observation
+from correlation.feature.observation import Observation
+from correlation.feature.vector import FeatureVector
+from correlation.metric.misfit import AXES, Misfit, bands, misfit, shares, whole, worst, worst_cell
 from correlation.prediction import Points
 
 FREQUENCY, DAMPING = 100.0, 0.01

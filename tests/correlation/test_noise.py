@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.errors import CampaignError
-from correlation.feature import FeatureTable, features, split
-from correlation.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
-from correlation.noise import variance_law
+from correlation.feature.table import FeatureTable, features, split
+from correlation.noise.variance import variance_law
 
 LEVELS = (1.0, 3.0, 5.0, 10.0)
 FREQUENCY = np.linspace(90.0, 106.0, 24)

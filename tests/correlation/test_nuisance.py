@@ -6,10 +6,18 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from correlation.feature_vector import FeatureVector
-from correlation.nuisance import HISTORY, Budget, budget_modes, bulge, curvature_modes, history_modes, jitter_modes
+from correlation.feature.vector import FeatureVector
+from correlation.model import Sensor, TestModel
+from correlation.noise.nuisance import (
+    HISTORY,
+    Budget,
+    budget_modes,
+    bulge,
+    curvature_modes,
+    history_modes,
+    jitter_modes,
+)
 from correlation.prediction import Points, Prediction, Predictor
-from correlation.test_model import Sensor, TestModel
 from reduction.jointed_system import FrictionContact, along
 
 #: Central differences over 2e-5: their curvature and Newton's 1e-9 stay below this share of a mode's largest number.

@@ -6,11 +6,11 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from correlation.campaign.measurement import Campaign, HeldOut
 from correlation.errors import CampaignError
-from correlation.measurement import Campaign, HeldOut
-from correlation.observation import Observation, observation, parted, training
+from correlation.feature.observation import Observation, observation, parted, training
+from correlation.model import TestModel
 from correlation.prediction import Points
-from correlation.test_model import TestModel
 
 
 @pytest.fixture(scope="module")

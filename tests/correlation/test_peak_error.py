@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from correlation.feature_vector import FeatureVector
-from correlation.observation import Observation
-from correlation.peak_error import PeakError, peak_errors
+from correlation.feature.observation import Observation
+from correlation.feature.vector import FeatureVector
+from correlation.metric.peak_error import PeakError, peak_errors
+from correlation.noise.whitening import Whitening
 from correlation.prediction import Points
-from correlation.whitening import Whitening
 
 FREQUENCY, DAMPING, REPEATS = 100.0, 0.01, 4
 #: Three of these points are the peak, and nine.

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from correlation.configuration import Tangent
+from correlation.model import TestModel
 from correlation.prediction import Prediction, Predictor
-from correlation.test_model import TestModel
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from hbsolve.sensitivity import MatrixParameter, ModelParameter
@@ -142,7 +142,7 @@ def test_derivatives_are_those_of_predictions(name: str, small: TestModel, predi
 
 @pytest.mark.parametrize("offset", [0.0, 0.02])
 def test_derivatives_of_a_shift_are_those_of_predictions(offset: float, small: TestModel, paper: ModuleType) -> None:
-    from diagnosis.tangent import tangents
+    from diagnosis.fit.tangent import tangents
 
     (tangent,) = tangents(
         lambda values: shift(small, float(values[0])), np.array([offset]), np.array([1e-3]), [(-0.1, 0.1)]

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from correlation.campaign.measurement import Campaign
+from correlation.campaign.read_campaign import read_campaign
 from correlation.errors import CampaignError
-from correlation.measurement import Campaign
-from correlation.read_campaign import read_campaign
 
 MANIFEST = """\
 schema = 1

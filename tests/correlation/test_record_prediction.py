@@ -8,10 +8,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
+from correlation.model import Sensor, TestModel
 from correlation.record_prediction import Drive, drive, numerical_error, predict_record, record_rates
-from correlation.test_model import Sensor, TestModel
-from correlation.time_record import TimeRecord
 from geometry.errors import InputError
 from reduction.jointed_system import (
     CubicSpring,

@@ -7,12 +7,12 @@ import pytest
 from scipy.stats import chi2
 
 from correlation.errors import CampaignError
-from correlation.feature_vector import FeatureVector
-from correlation.nuisance import jitter_modes
-from correlation.observation import Observation
+from correlation.feature.observation import Observation
+from correlation.feature.vector import FeatureVector
+from correlation.model import TestModel
+from correlation.noise.nuisance import jitter_modes
+from correlation.noise.scatter import POOLED, STATE, Scatter, _unrest, scatter
 from correlation.prediction import Prediction, Predictor
-from correlation.scatter import POOLED, STATE, Scatter, _unrest, scatter
-from correlation.test_model import TestModel
 
 #: Relative, of the frequency of either test: it moves readings by 1 %, ten times the noise, straight on to 1e-4.
 JITTER = (4e-4, 2e-4)

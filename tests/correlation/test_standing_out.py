@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from correlation.feature_vector import FeatureVector
+from correlation.feature.vector import FeatureVector
+from correlation.metric.outlier import MUCH, NEIGHBOURS, standing_out
 from correlation.prediction import Points
-from correlation.standing_out import MUCH, NEIGHBOURS, standing_out
 
 N, LARGE = 20, 50.0
 

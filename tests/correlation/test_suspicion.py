@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from correlation.feature import features
-from correlation.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
-from correlation.model_suspicion import conjugate_tests, suspicions_against, swapped_sensors
-from correlation.suspicion import suspicions
+from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
+from correlation.feature.table import features
+from correlation.suspicion.campaign import suspicions
+from correlation.suspicion.model import conjugate_tests, suspicions_against, swapped_sensors
 
 LEVELS = (1.0, 3.0, 10.0)
 FREQUENCY = np.linspace(92.0, 108.0, 17)

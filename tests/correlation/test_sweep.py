@@ -6,9 +6,9 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from correlation.observation import followed
+from correlation.feature.observation import followed
+from correlation.model import TestModel
 from correlation.prediction import Points, Predictor
-from correlation.test_model import TestModel
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
 

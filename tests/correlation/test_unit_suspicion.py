@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from correlation.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Suspicion, Test
+from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Suspicion, Test
 from correlation.prediction import Points
-from correlation.unit_suspicion import wrong_units
+from correlation.suspicion.unit import wrong_units
 
 LEVELS, FREQUENCY = (1.0, 10.0), np.linspace(92.0, 108.0, 17)
 #: The last is a contact force.

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
+from correlation.campaign.read_campaign import read_campaign
+from correlation.campaign.time_record import TimeRecord, read_time_record
+from correlation.campaign.write_campaign import write_campaign
 from correlation.errors import CampaignError
-from correlation.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
-from correlation.read_campaign import read_campaign
-from correlation.time_record import TimeRecord, read_time_record
-from correlation.write_campaign import write_campaign
 
 SENSORS = (
     MeasuredSensor(name="tip, upper", quantity="acceleration", direction="z", place='the "tip"', uncertainty=0.005),

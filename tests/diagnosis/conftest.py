@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from correlation.measurement import Campaign
-from correlation.nuisance import Budget
-from correlation.test_model import Dof, LineSensor, Part, Sensor, TestModel
-from diagnosis.accepted import accepted
-from diagnosis.arrangement import Arrangement, arrange
-from diagnosis.catalogue import Catalogue, catalogue
+from correlation.campaign.measurement import Campaign
+from correlation.model import Dof, LineSensor, Part, Sensor, TestModel
+from correlation.noise.nuisance import Budget
+from diagnosis.effect.catalogue import Catalogue, catalogue
+from diagnosis.fit.arrangement import Arrangement, arrange
+from diagnosis.fit.calibration_parameter import accepted
 from reduction.jointed_system import FrictionContact, JointedSystem, along
 
 #: Nodes 0 to 2 of the beam move in z and x, degrees of freedom 2 n and 2 n + 1; then the stand in z.

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from correlation.test_model import TestModel
-from diagnosis.accepted import Accepted, accepted
+from correlation.model import TestModel
 from diagnosis.effect.candidate import EffectError
+from diagnosis.fit.calibration_parameter import Accepted, accepted
 from reduction.jointed_system import FrictionContact
 
 FIELD = {"kt": "tangential_stiffness", "kn": "normal_stiffness", "mu": "friction_coefficient"}

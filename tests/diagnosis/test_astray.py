@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from correlation.feature_vector import FeatureVector
+from correlation.feature.vector import FeatureVector
+from correlation.noise.whitening import Whitening
 from correlation.prediction import Points
-from correlation.whitening import Whitening
-from diagnosis import arrangement
-from diagnosis.arrangement import ASTRAY
-from diagnosis.comparison import FAINT, Comparison
+from diagnosis.fit import arrangement
+from diagnosis.fit.arrangement import ASTRAY
+from diagnosis.fit.comparison import FAINT, Comparison
 
 N = 100
 LEVEL = np.array([0.1, 1.0, 3.0, 10.0])

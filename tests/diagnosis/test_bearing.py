@@ -7,10 +7,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from correlation.test_model import TestModel
-from diagnosis.accepted import Accepted, accepted
-from diagnosis.bearing import SHARED, bearing_bounds, with_bearing
+from correlation.model import TestModel
 from diagnosis.effect.preload import Preload
+from diagnosis.fit.calibration_parameter import Accepted, accepted
+from diagnosis.fit.contact_position import SHARED, bearing_bounds, with_bearing
 from reduction.jointed_system import FrictionContact, JointedSystem
 from study.beam_model import LINE_ENDS, beam_model
 from transient.bench.beam import STATIONS, BeamParameters, contacts, full_beam

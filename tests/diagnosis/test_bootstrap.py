@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, f, gumbel_r
 
-from correlation.measurement import Campaign
-from diagnosis.arrangement import Arrangement
-from diagnosis.bootstrap import STRANGER, Trial, limits_of, null_trial
-from diagnosis.catalogue import Catalogue
-from diagnosis.refit import fitted, shortlist
+from correlation.campaign.measurement import Campaign
+from diagnosis.effect.catalogue import Catalogue
+from diagnosis.fit.arrangement import Arrangement
+from diagnosis.fit.refit import fitted, shortlist
 from diagnosis.screening import screen
-from diagnosis.simulation import Simulation
+from diagnosis.threshold.bootstrap import STRANGER, Trial, limits_of, null_trial
+from diagnosis.threshold.simulation import Simulation
 
 SEEDS = range(6)
 

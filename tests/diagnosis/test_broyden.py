@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from diagnosis import calibration
-from diagnosis.calibration import ENOUGH, calibrate
 from diagnosis.effect.candidate import EffectParameter
-from diagnosis.unknowns import Unknowns
+from diagnosis.fit import calibration
+from diagnosis.fit.calibration import ENOUGH, calibrate
+from diagnosis.fit.unknowns import Unknowns
 
 #: Of the numbers of the valley, in standard deviations: a chi^2 of some hundreds at the start.
 SCALE = 20.0

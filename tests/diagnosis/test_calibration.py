@@ -7,16 +7,16 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from correlation.campaign.measurement import Campaign, HeldOut
 from correlation.errors import CampaignError
-from correlation.measurement import Campaign, HeldOut
-from correlation.nuisance import Budget
+from correlation.model import TestModel
+from correlation.noise.nuisance import Budget
 from correlation.prediction import Prediction
-from correlation.test_model import TestModel
-from diagnosis.accepted import accepted
-from diagnosis.arrangement import Arrangement, arrange
-from diagnosis.calibration import Fit, calibrate
-from diagnosis.comparison import NOT_FOUND, Comparison
-from diagnosis.unknowns import Unknowns
+from diagnosis.fit.arrangement import Arrangement, arrange
+from diagnosis.fit.calibration import Fit, calibrate
+from diagnosis.fit.calibration_parameter import accepted
+from diagnosis.fit.comparison import NOT_FOUND, Comparison
+from diagnosis.fit.unknowns import Unknowns
 from hbsolve.errors import ModelError
 
 PLANTED = {"kt": 1.06, "mu": 0.93, "zeta": 1.1}

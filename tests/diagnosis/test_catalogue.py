@@ -7,9 +7,9 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from correlation.test_model import TestModel
-from diagnosis.catalogue import KINDS, Catalogue, campaign_catalogue, catalogue
+from correlation.model import TestModel
 from diagnosis.effect.candidate import EffectError, Untestable
+from diagnosis.effect.catalogue import KINDS, Catalogue, campaign_catalogue, catalogue
 from diagnosis.effect.density import Density
 
 OWN = Path(__file__).parents[2] / "examples" / "effects" / "exciter_third_harmonic.py"

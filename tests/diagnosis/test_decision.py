@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.decision import (
+from diagnosis.decision.leftover import Leftover
+from diagnosis.decision.rules import (
     BAD,
     BEHIND,
     LEFT,
@@ -20,12 +21,11 @@ from diagnosis.decision import (
     passes,
     support,
 )
-from diagnosis.leftover import Leftover
-from diagnosis.limits import Limits
+from diagnosis.decision.verdict import Finding, Verdict
+from diagnosis.fit.refit import Refit
 from diagnosis.localisation import Place
-from diagnosis.refit import Refit
 from diagnosis.screening import Score
-from diagnosis.verdict import Finding, Verdict
+from diagnosis.threshold.thresholds import Limits
 
 #: Numbers held out, chi^2 of both sets before anything is added.
 N_TRAIN, N_HELD, CHI2, HELD_CHI2 = 1000, 500, 900.0, 400.0

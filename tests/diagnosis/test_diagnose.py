@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 from correlation.errors import CampaignError
-from correlation.nuisance import Budget
-from correlation.test_model import TestModel
-from diagnosis.accepted import accepted
-from diagnosis.arrangement import Added
-from diagnosis.catalogue import catalogue
-from diagnosis.decision import gain, held_gain, support
+from correlation.model import TestModel
+from correlation.noise.nuisance import Budget
+from diagnosis.decision.rules import gain, held_gain, support
+from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.effect.candidate import Effect
-from diagnosis.limits import Limits, linear_limits
-from diagnosis.refit import is_lost, shortlist
-from diagnosis.verdict import Finding
+from diagnosis.effect.catalogue import catalogue
+from diagnosis.fit.arrangement import Added
+from diagnosis.fit.calibration_parameter import accepted
+from diagnosis.fit.refit import is_lost, shortlist
+from diagnosis.threshold.thresholds import Limits, linear_limits
 
 EXACT_MODEL = Budget(frequency=0.0, compliance=0.0)
 MASS, WHERE = 5e-3, "mass at tip z"  # kg, of 0.8

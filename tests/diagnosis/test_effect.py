@@ -5,9 +5,9 @@ import pickle
 import numpy as np
 import pytest
 
-from correlation.test_model import TestModel
-from diagnosis.catalogue import catalogue
+from correlation.model import TestModel
 from diagnosis.effect.candidate import Effect
+from diagnosis.effect.catalogue import catalogue
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import CubicSpring, QuadraticDamper

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from correlation.errors import TestModelError
-from correlation.test_model import DeadWeight, Dof, TestModel
-from diagnosis.catalogue import catalogue
+from correlation.model import DeadWeight, Dof, TestModel
+from diagnosis.effect.catalogue import catalogue
 from diagnosis.effect.contact_line import contacts
 from diagnosis.effect.gap import Gap
 from hbsolve.balance import HarmonicBalance

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from correlation.test_model import Dof, Part, TestModel
-from diagnosis.catalogue import catalogue
+from correlation.model import Dof, Part, TestModel
 from diagnosis.effect.candidate import EffectError
+from diagnosis.effect.catalogue import catalogue
 from reduction.jointed_system import CubicSpring, QuadraticDamper, along
 
 

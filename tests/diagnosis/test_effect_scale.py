@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.linalg import eigvalsh
 
-from correlation.test_model import Dof, Sensor, TestModel
-from diagnosis.catalogue import catalogue
+from correlation.model import Dof, Sensor, TestModel
 from diagnosis.effect.candidate import EffectError
+from diagnosis.effect.catalogue import catalogue
 from diagnosis.effect.scale import scale
 from reduction.jointed_system import JenkinsElement, JointedSystem, along
 from reduction.stuck import stuck_stiffness

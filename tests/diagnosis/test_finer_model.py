@@ -7,19 +7,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from correlation.measurement import Campaign
-from correlation.nuisance import Budget
-from correlation.test_model import TestModel
-from diagnosis.accepted import accepted
-from diagnosis.arrangement import Added, Arrangement, arrange, arranged_anew
-from diagnosis.calibration import calibrate
-from diagnosis.catalogue import Catalogue
-from diagnosis.finer_model import as_uncertain
-from diagnosis.refit import refit, unchanged
+from correlation.campaign.measurement import Campaign
+from correlation.model import TestModel
+from correlation.noise.nuisance import Budget
+from diagnosis.effect.catalogue import Catalogue
+from diagnosis.fit.arrangement import Added, Arrangement, arrange, arranged_anew
+from diagnosis.fit.calibration import calibrate
+from diagnosis.fit.calibration_parameter import accepted
+from diagnosis.fit.finer_model import as_uncertain
+from diagnosis.fit.refit import refit, unchanged
+from diagnosis.fit.unknowns import Unknowns
 from diagnosis.screening import screen
-from diagnosis.simulation import Simulation
-from diagnosis.straying import widened
-from diagnosis.unknowns import Unknowns
+from diagnosis.threshold.parametric_bootstrap import widened
+from diagnosis.threshold.simulation import Simulation
 
 #: The finer model is stiffer by this: its resonance is off by a width.
 STIFFER = 0.01

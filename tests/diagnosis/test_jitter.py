@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from correlation.errors import TestModelError
-from correlation.test_model import TestModel
-from diagnosis.jitter import FrequencyShift, PreloadJitter, jitter, preload_jitter
+from correlation.model import TestModel
+from diagnosis.fit.jitter import FrequencyShift, PreloadJitter, jitter, preload_jitter
 
 
 def test_a_frequency_shift_shifts_its_test_alone(small: TestModel) -> None:

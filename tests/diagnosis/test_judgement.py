@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from correlation.nuisance import Budget
-from correlation.test_model import TestModel
-from diagnosis.accepted import Accepted, accepted
-from diagnosis.arrangement import Added, Arrangement, arrange, weighed_beside
-from diagnosis.catalogue import campaign_catalogue, catalogue
-from diagnosis.decision import worse_than_noise
-from diagnosis.judgement import Judgement, Known, judge, second_look
+from correlation.model import TestModel
+from correlation.noise.nuisance import Budget
+from diagnosis.decision.judgement import Judgement, Known, judge, second_look
+from diagnosis.decision.rules import worse_than_noise
+from diagnosis.decision.verdict import Finding
+from diagnosis.effect.catalogue import campaign_catalogue, catalogue
+from diagnosis.fit.arrangement import Added, Arrangement, arrange, weighed_beside
+from diagnosis.fit.calibration_parameter import Accepted, accepted
+from diagnosis.fit.refit import refit, unchanged
 from diagnosis.keep import computed
-from diagnosis.limits import linear_limits
 from diagnosis.localisation import localise
-from diagnosis.refit import refit, unchanged
 from diagnosis.screening import Score, screen
-from diagnosis.verdict import Finding
+from diagnosis.threshold.thresholds import linear_limits
 
 BUDGET = Budget(frequency=0.0, compliance=0.0)
 MASS, TRUE, FALSE = 5e-3, "mass at tip z", "spring at tip z"  # kg, of 0.8

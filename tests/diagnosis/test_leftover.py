@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis import leftover as leftovers
-from diagnosis.arrangement import Arrangement
-from diagnosis.catalogue import Catalogue
-from diagnosis.decision import gain, misfit
-from diagnosis.leftover import CHECKED, Leftover, leftover, with_effect
-from diagnosis.limits import Limits, linear_limits
-from diagnosis.refit import Refit, fitted, refit
+from diagnosis.decision import leftover as leftovers
+from diagnosis.decision.leftover import CHECKED, Leftover, leftover, with_effect
+from diagnosis.decision.rules import gain, misfit
+from diagnosis.effect.catalogue import Catalogue
+from diagnosis.fit.arrangement import Arrangement
+from diagnosis.fit.refit import Refit, fitted, refit
 from diagnosis.screening import Score, screen, slope_gains
+from diagnosis.threshold.thresholds import Limits, linear_limits
 
 #: What `heavy` hides, and what it does not.
 RIGHT, WRONG = "mass at tip z", "mass at root z"

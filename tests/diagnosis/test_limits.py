@@ -10,8 +10,8 @@ from scipy.stats import chi2
 
 from diagnosis.effect.candidate import EffectParameter
 from diagnosis.keep import computed
-from diagnosis.limits import LEAST_MISFIT, MARGIN, UNKNOWN_FORCE, Limits, linear_limits
 from diagnosis.screening import Score
+from diagnosis.threshold.thresholds import LEAST_MISFIT, MARGIN, UNKNOWN_FORCE, Limits, linear_limits
 
 BOTH = EffectParameter(name="p", unit="-", lower=-1.0, upper=1.0, typical=0.1)
 

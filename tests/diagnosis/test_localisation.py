@@ -6,11 +6,11 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from correlation.nuisance import Budget
-from correlation.test_model import TestModel
-from diagnosis.accepted import accepted
-from diagnosis.arrangement import arrange
+from correlation.model import TestModel
+from correlation.noise.nuisance import Budget
 from diagnosis.effect.place import with_cubic_spring
+from diagnosis.fit.arrangement import arrange
+from diagnosis.fit.calibration_parameter import accepted
 from diagnosis.localisation import Place, localise
 from reduction.jointed_system import along
 

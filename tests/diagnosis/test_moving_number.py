@@ -6,15 +6,15 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from correlation.nuisance import Budget
+from correlation.model import TestModel
+from correlation.noise.nuisance import Budget
 from correlation.prediction import Prediction
-from correlation.test_model import TestModel
-from diagnosis import accepted as accepted_parameters
-from diagnosis.accepted import Accepted, accepted
-from diagnosis.arrangement import Arrangement, arrange
-from diagnosis.bearing import with_bearing
-from diagnosis.comparison import STEP
-from diagnosis.tangent import tangents
+from diagnosis.fit import calibration_parameter as accepted_parameters
+from diagnosis.fit.arrangement import Arrangement, arrange
+from diagnosis.fit.calibration_parameter import Accepted, accepted
+from diagnosis.fit.comparison import STEP
+from diagnosis.fit.contact_position import with_bearing
+from diagnosis.fit.tangent import tangents
 from reduction.jointed_system import FrictionContact, along
 
 BEARING, KT = 0.9, 1.04
@@ -70,7 +70,7 @@ def test_its_slope_is_the_difference_of_predictions(arranged: Arrangement) -> No
     found = tangents(unknowns.compose, fit.values, unknowns.size, unknowns.bounds)
     assert [each is None for each in found] == [False, False, False, True]
     exact = central(arranged, fit.values, fit.prediction)
-    # A one-sided difference of short step: what Newton's method leaves is some 2 % of it, see `diagnosis.comparison`.
+    # A one-sided difference of short step: what Newton's method leaves is some 2 % of it, see `fit.comparison`.
     slope = fit.jacobian[: len(exact), 3]
     assert np.linalg.norm(slope - exact) < 0.04 * np.linalg.norm(exact)
 

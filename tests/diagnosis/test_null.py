@@ -8,8 +8,8 @@ import pytest
 from scipy.stats import chi2
 
 from diagnosis.effect.candidate import EffectParameter
-from diagnosis.null import DRAWS, null_gains, threshold
 from diagnosis.screening import Score
+from diagnosis.threshold.null_gain import DRAWS, null_gains, threshold
 
 BOTH = EffectParameter(name="p", unit="-", lower=-1.0, upper=1.0, typical=0.1)
 UP = EffectParameter(name="p", unit="-", lower=0.0, upper=1.0, typical=0.1)

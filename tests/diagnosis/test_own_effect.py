@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from correlation.test_model import TestModel
-from diagnosis.catalogue import catalogue
+from correlation.model import TestModel
 from diagnosis.effect.candidate import EffectError
-from diagnosis.own_effect import installed_effects, read_effects
+from diagnosis.effect.catalogue import catalogue
+from diagnosis.effect.own_effect import installed_effects, read_effects
 
 ROOT = Path(__file__).parents[2]
 OWN = ROOT / "examples" / "effects" / "exciter_third_harmonic.py"

@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
 
+from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
-from correlation.test_model import Dof, Sensor, TestModel
-from correlation.time_record import TimeRecord
-from diagnosis.accepted import accepted
+from correlation.model import Dof, Sensor, TestModel
+from diagnosis.decision.verdict import Finding
 from diagnosis.effect.candidate import Effect
 from diagnosis.effect.gain import Gain
+from diagnosis.fit.calibration_parameter import accepted
 from diagnosis.record.arrangement import arrange_records, stretch
 from diagnosis.record.diagnose import RecordDiagnosis, diagnose_records, record_rounds
-from diagnosis.verdict import Finding
 from reduction.jointed_system import JointedSystem, along
 
 M = np.diag([1.0, 0.5])

@@ -8,9 +8,9 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from correlation.campaign.time_record import TimeRecord
+from correlation.model import Sensor, TestModel
 from correlation.record_prediction import drive, predict_record
-from correlation.test_model import Sensor, TestModel
-from correlation.time_record import TimeRecord
 from diagnosis.effect.place import with_cubic_spring
 from reduction.jointed_system import JointedSystem
 

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
+from correlation.model import Sensor, TestModel
 from correlation.record_prediction import drive, predict_record
 from correlation.record_single_dof import single_dof
-from correlation.test_model import Sensor, TestModel
-from correlation.time_record import TimeRecord
-from diagnosis.accepted import accepted
+from diagnosis.decision.verdict import Finding
 from diagnosis.effect.gain import Gain
+from diagnosis.fit.calibration_parameter import accepted
 from diagnosis.record.arrangement import about_mean, arrange_records
 from diagnosis.record.diagnose import diagnose_records
-from diagnosis.verdict import Finding
 from reduction.jointed_system import JointedSystem
 
 MASS, DAMPING, STIFFNESS = 5e-6, 2e-4, 0.98  # 70.5 Hz, a damping ratio of 4.5 %

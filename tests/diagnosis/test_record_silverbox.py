@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from correlation.campaign.time_record import TimeRecord
 from correlation.record_prediction import numerical_error
 from correlation.record_single_dof import single_dof
-from correlation.time_record import TimeRecord
-from diagnosis.accepted import accepted
+from diagnosis.decision.verdict import Finding
 from diagnosis.effect.density import Density
+from diagnosis.fit.calibration_parameter import accepted
 from diagnosis.record.arrangement import about_mean, stretch
 from diagnosis.record.diagnose import RecordDiagnosis, record_rounds
-from diagnosis.verdict import Finding
 
 FILE = Path(os.environ.get("STICKSLIP_DATA", "")) / "silverbox" / "SNLS80mV.csv"
 RATE = 1e7 / 2**14  # Hz

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from diagnosis.decision.verdict import Finding
 from diagnosis.effect.candidate import EffectParameter
 from diagnosis.record.refit import RecordRefit
 from diagnosis.record.screening import RecordScore
 from diagnosis.record.verdict import RATIO, RecordVerdict, judge_records
-from diagnosis.verdict import Finding
 
 QUIET = np.zeros(1)
 LEVEL = np.random.default_rng(3).uniform(0.5, 1.5, 20)

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis import refit as refits
 from diagnosis.effect.candidate import EffectParameter
-from diagnosis.refit import (
+from diagnosis.fit import refit as refits
+from diagnosis.fit.refit import (
     BEST,
     FAR_BEHIND,
     FINALISTS,

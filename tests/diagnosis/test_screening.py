@@ -5,14 +5,14 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from correlation.nuisance import Budget
-from correlation.test_model import TestModel
-from diagnosis.accepted import accepted
-from diagnosis.arrangement import Arrangement, arrange
-from diagnosis.catalogue import Catalogue
-from diagnosis.null import null_gains, threshold
-from diagnosis.refit import MOST, MOST_RUGGED, refit, shortlist, unchanged
+from correlation.model import TestModel
+from correlation.noise.nuisance import Budget
+from diagnosis.effect.catalogue import Catalogue
+from diagnosis.fit.arrangement import Arrangement, arrange
+from diagnosis.fit.calibration_parameter import accepted
+from diagnosis.fit.refit import MOST, MOST_RUGGED, refit, shortlist, unchanged
 from diagnosis.screening import Score, accepted_basis, screen
+from diagnosis.threshold.null_gain import null_gains, threshold
 
 #: What `heavy` hides [kg], of 0.8.
 MASS, WHERE = 5e-3, "mass at tip z"

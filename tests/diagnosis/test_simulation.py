@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from correlation.measurement import Campaign
-from correlation.nuisance import Budget
-from correlation.observation import observation, point_of_row
-from correlation.test_model import TestModel
-from diagnosis.accepted import accepted
-from diagnosis.arrangement import Arrangement, arrange
-from diagnosis.simulation import Simulation
+from correlation.campaign.measurement import Campaign
+from correlation.feature.observation import observation, point_of_row
+from correlation.model import TestModel
+from correlation.noise.nuisance import Budget
+from diagnosis.fit.arrangement import Arrangement, arrange
+from diagnosis.fit.calibration_parameter import accepted
+from diagnosis.threshold.simulation import Simulation
 
 DRAWS = 40
 

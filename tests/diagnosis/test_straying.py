@@ -5,15 +5,15 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from correlation.measurement import Campaign
-from correlation.nuisance import Budget
-from correlation.test_model import TestModel
-from diagnosis.accepted import accepted
-from diagnosis.arrangement import Arrangement, arrange
-from diagnosis.calibration import Fit, inverse
-from diagnosis.refit import unchanged
-from diagnosis.simulation import Simulation
-from diagnosis.straying import FEW, taken_to, widened
+from correlation.campaign.measurement import Campaign
+from correlation.model import TestModel
+from correlation.noise.nuisance import Budget
+from diagnosis.fit.arrangement import Arrangement, arrange
+from diagnosis.fit.calibration import Fit, inverse
+from diagnosis.fit.calibration_parameter import accepted
+from diagnosis.fit.refit import unchanged
+from diagnosis.threshold.parametric_bootstrap import FEW, taken_to, widened
+from diagnosis.threshold.simulation import Simulation
 
 
 @pytest.fixture(scope="module")

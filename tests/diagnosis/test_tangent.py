@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from correlation.test_model import TestModel
-from diagnosis.accepted import accepted
+from correlation.model import TestModel
 from diagnosis.effect.candidate import EffectError
 from diagnosis.effect.place import with_cubic_spring
-from diagnosis.jitter import FrequencyShift
-from diagnosis.tangent import tangents
-from diagnosis.unknowns import Unknowns
+from diagnosis.fit.calibration_parameter import accepted
+from diagnosis.fit.jitter import FrequencyShift
+from diagnosis.fit.tangent import tangents
+from diagnosis.fit.unknowns import Unknowns
 from reduction.jointed_system import along
 
 WIDE = (-10.0, 10.0)

@@ -6,11 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable, worth
 from diagnosis.effect.candidate import EffectParameter
+from diagnosis.fit.refit import Refit
 from diagnosis.localisation import Place
-from diagnosis.refit import Refit
 from diagnosis.screening import Score
-from diagnosis.verdict import Finding, Verdict, smallest_detectable, worth
 
 MASS = EffectParameter(name="mass", unit="kg", lower=0.0, upper=1.0, typical=0.01)
 RATIO = EffectParameter(name="ratio", unit="-", lower=0.5, upper=2.0, typical=1.1, vanishes=1.0)

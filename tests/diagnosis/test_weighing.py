@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from correlation.observation import Observation
+from correlation.feature.observation import Observation
 from correlation.prediction import Points
-from diagnosis.weighing import Measured
+from diagnosis.fit.weighting import Measured
 
 NOISE, N_REPEAT = 1e-9, 4
 FREQUENCY = np.arange(1.0, 9.0)

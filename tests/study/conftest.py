@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from correlation.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
+from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
+from correlation.campaign.write_campaign import write_campaign
 from correlation.prediction import Points, Predictor
-from correlation.write_campaign import write_campaign
 from study.errors import MissingSoftware
 from study.figure.off_screen import require_egl
 from study.shipped import BLADE, TABLE1

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from correlation.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
-from correlation.misfit import shares, whole, worst, worst_cell
+from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
+from correlation.campaign.write_campaign import write_campaign
+from correlation.metric.misfit import shares, whole, worst, worst_cell
+from correlation.model import Sensor
 from correlation.prediction import Points, Predictor
-from correlation.test_model import Sensor
-from correlation.write_campaign import write_campaign
 from study import cli
 from study.compare_run import compare
 from study.compare_words import in_words

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.limits import Limits
-from diagnosis.own_effect import read_effects
+from diagnosis.effect.own_effect import read_effects
+from diagnosis.threshold.thresholds import Limits
 from study.diagnose_codec import STEP, STEP_FILE
 from study.shipped import BEAM
 from study.test_case_model import read_test_case
@@ -65,7 +65,7 @@ def _named(name: str) -> bytes:
         _named("os:system"),
         _named("study.output:os.system"),
         _named("study.diagnose_codec:pickle.loads"),
-        _named("correlation.read_campaign:read_campaign"),
+        _named("correlation.campaign.read_campaign:read_campaign"),
         b"no pickle",
         b"",
     ],
@@ -77,7 +77,7 @@ def test_what_has_no_place_in_a_step_is_taken_for_damaged(tmp_path: Path, raw: b
 
 
 def test_an_own_effect_cannot_hide_another_class(tmp_path: Path) -> None:
-    from diagnosis import own_effect
+    from diagnosis.effect import own_effect
 
     hidden = Harm(own_effect._restored, str(OWN), _named("os:system"))
     STEP.save(hidden, tmp_path)

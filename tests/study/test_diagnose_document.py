@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from correlation.read_campaign import read_campaign
+from correlation.campaign.read_campaign import read_campaign
 from study import cli
 from study.diagnose_history import read_text
 from study.diagnose_run import diagnose_file

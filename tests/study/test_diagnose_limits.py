@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from correlation.measurement import HeldOut
-from correlation.read_campaign import read_campaign
+from correlation.campaign.measurement import HeldOut
+from correlation.campaign.read_campaign import read_campaign
 from diagnosis.keep import computed
-from diagnosis.limits import Limits
+from diagnosis.threshold.thresholds import Limits
 from study import diagnose_limits, diagnose_round
 from study.diagnose_limits import is_measured, layout, layout_key, limits_for
 from study.diagnose_round import bootstrap, diagnose_case

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from correlation.campaign.read_campaign import read_campaign
 from correlation.prediction import Predictor
-from correlation.read_campaign import read_campaign
 from study import cli
 from study.beam_case import write_beam_case
 from study.compare_run import compare

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from correlation.read_campaign import read_campaign
+from correlation.campaign.read_campaign import read_campaign
 from study.diagnose_add import add
 from study.diagnose_files import contents
 from study.diagnose_run import Diagnosed, diagnose_file

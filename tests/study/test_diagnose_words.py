@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from correlation.read_campaign import read_campaign
+from correlation.campaign.read_campaign import read_campaign
 from study.compare_words import side_by_side
 from study.diagnose_add import add
 from study.diagnose_files import contents

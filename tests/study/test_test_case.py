@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from correlation.test_model import LineSensor, Sensor, TestModel
+from correlation.model import LineSensor, Sensor, TestModel
 from reduction.file.rom_hdf5 import save_rom
 from reduction.jointed_system import CubicSpring
 from reduction.rom import ReducedModel

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.arrangement import Added
+from diagnosis.fit.arrangement import Added
 from study.beam_model import beam_model
 from study.errors import CaseError
 from study.shipped import BEAM

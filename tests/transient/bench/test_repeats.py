@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from correlation.read_campaign import read_campaign
+from correlation.campaign.read_campaign import read_campaign
 from reduction.jointed_system import FrictionContact, JenkinsElement, JointedSystem
 from transient.bench.campaign import CampaignPoints, Layout, write_campaign
 from transient.bench.repeats import random_history, repeated_tests

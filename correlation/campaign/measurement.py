@@ -1,0 +1,226 @@
+r"""A measured campaign: stepped-sine responses as one tidy table, in SI and in one convention.
+
+A steady state is :math:`x(t) = \operatorname{Re} \sum_k X_k e^{i k \Omega t}` under the force
+:math:`F \cos \Omega t`: peak amplitudes, :math:`X_0` the mean, the level :math:`F` real.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Complex, Float, Int
+from numpy.typing import NDArray
+
+from correlation.campaign.time_record import TimeRecord
+
+IntColumn = Int[NDArray[np.int64], " k"]
+FloatColumn = Float[NDArray[np.float64], " k"]
+ComplexColumn = Complex[NDArray[np.complex128], " k"]
+Mask = Bool[NDArray[np.bool_], " k"]
+
+CONTACT_FORCE = "contact force"
+#: Frequencies that differ by less than this share are one: counters and files round.
+SAME_FREQUENCY = 1e-5
+#: What a sensor can measure, with its SI unit.
+SI_UNIT = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2", CONTACT_FORCE: "N"}
+#: The same for rotations.
+ROTATION_UNIT = {"displacement": "rad", "velocity": "rad/s", "acceleration": "rad/s^2"}
+COMPONENTS = ("tangential", "normal")
+CONFIGURATIONS = ("jointed", "free")
+#: Words of a sweep, by the number in the table.
+SWEEPS = {1: "up", -1: "down", 0: "none"}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MeasuredSensor:
+    """What measured a channel, and where.
+
+    Parameters
+    ----------
+    name
+        As in the tables.
+    quantity
+        "displacement", "velocity", "acceleration" or "contact force".
+    direction
+        "x", "y", "z", "rx", "ry", "rz"; empty for a contact force.
+    place
+        Named place of the model, if it is given by name.
+    coordinates
+        Of the point, shape (3,) [m], if it is given by them.
+    line, component
+        Of a contact force: which contact line, and "tangential" or "normal".
+    uncertainty
+        Relative systematic standard uncertainty of its gain [-]; 0 if none is given.
+    """
+
+    name: str
+    quantity: str
+    direction: str = ""
+    place: str | None = None
+    coordinates: Float[NDArray[np.float64], "3"] | None = None
+    line: str | None = None
+    component: str | None = None
+    uncertainty: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.coordinates is not None:
+            object.__setattr__(self, "coordinates", locked(self.coordinates, np.float64))
+
+    @property
+    def unit(self) -> str:
+        """SI unit of its values."""
+        rotates = self.direction in {"rx", "ry", "rz"}
+        return ROTATION_UNIT[self.quantity] if rotates else SI_UNIT[self.quantity]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Test:
+    """A series of measurements in one configuration: "jointed", or "free" of all contacts."""
+
+    __test__ = False  # no test of pytest's
+
+    name: str
+    configuration: str = "jointed"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Measurement:
+    """Complex amplitudes, one a row; sorted by test, level, frequency, sensor, harmonic, sweep, repeat when read.
+
+    Parameters
+    ----------
+    test, sensor
+        Indices into the campaign's tests and sensors, shape (k,).
+    order
+        Place in the order in which the runs were made, shape (k,).
+    repeat
+        Number of the repeat, shape (k,).
+    sweep
+        +1 up, -1 down, 0 none, shape (k,).
+    level
+        Amplitude of the force, shape (k,) [N].
+    frequency
+        Of the force, shape (k,) [Hz].
+    harmonic
+        k of the value; 0 is the mean, shape (k,).
+    value
+        X_k, peak amplitude, shape (k,) [SI unit of the sensor].
+    """
+
+    test: IntColumn
+    order: IntColumn
+    repeat: IntColumn
+    sweep: IntColumn
+    level: FloatColumn
+    frequency: FloatColumn
+    sensor: IntColumn
+    harmonic: IntColumn
+    value: ComplexColumn
+
+    def __post_init__(self) -> None:
+        lock_columns(self, float_columns=("level", "frequency"), complex_columns=("value",))
+
+    def __len__(self) -> int:
+        """Number of rows."""
+        return len(self.value)
+
+    def where(self, rows: Mask | IntColumn) -> "Measurement":
+        """Some of the rows, by a mask or by their numbers."""
+        return replace(self, **{each.name: getattr(self, each.name)[rows] for each in fields(self)})
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HeldOut:
+    """What no calibration may see: whole levels [N] and whole repeats."""
+
+    levels: tuple[float, ...] = ()
+    repeats: tuple[int, ...] = ()
+
+    def rows(self, measurement: Measurement) -> Mask:
+        """Rows of a held-out level or of a held-out repeat, shape (k,)."""
+        held = np.isin(measurement.repeat, self.repeats)
+        for level in self.levels:
+            held |= same_level(measurement.level, level)
+        return held
+
+
+@dataclass(frozen=True, kw_only=True)
+class Suspicion:
+    """Something that can be right, but hardly is.
+
+    Parameters
+    ----------
+    where
+        File, test or sensor.
+    sentence
+        What looks wrong, with the evidence in numbers and the remedy.
+    """
+
+    where: str
+    sentence: str
+
+    def __str__(self) -> str:
+        """``where: sentence``."""
+        return f"{self.where}: {self.sentence}"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Campaign:
+    """All that was measured on one structure.
+
+    Parameters
+    ----------
+    title, folder
+        What it is and where it was read.
+    sensors, tests
+        What the indices of the table mean.
+    measurement
+        The table.
+    held_out
+        Levels and repeats that no calibration may see.
+    records
+        Time records.
+    suspicions
+        What looked wrong when it was read.
+    """
+
+    title: str
+    folder: Path
+    sensors: tuple[MeasuredSensor, ...]
+    tests: tuple[Test, ...]
+    measurement: Measurement
+    held_out: HeldOut
+    records: tuple[TimeRecord, ...] = ()
+    suspicions: tuple[Suspicion, ...] = ()
+
+    @property
+    def levels(self) -> Float[NDArray[np.float64], " l"]:
+        """Levels that were measured, rising, shape (l,) [N]."""
+        return np.unique(self.measurement.level)
+
+    def suspected(self, more: Iterable[Suspicion]) -> "Campaign":
+        """The same, with more that looks wrong."""
+        return replace(self, suspicions=(*self.suspicions, *more))
+
+
+def same_level(level: FloatColumn, wanted: float) -> Mask:
+    """Rows of one level, shape (k,): levels are set points, equal but for the rounding of their unit."""
+    return np.isclose(level, wanted, rtol=1e-9, atol=0.0)
+
+
+def lock_columns(table: Any, *, float_columns: tuple[str, ...], complex_columns: tuple[str, ...] = ()) -> None:
+    """Copy the columns of a frozen table as numbers of their kinds, integers by default, and set them read-only."""
+    for each in fields(table):
+        kind: type = np.float64 if each.name in float_columns else np.int64
+        if each.name in complex_columns:
+            kind = np.complex128
+        object.__setattr__(table, each.name, locked(getattr(table, each.name), kind))
+
+
+def locked(values: Any, kind: type) -> NDArray[Any]:
+    """A read-only copy."""
+    array: NDArray[Any] = np.array(values, dtype=kind)
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,160 @@
+"""Tables of stepped-sine responses: CSV, one complex amplitude a row, its unit beside it."""
+
+import difflib
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy.typing import NDArray
+
+from correlation.campaign.csv_table import CsvTable, read_table
+from correlation.campaign.manifest import MANIFEST, Manifest
+from correlation.campaign.measurement import CONTACT_FORCE, SWEEPS, Measurement
+from correlation.campaign.unit import si_factor
+from correlation.errors import CampaignError
+
+COLUMNS = (
+    "test", "order", "repeat", "sweep", "level", "frequency", "sensor", "harmonic", "real", "imag", "unit",
+)  # fmt: skip
+#: What tells one row from another: the order does not.
+KEY = ("test", "level", "frequency", "sensor", "harmonic", "sweep", "repeat")
+_POLAR = ("amplitude", "phase", "magnitude", "abs", "angle")
+
+
+def read_csv(path: Path, manifest: Manifest, tests: Collection[str]) -> Measurement:
+    """Read one table into SI, peak amplitudes, e^{+i k Omega t}.
+
+    Parameters
+    ----------
+    path
+        The file.
+    manifest
+        What its numbers mean.
+    tests
+        Names of the tests that it may hold.
+
+    Returns
+    -------
+    Rows sorted by `KEY`; whatever their order in the file.
+
+    Raises
+    ------
+    CampaignError
+        In one sentence with file, line, value and remedy.
+    """
+    table = read_table(path)
+    _check_header(table)
+    names = [test.name for test in manifest.tests]
+    sensors = [sensor.name for sensor in manifest.sensors]
+    harmonic = table.integers("harmonic", least=0)
+    sensor = _index(table, "sensor", {name: number for number, name in enumerate(sensors)})
+    test = _index(table, "test", {name: names.index(name) for name in tests})
+    value = table.numbers("real") + 1j * manifest.time_sign * table.numbers("imag")
+    value *= _unit_factors(table, manifest, sensor)
+    # A mean has no amplitude, and so no convention of one.
+    value[harmonic > 0] *= manifest.peak
+    _refuse(table, "imag", (harmonic == 0) & (value.imag != 0), "a mean (harmonic 0) has no imaginary part: write 0")
+    level, frequency = table.numbers("level"), table.numbers("frequency")
+    _refuse(table, "level", level <= 0, "must be positive: the amplitude of the force")
+    _refuse(table, "frequency", frequency <= 0, "must be positive")
+    _refuse_contact_when_free(table, manifest, test, sensor)
+    measurement = Measurement(
+        test=test,
+        order=table.integers("order", least=0),
+        repeat=table.integers("repeat", least=0),
+        sweep=_index(table, "sweep", {word: sign for sign, word in SWEEPS.items()}),
+        level=level * manifest.level_factor,
+        frequency=frequency * manifest.frequency_factor,
+        sensor=sensor,
+        harmonic=harmonic,
+        value=value,
+    )
+    order = sorting(measurement)
+    _refuse_duplicates(table, measurement, order)
+    return measurement.where(order)
+
+
+def sorting(measurement: Measurement) -> Int[NDArray[np.int64], " k"]:
+    """Row numbers that sort a table by `KEY`, shape (k,)."""
+    return np.lexsort([getattr(measurement, name) for name in reversed(KEY)])
+
+
+def _check_header(table: CsvTable) -> None:
+    where = f"{table.file}:1: "
+    polar = [name for name in table.columns if name.lower().startswith(_POLAR)]
+    if polar:
+        raise CampaignError(
+            f'{where}column "{polar[0]}" is polar: give columns real and imag, '
+            "real = amplitude cos(phase) and imag = amplitude sin(phase)"
+        )
+    for name in COLUMNS:
+        if name not in table.columns:
+            raise CampaignError(f'{where}there is no column "{name}"; the header must be {",".join(COLUMNS)}')
+    for name in table.columns:
+        if name not in COLUMNS:
+            raise CampaignError(
+                f'{where}column "{name}" is not known; remove it: the header must be {",".join(COLUMNS)}'
+            )
+
+
+def _index(table: CsvTable, name: str, known: Mapping[str, int]) -> Int[NDArray[np.int64], " k"]:
+    """Numbers of the words of a column, shape (k,)."""
+    column = table.columns[name]
+    for word in dict.fromkeys(column):
+        if word not in known:
+            close = difflib.get_close_matches(word, known, 1)
+            where = "" if name == "sweep" else f" of {MANIFEST} for this file"
+            hint = f'; did you mean "{close[0]}"?' if close else f": give one of {', '.join(known)}"
+            raise table.problem(column.index(word), f'{name} = "{word}" is no {name}{where}{hint}')
+    return np.array([known[word] for word in column], dtype=np.int64)
+
+
+def _unit_factors(
+    table: CsvTable, manifest: Manifest, sensor: Int[NDArray[np.int64], " k"]
+) -> Float[NDArray[np.float64], " k"]:
+    """Factor to SI of each row, shape (k,)."""
+    factors: dict[tuple[str, int], float] = {}
+    pairs = list(zip(table.columns["unit"], sensor.tolist(), strict=True))
+    for pair in dict.fromkeys(pairs):
+        unit, number = pair
+        measured = manifest.sensors[number]
+        row = pairs.index(pair)
+        if not unit:
+            raise table.problem(row, f'unit is missing; write "{measured.unit}"')
+        try:
+            factors[pair] = si_factor(unit, measured.unit)
+        except ValueError as error:
+            reads = f'for sensor "{measured.name}", which measures a {measured.quantity}'
+            raise table.problem(row, f'unit = "{unit}" {reads}: {error}') from None
+    return np.array([factors[pair] for pair in pairs])
+
+
+def _refuse(table: CsvTable, name: str, wrong: Bool[NDArray[np.bool_], " k"], text: str) -> None:
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise table.problem(row, f"{name} = {table.columns[name][row]}: {text}")
+
+
+def _refuse_contact_when_free(
+    table: CsvTable, manifest: Manifest, test: Int[NDArray[np.int64], " k"], sensor: Int[NDArray[np.int64], " k"]
+) -> None:
+    free = np.array([each.configuration == "free" for each in manifest.tests])
+    contact = np.array([each.quantity == CONTACT_FORCE for each in manifest.sensors])
+    wrong = free[test] & contact[sensor]
+    _refuse(table, "sensor", wrong, "measures a contact, but the test is of the structure free of contacts: remove it")
+
+
+def _refuse_duplicates(table: CsvTable, measurement: Measurement, order: Sequence[int] | NDArray[np.int64]) -> None:
+    same = np.ones(max(len(measurement) - 1, 0), dtype=bool)
+    for name in KEY:
+        column = getattr(measurement, name)[order]
+        same &= column[1:] == column[:-1]
+    if same.any():
+        at = int(np.argmax(same))
+        first, second = sorted((int(order[at]), int(order[at + 1])))
+        raise table.problem(
+            second,
+            f"measures the same as line {table.lines[first]} (test, repeat, sweep, level, frequency, sensor, "
+            "harmonic): remove one, or number its repeat",
+        )

@@ -1,0 +1,145 @@
+"""Time records: CSV with the columns ``time`` and one a channel; their units stand in the manifest."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.campaign.csv_table import read_table
+from correlation.campaign.unit import base_unit, si_factor
+from correlation.errors import CampaignError
+
+TIME = "time"
+#: Steps may differ by this share of their mean where a clock wrote the times with few digits [-].
+UNIFORM = 1e-3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TimeRecord:
+    """Channels over time.
+
+    Parameters
+    ----------
+    name
+        As in the manifest.
+    time
+        Rising instants, shape (n,) [s].
+    channels
+        Names of the channels: sensors, or a force.
+    units
+        SI unit of each channel; "V" where it is not calibrated.
+    values
+        Shape (n_channel, n) [its unit].
+    force
+        Channel that drives the structure; none for a ring-down.
+    held_out
+        Whether no calibration may see it.
+    """
+
+    name: str
+    time: Float[NDArray[np.float64], " n"]
+    channels: tuple[str, ...]
+    units: tuple[str, ...]
+    values: Float[NDArray[np.float64], "c n"]
+    force: str | None = None
+    held_out: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("time", "values"):
+            array = np.array(getattr(self, name), dtype=np.float64)
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    def channel(self, name: str) -> Float[NDArray[np.float64], " n"]:
+        """Values of one channel, shape (n,).
+
+        Raises
+        ------
+        CampaignError
+            There is no such channel.
+        """
+        if name not in self.channels:
+            raise CampaignError(f'record "{self.name}" has no channel "{name}": it has {", ".join(self.channels)}')
+        values: Float[NDArray[np.float64], " n"] = self.values[self.channels.index(name)]
+        return values
+
+    @property
+    def step(self) -> float:
+        """Time from one sample to the next [s].
+
+        Raises
+        ------
+        CampaignError
+            It varies.
+        """
+        steps = np.diff(self.time)
+        mean = float(steps.mean())
+        worst = int(np.argmax(np.abs(steps - mean)))
+        if abs(steps[worst] - mean) > UNIFORM * mean:
+            raise CampaignError(
+                f'record "{self.name}" has a step of {steps[worst]:.4g} s after {self.time[worst]:.6g} s, {mean:.4g} s '
+                "on average: resample it to a uniform step"
+            )
+        return mean
+
+
+def read_time_record(
+    path: Path, *, name: str, units: Mapping[str, str], force: str | None = None, held_out: bool = False
+) -> TimeRecord:
+    """Read a record.
+
+    Parameters
+    ----------
+    path
+        CSV with a header, commas and decimal points.
+    name, force, held_out
+        As in `TimeRecord`.
+    units
+        Unit of each column; "s" for the time if it is not named.
+
+    Raises
+    ------
+    CampaignError
+        The file or a unit cannot be used; one sentence with file, line or column, value and remedy.
+    """
+    table = read_table(path)
+    where = f"{path.name}:1: "
+    if TIME not in table.columns:
+        raise CampaignError(f'{where}there is no column "{TIME}"; it has {", ".join(table.columns)}')
+    for column in units:
+        if column not in table.columns:
+            raise CampaignError(f'{where}there is no column "{column}", whose unit the manifest gives')
+    if force is not None and force not in table.columns:
+        raise CampaignError(f'{where}there is no column "{force}", which the manifest names as the force')
+    channels = tuple(column for column in table.columns if column != TIME)
+    factors: dict[str, tuple[float, str]] = {}
+    for column in (TIME, *channels):
+        if column != TIME and column not in units:
+            raise CampaignError(
+                f'{where}column "{column}" has no unit; add {column} = "m" to its units in the manifest'
+            )
+        try:
+            if column == TIME:
+                factors[column] = si_factor(units.get(TIME, "s"), "s"), "s"
+            else:
+                factors[column] = base_unit(units[column])
+        except ValueError as error:
+            raise CampaignError(f'record "{name}": units.{column}: {error}') from None
+    values = {column: table.numbers(column) * factors[column][0] for column in factors}
+    late = np.flatnonzero(np.diff(values[TIME]) <= 0)
+    if len(late):
+        raise table.problem(
+            int(late[0]) + 1, f"time {values[TIME][late[0] + 1]:.9g} s does not rise; sort the rows, each instant once"
+        )
+    return TimeRecord(
+        name=name,
+        time=values[TIME],
+        channels=channels,
+        units=tuple(factors[column][1] for column in channels),
+        values=np.stack([values[column] for column in channels]),
+        force=force,
+        held_out=held_out,
+    )

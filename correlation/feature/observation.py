@@ -1,0 +1,206 @@
+"""Measurements arranged for a comparison: one row a point, one column a repeat."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Complex, Float, Int
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import SAME_FREQUENCY, Campaign
+from correlation.errors import CampaignError
+from correlation.prediction import Points
+from correlation.suspicion.jump import jumping
+
+#: Readings of a sensor that, at most frequencies of a level, are below this many times their scatter are noise.
+HEARD = 2.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Observation:
+    """What was measured at k points in R repeats.
+
+    Parameters
+    ----------
+    points
+        Where.
+    repeat
+        Coefficients, the mean of both sweeps, shape (k, R); NaN where a repeat lacks the point [SI].
+    motion
+        Whether the row's sensor follows a motion (and no force), shape (k,).
+    taken
+        Which repeats are compared with a model, shape (k, R); all of them tell about the noise.
+    """
+
+    points: Points
+    repeat: Complex[NDArray[np.complex128], "k R"]
+    motion: Bool[NDArray[np.bool_], " k"]
+    taken: Bool[NDArray[np.bool_], "k R"]
+
+    @property
+    def value(self) -> Complex[NDArray[np.complex128], " k"]:
+        """Mean of the repeats taken, shape (k,)."""
+        total = np.where(self.taken, self.repeat, 0.0).sum(axis=1)
+        return np.asarray(total / np.maximum(self.count, 1))
+
+    @property
+    def mean(self) -> Complex[NDArray[np.complex128], " k"]:
+        """Mean of all repeats that have the point, taken or not, shape (k,); NaN where none has."""
+        with np.errstate(invalid="ignore"):
+            return np.asarray(np.nanmean(self.repeat, axis=1))
+
+    @property
+    def count(self) -> Int[NDArray[np.int64], " k"]:
+        """Repeats taken, shape (k,)."""
+        return np.asarray(self.taken.sum(axis=1))
+
+    @property
+    def heard(self) -> Bool[NDArray[np.bool_], " k"]:
+        """Whether the row's sensor reads more than noise in its harmonic at its level, shape (k,).
+
+        A sensor on a body that hangs free of what is excited reads nothing: its inverse would be anything at all.
+        """
+        points, there = self.points, np.isfinite(self.repeat)
+        n = there.sum(axis=1)
+        mean = np.where(there, self.repeat, 0.0).sum(axis=1) / np.maximum(n, 1)
+        size, apart = np.abs(mean) ** 2, np.where(there, np.abs(self.repeat - mean[:, None]) ** 2, 0.0).sum(axis=1)
+        _, sensor = np.unique(points.sensor, return_inverse=True)
+        key = np.column_stack([points.free, points.level, sensor, points.harmonic])
+        group = np.unique(key, axis=0, return_inverse=True)[1].ravel()
+        # Most of them: where a response jumps, repeats differ by as much as they read. A point that was read once tells
+        # nothing of noise.
+        loud = size * np.maximum(n - 1, 1) >= HEARD**2 * apart
+        told, heard = np.bincount(group, n > 1), np.bincount(group, loud & (n > 1))
+        return np.asarray((2 * heard >= told)[group])
+
+    def where(self, chosen: Bool[NDArray[np.bool_], " k"]) -> "Observation":
+        """Some of the rows."""
+        return Observation(
+            points=self.points.where(chosen),
+            repeat=self.repeat[chosen],
+            motion=self.motion[chosen],
+            taken=self.taken[chosen],
+        )
+
+
+def observation(campaign: Campaign) -> Observation:
+    """Arrange a whole campaign."""
+    table = campaign.measurement
+    free_test = np.array([test.configuration == "free" for test in campaign.tests])
+    frequency = table.frequency
+    key = np.column_stack(
+        [
+            free_test[table.test],
+            np.unique(table.level, return_inverse=True)[1],
+            _same(frequency),
+            table.sensor,
+            table.harmonic,
+        ]
+    ).astype(np.int64)
+    _, first, row = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    _, column = np.unique(table.repeat, return_inverse=True)
+    repeat = read_off(table.value, row.ravel(), column, (len(first), int(column.max()) + 1))
+    names = np.array([sensor.name for sensor in campaign.sensors])
+    motion = np.array([sensor.line is None for sensor in campaign.sensors])
+    sensor = table.sensor[first]
+    points = Points(
+        free=free_test[table.test[first]],
+        level=table.level[first],
+        frequency=frequency[first],
+        sensor=names[sensor],
+        harmonic=table.harmonic[first],
+    )
+    return Observation(points=points, repeat=repeat, motion=motion[sensor], taken=np.isfinite(repeat))
+
+
+def read_off(
+    value: Complex[NDArray[np.complex128], " rows"],
+    point: Int[NDArray[np.int64], " rows"],
+    column: Int[NDArray[np.int64], " rows"],
+    shape: tuple[int, int],
+) -> Complex[NDArray[np.complex128], "k R"]:
+    """Mean of the readings of each point in each repeat; NaN where there is none.
+
+    Parameters
+    ----------
+    value
+        Readings, shape (rows,); those that are not finite count as none.
+    point, column
+        Which point each is of, -1 for none, and which repeat, shape (rows,).
+    shape
+        Number of points and of repeats [-].
+    """
+    there = np.isfinite(value) & (point >= 0)
+    place = point[there], column[there]
+    total, count = np.zeros(shape, dtype=np.complex128), np.zeros(shape)
+    np.add.at(total, place, value[there])
+    np.add.at(count, place, 1.0)
+    with np.errstate(invalid="ignore"):
+        return np.where(count > 0, total / count, np.nan)
+
+
+def point_of_row(campaign: Campaign, points: Points) -> Int[NDArray[np.int64], " rows"]:
+    """Which of some points each row of a campaign's table is a reading of, shape (rows,); -1 for none."""
+    table = campaign.measurement
+    free_test = np.array([test.configuration == "free" for test in campaign.tests])
+    names = np.array([sensor.name for sensor in campaign.sensors])
+    place = _same(np.concatenate([points.frequency, table.frequency]))
+    known = zip(points.free, points.level, place[: len(points)], points.sensor, points.harmonic, strict=True)
+    number = {key: point for point, key in reversed([*enumerate(known)])}
+    rows = zip(
+        free_test[table.test], table.level, place[len(points) :], names[table.sensor], table.harmonic, strict=True
+    )
+    return np.array([number.get(key, -1) for key in rows], dtype=np.int64)
+
+
+def _same(frequency: Float[NDArray[np.float64], " k"]) -> Int[NDArray[np.int64], " k"]:
+    """Numbers of the frequencies, alike for those that are one; by gaps, since rounding would part neighbours."""
+    rising, place = np.unique(frequency, return_inverse=True)
+    return np.asarray(np.cumsum(np.diff(np.log(rising), prepend=np.log(rising[0])) > SAME_FREQUENCY)[place])
+
+
+def followed(campaign: Campaign) -> tuple[int, ...]:
+    """Directions of the sweeps through the jointed structure, in the order of measurement; none if it was not swept."""
+    table = campaign.measurement
+    jointed = np.array([test.configuration != "free" for test in campaign.tests])[table.test]
+    found, first = np.unique(table.sweep[jointed], return_index=True)
+    return tuple(int(way) for way in found[np.argsort(table.order[jointed][first])] if way)
+
+
+def training(campaign: Campaign) -> Observation:
+    """What a model may be fitted to: neither held-out levels nor held-out repeats, and no state that jumps."""
+    return _parts(campaign)[0]
+
+
+def parted(campaign: Campaign) -> tuple[Observation, Observation]:
+    """What a model may be fitted to, see `training`, and what tests the fit.
+
+    The test is on the held-out repeats at all levels, held out or not; without any, on the held-out levels. One set of
+    repeats has one jitter of their mean, which can settle before it judges.
+
+    Raises
+    ------
+    CampaignError
+        Nothing is held out.
+    """
+    fitted, tested = _parts(campaign)
+    if not len(tested.points):
+        raise CampaignError(
+            f"{campaign.folder}: nothing is held out, so that no effect can be tested: name a level or a repeat under "
+            "[held_out]"
+        )
+    return fitted, tested
+
+
+def _parts(campaign: Campaign) -> tuple[Observation, Observation]:
+    everything = observation(campaign)
+    steady = everything.where(~jumping(campaign, everything.points))
+    kept = np.isin(np.unique(campaign.measurement.repeat), campaign.held_out.repeats)
+    at_level = np.isin(steady.points.level, campaign.held_out.levels)
+    tests = kept[None, :] if kept.any() else at_level[:, None]
+    return _taken(steady, ~(at_level[:, None] | kept[None, :])), _taken(steady, tests)
+
+
+def _taken(seen: Observation, chosen: Bool[NDArray[np.bool_], "#k #R"]) -> Observation:
+    """Some repeats of some rows; rows that none is left of are dropped."""
+    taken = np.isfinite(seen.repeat) & chosen
+    return replace(seen, taken=taken).where(np.asarray(taken.any(axis=1)))

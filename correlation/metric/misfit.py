@@ -1,0 +1,246 @@
+"""Where a model fails: its misfit at every point, and by configuration, level, band of frequency, sensor, harmonic."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Complex, Float, Int
+from numpy.typing import NDArray
+
+from correlation.feature.observation import Observation
+from correlation.feature.vector import FeatureVector
+from correlation.metric.response import amplitude_error, phase_error
+from correlation.prediction import Points
+
+Mask = Bool[NDArray[np.bool_], " k"]
+Numbers = Float[NDArray[np.float64], " k"]
+Coefficients = Complex[NDArray[np.complex128], " k"]
+
+#: Along what a misfit is split.
+AXES = ("configuration", "level", "band", "sensor", "harmonic")
+#: Bands of frequency of each configuration, with equally many frequencies.
+BANDS = 6
+#: Amplitude and phase of a value are told where it is so many times its standard deviation.
+CLEAR = 5.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Misfit:
+    """A model beside measurements, one row a point.
+
+    Parameters
+    ----------
+    points
+        k rows.
+    motion
+        Whether a row is of a motion sensor, shape (k,).
+    measured, predicted
+        Shape (k,) [SI unit of the sensor]; predicted is NaN where the model has no steady state.
+    deviation
+        Standard deviation of the mean of the repeats, of real and imaginary part each, shape (k,) [the same]; NaN
+        where there is one repeat.
+    standardised
+        Difference of the row's features, real and imaginary part, over its standard deviation with all that points
+        have in common, shape (k, 2) [standard deviations]; the latter is NaN for harmonic 0. It is large where the
+        model fails, and there alone.
+    whitened
+        The same, whitened, shape (k, 2). Its squares add up to chi^2; but an error at one point that a common mode
+        could explain shows at the other points of that mode, too.
+    """
+
+    points: Points
+    motion: Mask
+    measured: Coefficients
+    predicted: Coefficients
+    deviation: Numbers
+    standardised: Float[NDArray[np.float64], "k 2"]
+    whitened: Float[NDArray[np.float64], "k 2"]
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    @property
+    def size(self) -> Numbers:
+        """Root mean square of the standardised numbers of each row, shape (k,) [standard deviations]."""
+        return np.asarray(np.sqrt(np.nanmean(self.standardised**2, axis=1)))
+
+    @property
+    def clear(self) -> Mask:
+        """Rows whose amplitude and phase stand out of the noise, and are predicted, shape (k,)."""
+        deviation = np.nan_to_num(self.deviation)
+        there = (np.abs(self.measured) > 0) & np.isfinite(self.predicted)
+        return np.asarray(there & (np.abs(self.measured) > CLEAR * deviation))
+
+    def where(self, chosen: Mask) -> "Misfit":
+        """Some of the rows."""
+        return Misfit(
+            points=self.points.where(chosen),
+            motion=self.motion[chosen],
+            measured=self.measured[chosen],
+            predicted=self.predicted[chosen],
+            deviation=self.deviation[chosen],
+            standardised=self.standardised[chosen],
+            whitened=self.whitened[chosen],
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Share:
+    """Misfit of some of the rows.
+
+    Parameters
+    ----------
+    label
+        Which, in words: "10 N", "466.4 to 469.6 Hz, jointed", "tip".
+    deviations
+        Root mean square of the standardised differences [standard deviations]; 1 is perfect.
+    whitened
+        The same of the whitened ones.
+    amplitude_error, phase_error
+        Median of the moduli of the clear rows [-, rad]; NaN if none is clear.
+    signed_amplitude_error, signed_phase_error
+        Of the rows as one: by how much the prediction is too large, and leads [-, rad].
+    n_number
+        Numbers compared [-].
+    """
+
+    label: str
+    deviations: float
+    whitened: float
+    amplitude_error: float
+    phase_error: float
+    signed_amplitude_error: float
+    signed_phase_error: float
+    n_number: int
+
+
+def misfit(
+    observed: Observation,
+    features: FeatureVector,
+    predicted: Coefficients,
+    standardised: Float[NDArray[np.float64], " m"],
+    whitened: Float[NDArray[np.float64], " m"],
+) -> Misfit:
+    """Arrange differences by the points that they come from.
+
+    Parameters
+    ----------
+    observed
+        Measurements, k points.
+    features
+        Of these points, m numbers.
+    predicted
+        Shape (k,).
+    standardised
+        (measured - predicted) of the features over its standard deviations, shape (m,).
+    whitened
+        S^(-1/2) (measured - predicted), shape (m,).
+    """
+    k = len(observed.points)
+
+    def pairs(numbers: Float[NDArray[np.float64], " m"]) -> Float[NDArray[np.float64], "k 2"]:
+        found = np.full((k, 2), np.nan)
+        found[:, 0] = numbers[:k]
+        found[~features.real_only, 1] = numbers[k:]
+        return found
+
+    n = np.isfinite(observed.repeat).sum(axis=1)
+    mean = np.nansum(observed.repeat, axis=1) / np.maximum(n, 1)
+    squares = np.nansum(np.abs(observed.repeat - mean[:, None]) ** 2, axis=1)
+    parts = np.where(features.real_only, 1.0, 2.0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        variance = np.where(n > 1, squares / parts / (n - 1), np.nan) / observed.count
+    return Misfit(
+        points=observed.points,
+        motion=observed.motion,
+        measured=observed.value,
+        predicted=np.asarray(predicted),
+        deviation=np.sqrt(variance),
+        standardised=pairs(standardised),
+        whitened=pairs(whitened),
+    )
+
+
+def shares(of: Misfit, axis: str) -> tuple[Share, ...]:
+    """Split along an axis of `AXES`, in its order."""
+    code, labels = _codes(of, axis)
+    return tuple(_share(of.where(code == number), label) for number, label in enumerate(labels))
+
+
+def whole(of: Misfit) -> Share:
+    """All rows."""
+    return _share(of, "all")
+
+
+def worst(split: Sequence[Share]) -> Share:
+    """The share with the largest misfit."""
+    return max(split, key=lambda share: share.deviations)
+
+
+def worst_cell(of: Misfit) -> tuple[Share, Points]:
+    """The worst of all cells level x band x sensor x harmonic, and its points."""
+    coded = [_codes(of, axis) for axis in ("level", "band", "sensor", "harmonic")]
+    cells, number = np.unique(np.column_stack([code for code, _ in coded]), axis=0, return_inverse=True)
+    number = np.asarray(number).ravel()
+    squares = np.nansum(of.standardised**2, axis=1)
+    counts = np.isfinite(of.standardised).sum(axis=1)
+    mean = np.bincount(number, squares) / np.maximum(np.bincount(number, counts), 1)
+    at = int(np.argmax(mean))
+    level, band, sensor, harmonic = (labels[code] for code, (_, labels) in zip(cells[at], coded, strict=True))
+    rows = number == at
+    return _share(of.where(rows), f"{sensor}, {harmonic}, {level}, {band}"), of.points.where(rows)
+
+
+def configuration(free: bool) -> str:
+    """In words."""
+    return "free" if free else "jointed"
+
+
+def bands(points: Points) -> tuple[Int[NDArray[np.int64], " k"], list[str]]:
+    """Number of the band that each row is in, shape (k,), and the bands in words."""
+    code = np.zeros(len(points), dtype=np.int64)
+    labels: list[str] = []
+    for free in np.unique(points.free):
+        rows = points.free == free
+        frequencies = np.unique(points.frequency[rows])
+        for band in np.array_split(frequencies, min(BANDS, len(frequencies))):
+            code[rows & (points.frequency >= band[0]) & (points.frequency <= band[-1])] = len(labels)
+            labels.append(f"{band[0]:.5g} to {band[-1]:.5g} Hz {configuration(bool(free))}")
+    return code, labels
+
+
+def _codes(of: Misfit, axis: str) -> tuple[Int[NDArray[np.int64], " k"], list[str]]:
+    points = of.points
+    if axis == "band":
+        return bands(points)
+    if axis == "sensor":
+        names = list(dict.fromkeys(map(str, points.sensor)))
+        return np.array([names.index(str(name)) for name in points.sensor]), names
+    column = {"configuration": points.free, "level": points.level, "harmonic": points.harmonic}[axis]
+    values, code = np.unique(column, return_inverse=True)
+    return np.asarray(code).ravel(), [_words(axis, value) for value in values.tolist()]
+
+
+def _words(axis: str, value: float) -> str:
+    if axis == "configuration":
+        return configuration(bool(value))
+    return f"{value:g} N" if axis == "level" else f"harmonic {value}"
+
+
+def _share(of: Misfit, label: str) -> Share:
+    clear = of.clear
+    measured, predicted = of.measured[clear], of.predicted[clear]
+    any_clear = bool(clear.any())
+    dynamic = of.points.harmonic[clear] > 0
+    # Rows of one share differ in unit and size: each counts by its own modulus.
+    scaled = predicted / np.abs(measured)
+    return Share(
+        label=label,
+        deviations=float(np.sqrt(np.nanmean(of.standardised**2))),
+        whitened=float(np.sqrt(np.nanmean(of.whitened**2))),
+        amplitude_error=float(np.median(np.abs(amplitude_error(measured, predicted)))) if any_clear else np.nan,
+        phase_error=float(np.median(np.abs(phase_error(measured, predicted)[dynamic]))) if dynamic.any() else np.nan,
+        signed_amplitude_error=float(np.sqrt(np.mean(np.abs(scaled) ** 2)) - 1) if any_clear else np.nan,
+        signed_phase_error=float(np.angle(np.sum(scaled * np.exp(-1j * np.angle(measured))))) if any_clear else np.nan,
+        n_number=int(np.isfinite(of.whitened).sum()),
+    )

@@ -1,0 +1,45 @@
+"""States that a model misses by far more than those beside them: they count less.
+
+Where contacts begin to slip, the state that a sweep leaves behind depends on how the motion settled at each step, which
+no steady solution knows. A missing effect shows at many states next to each other; a single one tells of such a place.
+"""
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.feature.vector import FeatureVector
+
+Vector = Float[NDArray[np.float64], " m"]
+
+#: Mean square of a state's whitened residuals, as a multiple of the median of so many states beside it.
+MUCH, NEIGHBOURS = 2.0, 6
+
+
+def standing_out(features: FeatureVector, residual: Vector) -> Vector:
+    """By how much to enlarge the standard deviation of each number, 1 for most, shape (m,).
+
+    Parameters
+    ----------
+    features
+        Of the points.
+    residual
+        Whitened, shape (m,).
+    """
+    state, points = features.state, features.points
+    _, first = np.unique(state, return_index=True)
+    size = np.bincount(state, residual**2) / np.bincount(state)
+    factor, rows = np.ones(len(size)), features.row[first]
+    sweep = np.column_stack([points.free[rows], points.level[rows]])
+    for each in np.unique(sweep, axis=0):
+        # Numbers of states rise with the frequency.
+        states = np.flatnonzero((sweep == each).all(axis=1))
+        if len(states) <= NEIGHBOURS:
+            continue
+        for place, number in enumerate(states):
+            begin = int(np.clip(place - NEIGHBOURS // 2, 0, len(states) - NEIGHBOURS - 1))
+            beside = [other for other in states[begin : begin + NEIGHBOURS + 1] if other != number]
+            usual = float(np.median(size[beside]))
+            if size[number] > MUCH * max(usual, 1 / MUCH):
+                factor[number] = np.sqrt(size[number] / max(usual, 1 / MUCH))
+    return np.asarray(factor[state])

@@ -1,0 +1,69 @@
+r"""Where a response is not linear in what differs between repeats: states at which contacts begin to slip.
+
+Repeats differ by a jitter x of pre-load and frequency, of standard deviation s. What is averaged over them is then
+
+.. math:: f(x) = f + f' x + d(x), \qquad d_\pm = f(\pm \sqrt 3 s) - f \mp \sqrt 3 f' s .
+
+Away from a kink d is nothing. At one it is as large as what slip changes, and the states beside it have nothing of it.
+By Gauss and Hermite's rule of three points, where each end counts for a sixth, d has the mean (d_+ + d_-) / 6, which
+stays in a mean over R repeats, and there the variance (d_+^2 + d_-^2) / 6 R: each end is a mode of that state alone.
+"""
+
+from collections.abc import Sequence
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.feature.vector import FeatureVector
+from correlation.model import TestModel
+from correlation.prediction import Prediction, Predictor
+
+Vector = Float[NDArray[np.float64], " m"]
+
+#: Standard deviations at which a jitter is tried, and the weight of either end, by Gauss and Hermite's rule.
+REACH, WEIGHT = sqrt(3.0), 1 / 6
+#: Standard deviations, of all numbers of a state together, below which a departure does not matter.
+SEEN = 1.0
+
+
+class Shift(NamedTuple):
+    """A jitter of `REACH` standard deviations of a single repeat, up and down, and what it changes to first order."""
+
+    models: tuple[TestModel, TestModel]
+    change: Vector
+
+
+def kink_modes(
+    predictor: Predictor,
+    features: FeatureVector,
+    prediction: Prediction,
+    shifts: Sequence[Shift],
+    deviation: Vector,
+    n_repeat: float,
+) -> Float[NDArray[np.float64], "m q"]:
+    """Modes at one standard deviation, each of one state.
+
+    Parameters
+    ----------
+    predictor, features, prediction
+        Of the points, without jitter.
+    shifts
+        Independent causes.
+    deviation
+        Of each number by noise.
+    n_repeat
+        Repeats in a mean [-].
+    """
+    nominal, state = features.of_values(prediction.value), features.state
+    modes = []
+    for shift in shifts:
+        ends = [features.of_values(predictor.predict(model, prediction).value) - nominal for model in shift.models]
+        departures = [np.nan_to_num(end - sign * shift.change) for end, sign in zip(ends, (1, -1), strict=True)]
+        for departure in departures:
+            mode = sqrt(WEIGHT / n_repeat + WEIGHT**2) * departure
+            size = np.bincount(state, (mode / deviation) ** 2)
+            modes += [np.where(state == each, mode, 0.0) for each in np.flatnonzero(size > SEEN**2)]
+    return np.array(modes).reshape(-1, len(nominal)).T

@@ -1,0 +1,271 @@
+"""What differs between repeats, or between a model and its mesh refined, without being an effect to look for."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+from scipy.stats.qmc import LatinHypercube
+
+from correlation.configuration import Configuration, Tangent
+from correlation.feature.vector import FeatureVector
+from correlation.model import TestModel
+from correlation.prediction import Prediction, Predictor
+from hbsolve.balance import HarmonicBalance
+from hbsolve.sensitivity import MatrixParameter, ModelParameter
+from reduction.jointed_system import FrictionContact
+
+Modes = Float[NDArray[np.float64], "m q"]
+
+NOTHING = ModelParameter()
+#: Largest share of Coulomb's limit that a history leaves in a contact.
+HISTORY = 0.9
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Budget:
+    """Numerical error of a model, measured on models alone and never on what they are compared with.
+
+    Parameters
+    ----------
+    frequency
+        Standard deviation of the relative error of natural frequencies, of either configuration [-].
+    compliance
+        ... of the relative error of each contact line's stiffness, normal and tangential [-].
+    shares
+        ... of how each line's stiffnesses and pre-load are shared among its contacts, relative at its ends [-].
+    refined
+        The same model with more elements, stations or harmonics: what they change is one standard deviation; where
+        parameters are calibrated, what they change beyond that.
+    """
+
+    frequency: float = 2e-4
+    compliance: float = 0.01
+    shares: float = 0.05
+    refined: Sequence[TestModel] = ()
+
+
+def jitter_modes(
+    predictor: Predictor, features: FeatureVector, model: TestModel, prediction: Prediction
+) -> list[Modes]:
+    """What repeats may differ in, for 100 % of each: the frequency of either test, and all of `TestModel.presses`."""
+    tangents = [*_frequency_shifts(model, by_exciter=True), *(_press(model, group) for group in model.presses)]
+    modes = _features(predictor, features, model, prediction, tangents)
+    return [modes[:, :1], modes[:, 1:2], *([modes[:, 2:]] if model.presses else [])]
+
+
+def curvature_modes(
+    predictor: Predictor,
+    features: FeatureVector,
+    model: TestModel,
+    prediction: Prediction,
+    deviation: Mapping[str, float],
+) -> Modes:
+    """What the second order of a frequency jitter does to a mean over repeats, shape (m, c); matters at antiresonances.
+
+    The mean of f(x) over x of variance v is f + f'' v / 2, and as uncertain as a variance from a few repeats.
+
+    Parameters
+    ----------
+    predictor, features, model, prediction
+        Of the points.
+    deviation
+        Standard deviation of the jitter of a single repeat, by configuration [-].
+    """
+    shifted = []
+    for sign in (1, -1):
+        moved = model
+        for configuration, size in deviation.items():
+            moved = moved.shifted(configuration, sign * size)
+        shifted.append(features.of_values(predictor.predict(moved, prediction).value))
+    bent = np.nan_to_num((shifted[0] + shifted[1]) / 2 - features.of_values(prediction.value))
+    free = features.points.free[features.row]
+    return np.array([np.where(free == (configuration == "free"), bent, 0.0) for configuration in deviation]).T
+
+
+def budget_modes(
+    predictor: Predictor,
+    features: FeatureVector,
+    model: TestModel,
+    prediction: Prediction,
+    budget: Budget,
+    refined: Sequence[TestModel],
+) -> Modes:
+    """Errors of discretisation, at one standard deviation, shape (m, b); `refined` has the parameters of `model`."""
+    errors = error_tangents(model, budget)
+    changes = errors.size * _features(predictor, features, model, prediction, errors.tangents)
+    modes = [changes[:, : errors.whole], *(_by_level(features, change) for change in changes[:, errors.whole :].T)]
+    for finer in refined:
+        change = features.of_values(predictor.predict(finer, prediction).value) - features.of_values(prediction.value)
+        modes.append(_by_level(features, np.where(np.isfinite(change), change, 0.0)))
+    return np.column_stack(modes)
+
+
+class ErrorTangents(NamedTuple):
+    """Numerical errors to first order, and their standard deviations."""
+
+    tangents: list[Tangent]
+    size: Float[NDArray[np.float64], " n"]
+    whole: int
+    """How many of them, the first ones, are the same at all levels; the others are another matter at each."""
+
+
+def error_tangents(model: TestModel, budget: Budget) -> ErrorTangents:
+    """What discretisation may do to a model."""
+    shifts, patterns = _frequency_shifts(model, by_exciter=False), _share_patterns(model)
+    softer = [_stiffness(model, line, name) for line in model.lines for name in ("tangential", "normal")]
+    numbers = [len(shifts), len(softer), len(patterns)]
+    size = np.repeat([budget.frequency, budget.compliance, budget.shares], numbers)
+    return ErrorTangents([*shifts, *softer, *patterns], size, len(shifts) + len(softer))
+
+
+def _by_level(features: FeatureVector, change: Float[NDArray[np.float64], " m"]) -> Modes:
+    """A change as one mode a level: which contacts slip is another matter at each."""
+    level = features.points.level[features.row]
+    return np.array([np.where(level == each, change, 0.0) for each in np.unique(level)]).T
+
+
+def history_modes(
+    predictor: Predictor,
+    features: FeatureVector,
+    model: TestModel,
+    prediction: Prediction,
+    n_draw: int,
+    seed: int,
+    pressed: Float[NDArray[np.float64], "q q"] | None = None,
+) -> Modes:
+    """What friction histories change, at one standard deviation, shape (m, h).
+
+    A contact that sticks keeps any static force within Coulomb's cone. Each draw starts all sliders from a force of
+    -90 to 90 % of the limit at rest; a level has a history of its own in each repeat, so that the draws count for each
+    level by itself. The mean of the draws, beside the prediction that starts from none, is one more mode. The draws
+    fill the space evenly: a few random ones leave directions in which histories seem to change nothing.
+
+    Where pre-loads differ as well, what slips under one history sticks under another: with the covariance `pressed` of
+    `TestModel.presses`, shape (q, q), each draw has pre-loads of its own, and what these do to first order is taken off
+    again. What they do beyond that stays, with a history or without.
+    """
+    points = features.points
+    contacts = [joint for joint in model.system.joints if isinstance(joint, FrictionContact)]
+    jointed = np.flatnonzero(~points.free)
+    if not contacts or not len(jointed):
+        return np.zeros((len(features.row), 0))
+    kept = points.where(~points.free)
+    nominal = features.of_values(prediction.value)
+    amounts = np.zeros((n_draw, len(model.presses)))
+    if pressed is not None:
+        amounts = np.random.default_rng([seed, 1]).multivariate_normal(amounts[0], pressed, size=n_draw)
+    press = [_press(model, group) for group in model.presses] if pressed is not None else []
+    slopes = _features(predictor, features, model, prediction, press)
+    changes, linear = [], Configuration.of(model, False, None)
+    shares = LatinHypercube(len(model.system.joints), optimization="random-cd", rng=seed).random(n_draw)
+    for share, amount in zip(shares, amounts, strict=True):
+        moved = model
+        for group, by in zip(model.presses, amount, strict=True):
+            for name in group if by else ():
+                moved = moved.pressed(name, 1 + by)
+        draw = Predictor(
+            points=kept,
+            slider=left_by(moved, share),
+            sweeps=predictor.sweeps,
+            linear=linear if moved is model else None,
+        )
+        value = np.array(prediction.value)
+        value[jointed] = draw.predict(moved, prediction).value
+        changes.append(features.of_values(value) - nominal - (slopes @ amount if press else 0.0))
+    apart = np.nan_to_num(np.array(changes))
+    mean = apart.mean(axis=0)
+    modes = []
+    for level in np.unique(points.level):
+        at = (points.level == level)[features.row]
+        modes += [np.where(at, change - mean, 0.0) / np.sqrt(max(n_draw - 1, 1)) for change in apart]
+        modes.append(np.where(at, mean, 0.0))
+    return np.array(modes).T
+
+
+def left_by(
+    model: TestModel, share: Float[NDArray[np.float64], " joints"]
+) -> Callable[[HarmonicBalance], NDArray[np.float64]]:
+    """Where a history leaves the sliders: 0 and 1 are `HISTORY` of the limit at rest, to either side, of each joint."""
+    multiplier = HISTORY * (2 * share - 1)
+
+    def slider(balance: HarmonicBalance) -> NDArray[np.float64]:
+        start = np.zeros(balance.n_slider)
+        for number, joint in enumerate(model.system.joints):
+            if isinstance(joint, FrictionContact):
+                first, last = balance.table.slider[number : number + 2]
+                start[first:last] = multiplier[number] * joint.limit_at_rest / joint.tangential_stiffness
+        return start
+
+    return slider
+
+
+def _features(
+    predictor: Predictor, features: FeatureVector, model: TestModel, prediction: Prediction, tangents: list[Tangent]
+) -> Modes:
+    if not tangents:
+        return np.zeros((len(features.row), 0))
+    slopes = features.slopes(prediction.value, predictor.derivatives(model, prediction, tangents))
+    return np.where(np.isfinite(slopes), slopes, 0.0)
+
+
+def _frequency_shifts(model: TestModel, *, by_exciter: bool) -> list[Tangent]:
+    """A relative shift of Omega at fixed forces, of each configuration by itself: (1 + 2 e) M and (1 + e) C.
+
+    By the exciter, what it accelerates feels the true Omega as well; natural frequencies that are off leave Omega.
+    """
+    shift = ModelParameter(matrices=MatrixParameter(mass=2 * model.system.mass, damping=model.system.damping))
+    read = [{name: float(by_exciter)} for name in ("jointed", "free")]
+    return [
+        Tangent(jointed=shift, free=NOTHING, gain={}, shift=read[0]),
+        Tangent(jointed=NOTHING, free=shift, gain={}, shift=read[1]),
+    ]
+
+
+def _press(model: TestModel, group: tuple[str, ...]) -> Tangent:
+    """Some of the pre-loads, by one factor."""
+    static = np.zeros(model.system.n_dof)
+    rates: dict[tuple[str, str], float] = {}
+    for name in group:
+        load, slopes = model.preload_slope(name)
+        static += load
+        rates |= {(contact, "preload"): slope for contact, slope in slopes.items()}
+    return Tangent(jointed=ModelParameter(static_load=static, joints=rates), free=NOTHING, gain={})
+
+
+def _share_patterns(model: TestModel) -> list[Tangent]:
+    """What all lines share among their contacts moved from the middle to the ends, by 100 % of what the ends have.
+
+    That is what another rule of integration along the line changes. A tilt would be a misalignment, and so an effect.
+    """
+    found = []
+    for field in ("preload", "tangential_stiffness", "normal_stiffness"):
+        static, rates = np.zeros(model.system.n_dof), {}
+        for names in model.lines.values():
+            contacts = [model.contact(name) for name in names]
+            values = np.array([getattr(contact, field) for contact in contacts])
+            for contact, rate in zip(contacts, values * bulge(values), strict=True):
+                rates[contact.name, field] = float(rate)
+                if field == "preload":
+                    static += rate * contact.normal
+        if any(rates.values()):
+            found.append(Tangent(jointed=ModelParameter(static_load=static, joints=rates), free=NOTHING, gain={}))
+    return found
+
+
+def bulge(weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Parabola along a line that keeps its sum and its balance, 1 at its larger end; zero for one or two contacts."""
+    if len(weights) < 3 or not weights.all():
+        return np.zeros(len(weights))
+    along = np.linspace(-1, 1, len(weights))
+    root = np.sqrt(weights)
+    bulge = np.linalg.qr(root[:, None] * along[:, None] ** np.arange(3))[0][:, -1] / root
+    return np.asarray(bulge / np.abs(bulge[[0, -1]]).max())
+
+
+def _stiffness(model: TestModel, line: str, component: str) -> Tangent:
+    field = f"{component}_stiffness"
+    rates = {(name, field): float(getattr(model.contact(name), field)) for name in model.lines[line]}
+    return Tangent(jointed=ModelParameter(joints=rates), free=NOTHING, gain={})

@@ -1,0 +1,212 @@
+r"""What repeats say about the noise: a share that moves all points at once, and a share of each point's own.
+
+Repeats differ by more than noise: the exciter's frequency, the pre-load and the room are a little different each time.
+Such a difference moves all points along a known mode. With the modes taken out, readings X of one sensor and harmonic
+scatter by
+
+.. math:: v = a^2 |X|^2 + b^2 .
+
+A few repeats tell a variance badly, so that each point's own is drawn towards this; not
+all the way, because friction scatters where it likes.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+from scipy.stats import chi2
+
+from correlation.errors import CampaignError
+from correlation.feature.observation import Observation
+from correlation.feature.vector import FeatureVector
+from correlation.noise.whitening import Whitening
+
+Variance = Float[NDArray[np.float64], " m"]
+
+#: Degrees of freedom that the pooled variance counts for beside those of a point's own.
+POOLED = 6.0
+#: Share of what histories do that is noise of each number: a few linear modes do not span it where slip begins. Of
+#: specimens without any effect, effects of contacts are then estimated with errors of about the size that is told.
+ROUGH = 0.2
+#: What a state's own scatter must outweigh, in degrees of freedom of `POOLED` numbers.
+STATE = 4.0
+#: Variance of a number, beside what is pooled, that says no more of its state: its own noise was pooled badly.
+WILD = 10.0
+#: Variance of a number, beside what is fitted, that counts no more in the fit of a and b: at an antiresonance, or where
+#: slip sets in, readings scatter by a hundred times as much. (In 0.3 % a chi-square of four degrees of freedom does.)
+TAIL = 4.0
+#: Median of such a chi-square a degree of freedom.
+MEDIAN = 0.84
+#: Chance that what repeats differ in is no larger than the covariance reckons with: five repeats may happen to be all
+#: alike, and their mean is then no better than that of others.
+CAUTION = 0.8
+#: Rounds of the weighted fit of a and b.
+ROUNDS = 6
+
+
+def scatter(
+    observed: Observation,
+    features: FeatureVector,
+    jitter: Sequence[Float[NDArray[np.float64], "m q"]],
+    history: Float[NDArray[np.float64], "m h"],
+    budget: Float[NDArray[np.float64], "m b"],
+) -> "Scatter":
+    """Covariance of the mean of the repeats taken; all repeats tell how large it is.
+
+    Parameters
+    ----------
+    observed
+        Repeats.
+    features
+        Of the same points.
+    jitter
+        Modes along which repeats differ, in any unit; their sizes are found here. Those of one cause, such as the
+        pre-loads of all lines, are one block, within which they may differ together; causes are independent.
+    history
+        Modes of what friction histories change, at one standard deviation of a single repeat.
+    budget
+        Modes of errors that repeats do not show (discretisation, calibration of sensors), at one standard deviation.
+
+    Returns
+    -------
+    Scatter
+        The covariance, and that of the amplitudes of each cause in one repeat.
+
+    Raises
+    ------
+    CampaignError
+        Fewer than two repeats.
+    """
+    n = np.isfinite(observed.repeat).sum(axis=1)[features.row]
+    if n.max() < 2:
+        raise CampaignError("there is one repeat alone: noise cannot be told from effects; repeat the test")
+    with np.errstate(invalid="ignore"):
+        each = features.of_values(observed.repeat)
+    y = np.nanmean(each, axis=1)
+    apart = each - y[:, None]
+    freedom = np.maximum(n - 1.0, 0.0)
+    group = _groups(features)
+    reading = observed.mean
+    size, per_reading = np.abs(reading)[features.row], features.per_reading(reading)
+    pooled = per_reading**2 * _pooled(_variance(apart, freedom) / per_reading**2, size, freedom, group)
+    modes, starts = np.column_stack(jitter), np.cumsum([block.shape[1] for block in jitter])[:-1]
+    weights = Whitening(deviation=np.sqrt(pooled), modes=history)
+    amplitude = _amplitudes(apart, modes, weights)
+    seen = [_seen(block, apart) for block in jitter]
+    covariances = [
+        _margin(int(each.sum()) - 1) * _covariance(rows[:, each])
+        for rows, each in zip(np.split(amplitude, starts), seen, strict=True)
+    ]
+    rest = apart - modes @ amplitude
+    own = _variance(rest - weights.explained(np.nan_to_num(rest)), freedom)
+    pooled = per_reading**2 * _pooled(own / per_reading**2, size, freedom, group)
+    noise = np.sqrt(pooled)
+    pooled = pooled * _unrest(own / pooled, freedom, features.state)
+    variance = (POOLED * pooled + freedom * np.where(freedom > 0, own, 0.0)) / (POOLED + freedom)
+    variance += ROUGH**2 * (history**2).sum(axis=1)
+    together = [block @ _root(covariance) for block, covariance in zip(jitter, covariances, strict=True)]
+    shared = np.column_stack([*together, history]) / np.sqrt(observed.count[features.row])[:, None]
+    deviation = np.sqrt(variance / np.maximum(observed.count[features.row], 1))
+    return Scatter(Whitening(deviation=deviation, modes=np.column_stack([shared, budget])), covariances, noise)
+
+
+class Scatter(NamedTuple):
+    """What repeats say."""
+
+    whitening: Whitening
+    """Its first modes are those of the jitter, in the order of its causes."""
+    jitter: list[Float[NDArray[np.float64], "q q"]]
+    """Covariance of what differs in a single repeat, for each cause, with the margin of `CAUTION`."""
+    noise: Variance
+    """Standard deviation of each number in a single repeat by the noise that all readings of a sensor share."""
+
+
+def _covariance(amplitude: Float[NDArray[np.float64], "q R"]) -> Float[NDArray[np.float64], "q q"]:
+    """Covariance of the amplitudes of one cause, about zero mean, drawn towards independence.
+
+    A few repeats would otherwise prove by chance that some combination never changes.
+    """
+    q, n = amplitude.shape
+    covariance = amplitude @ amplitude.T / max(n - 1, 1)
+    share = min(1.0, q / (2 * max(n, 1))) if q > 1 else 0.0
+    return np.asarray((1 - share) * covariance + share * np.diag(np.diag(covariance)))
+
+
+def _seen(
+    block: Float[NDArray[np.float64], "m q"], apart: Float[NDArray[np.float64], "m R"]
+) -> Bool[NDArray[np.bool_], " R"]:
+    """Repeats of the test that a cause acts on."""
+    return np.asarray(np.isfinite(apart[block.any(axis=1)]).any(axis=0))
+
+
+def _margin(freedom: int) -> float:
+    """By how much a variance told by so many degrees of freedom is enlarged for `CAUTION`."""
+    freedom = max(freedom, 1)
+    return float(freedom / chi2.ppf(1 - CAUTION, freedom))
+
+
+def _root(covariance: Float[NDArray[np.float64], "q q"]) -> Float[NDArray[np.float64], "q q"]:
+    sizes, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(np.maximum(sizes, 0.0)))
+
+
+def _variance(apart: Float[NDArray[np.float64], "m R"], freedom: Float[NDArray[np.float64], " m"]) -> Variance:
+    return np.where(freedom > 0, np.nansum(apart**2, axis=1) / np.maximum(freedom, 1.0), np.nan)
+
+
+def _groups(features: FeatureVector) -> NDArray[np.int64]:
+    """Numbers of one sensor, harmonic and configuration share a noise model."""
+    points, row = features.points, features.row
+    _, sensor = np.unique(points.sensor, return_inverse=True)
+    key = np.column_stack([sensor[row], points.harmonic[row], points.free[row]])
+    return np.asarray(np.unique(key, axis=0, return_inverse=True)[1]).ravel()
+
+
+def _unrest(
+    ratio: Float[NDArray[np.float64], " m"], freedom: Float[NDArray[np.float64], " m"], state: NDArray[np.int64]
+) -> Float[NDArray[np.float64], " m"]:
+    """How much more than others the numbers of a state scatter: where slip sets in, all of them do."""
+    seen = freedom > 0
+    total = np.bincount(state[seen], (freedom * np.minimum(ratio, WILD))[seen], minlength=state.max() + 1)
+    count = np.bincount(state[seen], freedom[seen], minlength=state.max() + 1)
+    alike = STATE * POOLED
+    return np.asarray(((alike + total) / (alike + count))[state])
+
+
+def _pooled(
+    variance: Float[NDArray[np.float64], " m"],
+    size: Float[NDArray[np.float64], " m"],
+    freedom: Float[NDArray[np.float64], " m"],
+    group: NDArray[np.int64],
+) -> Float[NDArray[np.float64], " m"]:
+    pooled = np.empty_like(variance)
+    for number in range(int(group.max()) + 1):
+        rows = np.flatnonzero(group == number)
+        seen = rows[freedom[rows] > 0]
+        mean = float(np.mean(size[rows] ** 2)) or 1.0
+        v, table = variance[seen], np.column_stack([size[seen] ** 2, np.full(len(seen), mean)])
+        fitted = np.maximum(
+            size[seen] ** 2 * float(np.median(v / np.maximum(size[seen] ** 2, 1e-12 * mean))), 1e-12 * mean
+        )
+        share = np.zeros(2)
+        for _ in range(ROUNDS):
+            share, _ = nnls(table / fitted[:, None], np.minimum(v / fitted, TAIL))
+            share *= np.median(v / np.maximum(table @ share, 1e-12 * mean)) / MEDIAN
+            fitted = np.maximum(table @ share, 1e-12 * mean)
+        pooled[rows] = np.maximum(share[0] * size[rows] ** 2 + share[1] * mean, 1e-12 * mean)
+    return pooled
+
+
+def _amplitudes(
+    apart: Float[NDArray[np.float64], "m R"], modes: Float[NDArray[np.float64], "m q"], weights: Whitening
+) -> Float[NDArray[np.float64], "q R"]:
+    """Generalised least squares of each repeat's difference along the modes; friction histories are no jitter."""
+    amplitudes = np.zeros((modes.shape[1], apart.shape[1]))
+    for number, column in enumerate(apart.T):
+        there = np.isfinite(column)
+        seen, difference = np.where(there[:, None], modes, 0.0), np.where(there, column, 0.0)
+        amplitudes[:, number] = np.linalg.lstsq(weights(seen), weights(difference), rcond=1e-10)[0]
+    return amplitudes

@@ -1,0 +1,210 @@
+"""What looks wrong in a campaign by its data alone, each with its evidence in numbers."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import CONTACT_FORCE, SWEEPS, Campaign, Measurement, Suspicion
+
+#: Levels must differ by this factor before their ratio says something about a channel [-].
+LEVEL_RATIO = 1.5
+#: A channel that goes with the level does so by at least this power of it; one that does not, by less [-].
+SCALES, STAYS = 0.5, 0.2
+#: Imaginary parts of a resonance are about twice the real ones; degrees are far more than metres [-].
+IMAGINARY_RATIO = 3.0
+
+
+def suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
+    """What looks wrong in the data alone.
+
+    Phases in the imaginary column, channels that stay constant, repeats that are copies, levels, points, sensors and
+    repeats that are missing, sweeps that run the other way.
+    """
+    found = [
+        each
+        for check in (
+            _phases,
+            _constant_harmonics,
+            _copies,
+            _missing_levels,
+            _missing_points,
+            _missing_sensors,
+            _missing_repeats,
+            _sweeps,
+        )
+        for each in check(campaign)
+    ]
+    return tuple(found)
+
+
+def _phases(campaign: Campaign) -> Iterator[Suspicion]:
+    for test, sensor, rows in channels(campaign):
+        lines = {level: line(campaign.measurement.where(rows), level) for level in _levels(campaign, rows)}
+        frequency, value = lines[min(lines)]
+        if len(frequency) < 5 or any((line.real < 0).any() for _, line in lines.values()):
+            continue
+        if not all(_is_smooth(line.imag) for _, line in lines.values()):
+            continue
+        low, high = min(lines), max(lines)
+        evidence = ""
+        if high > LEVEL_RATIO * low:
+            growth = np.log(high / low)
+            real = np.log(np.median(lines[high][1].real) / np.median(value.real)) / growth
+            imag = np.log(np.median(np.abs(lines[high][1].imag)) / np.median(np.abs(value.imag))) / growth
+            if real > SCALES and abs(imag) < STAYS:
+                evidence = (
+                    f"from {low:.4g} to {high:.4g} N real grows {np.exp(real * growth):.3g} times, "
+                    f"imag {np.exp(imag * growth):.3g} times"
+                )
+        elif np.abs(value.imag).max() > IMAGINARY_RATIO * value.real.max():
+            evidence = f"imag reaches {np.abs(value.imag).max() / value.real.max():.3g} times what real does"
+        if evidence:
+            yield Suspicion(
+                where=_where(campaign, test, sensor),
+                sentence=f"real is never negative and {evidence}: are these amplitude and phase? "
+                "Write real = amplitude cos(phase) and imag = amplitude sin(phase)",
+            )
+
+
+def _constant_harmonics(campaign: Campaign) -> Iterator[Suspicion]:
+    table = campaign.measurement
+    for harmonic in np.unique(table.harmonic[table.harmonic != 1]):
+        for test, sensor, rows in channels(campaign, harmonic=int(harmonic), forces=True):
+            value = table.value[rows]
+            if len(np.unique(table.frequency[rows])) >= 3 and (value == value[0]).all():
+                yield Suspicion(
+                    where=_where(campaign, test, sensor),
+                    sentence=f"harmonic {harmonic} reads {value[0]:.4g} {campaign.sensors[sensor].unit} at all "
+                    f"{len(value)} points: a dead channel, or one that was never evaluated? Remove its rows",
+                )
+
+
+def _copies(campaign: Campaign) -> Iterator[Suspicion]:
+    for test, sensor, rows in channels(campaign, forces=True):
+        table = campaign.measurement.where(rows)
+        # Sorted by key, the repeats of a point follow each other.
+        point = np.stack([table.level, table.frequency, table.sweep])
+        same_point = (point[:, 1:] == point[:, :-1]).all(axis=0)
+        same_value = table.value[1:] == table.value[:-1]
+        pairs, copies = int(same_point.sum()), int((same_point & same_value).sum())
+        if copies >= 3:
+            yield Suspicion(
+                where=_where(campaign, test, sensor),
+                sentence=f"{copies} of {pairs} pairs of repeats agree in every digit: are they copies? "
+                "Noise is taken from the repeats; measure them, or write more digits",
+            )
+
+
+def _missing_levels(campaign: Campaign) -> Iterator[Suspicion]:
+    for number, test in enumerate(campaign.tests):
+        table = campaign.measurement.where(campaign.measurement.test == number)
+        levels = np.unique(table.level)
+        for repeat, sweep in np.unique(np.stack([table.repeat, table.sweep]), axis=1).T:
+            there = np.unique(table.level[(table.repeat == repeat) & (table.sweep == sweep)])
+            missing = np.setdiff1d(levels, there)
+            if len(missing):
+                listed = ", ".join(f"{level:.4g}" for level in missing)
+                yield Suspicion(
+                    where=f'test "{test.name}"',
+                    sentence=f"repeat {repeat}, sweep {SWEEPS[int(sweep)]} lacks the level {listed} N, which others "
+                    "have: was a file cut short?",
+                )
+
+
+def _missing_points(campaign: Campaign) -> Iterator[Suspicion]:
+    table = campaign.measurement
+    for number in range(len(campaign.tests)):
+        kinds, counts = np.unique(
+            np.stack([table.sensor, table.harmonic])[:, table.test == number], axis=1, return_counts=True
+        )
+        for (sensor, harmonic), count in zip(kinds.T, counts, strict=True):
+            if count < counts.max():
+                yield Suspicion(
+                    where=_where(campaign, number, int(sensor)),
+                    sentence=f"harmonic {harmonic} has {count} values where others have {counts.max()}: "
+                    "were some left out?",
+                )
+
+
+def _missing_sensors(campaign: Campaign) -> Iterator[Suspicion]:
+    table = campaign.measurement
+    for number, sensor in enumerate(campaign.sensors):
+        there = [bool((table.sensor[table.test == test] == number).any()) for test in range(len(campaign.tests))]
+        for test, found in zip(campaign.tests, there, strict=True):
+            # Without its contacts a structure has no contact forces.
+            if not found and any(there) and not (sensor.quantity == CONTACT_FORCE and test.configuration == "free"):
+                others = ", ".join(f'"{each.name}"' for each, seen in zip(campaign.tests, there, strict=True) if seen)
+                yield Suspicion(
+                    where=f'test "{test.name}"',
+                    sentence=f'it has no rows of sensor "{sensor.name}", which {others} has: were they left out?',
+                )
+
+
+def _missing_repeats(campaign: Campaign) -> Iterator[Suspicion]:
+    """Repeats that a test lacks altogether, though the numbers of its others go on past them."""
+    table = campaign.measurement
+    for number, test in enumerate(campaign.tests):
+        there = np.unique(table.repeat[table.test == number])
+        missing = np.setdiff1d(np.arange(there.min(), there.max() + 1), there) if len(there) else there
+        if len(missing):
+            listed = ", ".join(str(repeat) for repeat in missing)
+            yield Suspicion(
+                where=f'test "{test.name}"',
+                sentence=f"it has the repeats {there.min()} to {there.max()} but not {listed}: was a file left out?",
+            )
+
+
+def _sweeps(campaign: Campaign) -> Iterator[Suspicion]:
+    for number, test in enumerate(campaign.tests):
+        for sweep in (1, -1):
+            rows = (campaign.measurement.test == number) & (campaign.measurement.sweep == sweep)
+            table = campaign.measurement.where(rows)
+            by_order = np.lexsort((table.order, table.repeat, table.level))
+            run = np.stack([table.level, table.repeat])[:, by_order]
+            rise = np.diff(table.frequency[by_order])
+            # Only within a run; an order that counts whole runs says nothing about the points in them.
+            step = (run[:, 1:] == run[:, :-1]).all(axis=0) & (np.diff(table.order[by_order]) > 0) & (rise != 0)
+            wrong = int((rise[step] * sweep < 0).sum())
+            if step.sum() >= 3 and wrong > 0.5 * step.sum():
+                yield Suspicion(
+                    where=f'test "{test.name}"',
+                    sentence=f"in sweeps {SWEEPS[sweep]} the frequency goes the other way, by the column order, "
+                    f"in {wrong} of {step.sum()} steps: are up and down mixed up?",
+                )
+
+
+def channels(
+    campaign: Campaign, harmonic: int = 1, *, forces: bool = False
+) -> Iterator[tuple[int, int, Bool[NDArray[np.bool_], " k"]]]:
+    """Test, sensor and rows of every channel of a harmonic."""
+    table = campaign.measurement
+    for test in range(len(campaign.tests)):
+        for number, sensor in enumerate(campaign.sensors):
+            rows = (table.test == test) & (table.sensor == number) & (table.harmonic == harmonic)
+            if rows.any() and (forces or sensor.quantity != CONTACT_FORCE):
+                yield test, number, rows
+
+
+def _where(campaign: Campaign, test: int, sensor: int) -> str:
+    return f'test "{campaign.tests[test].name}", sensor "{campaign.sensors[sensor].name}"'
+
+
+def _levels(campaign: Campaign, rows: Bool[NDArray[np.bool_], " k"]) -> list[float]:
+    return [float(level) for level in np.unique(campaign.measurement.level[rows])]
+
+
+def line(table: Measurement, level: float) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
+    """Frequencies of a level, rising, and the mean at each, shape (f,) each."""
+    at = table.level == level
+    frequency, index = np.unique(table.frequency[at], return_inverse=True)
+    mean = np.zeros(len(frequency), dtype=np.complex128)
+    np.add.at(mean, index, table.value[at])
+    return frequency, mean / np.bincount(index)
+
+
+def _is_smooth(values: Float[NDArray[np.float64], " f"]) -> bool:
+    """Whether values run from one end of their range to the other without much ado, but for one jump (of a phase)."""
+    steps = np.sort(np.abs(np.diff(values)))
+    return bool(np.ptp(values) > 0 and steps[:-1].sum() <= 1.5 * np.ptp(values))

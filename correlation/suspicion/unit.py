@@ -1,0 +1,187 @@
+r"""Channels, and whole tests, that read a power of ten too much or too little: millimetres taken for metres.
+
+The ratio of what a channel reads to what the model says, :math:`r = \operatorname{median} \log_{10} |X_m / X_p|` over
+the frequencies of a run, is some tenths off for a model that is wrong, and a whole number off for a wrong unit. What
+all channels of a run have in common is the model's fault or the level's; what one alone has is its own.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Complex, Float, Int
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Suspicion
+from correlation.feature.observation import point_of_row
+from correlation.prediction import Points
+
+#: Points of a run that tell a ratio, and how far the logarithms of half of them may be from their median [-], by
+#: themselves or beside the other channels: what is noise, or next to nothing in the model, has no one ratio.
+FEWEST, STEADY = 3, 0.15
+#: How near a whole number the logarithm must be, beside the other channels of the run and beside the model [-].
+BESIDE, MODEL = 0.1, 0.3
+#: Up to this a ratio is what a wrong model makes [-]: a factor of 50. A factor of ten alone is suspected only
+#: where the same channel is right elsewhere.
+WRONG_MODEL = 1.7
+#: What a value may be in, if it is so many times what it is in SI (as a power of ten).
+UNITS = {
+    "displacement": {2: "cm", 3: "mm", 6: "um", 9: "nm"},
+    "velocity": {2: "cm/s", 3: "mm/s", 6: "um/s"},
+    "acceleration": {-1: "g_n", 2: "cm/s^2", 3: "mm/s^2", 6: "um/s^2"},
+    CONTACT_FORCE: {-3: "kN", 2: "gf", 3: "mN", 6: "uN"},
+}
+ROTATIONS = {3: "mrad", 6: "urad"}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Runs:
+    """One run of one channel a row: test, sensor, level, repeat, and the logarithm of measured over predicted."""
+
+    test: Int[NDArray[np.int64], " n"]
+    sensor: Int[NDArray[np.int64], " n"]
+    level: Float[NDArray[np.float64], " n"]
+    repeat: Int[NDArray[np.int64], " n"]
+    ratio: Float[NDArray[np.float64], " n"]
+
+
+def wrong_units(
+    campaign: Campaign, points: Points, predicted: Complex[NDArray[np.complex128], " k"]
+) -> tuple[Suspicion, ...]:
+    """Channels that look as if their values were in another unit than the column says.
+
+    Parameters
+    ----------
+    campaign
+        What was measured.
+    points, predicted
+        What the model says at k points, shape (k,).
+    """
+    runs = _runs(campaign, points, predicted)
+    power, beside = _powers(runs)
+    found: list[Suspicion] = []
+    for test in np.unique(runs.test).tolist():
+        here = runs.test == test
+        powers = np.unique(power[here])
+        if len(powers) == 1 and powers[0] and len(np.unique(runs.sensor[here])) > 1:
+            found.append(_of_level(campaign, test, float(np.median(runs.ratio[here])), int(powers[0])))
+            continue
+        for sensor in np.unique(runs.sensor[here]):
+            for each in np.unique(power[here & (runs.sensor == sensor)]).tolist():
+                chosen = here & (runs.sensor == sensor) & (power == each)
+                if each:
+                    found.append(_of_channel(campaign, runs, chosen, beside, power == 0))
+    return tuple(found)
+
+
+def _runs(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.complex128], " k"]) -> _Runs:
+    table, point = campaign.measurement, point_of_row(campaign, points)
+    model = np.where(point >= 0, np.abs(predicted[point]), np.nan)
+    rows = np.flatnonzero((table.harmonic == 1) & np.isfinite(model) & (model > 0) & (np.abs(table.value) > 0))
+    table = table.where(rows)
+    logarithm = np.log10(np.abs(table.value) / model[rows])
+    run = [table.test, np.unique(table.level, return_inverse=True)[1], table.repeat]
+    # Where the model's resonance is off, all channels go up and down together.
+    state = _number([*run, table.sweep, np.unique(table.frequency, return_inverse=True)[1]])
+    common = np.array([np.median(logarithm[state == number]) for number in range(state.max(initial=-1) + 1)])
+    channel = _number([*run, table.sensor])
+    first, ratio = [], []
+    for number in range(channel.max(initial=-1) + 1):
+        values = np.flatnonzero(channel == number)
+        apart = min(_scatter(logarithm[values]), _scatter(logarithm[values] - common[state[values]]))
+        if len(values) >= FEWEST and apart < STEADY:
+            first.append(int(values[0]))
+            ratio.append(float(np.median(logarithm[values])))
+    kept = table.where(np.array(first, dtype=np.int64))
+    return _Runs(test=kept.test, sensor=kept.sensor, level=kept.level, repeat=kept.repeat, ratio=np.array(ratio))
+
+
+def _number(columns: Sequence[NDArray[np.int64]]) -> Int[NDArray[np.int64], " k"]:
+    """Number of each row's group."""
+    return np.asarray(np.unique(np.column_stack(columns), axis=0, return_inverse=True)[1]).ravel()
+
+
+def _scatter(values: Float[NDArray[np.float64], " v"]) -> float:
+    return float(np.median(np.abs(values - np.median(values))))
+
+
+def _powers(runs: _Runs) -> tuple[Int[NDArray[np.int64], " n"], Float[NDArray[np.float64], " n"]]:
+    """Power of ten that each run is off by, mostly 0, and the logarithm of the other channels beside it, shape (n,)."""
+    beside, power = np.zeros(len(runs.ratio)), np.rint(runs.ratio).astype(np.int64)
+    for number in range(len(power)):
+        others = _same(runs, number) & (runs.sensor != runs.sensor[number])
+        beside[number] = np.median(runs.ratio[others]) if others.any() else np.nan
+    apart = np.where(np.isfinite(beside), runs.ratio - beside, runs.ratio)
+    whole = np.minimum(np.abs(apart - power), np.abs(apart)) < BESIDE
+    found = whole & (np.abs(runs.ratio) > WRONG_MODEL) & (np.abs(runs.ratio - power) < MODEL)
+    right = np.abs(runs.ratio) < MODEL
+    for number in np.flatnonzero((np.abs(power) == 1) & (np.abs(apart - power) < BESIDE)).tolist():
+        elsewhere = (runs.sensor == runs.sensor[number]) & right
+        found[number] = bool(elsewhere.any()) and abs(beside[number]) < MODEL
+    return np.where(found, power, 0), beside
+
+
+def _same(runs: _Runs, number: int) -> Bool[NDArray[np.bool_], " n"]:
+    return np.asarray(
+        (runs.test == runs.test[number]) & (runs.level == runs.level[number]) & (runs.repeat == runs.repeat[number])
+    )
+
+
+def _of_level(campaign: Campaign, test: int, ratio: float, power: int) -> Suspicion:
+    unit = {3: "kN", -3: "mN", -6: "uN", -2: "gf"}.get(power)
+    asked = f"is its level in {unit} instead of N?" if unit else "is its level in another unit than it says?"
+    return Suspicion(
+        where=f'test "{campaign.tests[test].name}"',
+        sentence=f"all its sensors read about {_times(ratio)} what the model says: {asked} "
+        "If so, correct units.level of the manifest; if not, the load of the case",
+    )
+
+
+def _of_channel(
+    campaign: Campaign,
+    runs: _Runs,
+    chosen: Bool[NDArray[np.bool_], " n"],
+    beside: Float[NDArray[np.float64], " n"],
+    right: Bool[NDArray[np.bool_], " n"],
+) -> Suspicion:
+    test, sensor = int(runs.test[chosen][0]), int(runs.sensor[chosen][0])
+    ratio, of = float(np.median(runs.ratio[chosen])), campaign.sensors[sensor]
+    evidence = [f"it reads {_times(ratio)} what the model says"]
+    if np.isfinite(beside[chosen]).any():
+        evidence.append(f"the other sensors of the same runs {_times(float(np.nanmedian(beside[chosen])))}")
+    elsewhere = (runs.sensor == sensor) & right
+    if elsewhere.any():
+        own = _times(float(np.median(runs.ratio[elsewhere])))
+        evidence.append(f"and itself {own} in {_else(campaign, runs, elsewhere, test)}")
+    units = ROTATIONS if of.unit.startswith("rad") else UNITS[of.quantity]
+    unit = units.get(round(ratio))
+    asked = (
+        f"are its values in {unit} instead of {of.unit}?" if unit else "are its values in another unit than it says?"
+    )
+    part = "".join(_part(runs, chosen, test, sensor))
+    return Suspicion(
+        where=f'test "{campaign.tests[test].name}", sensor "{of.name}"',
+        sentence=f"{part}{', '.join(evidence)}: {asked} If so, correct the column unit",
+    )
+
+
+def _part(runs: _Runs, chosen: Bool[NDArray[np.bool_], " n"], test: int, sensor: int) -> Iterator[str]:
+    """Which runs of the channel, if not all."""
+    channel = (runs.test == test) & (runs.sensor == sensor)
+    for name, column, unit in (("level", runs.level, " N"), ("repeat", runs.repeat, "")):
+        values = np.unique(column[chosen])
+        if len(values) < len(np.unique(column[channel])):
+            yield f"at the {name} " if len(values) == 1 else f"at the {name}s "
+            yield f"{', '.join(f'{value:.4g}' for value in values)}{unit} "
+
+
+def _else(campaign: Campaign, runs: _Runs, rows: Bool[NDArray[np.bool_], " n"], test: int) -> str:
+    """Where a channel is right."""
+    names = [f'"{campaign.tests[each].name}"' for each in np.unique(runs.test[rows]) if each != test]
+    return f"test {' and '.join(names)}" if names else "its other runs"
+
+
+def _times(logarithm: float) -> str:
+    """A factor in words, without an exponent."""
+    factor = float(f"{10**logarithm:.3g}")
+    return f"{factor:,.10g} times" if 1e-4 <= factor < 1e7 else f"{factor:g} times"

@@ -1,0 +1,1 @@
+"""From refits to a verdict."""

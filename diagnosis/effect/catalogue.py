@@ -1,0 +1,210 @@
+"""All effects that may be missing from a test model, and those that cannot be tested with the reason."""
+
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol, TypeAlias
+
+from correlation.campaign.measurement import Campaign
+from correlation.model import TestModel
+from diagnosis.effect import (
+    air_damping,
+    cubic,
+    dashpot,
+    density,
+    friction_coefficient,
+    gain,
+    gap,
+    mass,
+    preload,
+    spring,
+    tangential_stiffness,
+)
+from diagnosis.effect.candidate import Effect, EffectError, Untestable
+from diagnosis.effect.own_effect import read_effects
+from diagnosis.effect.scale import CONFIGURATIONS, Scale, scale
+
+
+class Candidates(Protocol):
+    """What a file of `diagnosis.effect` offers."""
+
+    def __call__(self, test_model: TestModel, size: Scale | None = ...) -> list[Effect | Untestable]:
+        """Effects of its kind for a model of a size."""
+        ...
+
+
+class Source(Protocol):
+    """Effects from elsewhere, such as `diagnosis.effect.own_effect.EffectSource`."""
+
+    @property
+    def candidates(self) -> Callable[[TestModel], Iterable[Effect | Untestable]]:
+        """Effects for a model."""
+        ...
+
+
+#: More effects: one, a file that offers some, or another source of them.
+Extra: TypeAlias = "Effect | Source | str | Path"
+
+KINDS: dict[str, Candidates] = {
+    file.KIND: file.candidates
+    for file in (
+        spring,
+        mass,
+        density,
+        cubic,
+        air_damping,
+        dashpot,
+        gain,
+        friction_coefficient,
+        tangential_stiffness,
+        preload,
+        gap,
+    )
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Catalogue:
+    """Candidates for one test model.
+
+    Parameters
+    ----------
+    candidates
+        Effects that can act, no two of one name.
+    untestable
+        Effects that cannot, and why.
+    """
+
+    candidates: tuple[Effect, ...]
+    untestable: tuple[Untestable, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the candidates."""
+        return tuple(each.name for each in self.candidates)
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Of the candidates, each once."""
+        return tuple(dict.fromkeys(each.kind for each in self.candidates))
+
+    def effect(self, name: str) -> Effect:
+        """A candidate by its name.
+
+        Raises
+        ------
+        EffectError
+            There is none of this name, or it cannot be tested; the message says which.
+        """
+        for each in self.candidates:
+            if each.name == name:
+                return each
+        for left in self.untestable:
+            if left.name == name:
+                raise EffectError(f'"{name}" cannot be tested: {left.reason}')
+        raise EffectError(f'there is no effect "{name}": there are {", ".join(self.names) or "none"}')
+
+    def alike(self, effect: Effect) -> Effect:
+        """The same effect as one of another mesh: of its name, or the gap towards the same end of the same line.
+
+        Raises
+        ------
+        EffectError
+            There is none.
+        """
+        if isinstance(effect, gap.Gap):
+            gaps = (each for each in self.candidates if isinstance(each, gap.Gap))
+            found = next((each for each in gaps if each.end == effect.end), None)
+            if found is not None:
+                return found
+        return self.effect(effect.name)
+
+
+def catalogue(
+    test_model: TestModel,
+    *,
+    without: Collection[str] = (),
+    extra: Sequence[Extra] = (),
+    level: float = 1.0,
+    configurations: Collection[str] | Mapping[str, float] = CONFIGURATIONS,
+) -> Catalogue:
+    """All candidates for a model.
+
+    Parameters
+    ----------
+    test_model
+        With its places, parts, lines and sensors.
+    without
+        Kinds to leave out, such as "cubic".
+    extra
+        Effects of one's own: effects, paths of files that offer some, or `own_effect.installed_effects()`.
+    level
+        Highest force of the tests, at which typical strengths of nonlinear effects are reckoned [N].
+    configurations
+        That are tested: "jointed", and "free" without the contacts of the lines; or the highest force of each that is.
+
+    Raises
+    ------
+    EffectError
+        A structure that is not held, an unknown kind, two effects of one name, or a file of effects that is none.
+    """
+    without = {without} if isinstance(without, str) else set(without)
+    more = [each for source in extra for each in _from(source, test_model)]
+    known = [*KINDS, *dict.fromkeys(each.kind for each in more if not isinstance(each, Untestable))]
+    for kind in sorted(without):
+        if kind not in known:
+            raise EffectError(f'"{kind}" is no kind of effect: leave out any of {", ".join(known)}')
+    size = scale(test_model, level=level, configurations=configurations)
+    listed = [each for kind, make in KINDS.items() if kind not in without for each in make(test_model, size)]
+    listed += [each for each in more if isinstance(each, Untestable) or each.kind not in without]
+    names: set[str] = set()
+    for each in listed:
+        if each.name in names:
+            raise EffectError(f'two effects are called "{each.name}": give each a name of its own')
+        names.add(each.name)
+    return Catalogue(
+        candidates=tuple(each for each in listed if not isinstance(each, Untestable)),
+        untestable=tuple(each for each in listed if isinstance(each, Untestable)),
+    )
+
+
+def campaign_catalogue(
+    campaign: Campaign, test_model: TestModel, *, without: Collection[str] = (), extra: Sequence[Extra] = ()
+) -> Catalogue:
+    """All candidates for a model, as strong as the tests of a campaign make them.
+
+    Parameters
+    ----------
+    campaign
+        Whose configurations count, and the highest level of each; of time records alone, 1 N on the jointed structure.
+    test_model, without, extra
+        As for `catalogue`.
+    """
+    return catalogue(
+        test_model,
+        without=without,
+        extra=extra,
+        level=float(max(campaign.levels, default=1.0)),
+        configurations=_highest(campaign) or {"jointed"},
+    )
+
+
+def _highest(campaign: Campaign) -> dict[str, float]:
+    """The highest force of each configuration that is tested [N]."""
+    table, found = campaign.measurement, dict[str, float]()
+    for number, test in enumerate(campaign.tests):
+        level = table.level[table.test == number].max(initial=0.0)
+        found[test.configuration] = max(found.get(test.configuration, 0.0), float(level))
+    return {configuration: level for configuration, level in found.items() if level > 0}
+
+
+def _from(extra: Extra, test_model: TestModel) -> Iterable[Effect | Untestable]:
+    if isinstance(extra, str | Path):
+        return read_effects(extra).candidates(test_model)
+    offered = getattr(extra, "candidates", None)
+    if offered is not None:
+        found: Iterable[Effect | Untestable] = offered(test_model)
+        return found
+    if not hasattr(extra, "apply"):
+        raise EffectError(f"{extra!r} is no effect: give effects, or paths of files that offer some")
+    return [extra]  # type: ignore[list-item]

@@ -1,0 +1,253 @@
+"""Effects of one's own, from a short Python file or an installed package.
+
+A file offers `candidates(test_model)`, which lists effects (`diagnosis.effect.candidate.Effect`) and what cannot be
+tested. A package names such a function, or its module, as an entry point of the group "stickslip.effects". What these
+effects do is checked as it happens: a mistake is one sentence with the file and the line.
+"""
+
+import importlib.metadata
+import importlib.util
+import pickle
+import sys
+import traceback
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from correlation.model import TestModel
+from diagnosis.effect.candidate import Effect, EffectError, EffectParameter, Untestable
+
+GROUP = "stickslip.effects"
+#: What an effect has, besides `apply` and `parameters`.
+WORDS = ("name", "kind", "physics", "signature")
+#: What of a system must be as it was where an effect vanishes.
+LINEAR = ("mass", "damping", "stiffness", "static_load")
+OFFER = "give it a function `candidates(test_model)` that returns a list of effects"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OwnEffect:
+    """An effect whose class stands in a file: checked when it acts, and at home in other processes.
+
+    Parameters
+    ----------
+    effect
+        As the file made it.
+    origin
+        The file, or the entry point.
+    """
+
+    effect: Effect
+    origin: str
+
+    @property
+    def name(self) -> str:
+        """See `Effect`."""
+        return self.effect.name
+
+    @property
+    def kind(self) -> str:
+        """See `Effect`."""
+        return self.effect.kind
+
+    @property
+    def physics(self) -> str:
+        """See `Effect`."""
+        return self.effect.physics
+
+    @property
+    def signature(self) -> str:
+        """See `Effect`."""
+        return self.effect.signature
+
+    @property
+    def parameters(self) -> tuple[EffectParameter, ...]:
+        """See `Effect`."""
+        return tuple(self.effect.parameters)
+
+    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+        """See `Effect`.
+
+        Raises
+        ------
+        EffectError
+            It fails, or returns no test model.
+        """
+        what = f'`apply` of "{self.name}"'
+        changed: object = _called(lambda: self.effect.apply(test_model, values), self.origin, what)
+        if not isinstance(changed, TestModel):
+            raise EffectError(
+                f"{self.origin}: {what} returns a {type(changed).__name__}: return a changed test model, as from "
+                "test_model.with_system(...)"
+            )
+        return changed
+
+    def __reduce__(self) -> tuple[Callable[[str, bytes], "OwnEffect"], tuple[str, bytes]]:
+        """The class of the effect is found only once its file was read, in whichever process."""
+        return _restored, (self.origin, pickle.dumps(self.effect))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class EffectSource:
+    """A file or an entry point that offers effects.
+
+    Parameters
+    ----------
+    origin
+        The file, or the entry point.
+    offer
+        Its function `candidates`.
+    """
+
+    origin: str
+    offer: Callable[[TestModel], Any]
+
+    def candidates(self, test_model: TestModel) -> list[Effect | Untestable]:
+        """Its effects for a model.
+
+        Raises
+        ------
+        EffectError
+            It fails, or what it lists is no effect.
+        """
+        found: object = _called(lambda: self.offer(test_model), self.origin, "`candidates`")
+        if isinstance(found, str) or not isinstance(found, Iterable):
+            raise EffectError(f"{self.origin}: `candidates` returns a {type(found).__name__}: return a list of effects")
+        listed = _called(lambda: list(found), self.origin, "`candidates`")
+        return [each if isinstance(each, Untestable) else self._checked(each, test_model) for each in listed]
+
+    def _checked(self, effect: Any, test_model: TestModel) -> OwnEffect:
+        def parts() -> tuple[object, ...]:
+            return (*(getattr(effect, word, None) for word in WORDS), getattr(effect, "parameters", None))
+
+        *words, parameters = _called(parts, self.origin, f"a {type(effect).__name__}")
+        for word, value in zip(WORDS, words, strict=True):
+            if not isinstance(value, str) or not value:
+                raise EffectError(
+                    f"{self.origin}: the effect {type(effect).__name__} has {word} = {value!r}: give it "
+                    f"{', '.join(WORDS)} as words"
+                )
+        name = words[0]
+        listed = isinstance(parameters, Sequence) and all(isinstance(each, EffectParameter) for each in parameters)
+        if not listed or not parameters:
+            raise EffectError(
+                f'{self.origin}: the parameters of "{name}" are {parameters!r}: give a tuple of EffectParameter, the '
+                "strength first"
+            )
+        if not callable(getattr(effect, "apply", None)):
+            raise EffectError(f'{self.origin}: "{name}" has no method apply(test_model, values): give it one')
+        own = OwnEffect(effect=effect, origin=self.origin)
+        _called(lambda: pickle.dumps(effect), self.origin, f'storing "{name}" for other processes')
+        none = own.apply(test_model, [each.vanishes for each in parameters])
+        for field in LINEAR:
+            before, after = getattr(test_model.system, field), getattr(none.system, field)
+            if before.shape != after.shape or not np.allclose(after, before, rtol=1e-9, atol=1e-9 * _largest(before)):
+                raise EffectError(
+                    f'{self.origin}: "{name}" changes the {field.replace("_", " ")} at its vanishing values: let '
+                    "`apply` return the model as it is there"
+                )
+        if own.apply(test_model, [each.typical for each in parameters]) is test_model:
+            raise EffectError(f'{self.origin}: "{name}" changes nothing at its typical values: let `apply` change it')
+        return own
+
+
+def _largest(values: Any) -> float:
+    return float(np.abs(values).max())
+
+
+def read_effects(path: str | Path) -> EffectSource:
+    """Effects that a Python file offers; the file is run.
+
+    Parameters
+    ----------
+    path
+        Of a file with a function `candidates(test_model)`.
+
+    Raises
+    ------
+    EffectError
+        No such file, one that does not run, or one without that function.
+    """
+    file = Path(path).expanduser().resolve()
+    if file.suffix != ".py" or not file.is_file():
+        raise EffectError(f"{path} is no Python file of effects: give the path of one, such as effects/tip_stop.py")
+    return _source(str(file), _called(lambda: _module(file), str(file), "it"))
+
+
+def installed_effects() -> tuple[EffectSource, ...]:
+    """Effects of installed packages, by their entry points of the group "stickslip.effects".
+
+    Raises
+    ------
+    EffectError
+        An entry point that cannot be loaded or offers no effects.
+    """
+    sources = []
+    for point in importlib.metadata.entry_points(group=GROUP):
+        origin = f"entry point {point.name} ({point.value})"
+        sources.append(_source(origin, _called(point.load, origin, "it")))
+    return tuple(sources)
+
+
+def _source(origin: str, loaded: Any) -> EffectSource:
+    offer = getattr(loaded, "candidates", None) if isinstance(loaded, ModuleType) else loaded
+    if not callable(offer):
+        raise EffectError(f"{origin} offers no effects: {OFFER}")
+    return EffectSource(origin=origin, offer=offer)
+
+
+def _module(file: Path) -> ModuleType:
+    # Named by path and text, so that two files of one name, and a file before and after it was edited, stay apart;
+    # listed, so that its classes can be pickled.
+    name = _module_name(file)
+    if name in sys.modules:
+        return sys.modules[name]
+    spec = importlib.util.spec_from_file_location(name, file)
+    assert spec is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        # Not through the loader, whose stored byte code may be that of a file edited within the same second.
+        exec(compile(file.read_bytes(), str(file), "exec"), module.__dict__)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module
+
+
+def _module_name(file: Path) -> str:
+    return f"stickslip_effects_{file.stem}_{sha256(str(file).encode() + file.read_bytes()).hexdigest()[:12]}"
+
+
+def _restored(origin: str, pickled: bytes) -> OwnEffect:
+    if origin.endswith(".py"):
+        read_effects(origin)
+    effect = _called(lambda: pickle.loads(pickled), origin, "an effect that was stored when the file was another")
+    return OwnEffect(effect=effect, origin=origin)
+
+
+def _called(act: Callable[[], Any], origin: str, what: str) -> Any:
+    """What foreign code returns; what it raises as one sentence."""
+    try:
+        return act()
+    except (KeyboardInterrupt, GeneratorExit):
+        raise
+    except BaseException as error:  # a file may even call sys.exit
+        line = _line(error, origin)
+        words = " ".join(str(error).split()) or "no message"
+        raise EffectError(
+            f"{origin}{line}: {what} fails with {type(error).__name__} ({words}): mend it, or leave the file out"
+        ) from error
+
+
+def _line(error: BaseException, origin: str) -> str:
+    """Where in the file it was raised, as text after its path."""
+    if isinstance(error, SyntaxError) and error.filename == origin:
+        return f", line {error.lineno}"
+    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == origin]
+    return f", line {lines[-1]}" if lines else ""

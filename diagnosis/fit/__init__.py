@@ -1,0 +1,1 @@
+"""Fits: parameters of a model and strengths of effects, by generalised least squares."""

@@ -1,0 +1,129 @@
+"""Parameters that are always calibrated before anything is called missing: kt, kn, mu, zeta and E, common to all.
+
+They are factors on the model's own values, with the same `apply` as an effect and a prior of their own. Apply them to
+the model before the effects, so that zeta does not scale a dashpot that was added.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from correlation.model import TestModel
+from diagnosis.effect.candidate import EffectError, EffectParameter
+from diagnosis.effect.contact_line import contacts, scaled_contacts
+from diagnosis.fit.contact_position import bearing_bounds, with_bearing
+
+#: Relative standard deviation of the prior of each; bearing is taken as drawn unless it is given one.
+DEVIATION = {"kt": 0.10, "kn": 0.10, "mu": 0.10, "zeta": 0.20, "E": 0.01, "bearing": 0.0}
+#: Field of `FrictionContact` that each scales.
+CONTACT = {"kt": "tangential_stiffness", "kn": "normal_stiffness", "mu": "friction_coefficient"}
+WHAT = {
+    "kt": "Tangential stiffness of all contacts of all lines.",
+    "kn": "Normal stiffness of all contacts of all lines.",
+    "mu": "Friction coefficient of all contacts of all lines.",
+    "zeta": "Viscous damping of the structure.",
+    "E": "Young's modulus of all parts.",
+    "bearing": "How far from the middle of their lines all contacts bear.",
+}
+#: Bounds of the factor: contacts and damping are known to an order of magnitude, a modulus far better.
+BOUNDS = {
+    "kt": (0.1, 10.0),
+    "kn": (0.1, 10.0),
+    "mu": (0.1, 10.0),
+    "zeta": (0.05, 20.0),
+    "E": (0.7, 1.4),
+    "bearing": (0.7, 1.3),
+}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Accepted:
+    """A factor on what all contacts, the damping or all parts have in common.
+
+    Parameters
+    ----------
+    name
+        "kt", "kn", "mu", "zeta", "E" or "bearing".
+    deviation
+        Standard deviation of its prior around 1 [-].
+    parameters
+        The factor.
+    """
+
+    name: str
+    physics: str
+    deviation: float
+    parameters: tuple[EffectParameter, ...]
+    kind: str = "accepted"
+    signature: str = "It is calibrated with every effect, and with none."
+
+    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+        """The model with the factor; 1 changes nothing, and contacts that a test does not have are left alone."""
+        (factor,) = values
+        system = test_model.system
+        if self.name in CONTACT:
+            return scaled_contacts(test_model, dict.fromkeys(test_model.lines, factor), CONTACT[self.name])
+        if self.name == "zeta":
+            return test_model.with_system(damping=factor * system.damping)
+        if self.name == "bearing":
+            return with_bearing(test_model, factor)
+        whole = np.sum([part.stiffness for part in test_model.parts], axis=0)
+        return test_model.with_system(stiffness=system.stiffness + (factor - 1) * whole)
+
+
+def accepted(
+    test_model: TestModel, *, deviation: Mapping[str, float] | None = None, finer: Sequence[TestModel] = ()
+) -> tuple[Accepted, ...]:
+    """Accepted parameters that the model has.
+
+    Parameters
+    ----------
+    test_model
+        Without contact lines it has no kt, kn, mu; without friction no mu; without damping no zeta.
+    deviation
+        Other standard deviations of the priors, by name, relative to the model's values [-]; 0 leaves a parameter out,
+        as one that is known.
+    finer
+        Models that the factors are applied to as well, and that they must leave possible.
+
+    Raises
+    ------
+    EffectError
+        An unknown name, or a deviation that is negative or no number.
+    """
+    given = dict(deviation or {})
+    for name, value in given.items():
+        if name not in DEVIATION:
+            raise EffectError(f'"{name}" is no accepted parameter: there are {", ".join(DEVIATION)}')
+        if not (np.isfinite(value) and value >= 0):
+            raise EffectError(f"the deviation of {name} is {value:g}: give a relative standard deviation, such as 0.1")
+    return tuple(
+        Accepted(
+            name=name,
+            physics=WHAT[name],
+            deviation=float(value),
+            parameters=(_factor([test_model, *finer], name, float(value)),),
+        )
+        for name, value in (DEVIATION | given).items()
+        if value and _has(test_model, name)
+    )
+
+
+def _factor(test_models: Sequence[TestModel], name: str, deviation: float) -> EffectParameter:
+    lower, upper = BOUNDS[name]
+    for each in test_models if name == "bearing" else ():
+        lower, upper = bearing_bounds(each, lower, upper)
+    typical = min(1 + deviation, upper)
+    return EffectParameter(name="factor", unit="-", lower=lower, upper=upper, typical=typical, vanishes=1.0)
+
+
+def _has(test_model: TestModel, name: str) -> bool:
+    if name in CONTACT:
+        members = [contact for line in test_model.lines for contact in contacts(test_model, line)]
+        return any(getattr(contact, CONTACT[name]) for contact in members)
+    if name == "zeta":
+        return bool(test_model.system.damping.any())
+    if name == "bearing":
+        return any(len(names) > 2 for names in test_model.lines.values())
+    return any(part.stiffness.any() for part in test_model.parts)

@@ -1,0 +1,104 @@
+"""Measured features beside those of a model, in units of what noise and numerical error explain."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Complex, Float
+from numpy.typing import NDArray
+
+from correlation.feature.observation import Observation
+from correlation.feature.vector import FeatureVector
+from correlation.model import TestModel
+from correlation.noise.whitening import Whitening
+from correlation.prediction import Prediction, Predictor
+from diagnosis.fit.tangent import tangents
+from diagnosis.fit.unknowns import Unknowns, Values
+
+Vector = Float[NDArray[np.float64], " m"]
+
+#: By how much the deviations of numbers are enlarged that a calibration leaves out.
+FAINT = 1e3
+#: What a number counts whose steady state is not found, in standard deviations: a model that has none fits badly.
+NOT_FOUND = 10.0
+
+#: Step of a difference of predictions, relative to what matters of a number; what Newton's method leaves is
+#: then some 2 % of the slope, and so is the curvature of contacts that begin to slip.
+STEP = 0.01
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Comparison:
+    """Observed features, their covariance, and the prediction of the same.
+
+    Parameters
+    ----------
+    observed
+        Measurements.
+    features
+        How they are compared.
+    measured
+        Features of the measurements, shape (m,).
+    whitening
+        Their covariance.
+    predictor
+        Of the same points.
+    noise
+        Standard deviation of each number in a single repeat by noise alone, shape (m,).
+    """
+
+    observed: Observation
+    features: FeatureVector
+    measured: Vector
+    whitening: Whitening
+    predictor: Predictor
+    noise: Vector
+
+    def predict(self, model: TestModel, before: Prediction | None = None) -> Prediction:
+        """What the model says.
+
+        Raises
+        ------
+        ModelError
+            Nothing holds it.
+        """
+        return self.predictor.predict(model, before)
+
+    def residual(self, prediction: Prediction) -> Vector:
+        """S^(-1/2) (measured - predicted), shape (m,) [standard deviations]."""
+        return self.residual_of(prediction.value)
+
+    def residual_of(self, value: Complex[NDArray[np.complex128], " k"]) -> Vector:
+        """The same of any coefficients."""
+        predicted = self.features.of_values(value)
+        there = np.isfinite(predicted)
+        residual = self.whitening(np.where(there, self.measured - predicted, 0.0))
+        return np.where(there, residual, NOT_FOUND)
+
+    def found(self, prediction: Prediction) -> Bool[NDArray[np.bool_], " m"]:
+        """Which numbers have a prediction."""
+        return np.isfinite(self.features.of_values(prediction.value))
+
+    def slopes(
+        self, unknowns: Unknowns, values: Values, model: TestModel, prediction: Prediction, first: int = 0
+    ) -> Float[NDArray[np.float64], "m p"]:
+        """S^(-1/2) d predicted / d values, from value number `first` on, shape (m, p - first)."""
+        changes = tangents(unknowns.compose, values, unknowns.size, unknowns.bounds, first)
+        known = [change for change in changes if change is not None]
+        slopes = np.zeros((len(prediction.value), len(changes)), dtype=np.complex128)
+        if known:
+            slopes[:, [change is not None for change in changes]] = self.predictor.derivatives(model, prediction, known)
+        for number, change in enumerate(changes):
+            if change is None:
+                slopes[:, number] = self._difference(unknowns, values, prediction, first + number)
+        features = self.features.slopes(prediction.value, slopes)
+        return self.whitening(np.where(np.isfinite(features), features, 0.0))
+
+    def _difference(
+        self, unknowns: Unknowns, values: Values, prediction: Prediction, number: int
+    ) -> Complex[NDArray[np.complex128], " k"]:
+        """Derivative by a difference of predictions, for a number that moves points."""
+        upper = unknowns.bounds[number][1]
+        moved, step = np.array(values), STEP * unknowns.size[number]
+        moved[number] += step if values[number] + step <= upper else -step
+        there = self.predict(unknowns.compose(moved), prediction)
+        return np.asarray((there.value - prediction.value) / (moved[number] - values[number]))

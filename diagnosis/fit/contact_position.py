@@ -1,0 +1,108 @@
+r"""Where along their lines the contacts bear: nearer to the middle, or further out, than they are drawn.
+
+With the places x_i of a line's contacts measured from the middle of what they carry, the true ones are s x_i. Rows and
+gaps there follow by quadratic interpolation between neighbours; what the contacts share is moved between middle and
+ends so that the line keeps its sum and its moment of inertia,
+
+.. math:: \sum_i w_i' = \sum_i w_i, \qquad \sum_i w_i' (s x_i)^2 = \sum_i w_i x_i^2 ,
+
+and with them the stuck structure its stiffness: what changes is when which end slips.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.model import TestModel
+from correlation.noise.nuisance import bulge
+from reduction.jointed_system import FrictionContact, Joint
+
+Vector = Float[NDArray[np.float64], " n"]
+
+SHARED = ("tangential_stiffness", "normal_stiffness", "preload")
+#: Least part of a share that is left to a contact: all that lies further in must come from those at the ends.
+LEFT = 0.1
+
+
+def with_bearing(test_model: TestModel, factor: float) -> TestModel:
+    """The model with the contacts of all lines at `factor` times their distance from the middle; 1 changes nothing."""
+    if factor == 1.0:
+        return test_model
+    moved: dict[str, FrictionContact] = {}
+    static = np.array(test_model.system.static_load)
+    for names in test_model.lines.values():
+        if len(names) < 3:
+            continue
+        contacts = [test_model.contact(name) for name in names]
+        for before, after in zip(contacts, _moved(contacts, factor), strict=True):
+            moved[before.name] = after
+            static += after.preload * after.normal - before.preload * before.normal
+    joints: list[Joint] = [moved.get(joint.name, joint) for joint in test_model.system.joints]
+    return test_model.with_system(joints=joints, static_load=static)
+
+
+def bearing_bounds(test_model: TestModel, lower: float, upper: float) -> tuple[float, float]:
+    """Factors within the given ones that leave every contact a share, since moments are kept."""
+    for names in test_model.lines.values():
+        if len(names) < 3:
+            continue
+        contacts = [test_model.contact(name) for name in names]
+        place = _places(contacts)
+        rates = np.array([_rate(_values(contacts, name), place) for name in SHARED])
+        taken, given = float(-rates.min()), float(rates.max())
+        if taken > 0:
+            lower = max(lower, float((1 + (1 - LEFT) / taken) ** -0.5))
+        if given > 1 - LEFT:
+            upper = min(upper, float((1 - (1 - LEFT) / given) ** -0.5))
+    return lower, upper
+
+
+def _moved(contacts: list[FrictionContact], factor: float) -> list[FrictionContact]:
+    place = _places(contacts)
+    table = _interpolation(place, factor * place)
+    tangents = np.einsum("ij,jkr->ikr", table, np.array([contact.tangents for contact in contacts]))
+    normal = table @ np.array([contact.normal for contact in contacts])
+    gap = table @ np.array([contact.gap for contact in contacts])
+    kt, kn, preload = (_shared(_values(contacts, name), place, factor) for name in SHARED)
+    return [
+        replace(
+            contact, tangents=tangents[i], normal=normal[i], gap=float(gap[i]),
+            tangential_stiffness=float(kt[i]), normal_stiffness=float(kn[i]), preload=float(preload[i]),
+        )
+        for i, contact in enumerate(contacts)
+    ]  # fmt: skip
+
+
+def _values(contacts: list[FrictionContact], name: str) -> Vector:
+    return np.array([getattr(contact, name) for contact in contacts])
+
+
+def _places(contacts: list[FrictionContact]) -> Vector:
+    """Evenly along the line, from the middle of what they carry."""
+    place, weight = np.linspace(-1, 1, len(contacts)), _values(contacts, "normal_stiffness")
+    return np.asarray(place - weight @ place / weight.sum())
+
+
+def _shared(values: Vector, place: Vector, factor: float) -> Vector:
+    return np.asarray(values * (1 + (1 / factor**2 - 1) * _rate(values, place)))
+
+
+def _rate(values: Vector, place: Vector) -> Vector:
+    """Relative change of each that raises the moment of inertia by itself and keeps the sum."""
+    pattern = bulge(values)
+    change = values * pattern @ place**2
+    return np.zeros(len(values)) if change == 0 else np.asarray((values @ place**2) / change * pattern)
+
+
+def _interpolation(place: Vector, at: Vector) -> Float[NDArray[np.float64], "n n"]:
+    """Lagrange's parabolas through the three nearest places."""
+    table = np.zeros((len(at), len(place)))
+    for i, x in enumerate(at):
+        first = int(np.clip(np.argmin(np.abs(place - x)) - 1, 0, len(place) - 3))
+        near = place[first : first + 3]
+        for j in range(3):
+            others = np.delete(near, j)
+            table[i, first + j] = np.prod((x - others) / (near[j] - others))
+    return table

@@ -1,0 +1,102 @@
+"""What repeats differ in, as numbers that a fit may set: the mean of a few repeats is off by a little of each.
+
+Linear modes in the covariance stand for that where a fit moves with them. A model that is tested on other repeats than
+those it was fitted to meets a shift of its own; near a sharp resonance its curvature is larger than the noise.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.model import TestModel
+from diagnosis.effect.candidate import Effect, EffectParameter
+
+#: No test bench is worse than this, and a share that matters.
+LARGEST, TYPICAL = 0.1, 1e-3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FrequencyShift:
+    """The true frequency of all points of one configuration is a little above its label."""
+
+    configuration: str
+    kind: str = "jitter"
+    physics: str = "The exciter's frequency, or the temperature, differs from repeat to repeat."
+    signature: str = "All resonances of a test shift alike."
+    parameters: tuple[EffectParameter, ...] = (
+        EffectParameter(name="shift", unit="-", lower=-LARGEST, upper=LARGEST, typical=TYPICAL),
+    )
+
+    @property
+    def name(self) -> str:
+        """Which test."""
+        return f"frequency of the {self.configuration} test"
+
+    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+        """The model read at shifted frequencies."""
+        (shift,) = values
+        return test_model.shifted(self.configuration, shift)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PreloadJitter:
+    """All pre-loads differ together, by given shares of the number."""
+
+    shares: tuple[tuple[str, float], ...]
+    name: str
+    kind: str = "jitter"
+    physics: str = "Lines are pressed a little differently at each assembly."
+    signature: str = "Mean normal forces and the onset of slip shift."
+    parameters: tuple[EffectParameter, ...] = (
+        EffectParameter(name="amount", unit="-", lower=-LARGEST, upper=LARGEST, typical=TYPICAL),
+    )
+
+    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+        """The model with other pre-loads."""
+        (amount,) = values
+        for name, share in self.shares:
+            if name in test_model.preloads:
+                test_model = test_model.pressed(name, 1 + share * amount)
+        return test_model
+
+
+def jitter(model: TestModel, covariances: Sequence[Float[NDArray[np.float64], "q q"]]) -> list[tuple[Effect, float]]:
+    """Effects with the standard deviations of their numbers, for the blocks of `noise.nuisance.jitter_modes`."""
+    found: list[tuple[Effect, float]] = []
+    for configuration, covariance in zip(("jointed", "free"), covariances, strict=False):
+        if covariance[0, 0] > 0:
+            found.append((FrequencyShift(configuration=configuration), float(np.sqrt(covariance[0, 0]))))
+    if model.lines and len(covariances) > 2:
+        found += preload_jitter(model, covariances[2])
+    return found
+
+
+def preload_jitter(
+    model: TestModel, covariance: Float[NDArray[np.float64], "q q"]
+) -> list[tuple[PreloadJitter, float]]:
+    """Patterns in which pre-loads differ, independent of each other, with their standard deviations.
+
+    Parameters
+    ----------
+    model
+        Whose `presses` differ.
+    covariance
+        Of these, shape (q, q).
+    """
+    sizes, vectors = np.linalg.eigh(covariance)
+    return [
+        (
+            PreloadJitter(
+                shares=tuple(
+                    (name, float(share)) for group, share in zip(model.presses, vector, strict=True) for name in group
+                ),
+                name=f"pre-loads, pattern {number + 1}",
+            ),
+            float(np.sqrt(size)),
+        )
+        for number, (size, vector) in enumerate(zip(sizes, vectors.T, strict=True))
+        if size > 0
+    ]

@@ -1,0 +1,124 @@
+"""How a test model's data change with the parameters of what is applied to it.
+
+Matrices, loads, joint parameters and gains are closed forms of the parameters, so that central differences of them are
+exact to round-off for all that is linear or quadratic. The response is differentiated by the implicit function theorem
+from there (`correlation.prediction`): no second solution, and no derivative that an effect has to bring along.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.configuration import Tangent
+from correlation.model import TestModel
+from diagnosis.effect.candidate import EffectError
+from hbsolve.contact.catalogue import parameter_names
+from hbsolve.sensitivity import MatrixParameter, ModelParameter
+from reduction.jointed_system import JointedSystem
+
+Compose = Callable[[Float[NDArray[np.float64], " p"]], TestModel]
+
+#: Step of the differences, relative to the size of each parameter: round-off and curvature both stay below 1e-9.
+STEP = 1e-4
+
+
+def tangents(
+    compose: Compose,
+    values: Float[NDArray[np.float64], " p"],
+    size: Float[NDArray[np.float64], " p"],
+    bounds: Sequence[tuple[float, float]],
+    first: int = 0,
+) -> list[Tangent | None]:
+    """Rates of a model's data with each parameter; none for one that moves points or directions of joints.
+
+    Parameters
+    ----------
+    compose
+        The model of some parameters.
+    values, size
+        Where, and by how much each may be changed for a difference [unit of each].
+    bounds
+        Within these; a difference at a bound is one-sided.
+    first
+        Number of the first parameter that is wanted; all by default.
+
+    Raises
+    ------
+    EffectError
+        An effect that changes the number of joints.
+    """
+    found: list[Tangent | None] = []
+    for number, (lower, upper) in enumerate(bounds):
+        if number < first:
+            continue
+        ends = []
+        for side in (-1, 1):
+            moved = np.array(values, dtype=np.float64)
+            moved[number] = np.clip(moved[number] + side * STEP * size[number], lower, upper)
+            ends.append((moved[number], compose(moved)))
+        (low, before), (high, after) = ends
+        if _moves(before, after):
+            found.append(None)
+            continue
+        shift = {name: _shift(before, after, name) for name in ("jointed", "free")}
+        found.append(
+            Tangent(
+                jointed=_rates(before.system, after.system, high - low, shift["jointed"]),
+                free=_rates(before.free().system, after.free().system, high - low, shift["free"]),
+                gain={
+                    a.name: (b.gain - a.gain) / (high - low)
+                    for a, b in zip(before.sensors, after.sensors, strict=True)
+                    if a.gain != b.gain
+                },
+                shift={name: change / (high - low) for name, change in shift.items() if change},
+            )
+        )
+    return found
+
+
+def _moves(before: TestModel, after: TestModel) -> bool:
+    pairs = zip(before.system.joints, after.system.joints, strict=False)
+    return any(not np.array_equal(a.directions, b.directions) for a, b in pairs)
+
+
+def _shift(before: TestModel, after: TestModel, configuration: str) -> float:
+    """Relative change of the true frequency."""
+    low, high = (1 + model.shift.get(configuration, 0.0) for model in (before, after))
+    return 2 * (high - low) / (high + low)
+
+
+def _rates(before: JointedSystem, after: JointedSystem, step: float, shift: float) -> ModelParameter:
+    """Rates of one configuration; Omega (1 + e) acts as (1 + 2 e) M and (1 + e) C do."""
+    shifted = {"mass": 2 * shift * before.mass, "damping": shift * before.damping}
+
+    def rate(name: str) -> NDArray[np.float64] | None:
+        change = getattr(after, name) - getattr(before, name) + shifted.get(name, 0.0)
+        return np.asarray(change / step) if change.any() else None
+
+    k = max(len(before.dynamic), len(after.dynamic))
+    force = np.zeros((k, before.n_dof), dtype=np.complex128)
+    force[: len(after.dynamic)] += after.dynamic
+    force[: len(before.dynamic)] -= before.dynamic
+    return ModelParameter(
+        matrices=MatrixParameter(mass=rate("mass"), damping=rate("damping"), stiffness=rate("stiffness")),
+        static_load=rate("static"),
+        harmonic_force=force / step if force.any() else None,
+        joints=_joint_rates(before, after, step),
+    )
+
+
+def _joint_rates(before: JointedSystem, after: JointedSystem, step: float) -> dict[tuple[str, str], float]:
+    names = [joint.name for joint in before.joints]
+    if names != [joint.name for joint in after.joints]:
+        raise EffectError(
+            f"the joints change from {', '.join(names) or 'none'} while a parameter is varied: an effect adds its "
+            "joint at all values, with zero stiffness where it vanishes"
+        )
+    rates: dict[tuple[str, str], float] = {}
+    for a, b in zip(before.joints, after.joints, strict=True):
+        for field in parameter_names(a):
+            if getattr(a, field) != getattr(b, field):
+                rates[a.name, field] = (getattr(b, field) - getattr(a, field)) / step
+    return rates

@@ -1,0 +1,88 @@
+"""The numbers that a fit may change: accepted parameters with their priors, strengths of effects without."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.model import TestModel
+from diagnosis.effect.candidate import Effect, EffectParameter
+
+Values = Float[NDArray[np.float64], " p"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Unknowns:
+    """What is applied to a model, in order, and the numbers that it takes.
+
+    Parameters
+    ----------
+    base
+        The model as the engineer has it.
+    effects
+        Applied one after another.
+    prior
+        Standard deviation of each number; infinite for none.
+    centre
+        Values that priors are about; those that change nothing by default.
+    pinned
+        Values of the last effects that are not unknown.
+    """
+
+    base: TestModel
+    effects: tuple[Effect, ...]
+    prior: Values
+    centre: Values | None = None
+    pinned: tuple[float, ...] = ()
+
+    @classmethod
+    def of(cls, base: TestModel, accepted: Sequence[tuple[Effect, float]], effects: Sequence[Effect]) -> "Unknowns":
+        """Accepted parameters with their priors, then effects without."""
+        prior = [sd for effect, sd in accepted for _ in effect.parameters]
+        prior += [np.inf for effect in effects for _ in effect.parameters]
+        return cls(base=base, effects=(*(effect for effect, _ in accepted), *effects), prior=np.array(prior))
+
+    @property
+    def parameters(self) -> tuple[EffectParameter, ...]:
+        """Of all effects, in order, but of those that are pinned."""
+        every = tuple(parameter for effect in self.effects for parameter in effect.parameters)
+        return every[: len(every) - len(self.pinned)]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of each number."""
+        every = tuple(
+            effect.name if len(effect.parameters) == 1 else f"{effect.name}, {parameter.name}"
+            for effect in self.effects
+            for parameter in effect.parameters
+        )
+        return every[: len(self.parameters)]
+
+    @property
+    def vanishing(self) -> Values:
+        """Where nothing is changed."""
+        return np.array([parameter.vanishes for parameter in self.parameters])
+
+    @property
+    def size(self) -> Values:
+        """How much of each matters."""
+        return np.array([abs(parameter.typical - parameter.vanishes) for parameter in self.parameters])
+
+    @property
+    def bounds(self) -> list[tuple[float, float]]:
+        """Of each."""
+        return [(parameter.lower, parameter.upper) for parameter in self.parameters]
+
+    def clipped(self, values: Values) -> Values:
+        """Within the bounds."""
+        lower, upper = np.array(self.bounds).reshape(-1, 2).T
+        return np.clip(values, lower, upper)
+
+    def compose(self, values: Values) -> TestModel:
+        """The model with all of them applied."""
+        model, given = self.base, iter([*(float(value) for value in values), *self.pinned])
+        for effect in self.effects:
+            model = effect.apply(model, [next(given) for _ in effect.parameters])
+        return model

@@ -1,0 +1,1 @@
+"""Detection thresholds: how large gain and misfit are when nothing is missing."""
