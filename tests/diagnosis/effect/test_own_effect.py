@@ -14,7 +14,7 @@ from diagnosis.effect.candidate import EffectError
 from diagnosis.effect.catalogue import catalogue
 from diagnosis.effect.own_effect import installed_effects, read_effects
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 OWN = ROOT / "examples" / "effects" / "exciter_third_harmonic.py"
 
 GOOD = """

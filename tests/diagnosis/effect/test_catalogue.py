@@ -12,7 +12,7 @@ from diagnosis.effect.candidate import EffectError, Untestable
 from diagnosis.effect.catalogue import KINDS, Catalogue, campaign_catalogue, catalogue
 from diagnosis.effect.density import Density
 
-OWN = Path(__file__).parents[2] / "examples" / "effects" / "exciter_third_harmonic.py"
+OWN = Path(__file__).parents[3] / "examples" / "effects" / "exciter_third_harmonic.py"
 
 
 def test_all_kinds_are_offered_and_all_names_are_unique(bench: TestModel) -> None:

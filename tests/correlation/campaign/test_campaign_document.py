@@ -11,7 +11,7 @@ from correlation.campaign.read_campaign import read_campaign
 from correlation.campaign.stepped_sine import COLUMNS
 from correlation.feature.table import features, split
 
-DOCUMENT = Path(__file__).parents[2] / "docs" / "campaign.md"
+DOCUMENT = Path(__file__).parents[3] / "docs" / "campaign.md"
 
 
 def test_the_worked_example_can_be_read(tmp_path: Path) -> None:
