@@ -18,7 +18,7 @@ from benchmarks.hidden_effects_record import FAILED, Fitted, Found, Planted, Rec
 from correlation.campaign.measurement import Campaign
 from correlation.campaign.read_campaign import read_campaign
 from correlation.feature.vector import FeatureVector
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.refit import Refit
@@ -130,7 +130,7 @@ def kind_of(effect: str) -> str:
     return min((effect.partition(f" {word} ")[0] for word in ("at", "of")), key=len)
 
 
-def _planted(truth: PlantedTruth, base: TestModel) -> Planted:
+def _planted(truth: PlantedTruth, base: Model) -> Planted:
     return Planted(
         kind=truth.effect.kind,
         place=truth.effect.place,

@@ -3,7 +3,7 @@
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from correlation.model import TestModel
+from correlation.model import Model
 from transient.bench.effect import NOTHING
 from transient.bench.hidden_effect import PlantedTruth
 
@@ -72,7 +72,7 @@ def cases(n_seed: int, n_nothing: int, first_seed: int, only: Collection[str] = 
     return [case for *_, case in sorted(listed, key=lambda each: each[:2])]
 
 
-def effect_name(truth: PlantedTruth, base: TestModel) -> str:
+def effect_name(truth: PlantedTruth, base: Model) -> str:
     """What the catalogue calls a planted effect; "" for nothing, and for what it never has."""
     kind, place = truth.effect.kind, truth.effect.place
     match kind:

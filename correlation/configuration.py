@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from correlation.model import DERIVATIVE, Sensor, TestModel
+from correlation.model import DERIVATIVE, Model, Sensor
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed, Recovery
 from hbsolve.sampling import complex_from_real
@@ -61,7 +61,7 @@ class Configuration:
     """
 
     free: bool
-    model: TestModel
+    model: Model
     balance: HarmonicBalance
     condensed: dict[float, Condensed]
     recovery: dict[float, Recovery]
@@ -70,7 +70,7 @@ class Configuration:
 
     @classmethod
     def of(
-        cls, model: TestModel, free: bool, slider: Callable[[HarmonicBalance], NDArray[np.float64]] | None
+        cls, model: Model, free: bool, slider: Callable[[HarmonicBalance], NDArray[np.float64]] | None
     ) -> "Configuration":
         """That of a model, its contacts left out if it is `free`; `slider` says where its sliders begin [m]."""
         seen = model.free() if free else model

@@ -9,10 +9,8 @@ T = TypeVar("T")
 U = TypeVar("U")
 
 
-class TestModelError(InputError):
+class ModelDefinitionError(InputError):
     """A test model that contradicts itself: a sensor, line or part that does not fit the structure."""
-
-    __test__ = False  # no test of pytest's
 
 
 class CampaignError(InputError):

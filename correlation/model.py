@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.errors import TestModelError
+from correlation.errors import ModelDefinitionError
 from reduction.jointed_system import FrictionContact, Joint, JointedSystem
 
 Row = Float[NDArray[np.float64], " r"]
@@ -47,7 +47,7 @@ class Sensor:
 
     def __post_init__(self) -> None:
         if self.quantity not in DERIVATIVE:
-            raise TestModelError(f'sensor "{self.name}" reads "{self.quantity}": give {", ".join(DERIVATIVE)}')
+            raise ModelDefinitionError(f'sensor "{self.name}" reads "{self.quantity}": give {", ".join(DERIVATIVE)}')
         object.__setattr__(self, "row", _locked(self.row))
 
 
@@ -74,7 +74,7 @@ class LineSensor:
 
     def __post_init__(self) -> None:
         if self.component not in COMPONENTS:
-            raise TestModelError(f'sensor "{self.name}" reads "{self.component}": give {" or ".join(COMPONENTS)}')
+            raise ModelDefinitionError(f'sensor "{self.name}" reads "{self.component}": give {" or ".join(COMPONENTS)}')
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -98,7 +98,7 @@ class Dof:
 
     def __post_init__(self) -> None:
         if self.direction not in DIRECTIONS:
-            raise TestModelError(f'direction "{self.direction}" is none of {", ".join(DIRECTIONS)}')
+            raise ModelDefinitionError(f'direction "{self.direction}" is none of {", ".join(DIRECTIONS)}')
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -134,7 +134,7 @@ class DeadWeight:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class TestModel:
+class Model:
     """A model beside its test set-up.
 
     Parameters
@@ -164,12 +164,10 @@ class TestModel:
 
     Raises
     ------
-    TestModelError
+    ModelDefinitionError
         A row, part or table of another size than the structure, a line without its contacts, two sensors of one name,
         a group of pre-loads that is empty, names none, or shares one with another.
     """
-
-    __test__ = False  # no test of pytest's
 
     system: JointedSystem
     sensors: tuple[Sensor | LineSensor, ...]
@@ -199,49 +197,57 @@ class TestModel:
 
     def _check(self, r: int) -> None:
         if len(self.dofs) != r:
-            raise TestModelError(f"{len(self.dofs)} degrees of freedom are described, the structure has {r}")
+            raise ModelDefinitionError(f"{len(self.dofs)} degrees of freedom are described, the structure has {r}")
         rows = {f'place "{name}"': row for name, row in self.places.items()}
         rows |= {f'sensor "{each.name}"': each.row for each in self.sensors if isinstance(each, Sensor)}
         rows |= {f'dead weight "{name}"': each.row for name, each in self.dead_weights.items()}
         for what, row in rows.items():
             if row.shape != (r,):
-                raise TestModelError(f"{what} has a row of shape {row.shape}: give ({r},), one number a DOF")
+                raise ModelDefinitionError(f"{what} has a row of shape {row.shape}: give ({r},), one number a DOF")
         for part in self.parts:
             if part.mass.shape != (r, r) or part.stiffness.shape != (r, r):
-                raise TestModelError(f'part "{part.name}" has matrices of another size than ({r}, {r})')
+                raise ModelDefinitionError(f'part "{part.name}" has matrices of another size than ({r}, {r})')
         names = [each.name for each in self.sensors]
         for name in names:
             if names.count(name) > 1:
-                raise TestModelError(f'two sensors are called "{name}": give each a name of its own')
+                raise ModelDefinitionError(f'two sensors are called "{name}": give each a name of its own')
         contacts = {joint.name for joint in self.system.joints if isinstance(joint, FrictionContact)}
         for line, members in self.lines.items():
             for member in members:
                 if member not in contacts:
-                    raise TestModelError(
+                    raise ModelDefinitionError(
                         f'line "{line}" has no contact "{member}": the system has {", ".join(contacts)}'
                     )
         for name, weight in self.dead_weights.items():
             if not weight.row.any() or not weight.lines:
-                raise TestModelError(f'dead weight "{name}" is zero or presses no line: give its load and its lines')
+                raise ModelDefinitionError(
+                    f'dead weight "{name}" is zero or presses no line: give its load and its lines'
+                )
             for line in weight.lines:
                 if line not in self.lines:
-                    raise TestModelError(f'dead weight "{name}" presses line "{line}", which the model does not have')
+                    raise ModelDefinitionError(
+                        f'dead weight "{name}" presses line "{line}", which the model does not have'
+                    )
             if name in self.lines:
-                raise TestModelError(f'a dead weight and a line are both called "{name}": rename one')
+                raise ModelDefinitionError(f'a dead weight and a line are both called "{name}": rename one')
         for each in self.sensors:
             if isinstance(each, LineSensor) and each.line not in self.lines:
-                raise TestModelError(f'sensor "{each.name}" reads line "{each.line}", which the model does not have')
+                raise ModelDefinitionError(
+                    f'sensor "{each.name}" reads line "{each.line}", which the model does not have'
+                )
         together = [name for group in self.pressed_together for name in group]
         if not all(self.pressed_together):
-            raise TestModelError("a group of pre-loads that are pressed together is empty: name them, or leave it out")
+            raise ModelDefinitionError(
+                "a group of pre-loads that are pressed together is empty: name them, or leave it out"
+            )
         for name in together:
             if name not in self.preloads:
-                raise TestModelError(
+                raise ModelDefinitionError(
                     f'"{name}" is pressed together with others, but is no pre-load of the model: there are '
                     f"{', '.join(self.preloads) or 'none'}"
                 )
             if together.count(name) > 1:
-                raise TestModelError(f'"{name}" is pressed together with others twice: name it once')
+                raise ModelDefinitionError(f'"{name}" is pressed together with others twice: name it once')
 
     @property
     def preloads(self) -> tuple[str, ...]:
@@ -267,16 +273,16 @@ class TestModel:
         static = np.sum([each.preload * each.normal for each in members] or [np.zeros(self.system.n_dof)], axis=0)
         return static, {each.name: each.preload for each in members}
 
-    def pressed(self, name: str, ratio: float) -> "TestModel":
+    def pressed(self, name: str, ratio: float) -> "Model":
         """The model with one of `preloads` times a ratio.
 
         Raises
         ------
-        TestModelError
+        ModelDefinitionError
             Another name.
         """
         if name not in self.preloads:
-            raise TestModelError(
+            raise ModelDefinitionError(
                 f'"{name}" is no pre-load of the model: there are {", ".join(self.preloads) or "none"}'
             )
         static, preloads = self.preload_slope(name)
@@ -288,7 +294,7 @@ class TestModel:
             weights[name] = replace(weights[name], row=ratio * weights[name].row)
         return replace(changed.with_system(static_load=self.system.static + (ratio - 1) * static), dead_weights=weights)
 
-    def free(self) -> "TestModel":
+    def free(self) -> "Model":
         """The same structure without the contacts of its lines, and without the static load that balances them."""
         members = {name for line in self.lines.values() for name in line}
         joints = [joint for joint in self.system.joints if joint.name not in members]
@@ -296,11 +302,11 @@ class TestModel:
         system = replace(self.system, joints=joints, static_load=np.zeros(self.system.n_dof))
         return replace(self, system=system, sensors=sensors, lines={}, dead_weights={}, pressed_together=())
 
-    def with_system(self, **changes: Any) -> "TestModel":
+    def with_system(self, **changes: Any) -> "Model":
         """Other matrices, joints or loads."""
         return replace(self, system=replace(self.system, **changes))
 
-    def with_joints(self, change: Mapping[str, Mapping[str, float]]) -> "TestModel":
+    def with_joints(self, change: Mapping[str, Mapping[str, float]]) -> "Model":
         """Other parameters of some joints, by their names."""
         joints: list[Joint] = [
             replace(joint, **change[joint.name]) if joint.name in change else joint  # type: ignore[arg-type]
@@ -308,11 +314,11 @@ class TestModel:
         ]
         return self.with_system(joints=joints)
 
-    def shifted(self, configuration: str, shift: float) -> "TestModel":
+    def shifted(self, configuration: str, shift: float) -> "Model":
         """The frequencies of one configuration raised by a share more."""
         return replace(self, shift={**self.shift, configuration: self.shift.get(configuration, 0.0) + shift})
 
-    def with_sensor(self, name: str, **changes: Any) -> "TestModel":
+    def with_sensor(self, name: str, **changes: Any) -> "Model":
         """One sensor changed."""
         sensors = tuple(replace(each, **changes) if each.name == name else each for each in self.sensors)
         return replace(self, sensors=sensors)
@@ -322,13 +328,13 @@ class TestModel:
 
         Raises
         ------
-        TestModelError
+        ModelDefinitionError
             There is none.
         """
         for joint in self.system.joints:
             if joint.name == name and isinstance(joint, FrictionContact):
                 return joint
-        raise TestModelError(f'there is no contact "{name}"')
+        raise ModelDefinitionError(f'there is no contact "{name}"')
 
 
 def _locked(values: Any) -> NDArray[np.float64]:

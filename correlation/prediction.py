@@ -17,7 +17,7 @@ from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.configuration import Configuration, Tangent
-from correlation.model import TestModel
+from correlation.model import Model
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import SteadyState
 
@@ -114,7 +114,7 @@ class Predictor:
     sweeps: tuple[int, ...] = ()
     linear: Configuration | None = None
 
-    def predict(self, model: TestModel, before: Prediction | None = None) -> Prediction:
+    def predict(self, model: Model, before: Prediction | None = None) -> Prediction:
         """Solve for all points.
 
         Parameters
@@ -157,7 +157,7 @@ class Predictor:
         return Prediction(points=self.points, value=value, states=both[0], others=both[1], by_sweep=by_sweep)
 
     def derivatives(
-        self, model: TestModel, prediction: Prediction, tangents: Sequence["Tangent"]
+        self, model: Model, prediction: Prediction, tangents: Sequence["Tangent"]
     ) -> Complex[NDArray[np.complex128], "k p"]:
         """Derivative of each predicted value with respect to each parameter, by the implicit function theorem.
 
@@ -190,7 +190,7 @@ class Predictor:
                         slopes[rows] = (slopes[rows] + back) / 2
         return slopes
 
-    def _solver(self, model: TestModel, free: bool) -> Configuration:
+    def _solver(self, model: Model, free: bool) -> Configuration:
         if self.linear is None or free:
             return Configuration.of(model, free, self.slider)
         return self.linear.starting(self.slider)

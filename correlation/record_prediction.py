@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.record_propagator import Propagator, propagator
 from correlation.record_resampling import refined, straightened
 
@@ -91,7 +91,7 @@ def drive(
     return Drive(record=record, sensors=names, force=force, steps=steps, first=first)
 
 
-def predict_record(test_model: TestModel, driven: Drive, start: State | None = None) -> Samples | None:
+def predict_record(test_model: Model, driven: Drive, start: State | None = None) -> Samples | None:
     """What the sensors would read, shape (s, n); none where the model runs away.
 
     Parameters
@@ -110,9 +110,9 @@ def predict_record(test_model: TestModel, driven: Drive, start: State | None = N
 
 
 def record_rates(
-    test_model: TestModel,
+    test_model: Model,
     driven: Drive,
-    pairs: Sequence[tuple[TestModel, TestModel, float]],
+    pairs: Sequence[tuple[Model, Model, float]],
     start: State | None = None,
     basis: Float[NDArray[np.float64], "b n"] | None = None,
 ) -> Float[NDArray[np.float64], "p s n"]:
@@ -148,7 +148,7 @@ def record_rates(
     return value[1:]
 
 
-def numerical_error(test_model: TestModel, driven: Drive) -> float:
+def numerical_error(test_model: Model, driven: Drive) -> float:
     """Difference to steps half as long, relative to the response, all sensors together [-].
 
     The march is of second order in the forces of joints, of fourth in the record's: the error is at most 4/3 of this.
@@ -161,7 +161,7 @@ def numerical_error(test_model: TestModel, driven: Drive) -> float:
     return float(np.linalg.norm(fine - coarse) / np.linalg.norm(fine))
 
 
-def _propagator(test_model: TestModel, driven: Drive) -> Propagator:
+def _propagator(test_model: Model, driven: Drive) -> Propagator:
     return propagator(test_model, driven.sensors, driven.record.step / driven.steps)
 
 

@@ -10,8 +10,8 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, expm
 
-from correlation.errors import TestModelError
-from correlation.model import DERIVATIVE, LineSensor, TestModel
+from correlation.errors import ModelDefinitionError
+from correlation.model import DERIVATIVE, LineSensor, Model
 from reduction.jointed_system import CubicSpring, ElasticStop, Joint, QuadraticDamper
 
 Array = Float[NDArray[np.float64], "..."]
@@ -52,16 +52,18 @@ class Propagator:
 
         Raises
         ------
-        TestModelError
+        ModelDefinitionError
             Other joints, or joints with other directions.
         """
         if self.follow.shape != other.follow.shape or not np.array_equal(self.follow, other.follow):
-            raise TestModelError("a parameter changes the number or direction of joints: only their numbers may change")
+            raise ModelDefinitionError(
+                "a parameter changes the number or direction of joints: only their numbers may change"
+            )
         names = ("phi", "gamma0", "gamma1", "law", "output", "feed")
         return replace(self, **{name: (getattr(other, name) - getattr(self, name)) / step for name in names})
 
 
-def propagator(test_model: TestModel, sensors: tuple[str, ...], step: float) -> Propagator:
+def propagator(test_model: Model, sensors: tuple[str, ...], step: float) -> Propagator:
     """Matrices of a model for one step.
 
     Parameters
@@ -75,7 +77,7 @@ def propagator(test_model: TestModel, sensors: tuple[str, ...], step: float) -> 
 
     Raises
     ------
-    TestModelError
+    ModelDefinitionError
         A joint that remembers, a force that no record can drive, a sensor that is not there or reads a contact line,
         or a mass matrix that is not positive definite.
     """
@@ -87,7 +89,7 @@ def propagator(test_model: TestModel, sensors: tuple[str, ...], step: float) -> 
     try:
         solved = cho_solve(cho_factor(system.mass), np.column_stack([system.stiffness, system.damping, loads]))
     except LinAlgError as error:
-        raise TestModelError(
+        raise ModelDefinitionError(
             "the mass matrix is not positive definite: give every degree of freedom a mass, or reduce the model"
         ) from error
     n, m = 2 * r, loads.shape[1]
@@ -126,33 +128,37 @@ def _law(joint: Joint) -> tuple[int, float, float]:
         return QUADRATIC, joint.damping, 0.0
     if isinstance(joint, ElasticStop):
         return STOP, joint.stiffness, joint.gap
-    raise TestModelError(
+    raise ModelDefinitionError(
         f'joint "{joint.name}" has friction, and its slider remembers what no record tells: fit records of a model '
         "with springs, stops and dampers, or measure steady states"
     )
 
 
-def _driven(test_model: TestModel) -> Array:
+def _driven(test_model: Model) -> Array:
     """Where the force of a record acts, shape (r,) [N/N]."""
     dynamic = test_model.system.dynamic
     higher = [k for k in range(2, len(dynamic)) if dynamic[k].any()]
     if higher:
-        raise TestModelError(f"the model has a force of harmonic {higher[0]}: a record drives it by one force alone")
+        raise ModelDefinitionError(
+            f"the model has a force of harmonic {higher[0]}: a record drives it by one force alone"
+        )
     if len(dynamic) < 2:
         return np.zeros(test_model.system.n_dof)
     if dynamic[1].imag.any():
-        raise TestModelError(
+        raise ModelDefinitionError(
             "the force of 1 N has an imaginary part: a record drives all points in phase, make it real"
         )
     return np.array(dynamic[1].real)
 
 
-def _sensor(test_model: TestModel, name: str) -> tuple[Array, int]:
+def _sensor(test_model: Model, name: str) -> tuple[Array, int]:
     """Row with the gain, and how many time derivatives it takes."""
     for each in test_model.sensors:
         if each.name == name:
             if isinstance(each, LineSensor):
-                raise TestModelError(f'sensor "{name}" reads the contact line "{each.line}": records are of motion')
+                raise ModelDefinitionError(
+                    f'sensor "{name}" reads the contact line "{each.line}": records are of motion'
+                )
             return each.gain * each.row, DERIVATIVE[each.quantity]
     known = ", ".join(each.name for each in test_model.sensors) or "none"
-    raise TestModelError(f'the model has no sensor "{name}", which the record has: it has {known}')
+    raise ModelDefinitionError(f'the model has no sensor "{name}", which the record has: it has {known}')

@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
-from correlation.model import Sensor, TestModel
+from correlation.model import Model, Sensor
 from reduction.jointed_system import JointedSystem
 
 #: Rounds of weighting, and the share of the largest force spectrum that a line must have.
 ROUNDS, LEAST = 8, 1e-2
 
 
-def single_dof(record: TimeRecord, sensor: str) -> TestModel:
+def single_dof(record: TimeRecord, sensor: str) -> Model:
     """The linear oscillator that answers to the record's force most like its sensor.
 
     Mass, damping and stiffness are in units of force over those of the sensor: in a record in volts both are V.
@@ -67,7 +67,7 @@ def single_dof(record: TimeRecord, sensor: str) -> TestModel:
         stiffness=np.array([[abs(stiffness)]]),
         harmonic_force=np.array([[0.0], [sign]]),
     )
-    return TestModel(system=system, sensors=(Sensor(name=sensor, row=one),), places={"mass": one})
+    return Model(system=system, sensors=(Sensor(name=sensor, row=one),), places={"mass": one})
 
 
 def _spectrum(

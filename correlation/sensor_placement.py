@@ -7,13 +7,13 @@ import numpy as np
 from correlation.campaign.manifest import MANIFEST
 from correlation.campaign.measurement import Campaign, MeasuredSensor
 from correlation.errors import CampaignError
-from correlation.model import LineSensor, Sensor, TestModel
+from correlation.model import LineSensor, Model, Sensor
 
 #: A sensor is at a node that is nearer than this share of the structure's size.
 NEAR = 0.01
 
 
-def with_sensors(model: TestModel, campaign: Campaign) -> TestModel:
+def with_sensors(model: Model, campaign: Campaign) -> Model:
     """The model with every sensor of the campaign.
 
     A sensor that the model has by its name is kept, gain and all; others are placed as the manifest says.
@@ -56,7 +56,7 @@ def _check_same(measured: MeasuredSensor, sensor: Sensor | LineSensor) -> None:
         )
 
 
-def _placed(measured: MeasuredSensor, model: TestModel) -> Sensor | LineSensor:
+def _placed(measured: MeasuredSensor, model: Model) -> Sensor | LineSensor:
     name = measured.name
     if measured.line is not None:
         if measured.line not in model.lines:
@@ -77,7 +77,7 @@ def _placed(measured: MeasuredSensor, model: TestModel) -> Sensor | LineSensor:
     return _nearest(measured, model)
 
 
-def _nearest(measured: MeasuredSensor, model: TestModel) -> Sensor:
+def _nearest(measured: MeasuredSensor, model: Model) -> Sensor:
     name, wanted = measured.name, measured.coordinates
     if wanted is None:
         raise CampaignError(
@@ -107,7 +107,7 @@ def _nearest(measured: MeasuredSensor, model: TestModel) -> Sensor:
     return Sensor(name=name, row=row, quantity=measured.quantity)
 
 
-def _check_harmonics(model: TestModel, campaign: Campaign) -> None:
+def _check_harmonics(model: Model, campaign: Campaign) -> None:
     highest = int(campaign.measurement.harmonic.max(initial=0))
     if highest >= model.n_harmonic:
         raise CampaignError(

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from correlation.campaign.measurement import Campaign
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.decision.judgement import Known, judge, second_look
 from diagnosis.decision.rules import worse_than_noise
@@ -82,7 +82,7 @@ class Diagnosis:
 
 def diagnose(
     campaign: Campaign,
-    base: TestModel,
+    base: Model,
     accepted: Sequence[Accepted],
     budget: Budget,
     *,

@@ -25,7 +25,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from correlation.configuration import Tangent
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.screening import accepted_basis
 from hbsolve.sensitivity import MatrixParameter, ModelParameter
@@ -154,7 +154,7 @@ def _changes(
     return np.concatenate([np.concatenate(columns, axis=1), np.zeros((len(fit.values), 4 * len(levels)))])
 
 
-def _tangents(model: TestModel, row: NDArray[np.float64], free: bool) -> list[Tangent]:
+def _tangents(model: Model, row: NDArray[np.float64], free: bool) -> list[Tangent]:
     """Of the real part of kappa, of a dashpot for its imaginary part, and of the parts of a third harmonic's force."""
     outer, third = np.outer(row, row), np.zeros((2, model.n_harmonic, len(row)), dtype=np.complex128)
     if model.n_harmonic > 3:

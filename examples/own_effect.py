@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from correlation.model import Dof, Sensor, TestModel
+from correlation.model import Dof, Model, Sensor
 from diagnosis.effect.catalogue import catalogue
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
@@ -16,7 +16,7 @@ C = 2e-5 * K
 force = np.array([[0.0, 0.0], [1.0, 0.0]])  # 1 N cos(Omega t) on the first mass
 system = JointedSystem(mass=M, damping=C, stiffness=K, harmonic_force=force)
 tip = along(2, {1: 1.0})
-bench = TestModel(
+bench = Model(
     system=system,
     sensors=(Sensor(name="tip", row=tip),),
     dofs=(Dof(node=0, direction="z"), Dof(node=1, direction="z")),

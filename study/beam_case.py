@@ -15,7 +15,7 @@ from zipfile import ZIP_DEFLATED
 
 import numpy as np
 
-from correlation.model import LineSensor, Sensor, TestModel
+from correlation.model import LineSensor, Model, Sensor
 from reduction.file.npz import write_npz
 from study.beam_model import (
     DAMPING_RATIO,
@@ -70,7 +70,7 @@ def write_beam_case(folder: Path | str) -> Path:
     return folder / f"{NAME}.toml"
 
 
-def _arrays(model: TestModel) -> dict[str, np.ndarray]:
+def _arrays(model: Model) -> dict[str, np.ndarray]:
     system = model.system
     arrays: dict[str, np.ndarray] = {
         "M": system.mass,
@@ -89,14 +89,14 @@ def _arrays(model: TestModel) -> dict[str, np.ndarray]:
     return arrays
 
 
-def _node(model: TestModel, place: str) -> int | None:
+def _node(model: Model, place: str) -> int | None:
     """Node that a place is at; none if it lies within an element."""
     row = model.places[place]
     dof = int(np.abs(row).argmax())
     return model.dofs[dof].node if np.abs(row).sum() - 1 < 1e-9 else None
 
 
-def _text(model: TestModel, file: str) -> str:
+def _text(model: Model, file: str) -> str:
     tables = [f'{HEAD if file == NAME else FINER_HEAD}file = "{file}.npz"\n']
     for name in model.places:
         node = _node(model, name)

@@ -11,7 +11,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from correlation.model import Dof, LineSensor, Sensor, TestModel
+from correlation.model import Dof, LineSensor, Model, Sensor
 from reduction.jointed_system import FrictionContact, JointedSystem
 
 Row = Float[NDArray[np.float64], " r"]
@@ -27,7 +27,7 @@ TANGENTIAL_STIFFNESS, NORMAL_STIFFNESS, FRICTION_COEFFICIENT, PRELOAD = 3e6, 4e6
 GAP = 1e-6
 
 
-def beam_model(n_element: int = 12, n_station: int = 3, n_harmonic: int = 8) -> TestModel:
+def beam_model(n_element: int = 12, n_station: int = 3, n_harmonic: int = 8) -> Model:
     """The beam with its sensors.
 
     Parameters
@@ -78,7 +78,7 @@ def beam_model(n_element: int = 12, n_station: int = 3, n_harmonic: int = 8) -> 
         for node, at in enumerate(x)
         for direction in ("z", "ry")
     ]
-    return TestModel(
+    return Model(
         system=system,
         sensors=(*motions, *forces),
         dofs=tuple(dofs),

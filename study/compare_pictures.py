@@ -7,7 +7,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.metric.misfit import CLEAR, Misfit, configuration
-from correlation.model import LineSensor, Sensor, TestModel
+from correlation.model import LineSensor, Model, Sensor
 from correlation.prediction import Points, Prediction, Predictor
 from study.figure.frf_overlay import OverlayCurve, OverlayPanel, frf_overlay_figure
 from study.figure.misfit_map import MapPanel, misfit_map_figure
@@ -38,9 +38,7 @@ HISTORY = (
 )
 
 
-def pictures(
-    model: TestModel, train: Misfit, held: Misfit | None, prediction: Prediction, title: str
-) -> dict[str, bytes]:
+def pictures(model: Model, train: Misfit, held: Misfit | None, prediction: Prediction, title: str) -> dict[str, bytes]:
     """Draw all of them as PNG, by name.
 
     Parameters
@@ -80,7 +78,7 @@ Key = tuple[str, int]
 
 
 def _figures(
-    model: TestModel, panels: Sequence[tuple[Key, OverlayPanel]]
+    model: Model, panels: Sequence[tuple[Key, OverlayPanel]]
 ) -> dict[str, tuple[list[tuple[Key, OverlayPanel]], int]]:
     """Panels of each figure and how many stand side by side: fundamental motions, their harmonics, contact forces."""
     lines = {sensor.name for sensor in model.sensors if isinstance(sensor, LineSensor)}
@@ -142,9 +140,7 @@ def _map(of: Misfit, levels: Frequencies, words: Sequence[str], title: str) -> b
     return misfit_map_figure(panels, levels=words, frequency=frequency, title=title, subtitle=subtitle)
 
 
-def _panels(
-    model: TestModel, of: Misfit, levels: Frequencies, prediction: Prediction
-) -> list[tuple[Key, OverlayPanel]]:
+def _panels(model: Model, of: Misfit, levels: Frequencies, prediction: Prediction) -> list[tuple[Key, OverlayPanel]]:
     fine = fine_points(of.points)
     lines = Predictor(points=fine).predict(model, prediction).value
     sensors = {sensor.name: sensor for sensor in model.sensors}

@@ -12,7 +12,7 @@ from correlation.errors import CampaignError
 from correlation.feature.observation import Observation, followed, parted, training
 from correlation.metric.misfit import Misfit, misfit
 from correlation.metric.peak_error import PeakError, peak_errors
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from correlation.prediction import Prediction
 from correlation.sensor_placement import with_sensors
@@ -66,7 +66,7 @@ class Compared:
 
     title: str
     campaign: Campaign
-    model: TestModel
+    model: Model
     prediction: Prediction
     train: Misfit
     held: Misfit | None
@@ -174,7 +174,7 @@ class Side:
 def beside(
     observed: Observation,
     sweeps: tuple[int, ...],
-    model: TestModel,
+    model: Model,
     budget: Budget,
     before: Prediction | None = None,
 ) -> Side:
@@ -197,9 +197,7 @@ def beside(
     return Side(comparison=comparison, prediction=prediction)
 
 
-def _sides(
-    setup: TestSetup, campaign: Campaign, calibrate: bool
-) -> tuple[list[Side], tuple[Calibrated, ...], TestModel]:
+def _sides(setup: TestSetup, campaign: Campaign, calibrate: bool) -> tuple[list[Side], tuple[Calibrated, ...], Model]:
     if calibrate:
         if not setup.accepted:
             raise CampaignError("the case accepts no parameter, so that nothing can be calibrated: add [accepted]")

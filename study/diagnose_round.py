@@ -9,7 +9,7 @@ import numpy as np
 
 from correlation.campaign.measurement import Campaign
 from correlation.metric.misfit import Misfit
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.sensor_placement import with_sensors
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.effect.candidate import EffectError
@@ -140,7 +140,7 @@ def bootstrap(
 ) -> Limits:
     """Limits of this layout, measured once."""
 
-    def finer(model: TestModel) -> Catalogue:
+    def finer(model: Model) -> Catalogue:
         return replace(setup, model=model).candidates(campaign)
 
     known = setup.candidates(campaign, without)
@@ -196,7 +196,7 @@ def errors(of: Refit) -> Errors:
     )
 
 
-def as_drawn(arrangement: Arrangement, model: TestModel) -> Refit:
+def as_drawn(arrangement: Arrangement, model: Model) -> Refit:
     """A model as it is, tested like a fitted one."""
     prediction = arrangement.train.predict(model, arrangement.fit.prediction)
     residual = arrangement.train.residual(prediction)

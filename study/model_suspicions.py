@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.feature.table import features
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.prediction import Points, Prediction, Predictor
 from correlation.suspicion.jump import jump_suspicions
 from correlation.suspicion.model import conjugate_tests, suspicions_against, swapped_sensors
@@ -18,7 +18,7 @@ from study.stuck_contacts import stuck_at_rest
 N_MODE = 3
 
 
-def all_suspicions(campaign: Campaign, model: TestModel, before: Prediction | None = None) -> tuple[Suspicion, ...]:
+def all_suspicions(campaign: Campaign, model: Model, before: Prediction | None = None) -> tuple[Suspicion, ...]:
     """What looks wrong.
 
     Parameters
@@ -51,7 +51,7 @@ def all_suspicions(campaign: Campaign, model: TestModel, before: Prediction | No
     )
 
 
-def model_frequencies(model: TestModel) -> Float[NDArray[np.float64], " m"]:
+def model_frequencies(model: Model) -> Float[NDArray[np.float64], " m"]:
     """Lowest resonances, with the contacts stuck and without those of the lines [Hz]."""
     found = []
     for each in (model, model.free()):

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import Effect, EffectError, EffectParameter
 from diagnosis.effect.catalogue import Catalogue, Extra, catalogue
 from diagnosis.effect.own_effect import installed_effects
@@ -38,7 +38,7 @@ def own_effects(files: Sequence[Path]) -> list[Extra]:
     return [*files, *installed_effects()]
 
 
-def case_catalogue(model: TestModel, files: Sequence[Path], **options: Any) -> Catalogue:
+def case_catalogue(model: Model, files: Sequence[Path], **options: Any) -> Catalogue:
     """All effects of a model, its case's own and those of installed packages among them.
 
     Parameters
@@ -73,7 +73,7 @@ def find_effect(found: Catalogue, name: str) -> Effect:
     raise EffectError(f'there is no effect "{name}"; {remedy}')
 
 
-def added_effects(case: TestCase, model: TestModel, files: Sequence[Path], mistakes: Mistakes) -> tuple[Added, ...]:
+def added_effects(case: TestCase, model: Model, files: Sequence[Path], mistakes: Mistakes) -> tuple[Added, ...]:
     """Effects of a case's ``[[added]]`` tables with their values; mistakes are noted with their lines.
 
     Parameters
@@ -105,8 +105,8 @@ def added_effects(case: TestCase, model: TestModel, files: Sequence[Path], mista
 
 
 def apply_all(
-    model: TestModel, known: Sequence[Accepted], calibrated: Mapping[str, float], added: Sequence[Added]
-) -> TestModel:
+    model: Model, known: Sequence[Accepted], calibrated: Mapping[str, float], added: Sequence[Added]
+) -> Model:
     """The model with calibrated factors, and the added effects on top of them."""
     for factor in known:
         if factor.name in calibrated:
@@ -117,12 +117,12 @@ def apply_all(
 
 
 def apply_by_name(
-    finer: TestModel,
+    finer: Model,
     files: Sequence[Path],
     known: Sequence[Accepted],
     calibrated: Mapping[str, float],
     added: Sequence[Added],
-) -> TestModel:
+) -> Model:
     """The same for another mesh of the structure, whose effects are other rows.
 
     Raises

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from correlation.campaign.measurement import Campaign
-from correlation.errors import TestModelError
-from correlation.model import TestModel
+from correlation.errors import ModelDefinitionError
+from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from correlation.sensor_placement import with_sensors
 from diagnosis.effect.catalogue import Catalogue, campaign_catalogue
@@ -46,7 +46,7 @@ class TestSetup:
     __test__ = False  # no test of pytest's
 
     title: str
-    model: TestModel
+    model: Model
     accepted: tuple[Accepted, ...]
     budget: Budget
     effects: tuple[Path, ...]
@@ -55,7 +55,7 @@ class TestSetup:
     calibrated: Mapping[str, float] = field(default_factory=dict)
 
     @property
-    def complete(self) -> TestModel:
+    def complete(self) -> Model:
         """The model with calibrated factors and added effects."""
         return apply_all(self.model, self.accepted, self.calibrated, self.added)
 
@@ -98,7 +98,7 @@ def read_test_case(path: Path | str, campaign: Campaign | None = None) -> TestSe
     for number, file in enumerate(case.effects.files):
         with mistakes.at("effects"):
             if not (path.parent / file).is_file():
-                raise TestModelError(
+                raise ModelDefinitionError(
                     f'files[{number}]: there is no file "{path.parent / file}": check its name and folder'
                 )
     refined = []
@@ -114,7 +114,7 @@ def read_test_case(path: Path | str, campaign: Campaign | None = None) -> TestSe
     for name in case.calibrated.factors:
         with mistakes.at("calibrated"):
             if name not in {each.name for each in known}:
-                raise TestModelError(f"{name} is calibrated, but is no accepted parameter here: remove it")
+                raise ModelDefinitionError(f"{name} is calibrated, but is no accepted parameter here: remove it")
     mistakes.raise_if_any()
     error = case.numerical_error
     setup = TestSetup(
@@ -134,17 +134,17 @@ def read_test_case(path: Path | str, campaign: Campaign | None = None) -> TestSe
     return setup
 
 
-def _refined(file: Path, own: Path, model: TestModel) -> TestModel:
+def _refined(file: Path, own: Path, model: Model) -> Model:
     if file.resolve() == own.resolve():
-        raise TestModelError(f'refined: "{file}" is this case itself: name one with a finer mesh, or remove it')
+        raise ModelDefinitionError(f'refined: "{file}" is this case itself: name one with a finer mesh, or remove it')
     finer = model_of_case(load_case(file, TestCase), file.parent)
     missing = [each.name for each in model.sensors if each.name not in {other.name for other in finer.sensors}]
     if missing:
-        raise TestModelError(f'refined: "{file}" has no sensor "{missing[0]}": give both cases the same sensors')
+        raise ModelDefinitionError(f'refined: "{file}" has no sensor "{missing[0]}": give both cases the same sensors')
     for what, names, others in (("line", model.lines, finer.lines), ("place", model.places, finer.places)):
         lacks = [name for name in names if name not in others]
         if lacks:
-            raise TestModelError(
+            raise ModelDefinitionError(
                 f'refined: "{file}" has no {what} "{lacks[0]}", where an effect may act: name it there'
             )
     return finer

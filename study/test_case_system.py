@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from correlation.errors import TestModelError
-from correlation.model import DeadWeight, LineSensor, Sensor, TestModel
+from correlation.errors import ModelDefinitionError
+from correlation.model import DeadWeight, LineSensor, Model, Sensor
 from reduction.errors import JointError
 from reduction.jointed_system import Friction, FrictionContact, Joint, JointedSystem
 from study.case import located
@@ -22,7 +22,7 @@ from study.test_structure import TestStructure, load_test_structure
 Row = NDArray[np.float64]
 
 
-def model_of_case(case: TestCase, folder: Path) -> TestModel:
+def model_of_case(case: TestCase, folder: Path) -> Model:
     """The model of a case.
 
     Parameters
@@ -81,7 +81,7 @@ def model_of_case(case: TestCase, folder: Path) -> TestModel:
             static_load=static,
             harmonic_force=harmonic,
         )
-        return TestModel(
+        return Model(
             system=system,
             sensors=tuple(sensors),
             parts=structure.parts,
@@ -109,7 +109,7 @@ def _check_names(case: TestCase, mistakes: Mistakes) -> None:
             for number, name in enumerate(names[kind]):
                 if name in taken:
                     with mistakes.at(kind, number):
-                        raise TestModelError(f'name = "{name}" is taken by {taken[name]}: give each its own')
+                        raise ModelDefinitionError(f'name = "{name}" is taken by {taken[name]}: give each its own')
                 taken[name] = f"{kind}[{number}]"
 
 
@@ -121,15 +121,17 @@ def _contacts(line: LineTable, where: Whereabouts) -> list[FrictionContact]:
     n = len(normals)
     for name, rows in zip(("tangent", "second_tangent"), tangents, strict=False):
         if len(rows) != n:
-            raise TestModelError(f"{name} has {len(rows)} rows, normal {n}: a contact needs one of each")
+            raise ModelDefinitionError(f"{name} has {len(rows)} rows, normal {n}: a contact needs one of each")
     if line.shares is not None and len(line.shares) != n:
-        raise TestModelError(f"shares has {len(line.shares)} numbers for {n} contacts: give one for each")
+        raise ModelDefinitionError(f"shares has {len(line.shares)} numbers for {n} contacts: give one for each")
     share = np.ones(n) if line.shares is None else np.array(line.shares) / sum(line.shares)
 
     def each(name: str) -> Row:
         values: Sequence[float] = getattr(line, name)
         if len(values) not in {1, n}:
-            raise TestModelError(f"{name} has {len(values)} values for {n} contacts: give one for all, or one for each")
+            raise ModelDefinitionError(
+                f"{name} has {len(values)} values for {n} contacts: give one for all, or one for each"
+            )
         return np.broadcast_to(np.array(values, dtype=np.float64), n)
 
     numbers = zip(
@@ -181,7 +183,7 @@ def _sensors(case: TestCase, where: Whereabouts, mistakes: Mistakes) -> list[Sen
     for number, each in enumerate(case.line_sensor):
         with mistakes.at("line_sensor", number):
             if each.line not in lines:
-                raise TestModelError(
+                raise ModelDefinitionError(
                     f'line = "{each.line}" is none of the case: there are {", ".join(lines) or "none"}'
                 )
             sensors.append(LineSensor(name=each.name, line=each.line, component=each.component, gain=each.gain))
@@ -194,7 +196,7 @@ def _dead_weights(case: TestCase, where: Whereabouts, mistakes: Mistakes) -> dic
         with mistakes.at("dead_weight", number):
             for line in table.presses:
                 if line not in lines:
-                    raise TestModelError(
+                    raise ModelDefinitionError(
                         f'presses: "{line}" is no line of the case: there are {", ".join(lines) or "none"}'
                     )
             found[table.name] = DeadWeight(row=table.force * where.row(table), lines=table.presses)
@@ -209,12 +211,12 @@ def _pressed_together(case: TestCase, mistakes: Mistakes) -> tuple[tuple[str, ..
         if line.pressed_by is not None:
             with mistakes.at("line", number):
                 if line.name in weighed:
-                    raise TestModelError(
+                    raise ModelDefinitionError(
                         f'pressed_by = "{line.pressed_by}": dead weight "{weighed[line.name]}" presses this line; '
                         "remove one of them"
                     )
                 if line.pressed_by in {weight.name for weight in case.dead_weight}:
-                    raise TestModelError(
+                    raise ModelDefinitionError(
                         f'pressed_by = "{line.pressed_by}" is a dead weight: list the line in its presses instead'
                     )
                 found.setdefault(line.pressed_by, []).append(line.name)

@@ -13,7 +13,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from pydantic import Field, ValidationError, model_validator
 
-from correlation.errors import TestModelError
+from correlation.errors import ModelDefinitionError
 from correlation.model import Dof
 from reduction.file.structure_file import StructureMatrices
 from study.case import CaseModel
@@ -98,7 +98,7 @@ class Whereabouts:
 
         Raises
         ------
-        TestModelError, JointError, RomError
+        ModelDefinitionError, JointError, RomError
             A name, number or direction that the structure does not have.
         """
         if place.node is not None:
@@ -107,7 +107,7 @@ class Whereabouts:
             return list(np.atleast_2d(self._stored(place.row)))
         if place.place is not None:
             if place.place not in self.places:
-                raise TestModelError(
+                raise ModelDefinitionError(
                     f'place = "{place.place}" is none of the case{_known(place.place, [*self.places])}'
                 )
             return [self.places[place.place]]
@@ -135,19 +135,25 @@ class Whereabouts:
             )
             listed = f"nodes {nodes[0]} to {nodes[-1]}" if nodes else "none"
             bodies = ", ".join(sorted({f'"{dof.body}"' for dof in self.dofs if dof.direction != "modal"}))
-            raise TestModelError(f"{where} is no node of the structure: it has {listed}; bodies: {bodies or 'none'}")
+            raise ModelDefinitionError(
+                f"{where} is no node of the structure: it has {listed}; bodies: {bodies or 'none'}"
+            )
         if not found:
             has = ", ".join(self.dofs[number].direction for number in same)
-            raise TestModelError(f'direction = "{place.direction}" is not kept at {where}: it has {has}')
+            raise ModelDefinitionError(f'direction = "{place.direction}" is not kept at {where}: it has {has}')
         if len(found) > 1:
-            raise TestModelError(f"{where} stands for degrees of freedom {found[0]} and {found[1]}: give the body, too")
+            raise ModelDefinitionError(
+                f"{where} stands for degrees of freedom {found[0]} and {found[1]}: give the body, too"
+            )
         row = np.zeros(self.structure.n_dof)
         row[found[0]] = 1.0
         return row
 
     def _stored(self, name: str) -> NDArray[np.float64]:
         if name not in self.stored:
-            raise TestModelError(f'row = "{name}" is not in the file of the structure{_known(name, [*self.stored])}')
+            raise ModelDefinitionError(
+                f'row = "{name}" is not in the file of the structure{_known(name, [*self.stored])}'
+            )
         return self.stored[name]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.errors import TestModelError
+from correlation.errors import ModelDefinitionError
 from correlation.model import DIRECTIONS, Dof, Part
 from geometry.errors import InputError
 from reduction.errors import MatrixError
@@ -64,7 +64,7 @@ def load_test_structure(file: Path, tables: Sequence[DofTable]) -> TestStructure
     ------
     MatrixError
         The file cannot be used, or its parts do not add up.
-    TestModelError
+    ModelDefinitionError
         Tables or arrays of another length than the matrices.
     """
     try:
@@ -76,7 +76,7 @@ def load_test_structure(file: Path, tables: Sequence[DofTable]) -> TestStructure
         # Names the key, so that the line shown is that of the file's name.
         raise MatrixError(f"the file cannot be used: {error}") from error
     if tables and len(tables) != matrices.n_dof:
-        raise TestModelError(
+        raise ModelDefinitionError(
             f"{len(tables)} tables [[dof]] for {matrices.n_dof} degrees of freedom: write one for each"
         )
     r = matrices.n_dof
@@ -128,13 +128,13 @@ def _of_arrays(arrays: Mapping[str, NDArray[np.generic]], r: int) -> tuple[Dof, 
     for name, array in given.items():
         wanted = (r, 3) if name == "dof_coordinates" else (r,)
         if array.shape != wanted:
-            raise TestModelError(f"{name} has shape {array.shape}: give {wanted}, one entry a degree of freedom")
+            raise ModelDefinitionError(f"{name} has shape {array.shape}: give {wanted}, one entry a degree of freedom")
     if "dof_direction" not in given:
         return ()
     directions = [str(each) for each in given["dof_direction"]]
     for number, direction in enumerate(directions):
         if direction not in DIRECTIONS:
-            raise TestModelError(f'dof_direction[{number}] is "{direction}": give one of {", ".join(DIRECTIONS)}')
+            raise ModelDefinitionError(f'dof_direction[{number}] is "{direction}": give one of {", ".join(DIRECTIONS)}')
     bodies = given.get("dof_body", np.full(r, "structure"))
     nodes = np.asarray(given.get("dof_node", np.arange(r)), dtype=np.int64)
     coordinates = np.asarray(given.get("dof_coordinates", np.full((r, 3), np.nan)), dtype=np.float64)

@@ -18,7 +18,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.feature.vector import FeatureVector
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.prediction import Prediction, Predictor
 
 Vector = Float[NDArray[np.float64], " m"]
@@ -32,7 +32,7 @@ SEEN = 1.0
 class Shift(NamedTuple):
     """A jitter of `REACH` standard deviations of a single repeat, up and down, and what it changes to first order."""
 
-    models: tuple[TestModel, TestModel]
+    models: tuple[Model, Model]
     change: Vector
 
 

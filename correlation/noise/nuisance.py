@@ -11,7 +11,7 @@ from scipy.stats.qmc import LatinHypercube
 
 from correlation.configuration import Configuration, Tangent
 from correlation.feature.vector import FeatureVector
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.prediction import Prediction, Predictor
 from hbsolve.balance import HarmonicBalance
 from hbsolve.sensitivity import MatrixParameter, ModelParameter
@@ -44,13 +44,11 @@ class Budget:
     frequency: float = 2e-4
     compliance: float = 0.01
     shares: float = 0.05
-    refined: Sequence[TestModel] = ()
+    refined: Sequence[Model] = ()
 
 
-def jitter_modes(
-    predictor: Predictor, features: FeatureVector, model: TestModel, prediction: Prediction
-) -> list[Modes]:
-    """What repeats may differ in, for 100 % of each: the frequency of either test, and all of `TestModel.presses`."""
+def jitter_modes(predictor: Predictor, features: FeatureVector, model: Model, prediction: Prediction) -> list[Modes]:
+    """What repeats may differ in, for 100 % of each: the frequency of either test, and all of `Model.presses`."""
     tangents = [*_frequency_shifts(model, by_exciter=True), *(_press(model, group) for group in model.presses)]
     modes = _features(predictor, features, model, prediction, tangents)
     return [modes[:, :1], modes[:, 1:2], *([modes[:, 2:]] if model.presses else [])]
@@ -59,7 +57,7 @@ def jitter_modes(
 def curvature_modes(
     predictor: Predictor,
     features: FeatureVector,
-    model: TestModel,
+    model: Model,
     prediction: Prediction,
     deviation: Mapping[str, float],
 ) -> Modes:
@@ -88,10 +86,10 @@ def curvature_modes(
 def budget_modes(
     predictor: Predictor,
     features: FeatureVector,
-    model: TestModel,
+    model: Model,
     prediction: Prediction,
     budget: Budget,
-    refined: Sequence[TestModel],
+    refined: Sequence[Model],
 ) -> Modes:
     """Errors of discretisation, at one standard deviation, shape (m, b); `refined` has the parameters of `model`."""
     errors = error_tangents(model, budget)
@@ -112,7 +110,7 @@ class ErrorTangents(NamedTuple):
     """How many of them, the first ones, are the same at all levels; the others are another matter at each."""
 
 
-def error_tangents(model: TestModel, budget: Budget) -> ErrorTangents:
+def error_tangents(model: Model, budget: Budget) -> ErrorTangents:
     """What discretisation may do to a model."""
     shifts, patterns = _frequency_shifts(model, by_exciter=False), _share_patterns(model)
     softer = [_stiffness(model, line, name) for line in model.lines for name in ("tangential", "normal")]
@@ -130,7 +128,7 @@ def _by_level(features: FeatureVector, change: Float[NDArray[np.float64], " m"])
 def history_modes(
     predictor: Predictor,
     features: FeatureVector,
-    model: TestModel,
+    model: Model,
     prediction: Prediction,
     n_draw: int,
     seed: int,
@@ -144,7 +142,7 @@ def history_modes(
     fill the space evenly: a few random ones leave directions in which histories seem to change nothing.
 
     Where pre-loads differ as well, what slips under one history sticks under another: with the covariance `pressed` of
-    `TestModel.presses`, shape (q, q), each draw has pre-loads of its own, and what these do to first order is taken off
+    `Model.presses`, shape (q, q), each draw has pre-loads of its own, and what these do to first order is taken off
     again. What they do beyond that stays, with a history or without.
     """
     points = features.points
@@ -186,7 +184,7 @@ def history_modes(
 
 
 def left_by(
-    model: TestModel, share: Float[NDArray[np.float64], " joints"]
+    model: Model, share: Float[NDArray[np.float64], " joints"]
 ) -> Callable[[HarmonicBalance], NDArray[np.float64]]:
     """Where a history leaves the sliders: 0 and 1 are `HISTORY` of the limit at rest, to either side, of each joint."""
     multiplier = HISTORY * (2 * share - 1)
@@ -203,7 +201,7 @@ def left_by(
 
 
 def _features(
-    predictor: Predictor, features: FeatureVector, model: TestModel, prediction: Prediction, tangents: list[Tangent]
+    predictor: Predictor, features: FeatureVector, model: Model, prediction: Prediction, tangents: list[Tangent]
 ) -> Modes:
     if not tangents:
         return np.zeros((len(features.row), 0))
@@ -211,7 +209,7 @@ def _features(
     return np.where(np.isfinite(slopes), slopes, 0.0)
 
 
-def _frequency_shifts(model: TestModel, *, by_exciter: bool) -> list[Tangent]:
+def _frequency_shifts(model: Model, *, by_exciter: bool) -> list[Tangent]:
     """A relative shift of Omega at fixed forces, of each configuration by itself: (1 + 2 e) M and (1 + e) C.
 
     By the exciter, what it accelerates feels the true Omega as well; natural frequencies that are off leave Omega.
@@ -224,7 +222,7 @@ def _frequency_shifts(model: TestModel, *, by_exciter: bool) -> list[Tangent]:
     ]
 
 
-def _press(model: TestModel, group: tuple[str, ...]) -> Tangent:
+def _press(model: Model, group: tuple[str, ...]) -> Tangent:
     """Some of the pre-loads, by one factor."""
     static = np.zeros(model.system.n_dof)
     rates: dict[tuple[str, str], float] = {}
@@ -235,7 +233,7 @@ def _press(model: TestModel, group: tuple[str, ...]) -> Tangent:
     return Tangent(jointed=ModelParameter(static_load=static, joints=rates), free=NOTHING, gain={})
 
 
-def _share_patterns(model: TestModel) -> list[Tangent]:
+def _share_patterns(model: Model) -> list[Tangent]:
     """What all lines share among their contacts moved from the middle to the ends, by 100 % of what the ends have.
 
     That is what another rule of integration along the line changes. A tilt would be a misalignment, and so an effect.
@@ -265,7 +263,7 @@ def bulge(weights: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(bulge / np.abs(bulge[[0, -1]]).max())
 
 
-def _stiffness(model: TestModel, line: str, component: str) -> Tangent:
+def _stiffness(model: Model, line: str, component: str) -> Tangent:
     field = f"{component}_stiffness"
     rates = {(name, field): float(getattr(model.contact(name), field)) for name in model.lines[line]}
     return Tangent(jointed=ModelParameter(joints=rates), free=NOTHING, gain={})

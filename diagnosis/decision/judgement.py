@@ -6,7 +6,7 @@ from functools import partial
 from typing import TypeVar
 
 from correlation.campaign.measurement import Campaign
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.decision.rules import decide, passes, support
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.effect.catalogue import Catalogue
@@ -67,7 +67,7 @@ def second_look(
     campaign: Campaign,
     first: Judgement,
     known: Known,
-    listed: Callable[[TestModel], Catalogue],
+    listed: Callable[[Model], Catalogue],
     keep: Keep,
     told: Callable[[str], None],
 ) -> Judgement:

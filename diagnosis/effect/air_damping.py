@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
 from diagnosis.effect.place import moving_places, with_quadratic_damper
 from diagnosis.effect.scale import Scale, scale
@@ -31,24 +31,24 @@ class AirDamping:
         "opposite to the velocity (-90 deg to the displacement) with exponent 2; without contacts as well."
     )
 
-    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
         """One joint more, also where its damping is zero."""
         (damping,) = values
-        return with_quadratic_damper(test_model, self.name, self.row, damping)
+        return with_quadratic_damper(model, self.name, self.row, damping)
 
 
-def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect | Untestable]:
+def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
     r"""Drag at each place, typically 8/(3 pi) d omega a of a dashpot with a tenth of the modal damping.
 
     Parameters
     ----------
-    test_model
+    model
         Whose places.
     size
         Of the model, at its level of force; by default at 1 N with contacts and without.
     """
-    size = size or scale(test_model)
-    places, left = moving_places(test_model, size, KIND)
+    size = size or scale(model)
+    places, left = moving_places(model, size, KIND)
     found: list[Effect | Untestable] = []
     for place in places:
         name, typical = f"{KIND} at {place.name}", size.drag(place.row)

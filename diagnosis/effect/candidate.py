@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from correlation.model import TestModel
+from correlation.model import Model
 from geometry.errors import InputError
 
 
@@ -76,7 +76,7 @@ class Effect(Protocol):
         """Its numbers, the strength first."""
         ...
 
-    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
         """The model with the effect; at the vanishing values it behaves as the model without."""
         ...
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Protocol, TypeAlias
 
 from correlation.campaign.measurement import Campaign
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect import (
     air_damping,
     cubic,
@@ -28,7 +28,7 @@ from diagnosis.effect.scale import CONFIGURATIONS, Scale, scale
 class Candidates(Protocol):
     """What a file of `diagnosis.effect` offers."""
 
-    def __call__(self, test_model: TestModel, size: Scale | None = ...) -> list[Effect | Untestable]:
+    def __call__(self, model: Model, size: Scale | None = ...) -> list[Effect | Untestable]:
         """Effects of its kind for a model of a size."""
         ...
 
@@ -37,7 +37,7 @@ class Source(Protocol):
     """Effects from elsewhere, such as `diagnosis.effect.own_effect.EffectSource`."""
 
     @property
-    def candidates(self) -> Callable[[TestModel], Iterable[Effect | Untestable]]:
+    def candidates(self) -> Callable[[Model], Iterable[Effect | Untestable]]:
         """Effects for a model."""
         ...
 
@@ -121,7 +121,7 @@ class Catalogue:
 
 
 def catalogue(
-    test_model: TestModel,
+    model: Model,
     *,
     without: Collection[str] = (),
     extra: Sequence[Extra] = (),
@@ -132,7 +132,7 @@ def catalogue(
 
     Parameters
     ----------
-    test_model
+    model
         With its places, parts, lines and sensors.
     without
         Kinds to leave out, such as "cubic".
@@ -149,13 +149,13 @@ def catalogue(
         A structure that is not held, an unknown kind, two effects of one name, or a file of effects that is none.
     """
     without = {without} if isinstance(without, str) else set(without)
-    more = [each for source in extra for each in _from(source, test_model)]
+    more = [each for source in extra for each in _from(source, model)]
     known = [*KINDS, *dict.fromkeys(each.kind for each in more if not isinstance(each, Untestable))]
     for kind in sorted(without):
         if kind not in known:
             raise EffectError(f'"{kind}" is no kind of effect: leave out any of {", ".join(known)}')
-    size = scale(test_model, level=level, configurations=configurations)
-    listed = [each for kind, make in KINDS.items() if kind not in without for each in make(test_model, size)]
+    size = scale(model, level=level, configurations=configurations)
+    listed = [each for kind, make in KINDS.items() if kind not in without for each in make(model, size)]
     listed += [each for each in more if isinstance(each, Untestable) or each.kind not in without]
     names: set[str] = set()
     for each in listed:
@@ -169,7 +169,7 @@ def catalogue(
 
 
 def campaign_catalogue(
-    campaign: Campaign, test_model: TestModel, *, without: Collection[str] = (), extra: Sequence[Extra] = ()
+    campaign: Campaign, model: Model, *, without: Collection[str] = (), extra: Sequence[Extra] = ()
 ) -> Catalogue:
     """All candidates for a model, as strong as the tests of a campaign make them.
 
@@ -177,11 +177,11 @@ def campaign_catalogue(
     ----------
     campaign
         Whose configurations count, and the highest level of each; of time records alone, 1 N on the jointed structure.
-    test_model, without, extra
+    model, without, extra
         As for `catalogue`.
     """
     return catalogue(
-        test_model,
+        model,
         without=without,
         extra=extra,
         level=float(max(campaign.levels, default=1.0)),
@@ -198,12 +198,12 @@ def _highest(campaign: Campaign) -> dict[str, float]:
     return {configuration: level for configuration, level in found.items() if level > 0}
 
 
-def _from(extra: Extra, test_model: TestModel) -> Iterable[Effect | Untestable]:
+def _from(extra: Extra, model: Model) -> Iterable[Effect | Untestable]:
     if isinstance(extra, str | Path):
-        return read_effects(extra).candidates(test_model)
+        return read_effects(extra).candidates(model)
     offered = getattr(extra, "candidates", None)
     if offered is not None:
-        found: Iterable[Effect | Untestable] = offered(test_model)
+        found: Iterable[Effect | Untestable] = offered(model)
         return found
     if not hasattr(extra, "apply"):
         raise EffectError(f"{extra!r} is no effect: give effects, or paths of files that offer some")

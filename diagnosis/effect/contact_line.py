@@ -4,25 +4,25 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import sqrt
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
 from reduction.jointed_system import FrictionContact
 
 
-def contacts(test_model: TestModel, line: str) -> list[FrictionContact]:
+def contacts(model: Model, line: str) -> list[FrictionContact]:
     """Contacts of a line, in order along it; none where the test does not have the line."""
-    members = test_model.lines.get(line, ())
-    found = {joint.name: joint for joint in test_model.system.joints if isinstance(joint, FrictionContact)}
+    members = model.lines.get(line, ())
+    found = {joint.name: joint for joint in model.system.joints if isinstance(joint, FrictionContact)}
     return [found[name] for name in members]
 
 
-def scaled_contacts(test_model: TestModel, factor: dict[str, float], quantity: str) -> TestModel:
+def scaled_contacts(model: Model, factor: dict[str, float], quantity: str) -> Model:
     """A property of the contacts times a factor for each line."""
-    return test_model.with_joints(
+    return model.with_joints(
         {
             contact.name: {quantity: value * getattr(contact, quantity)}
             for line, value in factor.items()
-            for contact in contacts(test_model, line)
+            for contact in contacts(model, line)
         }
     )
 
@@ -48,22 +48,20 @@ class LineRatio:
     parameters: tuple[EffectParameter, ...]
     other: str = ""
 
-    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
         """The contacts of the lines with other values."""
         (ratio,) = values
         factor = {self.line: sqrt(ratio), self.other: 1 / sqrt(ratio)} if self.other else {self.line: ratio}
-        return scaled_contacts(test_model, factor, self.quantity)
+        return scaled_contacts(model, factor, self.quantity)
 
 
-def line_ratios(
-    test_model: TestModel, *, kind: str, quantity: str, physics: str, signature: str
-) -> list[Effect | Untestable]:
+def line_ratios(model: Model, *, kind: str, quantity: str, physics: str, signature: str) -> list[Effect | Untestable]:
     """A property of each line against the others.
 
     What all lines have in common is an accepted parameter, so that two lines have one question between them: their
     ratio. It leaves the geometric mean, the common value, as it is.
     """
-    lines = list(test_model.lines)
+    lines = list(model.lines)
     if not lines:
         return [Untestable(name=kind, reason="the model has no contact lines")]
     if len(lines) == 1:
@@ -74,7 +72,7 @@ def line_ratios(
     found: list[Effect | Untestable] = []
     for line, other in pairs:
         name = f"{kind} of {line}" + (f" against {other}" if other else "")
-        if not any(getattr(contact, quantity) for each in (line, other) for contact in contacts(test_model, each)):
+        if not any(getattr(contact, quantity) for each in (line, other) for contact in contacts(model, each)):
             found.append(Untestable(name=name, reason="it is zero in the model, and a ratio leaves it so"))
             continue
         effect = LineRatio(

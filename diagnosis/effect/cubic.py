@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
 from diagnosis.effect.place import moving_places, with_cubic_spring
 from diagnosis.effect.scale import Scale, scale
@@ -32,24 +32,24 @@ class Cubic:
         "force is opposite to the displacement (180 deg) with exponent 3; without contacts as well."
     )
 
-    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
         """One joint more, also where its stiffness is zero."""
         (stiffness,) = values
-        return with_cubic_spring(test_model, self.name, self.row, stiffness)
+        return with_cubic_spring(model, self.name, self.row, stiffness)
 
 
-def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect | Untestable]:
+def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
     r"""A cubic spring at each place, typically 3/4 k a^2 of a spring that shifts the resonance by 0.5 %.
 
     Parameters
     ----------
-    test_model
+    model
         Whose places.
     size
         Of the model, at its level of force; by default at 1 N with contacts and without.
     """
-    size = size or scale(test_model)
-    places, left = moving_places(test_model, size, KIND)
+    size = size or scale(model)
+    places, left = moving_places(model, size, KIND)
     found: list[Effect | Untestable] = []
     for place in places:
         name = f"{KIND} at {place.name}"

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
 from diagnosis.effect.place import moving_places
 from diagnosis.effect.scale import Scale, scale
@@ -30,24 +30,24 @@ class Dashpot:
         "the displacement), proportional to it (exponent 1), without higher harmonics."
     )
 
-    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
         """C + c b^T b."""
         (damping,) = values
-        return test_model.with_system(damping=test_model.system.damping + damping * np.outer(self.row, self.row))
+        return model.with_system(damping=model.system.damping + damping * np.outer(self.row, self.row))
 
 
-def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect | Untestable]:
+def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
     """A dashpot at each place, typically with a tenth of the modal damping.
 
     Parameters
     ----------
-    test_model
+    model
         Whose places.
     size
         Of the model, at its level of force; by default at 1 N with contacts and without.
     """
-    size = size or scale(test_model)
-    places, left = moving_places(test_model, size, KIND)
+    size = size or scale(model)
+    places, left = moving_places(model, size, KIND)
     found: list[Effect | Untestable] = []
     for place in places:
         typical, unit = size.dashpot(place.row), place.unit("N s/m", "N m s")

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
 from diagnosis.effect.scale import Scale
 
@@ -25,29 +25,29 @@ class Density:
         "over the part like its mass."
     )
 
-    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
         """M + (ratio - 1) M of the part."""
         (ratio,) = values
-        mass = test_model.system.mass
-        for part in test_model.parts:
+        mass = model.system.mass
+        for part in model.parts:
             if part.name == self.part:
                 mass = mass + (ratio - 1) * part.mass
-        return test_model.with_system(mass=mass)
+        return model.with_system(mass=mass)
 
 
-def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect | Untestable]:
+def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
     """The density of each part.
 
     Parameters
     ----------
-    test_model
+    model
         Whose parts.
     size
         Of the model; not asked for.
     """
     del size
     found: list[Effect | Untestable] = []
-    for part in test_model.parts:
+    for part in model.parts:
         name = f"{KIND} of {part.name}"
         if part.mass.any():
             found.append(Density(name=name, part=part.name))

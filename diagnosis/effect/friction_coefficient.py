@@ -1,6 +1,6 @@
 """One contact line is rougher than the others."""
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import Effect, Untestable
 from diagnosis.effect.contact_line import line_ratios
 from diagnosis.effect.scale import Scale
@@ -8,19 +8,19 @@ from diagnosis.effect.scale import Scale
 KIND = "friction coefficient"
 
 
-def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect | Untestable]:
+def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
     """The friction coefficient of each line; of two lines, their ratio.
 
     Parameters
     ----------
-    test_model
+    model
         Whose lines.
     size
         Of the model; not asked for.
     """
     del size
     return line_ratios(
-        test_model,
+        model,
         kind=KIND,
         quantity="friction_coefficient",
         physics="One contact line has another friction coefficient than the others: wear, oxide, grease.",

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
 from diagnosis.effect.scale import Scale
 
@@ -25,26 +25,26 @@ class Gain:
         "sensors agree."
     )
 
-    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
         """The sensor with its gain scaled; nothing where the test does not have it."""
         (ratio,) = values
-        for sensor in test_model.sensors:
+        for sensor in model.sensors:
             if sensor.name == self.sensor:
-                return test_model.with_sensor(self.sensor, gain=ratio * sensor.gain)
-        return test_model
+                return model.with_sensor(self.sensor, gain=ratio * sensor.gain)
+        return model
 
 
-def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect | Untestable]:
+def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
     """The gain of each sensor.
 
     Parameters
     ----------
-    test_model
+    model
         Whose sensors.
     size
         Of the model; not asked for.
     """
     del size
-    if not test_model.sensors:
+    if not model.sensors:
         return [Untestable(name=KIND, reason="the model has no sensors")]
-    return [Gain(name=f"{KIND} of {sensor.name}", sensor=sensor.name) for sensor in test_model.sensors]
+    return [Gain(name=f"{KIND} of {sensor.name}", sensor=sensor.name) for sensor in model.sensors]

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
 from diagnosis.effect.contact_line import contacts
 from diagnosis.effect.place import ROTATIONS, TRANSLATIONS
@@ -48,38 +48,38 @@ class Gap:
         """Line, and whether it opens towards its last contact, however many there are."""
         return self.line, self.share[-1] == 1.0
 
-    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
         """Gaps rise by their share; the static load stays, since the line is loaded and not moved."""
         (gap,) = values
-        members = contacts(test_model, self.line)
+        members = contacts(model, self.line)
         change = {
             contact.name: {"gap": contact.gap + gap * share}
             for contact, share in zip(members, self.share, strict=False)
         }
-        return test_model.with_joints(change)
+        return model.with_joints(change)
 
 
-def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect | Untestable]:
+def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
     """A gap at each end of each line; one for a line of a single contact.
 
     Parameters
     ----------
-    test_model
+    model
         Whose lines.
     size
         Of the model, whose response stands in for the elastic closing of a line without pre-load.
     """
-    if not test_model.lines:
+    if not model.lines:
         return [Untestable(name=KIND, reason="the model has no contact lines")]
     found: list[Effect | Untestable] = []
-    for line in test_model.lines:
-        members = contacts(test_model, line)
+    for line in model.lines:
+        members = contacts(model, line)
         if not members:
             found.append(Untestable(name=f"{KIND} of {line}", reason="the line has no contacts"))
             continue
         closing = sum(each.preload for each in members) / sum(each.normal_stiffness for each in members)
         if not closing > 0:
-            size = size or scale(test_model)
+            size = size or scale(model)
             closing = max(size.amplitude(each.normal) for each in members)
         if not closing > 0:
             reason = "the line is not pressed and no force moves it, so that its contacts never close"
@@ -87,7 +87,7 @@ def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect 
             continue
         largest = LARGEST * closing
         parameter = EffectParameter(name="gap", unit="m", lower=-largest, upper=largest, typical=TYPICAL * closing)
-        along = _along(test_model, members)
+        along = _along(model, members)
         ends = {f"{KIND} of {line}": (1.0,)} if len(members) == 1 else {
             f"{KIND} of {line} at {members[0].name}": tuple(1 - each for each in along),
             f"{KIND} of {line} at {members[-1].name}": tuple(along),
@@ -96,10 +96,10 @@ def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect 
     return found
 
 
-def _along(test_model: TestModel, members: Sequence[FrictionContact]) -> list[float]:
+def _along(model: Model, members: Sequence[FrictionContact]) -> list[float]:
     """Where each contact lies between the first (0) and the last (1): by coordinates, or evenly if they do not say."""
     even = [number / max(len(members) - 1, 1) for number in range(len(members))]
-    points = [_point(test_model, each) for each in members]
+    points = [_point(model, each) for each in members]
     known = [each for each in points if each is not None]
     if len(known) < len(members) or len(members) < 3:
         return even
@@ -109,7 +109,7 @@ def _along(test_model: TestModel, members: Sequence[FrictionContact]) -> list[fl
     return along if along and all(one < other for one, other in pairwise(along)) else even
 
 
-def _point(test_model: TestModel, contact: FrictionContact) -> Float[NDArray[np.float64], "3"] | None:
+def _point(model: Model, contact: FrictionContact) -> Float[NDArray[np.float64], "3"] | None:
     """Mean of the points whose translations the contact follows; none if one is not known.
 
     None where it follows rotations of several points as well: the shapes of beams and shells do not weigh them by
@@ -117,7 +117,7 @@ def _point(test_model: TestModel, contact: FrictionContact) -> Float[NDArray[np.
     """
     weights, points, rotates = [], [], False
     for number in np.flatnonzero(np.abs(contact.directions).max(axis=0)):
-        dof = test_model.dofs[int(number)]
+        dof = model.dofs[int(number)]
         if dof.direction == "modal" or dof.coordinates is None:
             return None
         rotates |= dof.direction in ROTATIONS

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
 from diagnosis.effect.place import TRANSLATIONS, dof_of, moving_places
 from diagnosis.effect.scale import Scale, scale
@@ -30,29 +30,29 @@ class PointMass:
         "with the displacement (0 deg), proportional to it (exponent 1), without higher harmonics."
     )
 
-    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
         """M + m sum b^T b."""
         (mass,) = values
-        return test_model.with_system(mass=test_model.system.mass + mass * self.rows.T @ self.rows)
+        return model.with_system(mass=model.system.mass + mass * self.rows.T @ self.rows)
 
 
-def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect | Untestable]:
+def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
     """A mass at each place: on all translations of its node, or along the place's row where the node is not known.
 
     Parameters
     ----------
-    test_model
+    model
         Whose places.
     size
         Of the model, at its level of force; by default at 1 N with contacts and without.
     """
-    size = size or scale(test_model)
-    places, left = moving_places(test_model, size, KIND)
+    size = size or scale(model)
+    places, left = moving_places(model, size, KIND)
     found: list[Effect | Untestable] = []
     taken: dict[tuple[int, ...], str] = {}
     for place in places:
         name = f"{KIND} at {place.name}"
-        moved = _translations(test_model, place.row)
+        moved = _translations(model, place.row)
         if moved in taken:
             found.append(Untestable(name=name, reason=f'it is the mass at "{taken[moved]}": one node'))
             continue
@@ -70,13 +70,13 @@ def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect 
     return [*found, *left]
 
 
-def _translations(test_model: TestModel, row: Float[NDArray[np.float64], " r"]) -> tuple[int, ...]:
+def _translations(model: Model, row: Float[NDArray[np.float64], " r"]) -> tuple[int, ...]:
     """Translations of the node that a row follows; none if it is no translation, a mix, or not known."""
-    known = dof_of(test_model, row)
+    known = dof_of(model, row)
     if known is None or known.direction not in TRANSLATIONS:
         return ()
     return tuple(
         number
-        for number, dof in enumerate(test_model.dofs)
+        for number, dof in enumerate(model.dofs)
         if (dof.body, dof.node) == (known.body, known.node) and dof.direction in TRANSLATIONS
     )

@@ -1,6 +1,6 @@
 """Effects of one's own, from a short Python file or an installed package.
 
-A file offers `candidates(test_model)`, which lists effects (`diagnosis.effect.candidate.Effect`) and what cannot be
+A file offers `candidates(model)`, which lists effects (`diagnosis.effect.candidate.Effect`) and what cannot be
 tested. A package names such a function, or its module, as an entry point of the group "stickslip.effects". What these
 effects do is checked as it happens: a mistake is one sentence with the file and the line.
 """
@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import Effect, EffectError, EffectParameter, Untestable
 
 GROUP = "stickslip.effects"
@@ -27,7 +27,7 @@ GROUP = "stickslip.effects"
 WORDS = ("name", "kind", "physics", "signature")
 #: What of a system must be as it was where an effect vanishes.
 LINEAR = ("mass", "damping", "stiffness", "static_load")
-OFFER = "give it a function `candidates(test_model)` that returns a list of effects"
+OFFER = "give it a function `candidates(model)` that returns a list of effects"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -70,7 +70,7 @@ class OwnEffect:
         """See `Effect`."""
         return tuple(self.effect.parameters)
 
-    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
         """See `Effect`.
 
         Raises
@@ -79,11 +79,11 @@ class OwnEffect:
             It fails, or returns no test model.
         """
         what = f'`apply` of "{self.name}"'
-        changed: object = _called(lambda: self.effect.apply(test_model, values), self.origin, what)
-        if not isinstance(changed, TestModel):
+        changed: object = _called(lambda: self.effect.apply(model, values), self.origin, what)
+        if not isinstance(changed, Model):
             raise EffectError(
                 f"{self.origin}: {what} returns a {type(changed).__name__}: return a changed test model, as from "
-                "test_model.with_system(...)"
+                "model.with_system(...)"
             )
         return changed
 
@@ -105,9 +105,9 @@ class EffectSource:
     """
 
     origin: str
-    offer: Callable[[TestModel], Any]
+    offer: Callable[[Model], Any]
 
-    def candidates(self, test_model: TestModel) -> list[Effect | Untestable]:
+    def candidates(self, model: Model) -> list[Effect | Untestable]:
         """Its effects for a model.
 
         Raises
@@ -115,13 +115,13 @@ class EffectSource:
         EffectError
             It fails, or what it lists is no effect.
         """
-        found: object = _called(lambda: self.offer(test_model), self.origin, "`candidates`")
+        found: object = _called(lambda: self.offer(model), self.origin, "`candidates`")
         if isinstance(found, str) or not isinstance(found, Iterable):
             raise EffectError(f"{self.origin}: `candidates` returns a {type(found).__name__}: return a list of effects")
         listed = _called(lambda: list(found), self.origin, "`candidates`")
-        return [each if isinstance(each, Untestable) else self._checked(each, test_model) for each in listed]
+        return [each if isinstance(each, Untestable) else self._checked(each, model) for each in listed]
 
-    def _checked(self, effect: Any, test_model: TestModel) -> OwnEffect:
+    def _checked(self, effect: Any, model: Model) -> OwnEffect:
         def parts() -> tuple[object, ...]:
             return (*(getattr(effect, word, None) for word in WORDS), getattr(effect, "parameters", None))
 
@@ -140,18 +140,18 @@ class EffectSource:
                 "strength first"
             )
         if not callable(getattr(effect, "apply", None)):
-            raise EffectError(f'{self.origin}: "{name}" has no method apply(test_model, values): give it one')
+            raise EffectError(f'{self.origin}: "{name}" has no method apply(model, values): give it one')
         own = OwnEffect(effect=effect, origin=self.origin)
         _called(lambda: pickle.dumps(effect), self.origin, f'storing "{name}" for other processes')
-        none = own.apply(test_model, [each.vanishes for each in parameters])
+        none = own.apply(model, [each.vanishes for each in parameters])
         for field in LINEAR:
-            before, after = getattr(test_model.system, field), getattr(none.system, field)
+            before, after = getattr(model.system, field), getattr(none.system, field)
             if before.shape != after.shape or not np.allclose(after, before, rtol=1e-9, atol=1e-9 * _largest(before)):
                 raise EffectError(
                     f'{self.origin}: "{name}" changes the {field.replace("_", " ")} at its vanishing values: let '
                     "`apply` return the model as it is there"
                 )
-        if own.apply(test_model, [each.typical for each in parameters]) is test_model:
+        if own.apply(model, [each.typical for each in parameters]) is model:
             raise EffectError(f'{self.origin}: "{name}" changes nothing at its typical values: let `apply` change it')
         return own
 
@@ -166,7 +166,7 @@ def read_effects(path: str | Path) -> EffectSource:
     Parameters
     ----------
     path
-        Of a file with a function `candidates(test_model)`.
+        Of a file with a function `candidates(model)`.
 
     Raises
     ------

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.model import Dof, Sensor, TestModel
+from correlation.model import Dof, Model, Sensor
 from diagnosis.effect.candidate import Untestable
 from diagnosis.effect.scale import Scale
 from reduction.jointed_system import CubicSpring, Joint, QuadraticDamper
@@ -42,16 +42,14 @@ class Place:
         return of_rotation if self.rotational else of_displacement
 
 
-def moving_places(
-    test_model: TestModel, scale: Scale, kind: str, least: float = MOVES
-) -> tuple[list[Place], list[Untestable]]:
+def moving_places(model: Model, scale: Scale, kind: str, least: float = MOVES) -> tuple[list[Place], list[Untestable]]:
     """Places where an effect can act, and those where it cannot with the reason."""
-    if not test_model.places:
+    if not model.places:
         return [], [Untestable(name=kind, reason="the model names no place: give places as rows over its DOFs")]
-    rows = [*test_model.places.values(), *(each.row for each in test_model.sensors if isinstance(each, Sensor))]
+    rows = [*model.places.values(), *(each.row for each in model.sensors if isinstance(each, Sensor))]
     found: list[Place] = []
     left: list[Untestable] = []
-    for name, row in test_model.places.items():
+    for name, row in model.places.items():
         share = scale.share(row, rows)
         twin = next((each.name for each in found if parallel(each.row, row)), None)
         reason = ""
@@ -64,7 +62,7 @@ def moving_places(
         if reason:
             left.append(Untestable(name=f"{kind} at {name}", reason=reason))
         else:
-            known = dof_of(test_model, row)
+            known = dof_of(model, row)
             found.append(Place(name=name, row=row, rotational=known is not None and known.direction in ROTATIONS))
     return found, left
 
@@ -74,35 +72,35 @@ def parallel(one: Row, other: Row) -> bool:
     return bool(abs(one @ other) >= (1 - 1e-9) * np.linalg.norm(one) * np.linalg.norm(other))
 
 
-def dof_of(test_model: TestModel, row: Row) -> Dof | None:
+def dof_of(model: Model, row: Row) -> Dof | None:
     """The degree of freedom that a row follows, with a factor of 1 or -1; none if it is a mix or none that is known."""
     where = np.flatnonzero(row)
     if len(where) != 1 or abs(row[where[0]]) != 1.0:
         return None
-    dof = test_model.dofs[int(where[0])]
+    dof = model.dofs[int(where[0])]
     return None if dof.direction == "modal" else dof
 
 
-def with_cubic_spring(test_model: TestModel, name: str, row: Row, stiffness: float) -> TestModel:
+def with_cubic_spring(model: Model, name: str, row: Row, stiffness: float) -> Model:
     """A cubic spring more; one of this name gets stiffer instead."""
-    joints = list(test_model.system.joints)
+    joints = list(model.system.joints)
     for number, joint in enumerate(joints):
         if isinstance(joint, CubicSpring) and joint.name == name:
             joints[number] = replace(joint, stiffness=joint.stiffness + stiffness)
-            return test_model.with_system(joints=joints)
-    return _with_joint(test_model, CubicSpring(name=name, direction=row, stiffness=stiffness))
+            return model.with_system(joints=joints)
+    return _with_joint(model, CubicSpring(name=name, direction=row, stiffness=stiffness))
 
 
-def with_quadratic_damper(test_model: TestModel, name: str, row: Row, damping: float) -> TestModel:
+def with_quadratic_damper(model: Model, name: str, row: Row, damping: float) -> Model:
     """A quadratic damper more; one of this name damps more instead."""
-    joints = list(test_model.system.joints)
+    joints = list(model.system.joints)
     for number, joint in enumerate(joints):
         if isinstance(joint, QuadraticDamper) and joint.name == name:
             joints[number] = replace(joint, damping=joint.damping + damping)
-            return test_model.with_system(joints=joints)
-    return _with_joint(test_model, QuadraticDamper(name=name, direction=row, damping=damping))
+            return model.with_system(joints=joints)
+    return _with_joint(model, QuadraticDamper(name=name, direction=row, damping=damping))
 
 
-def _with_joint(test_model: TestModel, joint: Joint) -> TestModel:
-    joints: Sequence[Joint] = [*test_model.system.joints, joint]
-    return test_model.with_system(joints=joints)
+def _with_joint(model: Model, joint: Joint) -> Model:
+    joints: Sequence[Joint] = [*model.system.joints, joint]
+    return model.with_system(joints=joints)

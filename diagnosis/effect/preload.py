@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
 from diagnosis.effect.contact_line import contacts
 from diagnosis.effect.scale import Scale
@@ -19,7 +19,7 @@ class Preload:
     Parameters
     ----------
     of
-        One of `TestModel.preloads`.
+        One of `Model.preloads`.
     """
 
     name: str
@@ -32,30 +32,30 @@ class Preload:
         "tangential force saturates elsewhere; nothing without contacts."
     )
 
-    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
         """N_0 of each contact times the ratio, and the static load along its normal; or the load of the dead weight."""
         (ratio,) = values
         # Without its contacts a structure has no pre-loads.
-        return test_model.pressed(self.of, ratio) if self.of in test_model.preloads else test_model
+        return model.pressed(self.of, ratio) if self.of in model.preloads else model
 
 
-def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect | Untestable]:
+def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
     """The pre-load of each line, and by each dead weight.
 
     Parameters
     ----------
-    test_model
+    model
         Whose lines and dead weights.
     size
         Of the model; not asked for.
     """
     del size
-    if not test_model.lines:
+    if not model.lines:
         return [Untestable(name=KIND, reason="the model has no contact lines")]
     found: list[Effect | Untestable] = []
-    for of in test_model.preloads:
-        name = f"{KIND} {'by' if of in test_model.dead_weights else 'of'} {of}"
-        if of in test_model.dead_weights or any(each.preload for each in contacts(test_model, of)):
+    for of in model.preloads:
+        name = f"{KIND} {'by' if of in model.dead_weights else 'of'} {of}"
+        if of in model.dead_weights or any(each.preload for each in contacts(model, of)):
             found.append(Preload(name=name, of=of))
         else:
             found.append(Untestable(name=name, reason="it is zero in the model, and a ratio leaves it so"))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import EffectError
 from diagnosis.effect.resonance import Resonance, Row, Rows, resonance
 from reduction.jointed_system import JointedSystem
@@ -95,7 +95,7 @@ class Scale:
 
 
 def scale(
-    test_model: TestModel,
+    model: Model,
     *,
     level: float = 1.0,
     configurations: Collection[str] | Mapping[str, float] = CONFIGURATIONS,
@@ -104,7 +104,7 @@ def scale(
 
     Parameters
     ----------
-    test_model
+    model
         With its joints and loads.
     level
         Of the force, best the highest of the tests [N].
@@ -125,16 +125,16 @@ def scale(
     for each in levels:
         if each not in CONFIGURATIONS:
             raise EffectError(f'"{each}" is no configuration: give any of {", ".join(CONFIGURATIONS)}')
-    free = "free" in levels and test_model.lines
-    found = [resonance(test_model.free().system, levels["free"])] if free else []
-    jointed = resonance(test_model.system, levels.get("jointed", level))
+    free = "free" in levels and model.lines
+    found = [resonance(model.free().system, levels["free"])] if free else []
+    jointed = resonance(model.system, levels.get("jointed", level))
     if jointed is None:
         raise EffectError(
             "the lowest frequency with all contacts stuck is 0 Hz: hold the structure by a support or a contact"
         )
     if "jointed" in levels or not free:
         found.append(jointed)
-    return Scale(system=test_model.system, resonances=tuple(each for each in found if each) or (jointed,))
+    return Scale(system=model.system, resonances=tuple(each for each in found if each) or (jointed,))
 
 
 def _least(strengths: Iterable[float | None]) -> float | None:

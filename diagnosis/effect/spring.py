@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
 from diagnosis.effect.place import Place, dof_of, moving_places
 from diagnosis.effect.scale import Scale, scale
@@ -34,27 +34,27 @@ class LinearSpring:
         "to the displacement (180 deg), proportional to it (exponent 1), without higher harmonics."
     )
 
-    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
         """K + k b^T b."""
         (stiffness,) = values
-        return test_model.with_system(stiffness=test_model.system.stiffness + stiffness * np.outer(self.row, self.row))
+        return model.with_system(stiffness=model.system.stiffness + stiffness * np.outer(self.row, self.row))
 
 
-def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect | Untestable]:
+def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
     """A spring to the ground at each place, and between places of two bodies that move in one direction.
 
     Parameters
     ----------
-    test_model
+    model
         Whose places.
     size
         Of the model, at its level of force; by default at 1 N with contacts and without.
     """
-    size = size or scale(test_model)
-    places, left = moving_places(test_model, size, KIND, least=SUPPORT)
+    size = size or scale(model)
+    places, left = moving_places(model, size, KIND, least=SUPPORT)
     found: list[Effect | Untestable] = [_candidate(f"{KIND} at {each.name}", each, size) for each in places]
     for one, other in combinations(places, 2):
-        first, second = dof_of(test_model, one.row), dof_of(test_model, other.row)
+        first, second = dof_of(model, one.row), dof_of(model, other.row)
         if first and second and first.body != second.body and first.direction == second.direction:
             gap = Place(name="", row=_unsigned(one.row) - _unsigned(other.row), rotational=one.rotational)
             found.append(_candidate(f"{KIND} between {one.name} and {other.name}", gap, size))

@@ -1,6 +1,6 @@
 """One contact line is tangentially stiffer than the others."""
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import Effect, Untestable
 from diagnosis.effect.contact_line import line_ratios
 from diagnosis.effect.scale import Scale
@@ -8,19 +8,19 @@ from diagnosis.effect.scale import Scale
 KIND = "tangential stiffness"
 
 
-def candidates(test_model: TestModel, size: Scale | None = None) -> list[Effect | Untestable]:
+def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
     """The tangential contact stiffness of each line; of two lines, their ratio.
 
     Parameters
     ----------
-    test_model
+    model
         Whose lines.
     size
         Of the model; not asked for.
     """
     del size
     return line_ratios(
-        test_model,
+        model,
         kind=KIND,
         quantity="tangential_stiffness",
         physics="One contact line has another tangential stiffness than the others: less real area, other asperities.",

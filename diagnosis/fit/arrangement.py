@@ -8,7 +8,7 @@ import numpy as np
 
 from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import followed, parted
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from correlation.noise.scatter import Scatter
 from correlation.noise.whitening import Whitening
@@ -64,7 +64,7 @@ class Arrangement:
         The finer models of the budget, calibrated to what the fit says.
     """
 
-    base: TestModel
+    base: Model
     accepted: tuple[Accepted, ...]
     added: tuple[Effect, ...]
     train: Comparison
@@ -82,13 +82,13 @@ class Arrangement:
 
 def arrange(
     campaign: Campaign,
-    base: TestModel,
+    base: Model,
     accepted: Sequence[Accepted],
     budget: Budget,
     report: Report | None = None,
     *,
     added: Sequence[Added] = (),
-    listed: Callable[[TestModel], Catalogue] = catalogue,
+    listed: Callable[[Model], Catalogue] = catalogue,
 ) -> Arrangement:
     """Prepare features, covariance and the first fit.
 
@@ -162,7 +162,7 @@ def _compared(
 
 
 def weighed_beside(
-    campaign: Campaign, arrangement: Arrangement, effect: Effect, fit: Fit, listed: Callable[[TestModel], Catalogue]
+    campaign: Campaign, arrangement: Arrangement, effect: Effect, fit: Fit, listed: Callable[[Model], Catalogue]
 ) -> Arrangement:
     """The same measurements, weighed where the model with an effect stands; the fit is still that without it.
 
@@ -195,9 +195,7 @@ def _sides(campaign: Campaign) -> tuple[Measured, Measured]:
     return Measured.of(seen, sweeps), Measured.of(unseen, sweeps)
 
 
-def _unseen(
-    held: Measured, model: TestModel, near: Prediction, budget: Budget, refined: Sequence[TestModel]
-) -> dict[str, Any]:
+def _unseen(held: Measured, model: Model, near: Prediction, budget: Budget, refined: Sequence[Model]) -> dict[str, Any]:
     """What an arrangement has of the held-out data."""
     tested, apart = weighed(held, model, held.predictor.predict(model, near), budget, refined)
     settled, shifts = _settled(tested, apart, model)
@@ -229,7 +227,7 @@ def _calibrated(
     return min(fit, anew, key=lambda each: each.chi2)
 
 
-def _settled(comparison: Comparison, seen: Scatter, model: TestModel) -> tuple[Comparison, list[tuple[Effect, float]]]:
+def _settled(comparison: Comparison, seen: Scatter, model: Model) -> tuple[Comparison, list[tuple[Effect, float]]]:
     """The comparison without jitter in its covariance, and the jitter as effects with priors."""
     n_jitter = sum(len(covariance) for covariance in seen.jitter)
     modes = comparison.whitening.modes
@@ -240,7 +238,7 @@ def _settled(comparison: Comparison, seen: Scatter, model: TestModel) -> tuple[C
     return replace(comparison, whitening=without), jitter(model, [each / repeats for each in seen.jitter])
 
 
-def _unknowns(base: TestModel, accepted: Sequence[Accepted], effects: Sequence[Effect]) -> Unknowns:
+def _unknowns(base: Model, accepted: Sequence[Accepted], effects: Sequence[Effect]) -> Unknowns:
     return Unknowns.of(base, [(each, each.deviation) for each in accepted], effects)
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.prediction import Prediction
 from diagnosis.fit.comparison import Comparison, Vector
 from diagnosis.fit.unknowns import Unknowns, Values
@@ -61,7 +61,7 @@ class Fit:
     values: Values
     covariance: Float[NDArray[np.float64], "p p"]
     chi2: float
-    model: TestModel
+    model: Model
     prediction: Prediction
     residual: Vector
     jacobian: Float[NDArray[np.float64], "m p"]
@@ -150,7 +150,7 @@ def inverse(jacobian: Float[NDArray[np.float64], "m p"], size: Values) -> Float[
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Evaluation:
     values: Values
-    model: TestModel
+    model: Model
     prediction: Prediction
     residual: Vector
     chi2: float

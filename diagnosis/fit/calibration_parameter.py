@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import EffectError, EffectParameter
 from diagnosis.effect.contact_line import contacts, scaled_contacts
 from diagnosis.fit.contact_position import bearing_bounds, with_bearing
@@ -58,28 +58,28 @@ class Accepted:
     kind: str = "accepted"
     signature: str = "It is calibrated with every effect, and with none."
 
-    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
         """The model with the factor; 1 changes nothing, and contacts that a test does not have are left alone."""
         (factor,) = values
-        system = test_model.system
+        system = model.system
         if self.name in CONTACT:
-            return scaled_contacts(test_model, dict.fromkeys(test_model.lines, factor), CONTACT[self.name])
+            return scaled_contacts(model, dict.fromkeys(model.lines, factor), CONTACT[self.name])
         if self.name == "zeta":
-            return test_model.with_system(damping=factor * system.damping)
+            return model.with_system(damping=factor * system.damping)
         if self.name == "bearing":
-            return with_bearing(test_model, factor)
-        whole = np.sum([part.stiffness for part in test_model.parts], axis=0)
-        return test_model.with_system(stiffness=system.stiffness + (factor - 1) * whole)
+            return with_bearing(model, factor)
+        whole = np.sum([part.stiffness for part in model.parts], axis=0)
+        return model.with_system(stiffness=system.stiffness + (factor - 1) * whole)
 
 
 def accepted(
-    test_model: TestModel, *, deviation: Mapping[str, float] | None = None, finer: Sequence[TestModel] = ()
+    model: Model, *, deviation: Mapping[str, float] | None = None, finer: Sequence[Model] = ()
 ) -> tuple[Accepted, ...]:
     """Accepted parameters that the model has.
 
     Parameters
     ----------
-    test_model
+    model
         Without contact lines it has no kt, kn, mu; without friction no mu; without damping no zeta.
     deviation
         Other standard deviations of the priors, by name, relative to the model's values [-]; 0 leaves a parameter out,
@@ -103,14 +103,14 @@ def accepted(
             name=name,
             physics=WHAT[name],
             deviation=float(value),
-            parameters=(_factor([test_model, *finer], name, float(value)),),
+            parameters=(_factor([model, *finer], name, float(value)),),
         )
         for name, value in (DEVIATION | given).items()
-        if value and _has(test_model, name)
+        if value and _has(model, name)
     )
 
 
-def _factor(test_models: Sequence[TestModel], name: str, deviation: float) -> EffectParameter:
+def _factor(test_models: Sequence[Model], name: str, deviation: float) -> EffectParameter:
     lower, upper = BOUNDS[name]
     for each in test_models if name == "bearing" else ():
         lower, upper = bearing_bounds(each, lower, upper)
@@ -118,12 +118,12 @@ def _factor(test_models: Sequence[TestModel], name: str, deviation: float) -> Ef
     return EffectParameter(name="factor", unit="-", lower=lower, upper=upper, typical=typical, vanishes=1.0)
 
 
-def _has(test_model: TestModel, name: str) -> bool:
+def _has(model: Model, name: str) -> bool:
     if name in CONTACT:
-        members = [contact for line in test_model.lines for contact in contacts(test_model, line)]
+        members = [contact for line in model.lines for contact in contacts(model, line)]
         return any(getattr(contact, CONTACT[name]) for contact in members)
     if name == "zeta":
-        return bool(test_model.system.damping.any())
+        return bool(model.system.damping.any())
     if name == "bearing":
-        return any(len(names) > 2 for names in test_model.lines.values())
-    return any(part.stiffness.any() for part in test_model.parts)
+        return any(len(names) > 2 for names in model.lines.values())
+    return any(part.stiffness.any() for part in model.parts)

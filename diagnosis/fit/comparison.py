@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.noise.whitening import Whitening
 from correlation.prediction import Prediction, Predictor
 from diagnosis.fit.tangent import tangents
@@ -53,7 +53,7 @@ class Comparison:
     predictor: Predictor
     noise: Vector
 
-    def predict(self, model: TestModel, before: Prediction | None = None) -> Prediction:
+    def predict(self, model: Model, before: Prediction | None = None) -> Prediction:
         """What the model says.
 
         Raises
@@ -79,7 +79,7 @@ class Comparison:
         return np.isfinite(self.features.of_values(prediction.value))
 
     def slopes(
-        self, unknowns: Unknowns, values: Values, model: TestModel, prediction: Prediction, first: int = 0
+        self, unknowns: Unknowns, values: Values, model: Model, prediction: Prediction, first: int = 0
     ) -> Float[NDArray[np.float64], "m p"]:
         """S^(-1/2) d predicted / d values, from value number `first` on, shape (m, p - first)."""
         changes = tangents(unknowns.compose, values, unknowns.size, unknowns.bounds, first)

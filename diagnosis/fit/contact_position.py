@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.noise.nuisance import bulge
 from reduction.jointed_system import FrictionContact, Joint
 
@@ -26,29 +26,29 @@ SHARED = ("tangential_stiffness", "normal_stiffness", "preload")
 LEFT = 0.1
 
 
-def with_bearing(test_model: TestModel, factor: float) -> TestModel:
+def with_bearing(model: Model, factor: float) -> Model:
     """The model with the contacts of all lines at `factor` times their distance from the middle; 1 changes nothing."""
     if factor == 1.0:
-        return test_model
+        return model
     moved: dict[str, FrictionContact] = {}
-    static = np.array(test_model.system.static_load)
-    for names in test_model.lines.values():
+    static = np.array(model.system.static_load)
+    for names in model.lines.values():
         if len(names) < 3:
             continue
-        contacts = [test_model.contact(name) for name in names]
+        contacts = [model.contact(name) for name in names]
         for before, after in zip(contacts, _moved(contacts, factor), strict=True):
             moved[before.name] = after
             static += after.preload * after.normal - before.preload * before.normal
-    joints: list[Joint] = [moved.get(joint.name, joint) for joint in test_model.system.joints]
-    return test_model.with_system(joints=joints, static_load=static)
+    joints: list[Joint] = [moved.get(joint.name, joint) for joint in model.system.joints]
+    return model.with_system(joints=joints, static_load=static)
 
 
-def bearing_bounds(test_model: TestModel, lower: float, upper: float) -> tuple[float, float]:
+def bearing_bounds(model: Model, lower: float, upper: float) -> tuple[float, float]:
     """Factors within the given ones that leave every contact a share, since moments are kept."""
-    for names in test_model.lines.values():
+    for names in model.lines.values():
         if len(names) < 3:
             continue
-        contacts = [test_model.contact(name) for name in names]
+        contacts = [model.contact(name) for name in names]
         place = _places(contacts)
         rates = np.array([_rate(_values(contacts, name), place) for name in SHARED])
         taken, given = float(-rates.min()), float(rates.max())

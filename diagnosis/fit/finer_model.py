@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.noise.whitening import Whitening
 from diagnosis.effect.candidate import Effect
 from diagnosis.fit.calibration import Fit, calibrate
@@ -38,7 +38,7 @@ class FinerModel:
     n_accepted: int
     shift: Values | None = None
 
-    def compose(self, values: Values) -> TestModel:
+    def compose(self, values: Values) -> Model:
         """The finer model beside the model with these values."""
         shifted = np.array(values)
         if self.shift is not None:

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import Effect, EffectParameter
 
 #: No test bench is worse than this, and a share that matters.
@@ -35,10 +35,10 @@ class FrequencyShift:
         """Which test."""
         return f"frequency of the {self.configuration} test"
 
-    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
         """The model read at shifted frequencies."""
         (shift,) = values
-        return test_model.shifted(self.configuration, shift)
+        return model.shifted(self.configuration, shift)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,16 +54,16 @@ class PreloadJitter:
         EffectParameter(name="amount", unit="-", lower=-LARGEST, upper=LARGEST, typical=TYPICAL),
     )
 
-    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
         """The model with other pre-loads."""
         (amount,) = values
         for name, share in self.shares:
-            if name in test_model.preloads:
-                test_model = test_model.pressed(name, 1 + share * amount)
-        return test_model
+            if name in model.preloads:
+                model = model.pressed(name, 1 + share * amount)
+        return model
 
 
-def jitter(model: TestModel, covariances: Sequence[Float[NDArray[np.float64], "q q"]]) -> list[tuple[Effect, float]]:
+def jitter(model: Model, covariances: Sequence[Float[NDArray[np.float64], "q q"]]) -> list[tuple[Effect, float]]:
     """Effects with the standard deviations of their numbers, for the blocks of `noise.nuisance.jitter_modes`."""
     found: list[tuple[Effect, float]] = []
     for configuration, covariance in zip(("jointed", "free"), covariances, strict=False):
@@ -74,9 +74,7 @@ def jitter(model: TestModel, covariances: Sequence[Float[NDArray[np.float64], "q
     return found
 
 
-def preload_jitter(
-    model: TestModel, covariance: Float[NDArray[np.float64], "q q"]
-) -> list[tuple[PreloadJitter, float]]:
+def preload_jitter(model: Model, covariance: Float[NDArray[np.float64], "q q"]) -> list[tuple[PreloadJitter, float]]:
     """Patterns in which pre-loads differ, independent of each other, with their standard deviations.
 
     Parameters

@@ -12,13 +12,13 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.configuration import Tangent
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import EffectError
 from hbsolve.contact.catalogue import parameter_names
 from hbsolve.sensitivity import MatrixParameter, ModelParameter
 from reduction.jointed_system import JointedSystem
 
-Compose = Callable[[Float[NDArray[np.float64], " p"]], TestModel]
+Compose = Callable[[Float[NDArray[np.float64], " p"]], Model]
 
 #: Step of the differences, relative to the size of each parameter: round-off and curvature both stay below 1e-9.
 STEP = 1e-4
@@ -78,12 +78,12 @@ def tangents(
     return found
 
 
-def _moves(before: TestModel, after: TestModel) -> bool:
+def _moves(before: Model, after: Model) -> bool:
     pairs = zip(before.system.joints, after.system.joints, strict=False)
     return any(not np.array_equal(a.directions, b.directions) for a, b in pairs)
 
 
-def _shift(before: TestModel, after: TestModel, configuration: str) -> float:
+def _shift(before: Model, after: Model, configuration: str) -> float:
     """Relative change of the true frequency."""
     low, high = (1 + model.shift.get(configuration, 0.0) for model in (before, after))
     return 2 * (high - low) / (high + low)

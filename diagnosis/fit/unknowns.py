@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import Effect, EffectParameter
 
 Values = Float[NDArray[np.float64], " p"]
@@ -31,14 +31,14 @@ class Unknowns:
         Values of the last effects that are not unknown.
     """
 
-    base: TestModel
+    base: Model
     effects: tuple[Effect, ...]
     prior: Values
     centre: Values | None = None
     pinned: tuple[float, ...] = ()
 
     @classmethod
-    def of(cls, base: TestModel, accepted: Sequence[tuple[Effect, float]], effects: Sequence[Effect]) -> "Unknowns":
+    def of(cls, base: Model, accepted: Sequence[tuple[Effect, float]], effects: Sequence[Effect]) -> "Unknowns":
         """Accepted parameters with their priors, then effects without."""
         prior = [sd for effect, sd in accepted for _ in effect.parameters]
         prior += [np.inf for effect in effects for _ in effect.parameters]
@@ -80,7 +80,7 @@ class Unknowns:
         lower, upper = np.array(self.bounds).reshape(-1, 2).T
         return np.clip(values, lower, upper)
 
-    def compose(self, values: Values) -> TestModel:
+    def compose(self, values: Values) -> Model:
         """The model with all of them applied."""
         model, given = self.base, iter([*(float(value) for value in values), *self.pinned])
         for effect in self.effects:

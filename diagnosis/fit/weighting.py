@@ -9,7 +9,7 @@ import numpy as np
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.metric.outlier import standing_out
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.noise.kink import REACH, Shift, kink_modes
 from correlation.noise.nuisance import Budget, Modes, budget_modes, curvature_modes, history_modes, jitter_modes
 from correlation.noise.scatter import Scatter, scatter
@@ -41,10 +41,10 @@ class Measured:
 
 def weighed(
     of: Measured,
-    model: TestModel,
+    model: Model,
     prediction: Prediction,
     budget: Budget,
-    refined: Sequence[TestModel],
+    refined: Sequence[Model],
     n_draw: int = DRAWS,
     *,
     fitted: bool = True,
@@ -99,7 +99,7 @@ def _steadied(comparison: Comparison, prediction: Prediction) -> Comparison:
     return replace(comparison, whitening=whitening)
 
 
-def _shifts(model: TestModel, repeats: Sequence[Modes], seen: Scatter) -> list[Shift]:
+def _shifts(model: Model, repeats: Sequence[Modes], seen: Scatter) -> list[Shift]:
     """The frequency of the jointed test, and what the pre-loads do most, by `REACH` standard deviations."""
     found, size = [], REACH * float(np.sqrt(seen.jitter[0][0, 0]))
     if size:

@@ -7,7 +7,7 @@ import numpy as np
 
 from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
-from correlation.model import DERIVATIVE, Sensor, TestModel
+from correlation.model import DERIVATIVE, Model, Sensor
 from correlation.record_prediction import STEPS, drive
 from diagnosis.effect.candidate import Effect
 from diagnosis.effect.scale import scale
@@ -35,7 +35,7 @@ class RecordArrangement:
         Of the accepted parameters and the added effects.
     """
 
-    base: TestModel
+    base: Model
     accepted: tuple[Effect, ...]
     added: tuple[Added, ...]
     train: RecordComparison
@@ -48,7 +48,7 @@ class RecordArrangement:
 
 
 def arrange_records(
-    base: TestModel,
+    base: Model,
     records: Sequence[TimeRecord],
     accepted: Sequence[Effect],
     *,
@@ -103,7 +103,7 @@ def arrange_records(
     )  # fmt: skip
 
 
-def record_level(base: TestModel, records: Sequence[TimeRecord]) -> float:
+def record_level(base: Model, records: Sequence[TimeRecord]) -> float:
     """Harmonic force at the first resonance that would move the sensors as far as the records show [N, or V].
 
     Typical strengths of nonlinear effects are reckoned at it.

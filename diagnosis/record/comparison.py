@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from correlation.errors import CampaignError
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.record_prediction import Drive, Samples, predict_record, record_rates
 
 Vector = Float[NDArray[np.float64], " m"]
@@ -45,7 +45,7 @@ class RecordComparison:
     noise: dict[str, float]
 
     @classmethod
-    def of(cls, drives: Sequence[Drive], test_model: TestModel, noise: dict[str, float]) -> "RecordComparison":
+    def of(cls, drives: Sequence[Drive], model: Model, noise: dict[str, float]) -> "RecordComparison":
         """Records of a model; those without a force start in its lowest modes.
 
         Raises
@@ -57,7 +57,7 @@ class RecordComparison:
             for name, size in zip(each.sensors, _size(each), strict=True):
                 if not size > 0:
                     raise CampaignError(f'record "{each.record.name}": "{name}" never changes after the run-in')
-        basis = [_starts(each, test_model) for each in drives]
+        basis = [_starts(each, model) for each in drives]
         return cls(drives=tuple(drives), basis=tuple(basis), noise=dict(noise))
 
     @property
@@ -85,23 +85,21 @@ class RecordComparison:
         ]
         return np.array([np.sqrt(np.mean(np.square(each))) for each in ratios])
 
-    def residual(self, test_model: TestModel, starts: Vector) -> Vector | None:
+    def residual(self, model: Model, starts: Vector) -> Vector | None:
         """(measured - predicted) in units of each sensor, shape (m,); none where the model runs away."""
         found = []
         for each, start in zip(self.drives, self._split(starts), strict=True):
-            prediction = predict_record(test_model, each, start)
+            prediction = predict_record(model, each, start)
             if prediction is None:
                 return None
             found.append(_weighted(each, each.measured - prediction))
         return np.concatenate(found)
 
-    def slopes(
-        self, test_model: TestModel, starts: Vector, pairs: Sequence[tuple[TestModel, TestModel, float]]
-    ) -> Matrix:
+    def slopes(self, model: Model, starts: Vector, pairs: Sequence[tuple[Model, Model, float]]) -> Matrix:
         """Rates of the predictions with parameters, then with where ring-downs start, shape (m, p + n_start)."""
         rows, first = [], len(pairs)
         for each, start, basis in zip(self.drives, self._split(starts), self.basis, strict=True):
-            rates = record_rates(test_model, each, pairs, start, basis)
+            rates = record_rates(model, each, pairs, start, basis)
             table = np.zeros((each.measured.size, len(pairs) + self.n_start))
             weighted = np.array([_weighted(each, rate) for rate in rates]).reshape(len(rates), -1)
             table[:, : len(pairs)] = weighted[: len(pairs)].T
@@ -133,9 +131,9 @@ def _weighted(driven: Drive, values: Samples) -> Vector:
     return np.asarray(((values - values.mean(axis=1, keepdims=True)) / _size(driven)[:, None]).ravel())
 
 
-def _starts(driven: Drive, test_model: TestModel) -> Float[NDArray[np.float64], "b n"]:
+def _starts(driven: Drive, model: Model) -> Float[NDArray[np.float64], "b n"]:
     """Displacements and velocities of the modes that the record can resolve."""
-    system = test_model.system
+    system = model.system
     if driven.record.force is not None:
         return np.zeros((0, 2 * system.n_dof))
     squared, shapes = eigh(system.stiffness, system.mass)

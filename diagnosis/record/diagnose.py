@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from correlation.campaign.time_record import TimeRecord
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.record_prediction import STEPS
 from diagnosis.decision.verdict import Finding
 from diagnosis.effect.candidate import Effect
@@ -62,7 +62,7 @@ class RecordDiagnosis:
 
 
 def diagnose_records(
-    base: TestModel,
+    base: Model,
     records: Sequence[TimeRecord],
     accepted: Sequence[Effect],
     *,
@@ -121,7 +121,7 @@ def diagnose_records(
 
 
 def record_rounds(
-    base: TestModel,
+    base: Model,
     records: Sequence[TimeRecord],
     accepted: Sequence[Effect],
     *,

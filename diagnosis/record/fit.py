@@ -19,7 +19,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.errors import CampaignError
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.fit.unknowns import Unknowns, Values
 from diagnosis.record.comparison import Matrix, RecordComparison, Vector
 
@@ -57,7 +57,7 @@ class RecordFit:
     values: Values
     covariance: Float[NDArray[np.float64], "p p"]
     starts: Vector
-    model: TestModel
+    model: Model
     residual: Vector
     jacobian: Matrix
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import point_of_row
 from correlation.feature.vector import FeatureVector
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.noise.nuisance import error_tangents, left_by
 from correlation.prediction import Points, Prediction, Predictor
 from diagnosis.fit.arrangement import Arrangement
@@ -126,13 +126,13 @@ class Simulation:
         return value
 
     def _followed(
-        self, model: TestModel, there: NDArray[np.bool_], share: Float[NDArray[np.float64], " joints"] | None
+        self, model: Model, there: NDArray[np.bool_], share: Float[NDArray[np.float64], " joints"] | None
     ) -> Complex[NDArray[np.complex128], "S n"]:
         slider = None if share is None else left_by(model, share)
         predictor = replace(self._predictor, points=self._predictor.points.where(there), slider=slider)
         return predictor.predict(model, self._prediction).by_sweep
 
-    def _jittered(self, generator: np.random.Generator) -> TestModel:
+    def _jittered(self, generator: np.random.Generator) -> Model:
         """The model as it is in one repeat."""
         model = self.arrangement.fit.model
         # What is known is the jitter of a mean over the repeats held out.

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import Effect, EffectParameter
 
 SHARE = EffectParameter(name="share", unit="-", lower=-0.5, upper=0.5, typical=0.05)
@@ -19,13 +19,13 @@ class ThirdHarmonic:
     signature: str = "Third harmonics that stay the same share at all levels, and peak at a third of a resonance."
     parameters: tuple[EffectParameter, ...] = (SHARE,)
 
-    def apply(self, test_model: TestModel, values: Sequence[float]) -> TestModel:
-        wanted = test_model.system.dynamic
+    def apply(self, model: Model, values: Sequence[float]) -> Model:
+        wanted = model.system.dynamic
         force = np.zeros((max(len(wanted), 4), wanted.shape[1]), dtype=complex)
         force[: len(wanted)] = wanted
         force[3] += values[0] * wanted[1]
-        return test_model.with_system(harmonic_force=force)
+        return model.with_system(harmonic_force=force)
 
 
-def candidates(test_model: TestModel) -> list[Effect]:
-    return [ThirdHarmonic()] if len(test_model.system.dynamic) > 1 else []
+def candidates(model: Model) -> list[Effect]:
+    return [ThirdHarmonic()] if len(model.system.dynamic) > 1 else []

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.rig_campaign import LINES, SENSORS, HiddenEffect, Specimen, rig_points, systems
 from correlation.configuration import Configuration
-from correlation.model import TestModel
+from correlation.model import Model
 from hbsolve.steady_state import steady_state
 from study.case import load_case
 from study.progress import SilentProgress
@@ -47,7 +47,7 @@ ORDER = [f"{line}_{component}" for line in LINES for component in "TN"]
 
 
 @pytest.fixture(scope="module")
-def drawn(tmp_path_factory: pytest.TempPathFactory) -> tuple[Specimen, TestModel]:
+def drawn(tmp_path_factory: pytest.TempPathFactory) -> tuple[Specimen, Model]:
     """A specimen without deviations, and the model of the same mesh."""
     folder = tmp_path_factory.mktemp("rig")
     (folder / "rig.toml").write_text(CASE, encoding="utf-8")
@@ -68,7 +68,7 @@ def measured(specimen: Specimen, effect: HiddenEffect) -> Readings:
     return SweptBench(jointed, sensors, steps_per_period=512).sweep([FREQUENCY], LEVEL, np.zeros(28), tolerance=1e-6)
 
 
-def predicted(model: TestModel) -> tuple[np.ndarray, np.ndarray]:
+def predicted(model: Model) -> tuple[np.ndarray, np.ndarray]:
     """Harmonic 1 of the motions, and harmonics 0 and 1 of the lines' forces."""
     solver = Configuration.of(model, False, None)
     state = steady_state(solver.balance.at_level(LEVEL), 2 * np.pi * FREQUENCY)
@@ -77,7 +77,7 @@ def predicted(model: TestModel) -> tuple[np.ndarray, np.ndarray]:
     return motion, np.array(force)
 
 
-def test_the_bench_measures_what_the_case_predicts(drawn: tuple[Specimen, TestModel]) -> None:
+def test_the_bench_measures_what_the_case_predicts(drawn: tuple[Specimen, Model]) -> None:
     specimen, model = drawn
     readings = measured(specimen, HiddenEffect(kind="nothing"))
     motion, force = predicted(model)
@@ -89,7 +89,7 @@ def test_the_bench_measures_what_the_case_predicts(drawn: tuple[Specimen, TestMo
     np.testing.assert_allclose(readings.force[0, :, 1], force[1], atol=2e-3 * largest)
 
 
-def test_a_lighter_dead_weight_is_the_effect_of_that_name(drawn: tuple[Specimen, TestModel]) -> None:
+def test_a_lighter_dead_weight_is_the_effect_of_that_name(drawn: tuple[Specimen, Model]) -> None:
     specimen, model = drawn
     readings = measured(specimen, HiddenEffect(kind="preload", strength=-7.0))
     before = measured(specimen, HiddenEffect(kind="nothing"))
@@ -104,7 +104,7 @@ def test_a_lighter_dead_weight_is_the_effect_of_that_name(drawn: tuple[Specimen,
     assert (np.abs(lost[2:]) < 0.01 * nominal[0, 5::2].real).all()
 
 
-def test_a_rig_is_measured_about_its_own_first_bending(drawn: tuple[Specimen, TestModel]) -> None:
+def test_a_rig_is_measured_about_its_own_first_bending(drawn: tuple[Specimen, Model]) -> None:
     specimen, _ = drawn
     drawn_points, heavy = (rig_points(specimen, HiddenEffect(kind="mass", strength=mass)) for mass in (0.0, 4e-3))
     # Below it dampers roll, or hang from soft springs, and no force on the blade moves them; above it is the second

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
-from correlation.model import Dof, LineSensor, Part, Sensor, TestModel
+from correlation.model import Dof, LineSensor, Model, Part, Sensor
 from correlation.prediction import Points, Predictor
 from reduction.jointed_system import FrictionContact, JointedSystem, along
 
@@ -41,7 +41,7 @@ def contacts(name: str, side: float) -> list[FrictionContact]:
     return found
 
 
-def make_small() -> TestModel:
+def make_small() -> Model:
     mass = np.diag([1.0, 1.0, 0.8, 0.8])
     z = np.array([[7e4, -3e4], [-3e4, 3e4]])
     stiffness = np.zeros((N, N))
@@ -50,7 +50,7 @@ def make_small() -> TestModel:
     joints = [*contacts("left", 1.0), *contacts("right", -1.0)]
     force = np.zeros((2, N))
     force[1, 2] = 1.0
-    return TestModel(
+    return Model(
         system=JointedSystem(
             mass=mass,
             damping=4 * mass + 1e-5 * stiffness,
@@ -74,7 +74,7 @@ def make_small() -> TestModel:
     )
 
 
-def make_points(model: TestModel) -> Points:
+def make_points(model: Model) -> Points:
     """Fundamentals of all sensors, the third harmonic of the tip with contacts, the mean normal force."""
     rows = []
     for free, grid in GRID.items():
@@ -101,7 +101,7 @@ def make_deviation(points: Points, value: NDArray[np.complex128]) -> NDArray[np.
 
 
 def make_campaign(
-    truth: TestModel, *, jitter: float = 0.0, seed: int = 1, n_repeat: int = 4, held: tuple[int, ...] = (4,)
+    truth: Model, *, jitter: float = 0.0, seed: int = 1, n_repeat: int = 4, held: tuple[int, ...] = (4,)
 ) -> Campaign:
     """Repeats of a structure: noise of each reading, and frequencies off by `jitter` from repeat to repeat."""
     generator, points, before = np.random.default_rng(seed), make_points(truth), None
@@ -137,7 +137,7 @@ def make_campaign(
 
 
 @pytest.fixture(scope="session")
-def small() -> TestModel:
+def small() -> Model:
     return make_small()
 
 

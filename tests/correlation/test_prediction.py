@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from correlation.configuration import Tangent
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.prediction import Prediction, Predictor
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
@@ -18,11 +18,11 @@ NOTHING = ModelParameter()
 
 
 @pytest.fixture(scope="module")
-def predicted(small: TestModel, paper: ModuleType) -> Prediction:
+def predicted(small: Model, paper: ModuleType) -> Prediction:
     return Predictor(points=paper.make_points(small)).predict(small)
 
 
-def test_predictions_are_what_the_solver_says(small: TestModel, predicted: Prediction) -> None:
+def test_predictions_are_what_the_solver_says(small: Model, predicted: Prediction) -> None:
     points = predicted.points
     frequency, level = 25.0, 3.0
     balance = HarmonicBalance(system=small.system, n_harmonic=small.n_harmonic, n_sample=small.n_sample, level=level)
@@ -48,7 +48,7 @@ def test_predictions_are_what_the_solver_says(small: TestModel, predicted: Predi
         assert predicted.value[row] == pytest.approx(expected[name], rel=1e-6), name
 
 
-def test_without_contacts_the_receptance_is_predicted(small: TestModel, predicted: Prediction) -> None:
+def test_without_contacts_the_receptance_is_predicted(small: Model, predicted: Prediction) -> None:
     points, system = predicted.points, small.system
     for row in np.flatnonzero(points.free):
         omega = 2 * np.pi * points.frequency[row]
@@ -59,7 +59,7 @@ def test_without_contacts_the_receptance_is_predicted(small: TestModel, predicte
         assert predicted.value[row] == pytest.approx(exact, rel=1e-10)
 
 
-def test_a_prediction_nearby_as_a_start_changes_nothing(small: TestModel, predicted: Prediction) -> None:
+def test_a_prediction_nearby_as_a_start_changes_nothing(small: Model, predicted: Prediction) -> None:
     changed = small.with_system(damping=1.02 * small.system.damping)
     predictor = Predictor(points=predicted.points)
     fresh, started = predictor.predict(changed), predictor.predict(changed, predicted)
@@ -69,7 +69,7 @@ def test_a_prediction_nearby_as_a_start_changes_nothing(small: TestModel, predic
     assert (np.abs(started.value - fresh.value) < 1e-7 * by_sensor).all()
 
 
-def test_a_shift_reads_at_the_true_frequency(small: TestModel, predicted: Prediction) -> None:
+def test_a_shift_reads_at_the_true_frequency(small: Model, predicted: Prediction) -> None:
     shift = 3e-3
     points = predicted.points
     where = points.free
@@ -83,23 +83,23 @@ def test_a_shift_reads_at_the_true_frequency(small: TestModel, predicted: Predic
     np.testing.assert_allclose(moved.value[~where][~stuck], exact.value[~stuck], rtol=1e-6, atol=0)
 
 
-def mass(model: TestModel, by: float) -> TestModel:
+def mass(model: Model, by: float) -> Model:
     return model.with_system(mass=model.system.mass + by * np.diag([0.0, 0.0, 1.0, 0.0]))
 
 
-def friction(model: TestModel, by: float) -> TestModel:
+def friction(model: Model, by: float) -> Model:
     return model.with_joints({name: {"friction_coefficient": 0.4 + by} for name in model.lines["left"]})
 
 
-def static_load(model: TestModel, by: float) -> TestModel:
+def static_load(model: Model, by: float) -> Model:
     return model.with_system(static_load=model.system.static + by * np.array([1.0, 0.0, 0.0, 0.0]))
 
 
-def gain(model: TestModel, by: float) -> TestModel:
+def gain(model: Model, by: float) -> Model:
     return model.with_sensor("root", gain=1.02 + by)
 
 
-def shift(model: TestModel, by: float) -> TestModel:
+def shift(model: Model, by: float) -> Model:
     return model.shifted("jointed", by).shifted("free", by)
 
 
@@ -124,14 +124,14 @@ def shares(found: np.ndarray, exact: np.ndarray, prediction: Prediction) -> np.n
     return np.abs(found - exact) / np.array([largest[key] for key in keys])
 
 
-def differences(change: Callable[[TestModel, float], TestModel], step: float, small: TestModel, at: Prediction):
+def differences(change: Callable[[Model, float], Model], step: float, small: Model, at: Prediction):
     predictor = Predictor(points=at.points)
     ends = [predictor.predict(change(small, side * step), at).value for side in (-1, 1)]
     return (ends[1] - ends[0]) / (2 * step)
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_derivatives_are_those_of_predictions(name: str, small: TestModel, predicted: Prediction) -> None:
+def test_derivatives_are_those_of_predictions(name: str, small: Model, predicted: Prediction) -> None:
     change, step, jointed, free, gains = CASES[name]
     tangent = Tangent(jointed=jointed, free=free, gain=gains)
     found = Predictor(points=predicted.points).derivatives(small, predicted, [tangent])[:, 0]
@@ -141,7 +141,7 @@ def test_derivatives_are_those_of_predictions(name: str, small: TestModel, predi
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.02])
-def test_derivatives_of_a_shift_are_those_of_predictions(offset: float, small: TestModel, paper: ModuleType) -> None:
+def test_derivatives_of_a_shift_are_those_of_predictions(offset: float, small: Model, paper: ModuleType) -> None:
     from diagnosis.fit.tangent import tangents
 
     (tangent,) = tangents(
@@ -156,7 +156,7 @@ def test_derivatives_of_a_shift_are_those_of_predictions(offset: float, small: T
     assert shares(found, exact, at).max() < 1e-5
 
 
-def test_a_steady_state_that_is_not_found_is_no_number(small: TestModel, paper: ModuleType) -> None:
+def test_a_steady_state_that_is_not_found_is_no_number(small: Model, paper: ModuleType) -> None:
     points = paper.make_points(small)
     lost = Prediction(points=points, value=np.full(len(points), np.nan, dtype=complex), states={})
     tangent = Tangent(jointed=ADDED, free=ADDED, gain={})

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
-from correlation.model import Sensor, TestModel
+from correlation.model import Model, Sensor
 from correlation.record_prediction import Drive, drive, numerical_error, predict_record, record_rates
 from geometry.errors import InputError
 from reduction.jointed_system import (
@@ -34,7 +34,7 @@ AIR = QuadraticDamper(name="air", direction=EXCITER, damping=30.0)
 STOP = ElasticStop(name="stop", direction=TIP - EXCITER, stiffness=5e3, gap=4e-4)
 
 
-def model(*joints: Joint, static: float = 0.0) -> TestModel:
+def model(*joints: Joint, static: float = 0.0) -> Model:
     system = JointedSystem(
         mass=M, damping=C, stiffness=K, joints=joints, static_load=np.array([0.0, static]),
         harmonic_force=np.array([[0.0, 0.0], [1.0, 0.0]]),
@@ -44,7 +44,7 @@ def model(*joints: Joint, static: float = 0.0) -> TestModel:
         Sensor(name="speed", row=EXCITER, quantity="velocity"),
         Sensor(name="shock", row=TIP, quantity="acceleration", gain=-0.1),
     )
-    return TestModel(system=system, sensors=sensors, places={"exciter": EXCITER, "tip": TIP})
+    return Model(system=system, sensors=sensors, places={"exciter": EXCITER, "tip": TIP})
 
 
 def multisine(t: NDArray[np.float64] | float) -> NDArray[np.float64]:
@@ -64,7 +64,7 @@ def record(force: Callable[[NDArray[np.float64]], NDArray[np.float64]], n: int =
     )  # fmt: skip
 
 
-def integrated(test_model: TestModel, time: NDArray[np.float64], start: NDArray[np.float64]) -> NDArray[np.float64]:
+def integrated(test_model: Model, time: NDArray[np.float64], start: NDArray[np.float64]) -> NDArray[np.float64]:
     """What the sensors read, by an explicit Runge-Kutta method of order 8."""
     system = test_model.system
 
@@ -93,7 +93,7 @@ def errors(found: NDArray[np.float64], exact: NDArray[np.float64]) -> NDArray[np
     return np.asarray(np.linalg.norm(found - exact, axis=1) / np.linalg.norm(exact, axis=1))
 
 
-def predicted(test_model: TestModel, driven: Drive, start: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+def predicted(test_model: Model, driven: Drive, start: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
     found = predict_record(test_model, driven, start)
     assert found is not None
     return found
@@ -104,7 +104,7 @@ def test_a_force_that_rises_evenly_is_answered_exactly() -> None:
     m, c, k, a = 2.0, 40.0, 5e4, 7.0
     w, zeta = np.sqrt(k / m), c / (2 * np.sqrt(k * m))
     system = JointedSystem(mass=[[m]], damping=[[c]], stiffness=[[k]], harmonic_force=[[0.0], [1.0]])
-    one = TestModel(system=system, sensors=(Sensor(name="u", row=np.ones(1)),))
+    one = Model(system=system, sensors=(Sensor(name="u", row=np.ones(1)),))
     t = np.arange(300) / 50.0  # one step is more than a period: the exponential does not mind
     run = TimeRecord(name="ramp", time=t, channels=("f", "u"), units=("N", "m"), values=np.stack([a * t, t]), force="f")
     damped = w * np.sqrt(1 - zeta**2)
@@ -160,7 +160,7 @@ def test_rates_are_the_slopes_of_the_prediction() -> None:
     driven = drive(run, run_in=0.1)
     start = np.array([1e-4, 0.0, 0.0, 0.01])
 
-    def bench(p: NDArray[np.float64]) -> TestModel:
+    def bench(p: NDArray[np.float64]) -> Model:
         changed = model(
             replace(CUBIC, stiffness=p[0]), replace(AIR, damping=p[1]), replace(STOP, stiffness=p[2], gap=p[3])
         )
@@ -168,7 +168,7 @@ def test_rates_are_the_slopes_of_the_prediction() -> None:
 
     here = np.array([5e8, 30.0, 5e3, 4e-4, 0.01, 1.1, -0.1])
 
-    def pair(number: int, size: float) -> tuple[TestModel, TestModel, float]:
+    def pair(number: int, size: float) -> tuple[Model, Model, float]:
         step = np.zeros(7)
         step[number] = size * max(abs(here[number]), 1e-3)
         return bench(here - step), bench(here + step), float(2 * step[number])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from correlation.feature.observation import followed
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.prediction import Points, Predictor
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
@@ -16,12 +16,12 @@ LEVEL = 3.0  # N: the contacts slip at some frequencies, and stick at others
 
 
 @pytest.fixture(scope="module")
-def points(small: TestModel, paper: ModuleType) -> Points:
+def points(small: Model, paper: ModuleType) -> Points:
     everything = paper.make_points(small)
     return everything.where(~everything.free & (everything.level == LEVEL))
 
 
-def test_each_point_begins_where_the_last_one_left_the_sliders(small: TestModel, points: Points) -> None:
+def test_each_point_begins_where_the_last_one_left_the_sliders(small: Model, points: Points) -> None:
     prediction = Predictor(points=points, sweeps=(1, -1)).predict(small)
     balance = HarmonicBalance(system=small.system, n_harmonic=small.n_harmonic, n_sample=small.n_sample, level=LEVEL)
     slider, grid, tip = None, np.unique(points.frequency), {}
@@ -41,14 +41,14 @@ def test_each_point_begins_where_the_last_one_left_the_sliders(small: TestModel,
     assert set(prediction.others) == set(prediction.states)
 
 
-def test_where_nothing_slips_sweeps_change_nothing(small: TestModel, points: Points) -> None:
+def test_where_nothing_slips_sweeps_change_nothing(small: Model, points: Points) -> None:
     low = replace(points, level=np.full(len(points), 1e-3))
     one, both = (Predictor(points=low, sweeps=sweeps).predict(small).value for sweeps in ((), (1, -1)))
     # Stuck contacts are linear: round-off beside the largest of newtons.
     np.testing.assert_allclose(both, one, rtol=0, atol=1e-8 * np.abs(one).max())
 
 
-def test_the_free_structure_forgets(small: TestModel, paper: ModuleType) -> None:
+def test_the_free_structure_forgets(small: Model, paper: ModuleType) -> None:
     everything = paper.make_points(small)
     free = everything.where(everything.free)
     one, both = (Predictor(points=free, sweeps=sweeps).predict(small) for sweeps in ((), (1, -1)))
@@ -56,7 +56,7 @@ def test_the_free_structure_forgets(small: TestModel, paper: ModuleType) -> None
     assert not both.others
 
 
-def test_sweeps_are_those_of_the_jointed_structure_in_their_order(small: TestModel, paper: ModuleType) -> None:
+def test_sweeps_are_those_of_the_jointed_structure_in_their_order(small: Model, paper: ModuleType) -> None:
     campaign = paper.make_campaign(small)
     table = campaign.measurement
 

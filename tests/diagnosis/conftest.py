@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign
-from correlation.model import Dof, LineSensor, Part, Sensor, TestModel
+from correlation.model import Dof, LineSensor, Model, Part, Sensor
 from correlation.noise.nuisance import Budget
 from diagnosis.effect.catalogue import Catalogue, catalogue
 from diagnosis.fit.arrangement import Arrangement, arrange
@@ -49,7 +49,7 @@ def chain(stiffness: float, ground: float) -> NDArray[np.float64]:
     return K
 
 
-def make_bench() -> TestModel:
+def make_bench() -> Model:
     beam_mass, beam, stand_mass, stand = (np.zeros((N, N)) for _ in range(4))
     z, x = [0, 2, 4], [1, 3, 5]
     beam_mass[z, z] = beam_mass[x, x] = (1.0, 1.2, 0.7)
@@ -75,7 +75,7 @@ def make_bench() -> TestModel:
         for node in range(3)
         for direction in ("z", "x")
     ]
-    return TestModel(
+    return Model(
         system=system,
         sensors=(
             Sensor(name="tip", row=along(N, {4: 1.0})),
@@ -99,7 +99,7 @@ def make_bench() -> TestModel:
 
 
 @pytest.fixture(scope="session")
-def bench() -> TestModel:
+def bench() -> Model:
     return make_bench()
 
 
@@ -116,23 +116,23 @@ def paper() -> ModuleType:
 
 
 @pytest.fixture(scope="session")
-def small(paper: ModuleType) -> TestModel:
+def small(paper: ModuleType) -> Model:
     return paper.make_small()
 
 
 @pytest.fixture(scope="session")
-def listed(small: TestModel, paper: ModuleType) -> Catalogue:
+def listed(small: Model, paper: ModuleType) -> Catalogue:
     return catalogue(small, level=paper.LEVELS[1])
 
 
 @pytest.fixture(scope="session")
-def heavy_campaign(small: TestModel, paper: ModuleType, listed: Catalogue) -> Campaign:
+def heavy_campaign(small: Model, paper: ModuleType, listed: Catalogue) -> Campaign:
     """It hides 5 g at "mass at tip z"."""
     return paper.make_campaign(listed.effect("mass at tip z").apply(small, [5e-3]), jitter=3e-5, seed=5)
 
 
 @pytest.fixture(scope="session")
-def heavy(small: TestModel, heavy_campaign: Campaign) -> Arrangement:
+def heavy(small: Model, heavy_campaign: Campaign) -> Arrangement:
     """Of the campaign that hides a mass."""
     return arrange(
         heavy_campaign, small, accepted(small, deviation={"kn": 0.0, "E": 0.0}), Budget(frequency=0.0, compliance=0.0)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from correlation.errors import CampaignError
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.decision.rules import gain, held_gain, support
 from diagnosis.decision.verdict import Finding
@@ -46,7 +46,7 @@ class Kept:
 class Bench:
     """Campaigns of the small structure, and their diagnoses."""
 
-    def __init__(self, small: TestModel, paper: ModuleType) -> None:
+    def __init__(self, small: Model, paper: ModuleType) -> None:
         self.small, self.paper = small, paper
         self.accepted = accepted(small, deviation={"kn": 0.0, "E": 0.0})
         self.listed = catalogue(small, level=paper.LEVELS[1])
@@ -65,7 +65,7 @@ class Bench:
 
 
 @pytest.fixture(scope="module")
-def bench(small: TestModel, paper: ModuleType) -> Bench:
+def bench(small: Model, paper: ModuleType) -> Bench:
     return Bench(small, paper)
 
 

@@ -6,7 +6,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.effect.place import with_cubic_spring
 from diagnosis.fit.arrangement import arrange
@@ -18,7 +18,7 @@ TIP = along(4, {2: 1.0})
 SPRING, DASHPOT, CUBIC = 20.0, 0.15, 8e6  # N/m, N s/m, N/m^3
 
 
-def located(model: TestModel, paper: ModuleType, truth: TestModel, **known: float) -> list[Place]:
+def located(model: Model, paper: ModuleType, truth: Model, **known: float) -> list[Place]:
     campaign = paper.make_campaign(truth, seed=8)
     deviation = {"kn": 0.0, "E": 0.0, **known}
     return localise(
@@ -26,11 +26,11 @@ def located(model: TestModel, paper: ModuleType, truth: TestModel, **known: floa
     )
 
 
-def spring(model: TestModel) -> TestModel:
+def spring(model: Model) -> Model:
     return model.with_system(stiffness=model.system.stiffness + SPRING * np.outer(TIP, TIP))
 
 
-def added_mass(model: TestModel) -> TestModel:
+def added_mass(model: Model) -> Model:
     return model.with_system(mass=model.system.mass + 1e-3 * np.outer(TIP, TIP))
 
 
@@ -39,7 +39,7 @@ def near(found: float, exact: float, deviation: float, share: float = 0.0) -> bo
     return abs(found - exact) < 4 * deviation + share * abs(exact)
 
 
-def test_a_spring_is_linear_and_opposite_to_the_displacement(small: TestModel, paper: ModuleType) -> None:
+def test_a_spring_is_linear_and_opposite_to_the_displacement(small: Model, paper: ModuleType) -> None:
     best = located(small, paper, spring(small))[0]
     assert best.name == "tip z"
     assert near(best.exponent, 1.0, best.exponent_deviation)
@@ -53,7 +53,7 @@ def test_a_spring_is_linear_and_opposite_to_the_displacement(small: TestModel, p
 
 
 def test_a_cubic_spring_is_told_by_its_exponent(
-    small: TestModel, paper: ModuleType, monkeypatch: pytest.MonkeyPatch
+    small: Model, paper: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # 4 N/m at the lower level are seen; 17 N/m at the higher, 0.1 % of the stiffness, change the response straight on.
     monkeypatch.setattr(paper, "LEVELS", (0.6, 1.2))
@@ -66,7 +66,7 @@ def test_a_cubic_spring_is_told_by_its_exponent(
     assert best.stiffness[-1].real == pytest.approx(0.75 * CUBIC * best.amplitude[-1] ** 2, rel=0.05)
 
 
-def test_a_dashpot_is_an_imaginary_stiffness_of_its_size(small: TestModel, paper: ModuleType) -> None:
+def test_a_dashpot_is_an_imaginary_stiffness_of_its_size(small: Model, paper: ModuleType) -> None:
     damped = small.with_system(damping=small.system.damping + DASHPOT * np.outer(TIP, TIP))
     found = located(small, paper, damped, zeta=0.0)
     best = found[0]
@@ -80,14 +80,14 @@ def test_a_dashpot_is_an_imaginary_stiffness_of_its_size(small: TestModel, paper
         assert near(kappa.imag, omega * DASHPOT, deviation, 0.03)
 
 
-def test_a_mass_is_in_phase(small: TestModel, paper: ModuleType) -> None:
+def test_a_mass_is_in_phase(small: Model, paper: ModuleType) -> None:
     best = located(small, paper, added_mass(small))[0]
     assert best.name == "tip z"
     assert best.phase == pytest.approx(0, abs=5)
     assert near(best.exponent, 1.0, best.exponent_deviation)
 
 
-def test_when_nothing_is_missing_every_place_gains_what_chance_does(small: TestModel, paper: ModuleType) -> None:
+def test_when_nothing_is_missing_every_place_gains_what_chance_does(small: Model, paper: ModuleType) -> None:
     for place in located(small, paper, small):
         # chi-square of eight numbers: 26.1 once in a thousand; twice that for covariances known from four repeats.
         assert place.gain < 52
@@ -97,7 +97,7 @@ def test_when_nothing_is_missing_every_place_gains_what_chance_does(small: TestM
 
 
 @pytest.mark.filterwarnings("error")
-def test_a_place_that_does_not_move_explains_nothing(small: TestModel, paper: ModuleType) -> None:
+def test_a_place_that_does_not_move_explains_nothing(small: Model, paper: ModuleType) -> None:
     """Without contacts the structure does not move in x at all."""
     model = replace(small, places={**small.places, "root x": along(4, {1: 1.0})})
     found = {(place.name, place.configuration): place for place in located(model, paper, spring(model))}

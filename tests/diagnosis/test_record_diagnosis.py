@@ -15,7 +15,7 @@ from scipy.signal import lfilter
 
 from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
-from correlation.model import Dof, Sensor, TestModel
+from correlation.model import Dof, Model, Sensor
 from diagnosis.decision.verdict import Finding
 from diagnosis.effect.candidate import Effect
 from diagnosis.effect.gain import Gain
@@ -35,9 +35,9 @@ HIDDEN = {"nothing": (0.0, 0.0, 0.0), "cubic": (4e7, 0.0, 0.0), "air": (0.0, 25.
 EXCITER, TIP = along(2, {0: 1.0}), along(2, {1: 1.0})
 
 
-def base() -> TestModel:
+def base() -> Model:
     system = JointedSystem(mass=M, damping=C, stiffness=K, harmonic_force=np.array([[0.0, 0.0], [1.0, 0.0]]))
-    return TestModel(
+    return Model(
         system=system,
         sensors=(Sensor(name="tip", row=TIP), Sensor(name="shock", row=EXCITER, quantity="acceleration")),
         dofs=(Dof(node=0, direction="z"), Dof(node=1, direction="z")),
@@ -45,7 +45,7 @@ def base() -> TestModel:
     )
 
 
-def fitted(model: TestModel) -> list[Effect]:
+def fitted(model: Model) -> list[Effect]:
     return [*accepted(model), Gain(name="gain of tip", sensor="tip")]
 
 

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from correlation.campaign.time_record import TimeRecord
-from correlation.model import Sensor, TestModel
+from correlation.model import Model, Sensor
 from correlation.record_prediction import drive, predict_record
 from diagnosis.effect.place import with_cubic_spring
 from reduction.jointed_system import JointedSystem
@@ -18,7 +18,7 @@ DOCUMENT = Path(__file__).parents[2] / "docs" / "time_records.md"
 ONE = np.ones(1)
 
 
-def record(model: TestModel, *, held_out: bool) -> TimeRecord:
+def record(model: Model, *, held_out: bool) -> TimeRecord:
     """The model's own answer to smooth noise; the fit has no error but in what it does not know."""
     rng = np.random.default_rng(2 + held_out)
     time = np.arange(1500) / 400.0
@@ -37,7 +37,7 @@ def record(model: TestModel, *, held_out: bool) -> TimeRecord:
 
 def test_the_example_finds_what_is_hidden() -> None:
     system = JointedSystem(mass=[[1.0]], damping=[[4.0]], stiffness=[[4e3]], harmonic_force=[[0.0], [1.0]])
-    bench = TestModel(system=system, sensors=(Sensor(name="tip", row=ONE, gain=100.0),), places={"tip": ONE})
+    bench = Model(system=system, sensors=(Sensor(name="tip", row=ONE, gain=100.0),), places={"tip": ONE})
     truth = with_cubic_spring(bench, "hidden", ONE, 2e7).with_sensor("tip", gain=103.0)
     campaign = SimpleNamespace(records=(record(truth, held_out=False), record(truth, held_out=True)))
     (block,) = re.findall(r"```python\n(.*?)```", DOCUMENT.read_text(encoding="utf-8"), re.DOTALL)

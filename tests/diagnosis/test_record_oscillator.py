@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
-from correlation.model import Sensor, TestModel
+from correlation.model import Model, Sensor
 from correlation.record_prediction import drive, predict_record
 from correlation.record_single_dof import single_dof
 from diagnosis.decision.verdict import Finding
@@ -22,9 +22,9 @@ MASS, DAMPING, STIFFNESS = 5e-6, 2e-4, 0.98  # 70.5 Hz, a damping ratio of 4.5 %
 RATE = 600.0
 
 
-def oscillator() -> TestModel:
+def oscillator() -> Model:
     system = JointedSystem(mass=[[MASS]], damping=[[DAMPING]], stiffness=[[STIFFNESS]], harmonic_force=[[0.0], [1.0]])
-    return TestModel(system=system, sensors=(Sensor(name="y", row=np.ones(1)),), places={"mass": np.ones(1)})
+    return Model(system=system, sensors=(Sensor(name="y", row=np.ones(1)),), places={"mass": np.ones(1)})
 
 
 def driven(seed: int, mass: float = MASS) -> TimeRecord:
@@ -49,7 +49,7 @@ def ring_down(amplitude: float, phase: float, *, held_out: bool) -> TimeRecord:
     )
 
 
-def matrices(model: TestModel) -> NDArray[np.float64]:
+def matrices(model: Model) -> NDArray[np.float64]:
     return np.array([getattr(model.system, name)[0, 0] for name in ("mass", "damping", "stiffness")])
 
 

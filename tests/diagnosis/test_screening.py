@@ -5,7 +5,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.effect.catalogue import Catalogue
 from diagnosis.fit.arrangement import Arrangement, arrange
@@ -24,7 +24,7 @@ def scores(heavy: Arrangement, listed: Catalogue) -> list[Score]:
 
 
 @pytest.fixture(scope="module")
-def complete(small: TestModel, paper: ModuleType) -> Arrangement:
+def complete(small: Model, paper: ModuleType) -> Arrangement:
     campaign = paper.make_campaign(small, jitter=3e-5, seed=6)
     return arrange(
         campaign, small, accepted(small, deviation={"kn": 0.0, "E": 0.0}), Budget(frequency=0.0, compliance=0.0)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from correlation.model import LineSensor, Sensor, TestModel
+from correlation.model import LineSensor, Model, Sensor
 from reduction.file.rom_hdf5 import save_rom
 from reduction.jointed_system import CubicSpring
 from reduction.rom import ReducedModel
@@ -172,7 +172,7 @@ def test_the_shipped_beam_is_that_of_the_bench(tmp_path: Path) -> None:
         assert (tmp_path / file).read_bytes() == BEAM.with_name(file).read_bytes(), "run python -m study.beam_case"
 
 
-def parabola(model: TestModel) -> np.ndarray:
+def parabola(model: Model) -> np.ndarray:
     x = np.array([0.0 if dof.coordinates is None else dof.coordinates[0] for dof in model.dofs])
     return np.where([dof.direction == "z" for dof in model.dofs], x**2, 2 * x)
 

@@ -9,12 +9,12 @@ import pytest
 from correlation.campaign.measurement import Campaign, HeldOut
 from correlation.errors import CampaignError
 from correlation.feature.observation import Observation, observation, parted, training
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.prediction import Points
 
 
 @pytest.fixture(scope="module")
-def campaign(small: TestModel, paper: ModuleType) -> Campaign:
+def campaign(small: Model, paper: ModuleType) -> Campaign:
     return paper.make_campaign(small)
 
 

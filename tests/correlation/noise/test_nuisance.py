@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from correlation.feature.vector import FeatureVector
-from correlation.model import Sensor, TestModel
+from correlation.model import Model, Sensor
 from correlation.noise.nuisance import (
     HISTORY,
     Budget,
@@ -26,7 +26,7 @@ STEP = 1e-5
 
 
 class Bench:
-    def __init__(self, model: TestModel, paper: ModuleType) -> None:
+    def __init__(self, model: Model, paper: ModuleType) -> None:
         points = paper.make_points(model)
         self.model = model
         self.predictor = Predictor(points=points)
@@ -34,7 +34,7 @@ class Bench:
         motion = np.isin(points.sensor, ["tip", "root"])
         self.features = FeatureVector.of(points, self.prediction.value, motion)
 
-    def change(self, plus: TestModel, minus: TestModel) -> np.ndarray:
+    def change(self, plus: Model, minus: Model) -> np.ndarray:
         ends = [self.features.of_values(self.predictor.predict(each, self.prediction).value) for each in (minus, plus)]
         return (ends[1] - ends[0]) / (2 * STEP)
 
@@ -44,7 +44,7 @@ class Bench:
 
 
 @pytest.fixture(scope="module")
-def bench(small: TestModel, paper: ModuleType) -> Bench:
+def bench(small: Model, paper: ModuleType) -> Bench:
     return Bench(small, paper)
 
 
@@ -76,7 +76,7 @@ def test_the_last_cause_is_the_preload_of_each_line(bench: Bench) -> None:
         same(mode, bench.change(*ends), bench)
 
 
-def test_lines_that_one_screw_presses_have_one_mode(small: TestModel, paper: ModuleType) -> None:
+def test_lines_that_one_screw_presses_have_one_mode(small: Model, paper: ModuleType) -> None:
     bench = Bench(replace(small, pressed_together=(("right", "left"),)), paper)
     (mode,) = bench.jitter[2].T
     ends = [bench.model.pressed("left", 1 + side * STEP).pressed("right", 1 + side * STEP) for side in (1, -1)]
@@ -87,7 +87,7 @@ def test_lines_that_one_screw_presses_have_one_mode(small: TestModel, paper: Mod
     assert history_modes(*of, np.array([[1e-4]])).shape == history_modes(*of).shape
 
 
-def test_a_model_without_lines_has_frequencies_alone(small: TestModel, paper: ModuleType) -> None:
+def test_a_model_without_lines_has_frequencies_alone(small: Model, paper: ModuleType) -> None:
     free = small.free()
     points = paper.make_points(small)
     kept = points.where(points.free)
@@ -151,7 +151,7 @@ WEIGHT, STATION = np.array([0.2, 0.5, 0.3]), (0.1, 0.3, 0.9)
 
 
 @pytest.fixture(scope="module")
-def long(small: TestModel, paper: ModuleType) -> Bench:
+def long(small: Model, paper: ModuleType) -> Bench:
     joints, lines = [], {}
     # Pressed differently, so that the static loads of the two lines do not cancel.
     for name, side, preload in (("left", 1.0, 8.0), ("right", -1.0, 5.0)):
@@ -256,7 +256,7 @@ SPREAD = {("left",): (0.95, 1.18), ("left", "right"): (0.86, 1.28)}
 @pytest.mark.parametrize("lines", SPREAD)
 @pytest.mark.parametrize("seed", range(1, 4))
 def test_histories_of_contacts_that_stick_have_the_covariance_of_all_that_the_cone_allows(
-    small: TestModel, lines: tuple[str, ...], seed: int
+    small: Model, lines: tuple[str, ...], seed: int
 ) -> None:
     """Static forces within Coulomb's cone bend the structure linearly, (K + kt t t' + kn n n') u = - sum f t."""
     system, n_draw = small.system, 16

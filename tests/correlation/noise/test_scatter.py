@@ -9,7 +9,7 @@ from scipy.stats import chi2
 from correlation.errors import CampaignError
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.noise.nuisance import jitter_modes
 from correlation.noise.scatter import POOLED, STATE, Scatter, _unrest, scatter
 from correlation.prediction import Prediction, Predictor
@@ -21,7 +21,7 @@ JITTER = (4e-4, 2e-4)
 class Bench:
     """Repeats with noise of each reading's own and modes of jitter, linear by construction."""
 
-    def __init__(self, model: TestModel, paper: ModuleType) -> None:
+    def __init__(self, model: Model, paper: ModuleType) -> None:
         self.points = paper.make_points(model)
         predictor = Predictor(points=self.points)
         self.prediction: Prediction = predictor.predict(model)
@@ -42,7 +42,7 @@ class Bench:
         shared = np.abs(value[features.row]) / np.abs(value[to]) ** 2 * self.deviation[to]
         return np.asarray(variance + np.where(to >= 0, shared, 0.0) ** 2)
 
-    def slope(self, predictor: Predictor, model: TestModel, number: int) -> np.ndarray:
+    def slope(self, predictor: Predictor, model: Model, number: int) -> np.ndarray:
         """d reading / d shift, by differences."""
         configuration, step = ("jointed", "free")[number], 1e-5
         ends = [predictor.predict(model.shifted(configuration, side * step), self.prediction).value for side in (-1, 1)]
@@ -62,7 +62,7 @@ class Bench:
 
 
 @pytest.fixture(scope="module")
-def bench(small: TestModel, paper: ModuleType) -> Bench:
+def bench(small: Model, paper: ModuleType) -> Bench:
     return Bench(small, paper)
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import observation, parted
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.suspicion.jump import FEWEST, jump_suspicions, jumping
 
 #: The state that jumps: between its two responses the larger is 1.3 times the other.
@@ -24,14 +24,14 @@ def jumped(campaign: Campaign, repeats: tuple[int, ...] = (1, 3)) -> Campaign:
 
 
 @pytest.mark.parametrize(("jitter", "seed"), [(0.0, 1), (3e-5, 5), (1e-4, 11), (3e-4, 2)])
-def test_noise_and_jitter_are_no_jump(small: TestModel, paper: ModuleType, jitter: float, seed: int) -> None:
+def test_noise_and_jitter_are_no_jump(small: Model, paper: ModuleType, jitter: float, seed: int) -> None:
     """F / X scatters ten times as much at the ends of the grid as at the resonance, and X the other way round."""
     campaign = paper.make_campaign(small, jitter=jitter, seed=seed)
     assert not jumping(campaign, observation(campaign).points).any()
 
 
 @pytest.mark.parametrize("jitter", [0.0, 1e-4])
-def test_a_jump_is_found_at_its_state_alone(small: TestModel, paper: ModuleType, jitter: float) -> None:
+def test_a_jump_is_found_at_its_state_alone(small: Model, paper: ModuleType, jitter: float) -> None:
     campaign = jumped(paper.make_campaign(small, jitter=jitter, seed=3))
     points = observation(campaign).points
     expected = (points.free == FREE) & (points.frequency == FREQUENCY) & (points.level == LEVEL)
@@ -40,7 +40,7 @@ def test_a_jump_is_found_at_its_state_alone(small: TestModel, paper: ModuleType,
     assert set(points.sensor[expected]) == {"tip", "root", "left_T", "left_N"}
 
 
-def test_neither_fits_nor_tests_see_a_state_that_jumps(small: TestModel, paper: ModuleType) -> None:
+def test_neither_fits_nor_tests_see_a_state_that_jumps(small: Model, paper: ModuleType) -> None:
     campaign = jumped(paper.make_campaign(small, seed=3))
     for seen in parted(campaign):
         points = seen.points
@@ -51,12 +51,12 @@ def test_neither_fits_nor_tests_see_a_state_that_jumps(small: TestModel, paper: 
         assert FREQUENCY in points.frequency[(points.free == FREE) & (points.level != LEVEL)]
 
 
-def test_a_few_readings_tell_no_jump(small: TestModel, paper: ModuleType) -> None:
+def test_a_few_readings_tell_no_jump(small: Model, paper: ModuleType) -> None:
     campaign = jumped(paper.make_campaign(small, seed=3, n_repeat=FEWEST - 1, held=()))
     assert not jumping(campaign, observation(campaign).points).any()
 
 
-def test_a_zero_reading_is_no_jump(small: TestModel, paper: ModuleType) -> None:
+def test_a_zero_reading_is_no_jump(small: Model, paper: ModuleType) -> None:
     """A channel that reads nothing has no dynamic stiffness; that is another mistake, told elsewhere."""
     campaign = paper.make_campaign(small, seed=3)
     table = campaign.measurement
@@ -64,7 +64,7 @@ def test_a_zero_reading_is_no_jump(small: TestModel, paper: ModuleType) -> None:
     assert not jumping(silent, observation(campaign).points).any()
 
 
-def test_a_jump_is_told_with_its_place(small: TestModel, paper: ModuleType) -> None:
+def test_a_jump_is_told_with_its_place(small: Model, paper: ModuleType) -> None:
     campaign = paper.make_campaign(small, seed=3)
     assert jump_suspicions(campaign) == ()
     (told,) = jump_suspicions(jumped(campaign))
@@ -74,7 +74,7 @@ def test_a_jump_is_told_with_its_place(small: TestModel, paper: ModuleType) -> N
 
 @pytest.mark.parametrize(("apart", "found"), [(1.03, True), (1.0, False)])
 def test_sweeps_that_disagree_in_every_repeat_tell_of_two_states(
-    small: TestModel, paper: ModuleType, apart: float, found: bool
+    small: Model, paper: ModuleType, apart: float, found: bool
 ) -> None:
     """Be the scatter of the repeats ten times as large."""
     campaign = paper.make_campaign(small, seed=3)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.decision.judgement import Judgement, Known, judge, second_look
 from diagnosis.decision.rules import worse_than_noise
@@ -27,29 +27,29 @@ MASS, TRUE, FALSE = 5e-3, "mass at tip z", "spring at tip z"  # kg, of 0.8
 
 
 @pytest.fixture(scope="module")
-def campaign(small: TestModel, paper: ModuleType) -> Any:
+def campaign(small: Model, paper: ModuleType) -> Any:
     truth = catalogue(small, level=paper.LEVELS[1]).effect(TRUE).apply(small, [MASS])
     return paper.make_campaign(truth, jitter=3e-5, seed=5)
 
 
 @pytest.fixture(scope="module")
-def free(small: TestModel) -> tuple[Accepted, ...]:
+def free(small: Model) -> tuple[Accepted, ...]:
     return tuple(accepted(small, deviation={"kn": 0.0, "E": 0.0}))
 
 
 @pytest.fixture(scope="module")
-def arrangement(campaign: Any, small: TestModel, free: tuple[Accepted, ...]) -> Arrangement:
+def arrangement(campaign: Any, small: Model, free: tuple[Accepted, ...]) -> Arrangement:
     return arrange(campaign, small, free, BUDGET)
 
 
 @pytest.fixture(scope="module")
-def scores(campaign: Any, small: TestModel, arrangement: Arrangement) -> list[Score]:
+def scores(campaign: Any, small: Model, arrangement: Arrangement) -> list[Score]:
     listed = campaign_catalogue(campaign, small)
     return screen(arrangement, [listed.effect(name) for name in (TRUE, FALSE)])
 
 
 @pytest.fixture(scope="module")
-def known(campaign: Any, small: TestModel, scores: list[Score]) -> Known:
+def known(campaign: Any, small: Model, scores: list[Score]) -> Known:
     return Known(catalogue=campaign_catalogue(campaign, small), scores=scores, limits=linear_limits(scores))
 
 
@@ -70,7 +70,7 @@ def test_a_fit_is_worse_than_noise_only_without_what_is_hidden(first: Judgement,
 
 
 def test_weights_beside_an_effect_are_those_of_an_arrangement_that_has_it(
-    campaign: Any, small: TestModel, free: tuple[Accepted, ...], first: Judgement
+    campaign: Any, small: Model, free: tuple[Accepted, ...], first: Judgement
 ) -> None:
     best = first.refits[0]
     assert best.effect is not None

@@ -5,7 +5,7 @@ import pickle
 import numpy as np
 import pytest
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import Effect
 from diagnosis.effect.catalogue import catalogue
 from hbsolve.balance import HarmonicBalance
@@ -15,12 +15,12 @@ from reduction.jointed_system import CubicSpring, QuadraticDamper
 LEVEL = 30.0  # N; slips and nearly lifts off
 
 
-def state(model: TestModel, omega: float):
+def state(model: Model, omega: float):
     balance = HarmonicBalance(system=model.system, n_harmonic=4, level=LEVEL)
     return steady_state(balance, omega)
 
 
-def numbers(model: TestModel) -> list[np.ndarray]:
+def numbers(model: Model) -> list[np.ndarray]:
     """All that an effect may change, as one list."""
     system = model.system
     joints = [
@@ -30,7 +30,7 @@ def numbers(model: TestModel) -> list[np.ndarray]:
     return [system.mass, system.damping, system.stiffness, system.static, system.dynamic, gains, *joints]
 
 
-def same(one: TestModel, other: TestModel) -> bool:
+def same(one: Model, other: Model) -> bool:
     a, b = numbers(one), numbers(other)
     return len(a) == len(b) and all(np.array_equal(x, y) for x, y in zip(a, b, strict=True))
 
@@ -43,7 +43,7 @@ def typical(effect: Effect) -> list[float]:
     return [each.typical for each in effect.parameters]
 
 
-def test_at_its_vanishing_value_an_effect_leaves_all_matrices_loads_gains_and_contacts(bench: TestModel) -> None:
+def test_at_its_vanishing_value_an_effect_leaves_all_matrices_loads_gains_and_contacts(bench: Model) -> None:
     for effect in catalogue(bench).candidates:
         left = effect.apply(bench, vanishing(effect))
         own = numbers(bench)
@@ -54,7 +54,7 @@ def test_at_its_vanishing_value_an_effect_leaves_all_matrices_loads_gains_and_co
             assert (joint.stiffness if isinstance(joint, CubicSpring) else joint.damping) == 0
 
 
-def test_at_its_vanishing_value_an_effect_leaves_the_response(bench: TestModel) -> None:
+def test_at_its_vanishing_value_an_effect_leaves_the_response(bench: Model) -> None:
     omega = 2 * np.pi * 14.0
     reference = state(bench, omega)
     size = abs(reference.coefficients).max()
@@ -67,7 +67,7 @@ def test_at_its_vanishing_value_an_effect_leaves_the_response(bench: TestModel) 
         np.testing.assert_allclose(found.coefficients, reference.coefficients, rtol=0, atol=1e-12 * size)
 
 
-def test_every_effect_is_finite_sound_and_different_all_over_its_bounds(bench: TestModel) -> None:
+def test_every_effect_is_finite_sound_and_different_all_over_its_bounds(bench: Model) -> None:
     draw = np.random.default_rng(5)
     for effect in catalogue(bench, level=LEVEL).candidates:
         for share in (0.0, 1.0, *draw.uniform(size=5)):
@@ -83,7 +83,7 @@ def test_every_effect_is_finite_sound_and_different_all_over_its_bounds(bench: T
         assert not same(effect.apply(bench, typical(effect)), bench), effect.name
 
 
-def test_effects_are_pure(bench: TestModel) -> None:
+def test_effects_are_pure(bench: Model) -> None:
     before = [each.copy() for each in numbers(bench)]
     for effect in catalogue(bench).candidates:
         assert same(effect.apply(bench, typical(effect)), effect.apply(bench, typical(effect)))
@@ -91,14 +91,14 @@ def test_effects_are_pure(bench: TestModel) -> None:
         np.testing.assert_array_equal(one, other)
 
 
-def test_every_effect_can_be_pickled(bench: TestModel) -> None:
+def test_every_effect_can_be_pickled(bench: Model) -> None:
     for effect in catalogue(bench).candidates:
         copied = pickle.loads(pickle.dumps(effect))
         assert (copied.name, copied.kind, copied.parameters) == (effect.name, effect.kind, effect.parameters)
         assert same(copied.apply(bench, typical(effect)), effect.apply(bench, typical(effect)))
 
 
-def test_every_effect_acts_on_the_free_structure_or_leaves_it(bench: TestModel) -> None:
+def test_every_effect_acts_on_the_free_structure_or_leaves_it(bench: Model) -> None:
     free = bench.free()
     for effect in catalogue(bench).candidates:
         applied = effect.apply(free, typical(effect))
@@ -108,7 +108,7 @@ def test_every_effect_acts_on_the_free_structure_or_leaves_it(bench: TestModel) 
         assert same(applied, free) == (contact or line_sensor), effect.name
 
 
-def test_every_effect_speaks_in_sentences(bench: TestModel) -> None:
+def test_every_effect_speaks_in_sentences(bench: Model) -> None:
     for effect in catalogue(bench).candidates:
         for words in (effect.physics, effect.signature):
             assert words.endswith(".")
@@ -117,7 +117,7 @@ def test_every_effect_speaks_in_sentences(bench: TestModel) -> None:
 
 
 @pytest.mark.parametrize("kind", ["cubic", "air damping"])
-def test_an_effect_on_a_model_that_has_it_adds_up(bench: TestModel, kind: str) -> None:
+def test_an_effect_on_a_model_that_has_it_adds_up(bench: Model, kind: str) -> None:
     effect = next(each for each in catalogue(bench).candidates if each.kind == kind)
     (strength,) = typical(effect)
     twice = effect.apply(effect.apply(bench, [strength]), [2 * strength])

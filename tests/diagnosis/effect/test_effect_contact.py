@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from correlation.errors import TestModelError
-from correlation.model import DeadWeight, Dof, TestModel
+from correlation.errors import ModelDefinitionError
+from correlation.model import DeadWeight, Dof, Model
 from diagnosis.effect.catalogue import catalogue
 from diagnosis.effect.contact_line import contacts
 from diagnosis.effect.gap import Gap
@@ -17,19 +17,19 @@ from reduction.stuck import stuck_stiffness
 from study.beam_model import beam_model
 
 
-def applied(model: TestModel, name: str, value: float) -> TestModel:
+def applied(model: Model, name: str, value: float) -> Model:
     return catalogue(model).effect(name).apply(model, [value])
 
 
-def values(model: TestModel, line: str, quantity: str) -> np.ndarray:
+def values(model: Model, line: str, quantity: str) -> np.ndarray:
     return np.array([getattr(contact, quantity) for contact in contacts(model, line)])
 
 
-def reasons(model: TestModel) -> dict[str, str]:
+def reasons(model: Model) -> dict[str, str]:
     return {each.name: each.reason for each in catalogue(model).untestable}
 
 
-def with_lines(model: TestModel, *names: str) -> TestModel:
+def with_lines(model: Model, *names: str) -> Model:
     """Lines of two contacts each instead, of the contacts of the bench in turn."""
     joints = [joint.name for joint in model.system.joints]
     lines = {name: (joints[2 * number], joints[2 * number + 1]) for number, name in enumerate(names)}
@@ -40,7 +40,7 @@ def with_lines(model: TestModel, *names: str) -> TestModel:
     ("kind", "quantity"),
     [("friction coefficient", "friction_coefficient"), ("tangential stiffness", "tangential_stiffness")],
 )
-def test_two_lines_have_one_ratio_between_them(bench: TestModel, kind: str, quantity: str) -> None:
+def test_two_lines_have_one_ratio_between_them(bench: Model, kind: str, quantity: str) -> None:
     assert [each for each in catalogue(bench).names if each.startswith(kind)] == [f"{kind} of left against right"]
     changed = applied(bench, f"{kind} of left against right", 1.44)
     np.testing.assert_allclose(values(changed, "left", quantity), 1.2 * values(bench, "left", quantity))
@@ -51,7 +51,7 @@ def test_two_lines_have_one_ratio_between_them(bench: TestModel, kind: str, quan
     ("kind", "quantity"),
     [("friction coefficient", "friction_coefficient"), ("tangential stiffness", "tangential_stiffness")],
 )
-def test_of_three_lines_each_has_its_own(bench: TestModel, kind: str, quantity: str) -> None:
+def test_of_three_lines_each_has_its_own(bench: Model, kind: str, quantity: str) -> None:
     three = with_lines(bench, "a", "b", "c")
     assert [each for each in catalogue(three).names if each.startswith(kind)] == [f"{kind} of {x}" for x in "abc"]
     changed = applied(three, f"{kind} of b", 1.44)
@@ -59,7 +59,7 @@ def test_of_three_lines_each_has_its_own(bench: TestModel, kind: str, quantity: 
         np.testing.assert_allclose(values(changed, line, quantity), factor * values(three, line, quantity))
 
 
-def test_a_single_line_has_no_other(bench: TestModel) -> None:
+def test_a_single_line_has_no_other(bench: Model) -> None:
     left = reasons(with_lines(bench, "a"))
     assert left["friction coefficient of a"] == (
         "the model has no other line: its common friction coefficient is calibrated"
@@ -67,14 +67,14 @@ def test_a_single_line_has_no_other(bench: TestModel) -> None:
     assert "pre-load of a" in catalogue(with_lines(bench, "a")).names
 
 
-def test_without_lines_nothing_of_them_can_be_tested(bench: TestModel) -> None:
+def test_without_lines_nothing_of_them_can_be_tested(bench: Model) -> None:
     left = reasons(bench.free())
     for kind in ("friction coefficient", "tangential stiffness", "pre-load", "gap"):
         assert left[kind] == "the model has no contact lines"
 
 
 @pytest.mark.parametrize("ratio", [0.1, 0.7, 1.0, 2.5])
-def test_rest_stays_rest_at_any_preload(bench: TestModel, ratio: float) -> None:
+def test_rest_stays_rest_at_any_preload(bench: Model, ratio: float) -> None:
     changed = applied(bench, "pre-load of right", ratio)
     np.testing.assert_allclose(values(changed, "right", "preload"), ratio * values(bench, "right", "preload"))
     np.testing.assert_array_equal(values(changed, "left", "preload"), values(bench, "left", "preload"))
@@ -86,14 +86,14 @@ def test_rest_stays_rest_at_any_preload(bench: TestModel, ratio: float) -> None:
     assert abs(state.coefficients[0]).max() < 1e-9 * abs(state.coefficients[1]).max()
 
 
-def weighted(model: TestModel) -> TestModel:
+def weighted(model: Model) -> Model:
     """One weight presses both lines, through the masses beside them."""
     row = np.zeros(model.system.n_dof)
     row[[1, 3]] = 2.0, 3.0
     return replace(model, dead_weights={"weight": DeadWeight(row=row, lines=("left", "right"))})
 
 
-def test_lines_under_a_dead_weight_are_pressed_by_it_alone(bench: TestModel) -> None:
+def test_lines_under_a_dead_weight_are_pressed_by_it_alone(bench: Model) -> None:
     names = [each for each in catalogue(weighted(bench)).names if each.startswith("pre-load")]
     assert names == ["pre-load by weight"]
     only_left = replace(weighted(bench), dead_weights={"weight": DeadWeight(row=np.ones(7), lines=("left",))})
@@ -102,7 +102,7 @@ def test_lines_under_a_dead_weight_are_pressed_by_it_alone(bench: TestModel) -> 
 
 
 @pytest.mark.parametrize("ratio", [0.9, 1.1])
-def test_a_dead_weight_presses_as_stiffness_shares_it(bench: TestModel, ratio: float) -> None:
+def test_a_dead_weight_presses_as_stiffness_shares_it(bench: Model, ratio: float) -> None:
     model = weighted(bench)
     changed = applied(model, "pre-load by weight", ratio)
     state = steady_state(HarmonicBalance(system=changed.system, n_harmonic=3, level=1e-6), 60.0)
@@ -113,7 +113,7 @@ def test_a_dead_weight_presses_as_stiffness_shares_it(bench: TestModel, ratio: f
 
 
 @pytest.mark.parametrize("kind", ["line", "weight"])
-def test_pressing_twice_multiplies(bench: TestModel, kind: str) -> None:
+def test_pressing_twice_multiplies(bench: Model, kind: str) -> None:
     model, name = (bench, "left") if kind == "line" else (weighted(bench), "weight")
     twice, once = model.pressed(name, 0.5).pressed(name, 0.8), model.pressed(name, 0.4)
     np.testing.assert_allclose(twice.system.static, once.system.static, rtol=1e-12)
@@ -124,16 +124,16 @@ def test_pressing_twice_multiplies(bench: TestModel, kind: str) -> None:
         assert preloads == pytest.approx({each: 0.4 * value for each, value in at_first.items()})
 
 
-def test_what_presses_nothing_is_refused(bench: TestModel) -> None:
-    with pytest.raises(TestModelError, match='"typo" is no pre-load of the model: there are left, right'):
+def test_what_presses_nothing_is_refused(bench: Model) -> None:
+    with pytest.raises(ModelDefinitionError, match='"typo" is no pre-load of the model: there are left, right'):
         bench.pressed("typo", 0.1)
-    with pytest.raises(TestModelError, match='"left" is no pre-load of the model: there are weight'):
+    with pytest.raises(ModelDefinitionError, match='"left" is no pre-load of the model: there are weight'):
         weighted(bench).pressed("left", 0.5)
-    with pytest.raises(TestModelError, match='dead weight "none" is zero'):
+    with pytest.raises(ModelDefinitionError, match='dead weight "none" is zero'):
         replace(bench, dead_weights={"none": DeadWeight(row=np.zeros(7), lines=("left",))})
 
 
-def test_a_gap_is_linear_along_its_line(bench: TestModel) -> None:
+def test_a_gap_is_linear_along_its_line(bench: Model) -> None:
     # The stations sit at 0.1, 0.3 and 0.9 between two nodes: a quarter of the way, not a half.
     changed = applied(bench, "gap of left at left 2", 4e-5)
     np.testing.assert_allclose(values(changed, "left", "gap"), [0, 1e-5, 4e-5], atol=1e-18)
@@ -144,7 +144,7 @@ def test_a_gap_is_linear_along_its_line(bench: TestModel) -> None:
 
 
 @pytest.mark.parametrize("dof", [Dof(), Dof(direction="z"), Dof(direction="ry", coordinates=np.array([0.3, 0, 0]))])
-def test_a_gap_along_contacts_of_unknown_coordinates_is_shared_evenly(bench: TestModel, dof: Dof) -> None:
+def test_a_gap_along_contacts_of_unknown_coordinates_is_shared_evenly(bench: Model, dof: Dof) -> None:
     unknown = replace(bench, dofs=(dof,) * 7)
     np.testing.assert_allclose(
         values(applied(unknown, "gap of left at left 2", 1e-5), "left", "gap"), [0, 5e-6, 1e-5], atol=1e-18
@@ -161,8 +161,8 @@ def test_a_contact_at_a_node_that_turns_is_where_the_node_is() -> None:
     np.testing.assert_allclose(values(changed, "left", "gap"), [0, 1e-6, 4e-6], rtol=1e-9, atol=1e-18)
 
 
-def test_a_gap_lowers_the_mean_normal_force(bench: TestModel) -> None:
-    def stretch(model: TestModel) -> float:
+def test_a_gap_lowers_the_mean_normal_force(bench: Model) -> None:
+    def stretch(model: Model) -> float:
         state = steady_state(HarmonicBalance(system=model.system, n_harmonic=3, level=1e-3), 60.0)
         left = contacts(model, "left")
         normal = sum(
@@ -176,7 +176,7 @@ def test_a_gap_lowers_the_mean_normal_force(bench: TestModel) -> None:
     assert stretch(effect.apply(bench, [effect.parameters[0].typical])) < 7.9
 
 
-def test_gaps_are_typically_a_quarter_of_what_the_preload_closes(bench: TestModel) -> None:
+def test_gaps_are_typically_a_quarter_of_what_the_preload_closes(bench: Model) -> None:
     parameter = catalogue(bench).effect("gap of right at right 0").parameters[0]
     assert parameter.typical == pytest.approx(8.0 / 4e4 / 4)
     loose = bench.with_joints({f"left {number}": {"preload": 0.0} for number in range(3)})
@@ -187,7 +187,7 @@ def test_gaps_are_typically_a_quarter_of_what_the_preload_closes(bench: TestMode
     assert "never close" in reasons(still)["gap of left"]
 
 
-def test_a_line_of_one_contact_has_one_gap_and_an_empty_one_none(bench: TestModel) -> None:
+def test_a_line_of_one_contact_has_one_gap_and_an_empty_one_none(bench: Model) -> None:
     model = replace(bench, lines={"point": ("left 1",), "none": ()}, sensors=())
     effect = catalogue(model).effect("gap of point")
     assert isinstance(effect, Gap)

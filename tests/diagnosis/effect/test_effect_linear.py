@@ -5,22 +5,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from correlation.model import Dof, Part, TestModel
+from correlation.model import Dof, Model, Part
 from diagnosis.effect.candidate import EffectError
 from diagnosis.effect.catalogue import catalogue
 from reduction.jointed_system import CubicSpring, QuadraticDamper, along
 
 
-def applied(model: TestModel, name: str, value: float) -> TestModel:
+def applied(model: Model, name: str, value: float) -> Model:
     return catalogue(model).effect(name).apply(model, [value])
 
 
-def reason(model: TestModel, name: str) -> str:
+def reason(model: Model, name: str) -> str:
     (left,) = [each for each in catalogue(model).untestable if each.name == name]
     return left.reason
 
 
-def test_springs_and_dashpots_add_to_their_matrix_along_the_row(bench: TestModel) -> None:
+def test_springs_and_dashpots_add_to_their_matrix_along_the_row(bench: Model) -> None:
     row = bench.places["slot z"]
     stiffer = applied(bench, "spring at slot z", 7.0).system
     np.testing.assert_allclose(stiffer.stiffness - bench.system.stiffness, 7 * np.outer(row, row), atol=1e-9)
@@ -28,13 +28,13 @@ def test_springs_and_dashpots_add_to_their_matrix_along_the_row(bench: TestModel
     np.testing.assert_allclose(damped.damping - bench.system.damping, 7 * np.outer(row, row), atol=1e-12)
 
 
-def test_a_mass_moves_with_all_translations_of_its_node(bench: TestModel) -> None:
+def test_a_mass_moves_with_all_translations_of_its_node(bench: Model) -> None:
     added = applied(bench, "mass at tip z", 0.1).system.mass - bench.system.mass
     np.testing.assert_allclose(added, np.diag([0, 0, 0, 0, 0.1, 0.1, 0]), atol=1e-15)
     assert reason(bench, "mass at tip x") == 'it is the mass at "tip z": one node'
 
 
-def test_a_mass_between_nodes_or_on_unknown_ones_moves_along_its_row(bench: TestModel) -> None:
+def test_a_mass_between_nodes_or_on_unknown_ones_moves_along_its_row(bench: Model) -> None:
     row = bench.places["slot z"]
     added = applied(bench, "mass at slot z", 0.1).system.mass - bench.system.mass
     np.testing.assert_allclose(added, 0.1 * np.outer(row, row), atol=1e-15)
@@ -43,7 +43,7 @@ def test_a_mass_between_nodes_or_on_unknown_ones_moves_along_its_row(bench: Test
     np.testing.assert_allclose(added, np.diag([0, 0, 0, 0, 0.1, 0, 0]), atol=1e-15)
 
 
-def test_the_density_of_a_part_scales_its_mass(bench: TestModel) -> None:
+def test_the_density_of_a_part_scales_its_mass(bench: Model) -> None:
     mass = applied(bench, "density of beam", 2.0).system.mass
     np.testing.assert_allclose(mass, bench.system.mass + bench.parts[0].mass, rtol=1e-15)
     whole = replace(bench, parts=())
@@ -52,7 +52,7 @@ def test_the_density_of_a_part_scales_its_mass(bench: TestModel) -> None:
     assert reason(massless, "density of shim") == "the part has no mass"
 
 
-def test_cubic_springs_and_drag_are_joints_at_their_place(bench: TestModel) -> None:
+def test_cubic_springs_and_drag_are_joints_at_their_place(bench: Model) -> None:
     *rest, spring = applied(bench, "cubic at tip z", -3.0).system.joints
     assert isinstance(spring, CubicSpring)
     assert spring.stiffness == -3.0
@@ -64,11 +64,11 @@ def test_cubic_springs_and_drag_are_joints_at_their_place(bench: TestModel) -> N
     assert tuple(rest) == tuple(bench.system.joints)
 
 
-def test_a_gain_scales_what_its_sensor_reads(bench: TestModel) -> None:
+def test_a_gain_scales_what_its_sensor_reads(bench: Model) -> None:
     assert [each.gain for each in applied(bench, "gain of left_N", 1.1).sensors] == [1.0, 1.0, pytest.approx(1.65)]
 
 
-def test_places_that_cannot_act_are_listed_with_their_reason(bench: TestModel) -> None:
+def test_places_that_cannot_act_are_listed_with_their_reason(bench: Model) -> None:
     more = {
         "nowhere": np.zeros(7),
         "end z": along(7, {4: -2.0}),
@@ -83,7 +83,7 @@ def test_places_that_cannot_act_are_listed_with_their_reason(bench: TestModel) -
     assert "names no place" in reason(replace(bench, places={}), "cubic")
 
 
-def test_without_a_force_nothing_nonlinear_can_be_tested(bench: TestModel) -> None:
+def test_without_a_force_nothing_nonlinear_can_be_tested(bench: Model) -> None:
     silent = bench.with_system(harmonic_force=None)
     for kind in ("cubic", "air damping"):
         assert reason(silent, f"{kind} at tip z") == "the model has no harmonic force that would move it"

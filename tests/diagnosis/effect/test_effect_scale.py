@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigvalsh
 
-from correlation.model import Dof, Sensor, TestModel
+from correlation.model import Dof, Model, Sensor
 from diagnosis.effect.candidate import EffectError
 from diagnosis.effect.catalogue import catalogue
 from diagnosis.effect.scale import scale
@@ -18,19 +18,19 @@ OMEGA = np.sqrt(STIFFNESS / MASS)
 AMPLITUDE = LEVEL / (DAMPING * OMEGA)
 
 
-def oscillator(direction: str = "z") -> TestModel:
+def oscillator(direction: str = "z") -> Model:
     row, force = along(1, {0: 1.0}), np.array([[0.0], [1.0]])
     system = JointedSystem(mass=[[MASS]], damping=[[DAMPING]], stiffness=[[STIFFNESS]], harmonic_force=force)
-    return TestModel(
+    return Model(
         system=system, sensors=(Sensor(name="s", row=row),), dofs=(Dof(direction=direction),), places={"p": row}
     )
 
 
-def typical(model: TestModel, name: str, level: float = LEVEL) -> float:
+def typical(model: Model, name: str, level: float = LEVEL) -> float:
     return catalogue(model, level=level).effect(name).parameters[0].typical
 
 
-def stuck(model: TestModel) -> float:
+def stuck(model: Model) -> float:
     return float(np.sqrt(eigvalsh(stuck_stiffness(model.system.stiffness, model.system.joints), model.system.mass)[0]))
 
 
@@ -64,7 +64,7 @@ def test_typical_drag_dissipates_a_tenth_of_the_linear_damping() -> None:
 
 @pytest.mark.parametrize("configurations", [["jointed"], ["free"], ["jointed", "free"]])
 def test_typical_springs_and_masses_shift_the_first_frequency_that_is_tested_by_half_a_percent(
-    bench: TestModel, configurations: list[str]
+    bench: Model, configurations: list[str]
 ) -> None:
     seen = set()
     for effect in catalogue(bench, configurations=configurations).candidates:
@@ -80,7 +80,7 @@ def test_typical_springs_and_masses_shift_the_first_frequency_that_is_tested_by_
     assert {"spring at tip z", "mass at tip z", "spring between root z and stand z"} <= seen
 
 
-def test_a_place_of_no_consequence_is_not_tested(bench: TestModel) -> None:
+def test_a_place_of_no_consequence_is_not_tested(bench: Model) -> None:
     found = catalogue(bench, configurations=["jointed"])
     with pytest.raises(EffectError, match="no stiffness there can shift the first resonance"):
         found.effect("spring at stand z")
@@ -94,14 +94,14 @@ def test_where_no_spring_is_stiff_enough_taking_stiffness_away_is_typical() -> N
     K = np.array([[root + 1e4, -1e4], [-1e4, 1e4]])
     rows = {"root": along(2, {0: 1.0}), "tip": along(2, {1: 1.0})}
     system = JointedSystem(mass=M, damping=1e-4 * K, stiffness=K, harmonic_force=[[0, 0], [0, 1]])
-    model = TestModel(system=system, sensors=(), places=rows)
+    model = Model(system=system, sensors=(), places=rows)
     strength = typical(model, "spring at root")
     assert -0.9 * root < strength < 0
     relaxed = catalogue(model).effect("spring at root").apply(model, [strength])
     assert stuck(relaxed) / stuck(model) == pytest.approx(0.995, rel=1e-9)
 
 
-def test_a_spring_joins_places_of_two_bodies_along_one_direction(bench: TestModel) -> None:
+def test_a_spring_joins_places_of_two_bodies_along_one_direction(bench: Model) -> None:
     found = catalogue(bench)
     joining = [name for name in found.names if "between" in name]
     assert joining == ["spring between tip z and stand z", "spring between root z and stand z"]
@@ -124,17 +124,17 @@ def test_a_rotation_asks_for_moments() -> None:
     assert (units["mass"], units["dashpot"], units["air damping"]) == ("kg m^2", "N m s", "N m s^2")
 
 
-def test_the_first_mode_that_the_force_drives_sets_the_scale(bench: TestModel) -> None:
+def test_the_first_mode_that_the_force_drives_sets_the_scale(bench: Model) -> None:
     free, jointed = scale(bench).resonances
     assert jointed.angular_frequency == pytest.approx(stuck(bench))
     assert free.angular_frequency == pytest.approx(stuck(bench.free()))
     M, K = np.eye(2), np.diag([1e4, 4e4])
     system = JointedSystem(mass=M, damping=1e-4 * K, stiffness=K, harmonic_force=[[0, 0], [0, 1]])
-    (driven,) = scale(TestModel(system=system, sensors=())).resonances
+    (driven,) = scale(Model(system=system, sensors=())).resonances
     assert driven.angular_frequency == pytest.approx(200.0)
 
 
-def test_what_contacts_alone_hold_has_no_free_resonance(bench: TestModel) -> None:
+def test_what_contacts_alone_hold_has_no_free_resonance(bench: Model) -> None:
     floating = bench.with_system(stiffness=np.zeros((7, 7)) + np.diag([1e6] * 2 + [0.0] * 4 + [1e6]))
     held = floating.with_system(stiffness=floating.system.stiffness + 1e-3 * np.diag([0, 0, 1.0, 1, 1, 1, 0]))
     assert len(scale(held).resonances) == 2

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import EffectError
 from diagnosis.effect.catalogue import catalogue
 from diagnosis.effect.own_effect import installed_effects, read_effects
@@ -31,10 +31,10 @@ class Louder:
     signature: str = "Everything is larger."
     parameters: tuple = (PARAMETER,)
 
-    def apply(self, test_model, values):
-        return test_model.with_system(harmonic_force=values[0] * test_model.system.dynamic)
+    def apply(self, model, values):
+        return model.with_system(harmonic_force=values[0] * model.system.dynamic)
 
-def candidates(test_model):
+def candidates(model):
     return [Louder()]
 """
 
@@ -45,13 +45,13 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
-def test_an_effect_of_a_file_acts(bench: TestModel, tmp_path: Path) -> None:
+def test_an_effect_of_a_file_acts(bench: Model, tmp_path: Path) -> None:
     effect = catalogue(bench, extra=[written(tmp_path, GOOD)]).effect("louder exciter")
     assert (effect.kind, effect.parameters[0].typical) == ("exciter gain", 1.1)
     np.testing.assert_allclose(effect.apply(bench, [2.0]).system.dynamic, 2 * bench.system.dynamic)
 
 
-def test_an_effect_of_a_file_is_at_home_in_other_processes(bench: TestModel, tmp_path: Path) -> None:
+def test_an_effect_of_a_file_is_at_home_in_other_processes(bench: Model, tmp_path: Path) -> None:
     effect = catalogue(bench, extra=[written(tmp_path, GOOD)]).effect("louder exciter")
     read_effects(tmp_path / "own.py")  # once more: the class must stay the one that it was
     stored = tmp_path / "effect.pickle"
@@ -66,9 +66,7 @@ def test_an_effect_of_a_file_is_at_home_in_other_processes(bench: TestModel, tmp
     assert (done.returncode, done.stdout) == (0, "3.0\n"), done.stderr
 
 
-def test_a_file_that_was_edited_is_read_again(
-    bench: TestModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_that_was_edited_is_read_again(bench: Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = catalogue(bench, extra=[written(tmp_path, GOOD)]).effect("louder exciter")
     after = catalogue(bench, extra=[written(tmp_path, GOOD.replace("1.1", "1.2"))]).effect("louder exciter")
     assert (before.parameters[0].typical, after.parameters[0].typical) == (1.1, 1.2)
@@ -79,7 +77,7 @@ def test_a_file_that_was_edited_is_read_again(
         pickle.loads(stored)
 
 
-def test_the_shipped_file_is_what_it_says(bench: TestModel) -> None:
+def test_the_shipped_file_is_what_it_says(bench: Model) -> None:
     (effect,) = read_effects(OWN).candidates(bench)
     force = effect.apply(bench, [0.2]).system.dynamic  # type: ignore[union-attr]
     np.testing.assert_allclose(force[3], 0.2 * bench.system.dynamic[1])
@@ -92,25 +90,25 @@ def test_the_shipped_file_is_what_it_says(bench: TestModel) -> None:
         ("x = = 1\n", r"own\.py, line 1: it fails with SyntaxError"),
         ("import no_such_module_anywhere\n", r"own\.py, line 1: it fails with ModuleNotFoundError \(No module named"),
         ("import sys\nsys.exit(3)\n", r"own\.py, line 2: it fails with SystemExit \(3\)"),
-        ("x = 1\n", r"own\.py offers no effects: give it a function `candidates\(test_model\)`"),
+        ("x = 1\n", r"own\.py offers no effects: give it a function `candidates\(model\)`"),
         ("candidates = 3\n", r"own\.py offers no effects"),
-        ("def candidates(test_model):\n    return 1 / 0\n", r"own\.py, line 2: `candidates` fails with ZeroDivision"),
+        ("def candidates(model):\n    return 1 / 0\n", r"own\.py, line 2: `candidates` fails with ZeroDivision"),
         ("def candidates():\n    return []\n", r"own\.py: `candidates` fails with TypeError"),
-        ("def candidates(test_model):\n    pass\n", r"`candidates` returns a NoneType: return a list"),
-        ("def candidates(test_model):\n    yield 1\n    raise KeyError('k')\n", r"line 3: `candidates` fails with Key"),
-        ("def candidates(test_model):\n    return 'mass'\n", r"`candidates` returns a str: return a list of effects"),
-        ("def candidates(test_model):\n    return [3]\n", r"the effect int has name = None: give it name, kind"),
+        ("def candidates(model):\n    pass\n", r"`candidates` returns a NoneType: return a list"),
+        ("def candidates(model):\n    yield 1\n    raise KeyError('k')\n", r"line 3: `candidates` fails with Key"),
+        ("def candidates(model):\n    return 'mass'\n", r"`candidates` returns a str: return a list of effects"),
+        ("def candidates(model):\n    return [3]\n", r"the effect int has name = None: give it name, kind"),
         (GOOD.replace('"Everything is larger."', '""'), r"the effect Louder has signature = ''"),
         (GOOD.replace("(PARAMETER,)", "()"), r'the parameters of "louder exciter" are \(\): give a tuple of Effect'),
         (GOOD.replace("(PARAMETER,)", "(1.0,)"), r'the parameters of "louder exciter" are \(1\.0,\)'),
         (GOOD.replace("def apply", "def applied"), r'"louder exciter" has no method apply'),
         (GOOD.replace("values[0]", "values[1]"), r'line 16: `apply` of "louder exciter" fails with IndexError'),
-        (GOOD.replace("return test_model.with", "test_model.with"), r"returns a NoneType: return a changed test model"),
+        (GOOD.replace("return model.with", "model.with"), r"returns a NoneType: return a changed test model"),
         (GOOD.replace("harmonic_force=", "mass=").replace("dynamic", "mass + 1"), r"changes the mass at its vanishing"),
-        (GOOD.replace("return test_model.with_system(", "return test_model\n("), r"line 17: it fails with Syn"),
+        (GOOD.replace("return model.with_system(", "return model\n("), r"line 17: it fails with Syn"),
         (
-            GOOD.replace("return test_model.with_system(harmonic_force=values[0] * test_model.system.dynamic)",
-                         "return test_model"),
+            GOOD.replace("return model.with_system(harmonic_force=values[0] * model.system.dynamic)",
+                         "return model"),
             r"changes nothing at its typical values",
         ),
         (GOOD.replace("[Louder()]", "[Louder(parameters=(type('P', (PARAMETER.__class__,), {})(**vars(PARAMETER)),))]"),
@@ -118,7 +116,7 @@ def test_the_shipped_file_is_what_it_says(bench: TestModel) -> None:
         (GOOD.replace("typical=1.1", "typical=3.0"), r"own\.py, line 5: it fails with EffectError \(factor: 1"),
     ],
 )  # fmt: skip
-def test_a_bad_file_is_refused_in_one_sentence(bench: TestModel, tmp_path: Path, text: str, sentence: str) -> None:
+def test_a_bad_file_is_refused_in_one_sentence(bench: Model, tmp_path: Path, text: str, sentence: str) -> None:
     with pytest.raises(EffectError, match=sentence) as caught:
         read_effects(written(tmp_path, text)).candidates(bench)
     assert str(caught.value).startswith(str(tmp_path / "own.py"))
@@ -132,7 +130,7 @@ def test_what_is_no_python_file_is_refused(tmp_path: Path, name: str) -> None:
         read_effects(tmp_path / name)
 
 
-def test_an_effect_that_fails_later_says_where(bench: TestModel, tmp_path: Path) -> None:
+def test_an_effect_that_fails_later_says_where(bench: Model, tmp_path: Path) -> None:
     text = GOOD.replace("        return test", "        assert values[0] < 1.5, 'too loud'\n        return test")
     effect = catalogue(bench, extra=[written(tmp_path, text)]).effect("louder exciter")
     with pytest.raises(EffectError, match=r"own\.py, line 16: `apply` of .* fails with AssertionError \(too loud\)"):
@@ -145,7 +143,7 @@ def entry_points(monkeypatch: pytest.MonkeyPatch, value: str) -> None:
 
 
 @pytest.mark.parametrize("value", ["diagnosis.effect.gain", "diagnosis.effect.gain:candidates"])
-def test_an_installed_package_offers_effects(bench: TestModel, monkeypatch: pytest.MonkeyPatch, value: str) -> None:
+def test_an_installed_package_offers_effects(bench: Model, monkeypatch: pytest.MonkeyPatch, value: str) -> None:
     entry_points(monkeypatch, value)
     (source,) = installed_effects()
     assert [each.name for each in source.candidates(bench)] == ["gain of tip", "gain of left_T", "gain of left_N"]

@@ -9,7 +9,7 @@ import pytest
 
 from correlation.campaign.measurement import Campaign, HeldOut
 from correlation.errors import CampaignError
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from correlation.prediction import Prediction
 from diagnosis.fit.arrangement import Arrangement, arrange
@@ -24,7 +24,7 @@ EXACT_MODEL = Budget(frequency=0.0, compliance=0.0)
 JITTER = 1e-4
 
 
-def planted(model: TestModel, factors: dict[str, float]) -> TestModel:
+def planted(model: Model, factors: dict[str, float]) -> Model:
     for each in accepted(model):
         if each.name in factors:
             model = each.apply(model, [factors[each.name]])
@@ -32,12 +32,12 @@ def planted(model: TestModel, factors: dict[str, float]) -> TestModel:
 
 
 @pytest.fixture(scope="module")
-def campaign(small: TestModel, paper: ModuleType) -> Campaign:
+def campaign(small: Model, paper: ModuleType) -> Campaign:
     return paper.make_campaign(planted(small, PLANTED), jitter=JITTER, seed=11)
 
 
 @pytest.fixture(scope="module")
-def arranged(small: TestModel, campaign: Campaign) -> Arrangement:
+def arranged(small: Model, campaign: Campaign) -> Arrangement:
     return arrange(campaign, small, accepted(small, deviation={"kn": 0.0, "E": 0.0}), EXACT_MODEL)
 
 
@@ -59,7 +59,7 @@ def test_the_fit_is_as_good_as_the_noise(arranged: Arrangement) -> None:
     assert 0.3 < settled.chi2 / settled.n_number < 1.6
 
 
-def test_a_trial_that_nothing_holds_turns_a_fit_back(small: TestModel, arranged: Arrangement) -> None:
+def test_a_trial_that_nothing_holds_turns_a_fit_back(small: Model, arranged: Arrangement) -> None:
     fit, train = arranged.fit, arranged.train
     # No stiffness is left, and less than none.
     loose = fit.model.with_system(stiffness=-1e3 * np.eye(fit.model.system.n_dof))
@@ -70,7 +70,7 @@ def test_a_trial_that_nothing_holds_turns_a_fit_back(small: TestModel, arranged:
     class Unheld(Comparison):
         """Nothing holds a model whose kt is above 1.1 of the drawing; the fit starts worse than with no prediction."""
 
-        def predict(self, model: TestModel, before: Prediction | None = None) -> Prediction:
+        def predict(self, model: Model, before: Prediction | None = None) -> Prediction:
             stiff = model.contact(model.lines["left"][0]).tangential_stiffness
             if stiff > 1.1 * small.contact(small.lines["left"][0]).tangential_stiffness:
                 return super().predict(loose, before)
@@ -114,7 +114,7 @@ def test_the_jacobian_is_that_of_the_residual(arranged: Arrangement) -> None:
     np.testing.assert_array_equal(fit.jacobian[-len(fit.values) :], np.diag(1 / fit.unknowns.prior))
 
 
-def test_it_stops_at_a_bound(arranged: Arrangement, small: TestModel) -> None:
+def test_it_stops_at_a_bound(arranged: Arrangement, small: Model) -> None:
     kt, mu, zeta = arranged.accepted
     tight = replace(kt, parameters=(replace(kt.parameters[0], upper=1.02, typical=1.01),))
     unknowns = Unknowns.of(small, [(each, each.deviation) for each in (tight, mu, zeta)], ())
@@ -142,7 +142,7 @@ def test_chi2_falls_from_step_to_step(arranged: Arrangement) -> None:
     assert again.chi2 == pytest.approx(fit.chi2, abs=0.1)
 
 
-def test_a_prior_alone_holds_what_the_data_do_not_tell(arranged: Arrangement, small: TestModel) -> None:
+def test_a_prior_alone_holds_what_the_data_do_not_tell(arranged: Arrangement, small: Model) -> None:
     held = [(each, 1e-6) for each in arranged.accepted]
     unknowns = Unknowns.of(small, held, ())
     fit = calibrate(arranged.train, unknowns, unknowns.vanishing)
@@ -171,7 +171,7 @@ def test_held_out_data_are_none_of_those_fitted(arranged: Arrangement) -> None:
     assert {effect.kind for effect, _ in arranged.jitter} == {"jitter"}
 
 
-def test_one_repeat_cannot_be_arranged(small: TestModel, paper: ModuleType, campaign: Campaign) -> None:
+def test_one_repeat_cannot_be_arranged(small: Model, paper: ModuleType, campaign: Campaign) -> None:
     one = paper.make_campaign(small, n_repeat=1, held=())
     single = replace(one, held_out=HeldOut(levels=(paper.LEVELS[1],)))
     with pytest.raises(CampaignError, match="repeat the test"):

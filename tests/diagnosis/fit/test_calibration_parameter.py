@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import EffectError
 from diagnosis.fit.calibration_parameter import Accepted, accepted
 from reduction.jointed_system import FrictionContact
@@ -14,12 +14,12 @@ from reduction.jointed_system import FrictionContact
 FIELD = {"kt": "tangential_stiffness", "kn": "normal_stiffness", "mu": "friction_coefficient"}
 
 
-def of(model: TestModel, name: str) -> Accepted:
+def of(model: Model, name: str) -> Accepted:
     return next(each for each in accepted(model) if each.name == name)
 
 
 @pytest.mark.parametrize("name", ["kt", "kn", "mu"])
-def test_contact_factors_scale_one_property_of_every_contact_and_nothing_else(bench: TestModel, name: str) -> None:
+def test_contact_factors_scale_one_property_of_every_contact_and_nothing_else(bench: Model, name: str) -> None:
     changed = of(bench, name).apply(bench, [1.3])
     for before, after in zip(bench.system.joints, changed.system.joints, strict=True):
         assert isinstance(before, FrictionContact)
@@ -30,7 +30,7 @@ def test_contact_factors_scale_one_property_of_every_contact_and_nothing_else(be
         np.testing.assert_array_equal(getattr(changed.system, matrix), getattr(bench.system, matrix))
 
 
-def test_zeta_scales_the_damping_and_e_the_stiffness_of_the_parts(bench: TestModel) -> None:
+def test_zeta_scales_the_damping_and_e_the_stiffness_of_the_parts(bench: Model) -> None:
     np.testing.assert_allclose(of(bench, "zeta").apply(bench, [1.3]).system.damping, 1.3 * bench.system.damping)
     # What is no part, such as a spring that was added, keeps its stiffness.
     sprung = bench.with_system(stiffness=bench.system.stiffness + 50 * np.eye(7))
@@ -39,7 +39,7 @@ def test_zeta_scales_the_damping_and_e_the_stiffness_of_the_parts(bench: TestMod
     np.testing.assert_array_equal(stiffer.damping, bench.system.damping)
 
 
-def test_a_factor_of_one_changes_nothing(bench: TestModel) -> None:
+def test_a_factor_of_one_changes_nothing(bench: Model) -> None:
     for each in accepted(bench):
         assert (each.parameters[0].vanishes, each.parameters[0].unit) == (1.0, "-")
         same = each.apply(bench, [1.0]).system
@@ -51,7 +51,7 @@ def test_a_factor_of_one_changes_nothing(bench: TestModel) -> None:
             ]
 
 
-def test_priors_are_relative_and_can_be_overridden(bench: TestModel) -> None:
+def test_priors_are_relative_and_can_be_overridden(bench: Model) -> None:
     assert {each.name: each.deviation for each in accepted(bench)} == {
         "kt": 0.1, "kn": 0.1, "mu": 0.1, "zeta": 0.2, "E": 0.01
     }  # fmt: skip
@@ -60,14 +60,14 @@ def test_priors_are_relative_and_can_be_overridden(bench: TestModel) -> None:
     assert (given["kt"].deviation, given["kt"].parameters[0].typical) == (0.3, 1.3)
 
 
-def test_what_a_model_has_not_is_not_calibrated(bench: TestModel) -> None:
+def test_what_a_model_has_not_is_not_calibrated(bench: Model) -> None:
     assert [each.name for each in accepted(bench.free())] == ["zeta", "E"]
     smooth = bench.with_joints({joint.name: {"friction_coefficient": 0.0} for joint in bench.system.joints})
     assert [each.name for each in accepted(smooth)] == ["kt", "kn", "zeta", "E"]
     assert [each.name for each in accepted(bench.with_system(damping=np.zeros((7, 7))))] == ["kt", "kn", "mu", "E"]
 
 
-def test_accepted_parameters_act_before_or_after_the_contacts_are_taken_away(bench: TestModel) -> None:
+def test_accepted_parameters_act_before_or_after_the_contacts_are_taken_away(bench: Model) -> None:
     for each in accepted(bench):
         one, other = each.apply(bench, [1.1]).free().system, each.apply(bench.free(), [1.1]).system
         np.testing.assert_array_equal(one.stiffness, other.stiffness)
@@ -75,12 +75,12 @@ def test_accepted_parameters_act_before_or_after_the_contacts_are_taken_away(ben
         assert len(one.joints) == len(other.joints) == 0
 
 
-def test_accepted_parameters_travel(bench: TestModel) -> None:
+def test_accepted_parameters_travel(bench: Model) -> None:
     for each in accepted(bench):
         assert pickle.loads(pickle.dumps(each)).parameters == each.parameters
 
 
-def test_bad_priors_are_refused_in_words(bench: TestModel) -> None:
+def test_bad_priors_are_refused_in_words(bench: Model) -> None:
     with pytest.raises(EffectError, match='"nu" is no accepted parameter: there are kt, kn, mu, zeta, E'):
         accepted(bench, deviation={"nu": 0.1})
     with pytest.raises(EffectError, match=r"the deviation of kt is -0\.1: give a relative standard deviation"):

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.preload import Preload
 from diagnosis.fit.calibration_parameter import Accepted, accepted
 from diagnosis.fit.contact_position import SHARED, bearing_bounds, with_bearing
@@ -19,15 +19,15 @@ MIDDLE = sum(LINE_ENDS) / 2
 
 
 @pytest.fixture(scope="module")
-def beam() -> TestModel:
+def beam() -> Model:
     return beam_model()
 
 
-def members(model: TestModel, line: str) -> list[FrictionContact]:
+def members(model: Model, line: str) -> list[FrictionContact]:
     return [model.contact(name) for name in model.lines[line]]
 
 
-def values(model: TestModel, line: str, name: str) -> NDArray[np.float64]:
+def values(model: Model, line: str, name: str) -> NDArray[np.float64]:
     return np.array([getattr(contact, name) for contact in members(model, line)])
 
 
@@ -40,7 +40,7 @@ def stuck_frequencies(system: JointedSystem) -> NDArray[np.float64]:
     return np.sqrt(eigh(stiffness, system.mass, eigvals_only=True)) / (2 * np.pi)
 
 
-def test_a_factor_of_one_changes_nothing(beam: TestModel) -> None:
+def test_a_factor_of_one_changes_nothing(beam: Model) -> None:
     assert with_bearing(beam, 1.0) is beam
     # What takes the way through all formulae ends at the same numbers: round-off.
     for before, after in zip(beam.system.joints, with_bearing(beam, 1 + 1e-13).system.joints, strict=True):
@@ -65,7 +65,7 @@ def test_sums_balance_and_moments_of_inertia_are_kept(n_station: int, factor: fl
             assert not np.allclose(now, was, rtol=1e-2)
 
 
-def test_a_line_that_is_loaded_on_one_side_keeps_its_own_middle(beam: TestModel) -> None:
+def test_a_line_that_is_loaded_on_one_side_keeps_its_own_middle(beam: Model) -> None:
     shares = {"left.1": 1.0, "left.2": 3.0, "left.3": 2.0}
     lopsided = beam.with_joints({name: {"normal_stiffness": 1e6 * share} for name, share in shares.items()})
     was = values(lopsided, "left", "normal_stiffness")
@@ -77,7 +77,7 @@ def test_a_line_that_is_loaded_on_one_side_keeps_its_own_middle(beam: TestModel)
     assert now @ (0.9 * place) ** 2 == pytest.approx(was @ place**2, rel=1e-13)
 
 
-def test_rows_and_gaps_are_those_of_the_places_between(beam: TestModel) -> None:
+def test_rows_and_gaps_are_those_of_the_places_between(beam: Model) -> None:
     """w and w' are cubic within an element, so that a parabola through three stations is off by h^3 w''' / 15 or so."""
     factor = 0.95
     closer = with_bearing(beam, factor)
@@ -102,7 +102,7 @@ def test_rows_and_gaps_are_those_of_the_places_between(beam: TestModel) -> None:
 
 
 @pytest.mark.parametrize("factor", [0.93, 0.98, 1.04])
-def test_it_agrees_with_a_bench_whose_stations_lie_there(beam: TestModel, factor: float) -> None:
+def test_it_agrees_with_a_bench_whose_stations_lie_there(beam: Model, factor: float) -> None:
     own = full_beam(stations=tuple(MIDDLE + factor * (x - MIDDLE) for x in STATIONS))
     closer = with_bearing(beam, factor)
     for contact, bench in zip(closer.system.joints, contacts(own, BeamParameters()), strict=True):
@@ -111,7 +111,7 @@ def test_it_agrees_with_a_bench_whose_stations_lie_there(beam: TestModel, factor
             assert getattr(contact, name) == pytest.approx(getattr(bench, name), rel=1e-12)
 
 
-def test_the_stuck_structure_keeps_its_frequencies(beam: TestModel) -> None:
+def test_the_stuck_structure_keeps_its_frequencies(beam: Model) -> None:
     drawn = stuck_frequencies(beam.system)
     closer = stuck_frequencies(with_bearing(beam, 0.95).system)
     naive = with_bearing(beam, 0.95)
@@ -125,7 +125,7 @@ def test_the_stuck_structure_keeps_its_frequencies(beam: TestModel) -> None:
     assert np.abs(lost[:4] / drawn[:4] - 1).max() > 20 * np.abs(closer[:4] / drawn[:4] - 1).max()
 
 
-def test_rest_stays_rest(beam: TestModel) -> None:
+def test_rest_stays_rest(beam: Model) -> None:
     """The static load balances the pre-loads of the contacts where they bear; the two lines alone would cancel."""
     harder = Preload(name="left", of="left").apply(beam, [1.5])
     for factor in (0.9, 1.1):
@@ -135,13 +135,13 @@ def test_rest_stays_rest(beam: TestModel) -> None:
         np.testing.assert_allclose(closer.static, balance, rtol=0, atol=1e-13 * 24)
 
 
-def test_another_static_load_stays(beam: TestModel) -> None:
+def test_another_static_load_stays(beam: Model) -> None:
     own_weight = beam.with_system(static_load=beam.system.static + 2 * beam.places["tip"])
     change = with_bearing(own_weight, 0.9).system.static - with_bearing(beam, 0.9).system.static
     np.testing.assert_allclose(change, 2 * beam.places["tip"], rtol=0, atol=1e-12)
 
 
-def test_lines_of_two_contacts_and_free_structures_are_left_alone(small: TestModel) -> None:
+def test_lines_of_two_contacts_and_free_structures_are_left_alone(small: Model) -> None:
     for model in (small, small.free()):
         closer = with_bearing(model, 0.9).system
         for before, after in zip(model.system.joints, closer.joints, strict=True):
@@ -149,19 +149,19 @@ def test_lines_of_two_contacts_and_free_structures_are_left_alone(small: TestMod
         np.testing.assert_array_equal(closer.static, model.system.static)
 
 
-def given(model: TestModel) -> Accepted:
+def given(model: Model) -> Accepted:
     (found,) = (each for each in accepted(model, deviation={"bearing": 0.05}) if each.name == "bearing")
     return found
 
 
-def test_it_is_accepted_where_a_line_has_three_contacts_and_a_prior(beam: TestModel, small: TestModel) -> None:
+def test_it_is_accepted_where_a_line_has_three_contacts_and_a_prior(beam: Model, small: Model) -> None:
     assert "bearing" not in [each.name for each in accepted(beam)]
     assert given(beam).deviation == 0.05
     assert "bearing" not in [each.name for each in accepted(small, deviation={"bearing": 0.05})]
     assert values(given(beam).apply(beam, [0.9]), "left", "preload")[0] == pytest.approx(4 / 0.81)
 
 
-def test_its_bounds_leave_a_finer_model_possible(beam: TestModel) -> None:
+def test_its_bounds_leave_a_finer_model_possible(beam: Model) -> None:
     finer = beam_model(n_station=5)
     (alone,), (both,) = (
         [

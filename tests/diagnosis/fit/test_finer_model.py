@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.effect.catalogue import Catalogue
 from diagnosis.fit.arrangement import Added, Arrangement, arrange, arranged_anew
@@ -28,16 +28,16 @@ FOUND = 0.1
 
 
 @pytest.fixture(scope="module")
-def campaign(small: TestModel, paper: ModuleType) -> Campaign:
+def campaign(small: Model, paper: ModuleType) -> Campaign:
     return paper.make_campaign(small, jitter=3e-5, seed=6)
 
 
-def stiffer(model: TestModel) -> TestModel:
+def stiffer(model: Model) -> Model:
     (young,) = (each for each in accepted(model) if each.name == "E")
     return young.apply(model, [1 + STIFFER])
 
 
-def beside(campaign: Campaign, small: TestModel, finer: TestModel, added: tuple[Added, ...] = ()) -> Arrangement:
+def beside(campaign: Campaign, small: Model, finer: Model, added: tuple[Added, ...] = ()) -> Arrangement:
     budget = Budget(frequency=0.0, compliance=0.0, shares=0.0, refined=(finer,))
     return arrange(campaign, small, accepted(small, deviation={"kn": 0.0}), budget, added=added)
 
@@ -51,7 +51,7 @@ def left(of: Arrangement) -> NDArray[np.float64]:
 
 
 def test_what_calibration_makes_good_is_no_error_but_an_uncertainty(
-    small: TestModel, campaign: Campaign, listed: Catalogue
+    small: Model, campaign: Campaign, listed: Catalogue
 ) -> None:
     found = beside(campaign, small, stiffer(small))
     names = [each.name for each in found.accepted]
@@ -73,7 +73,7 @@ def test_what_calibration_makes_good_is_no_error_but_an_uncertainty(
         assert each.fit.deviation[young] >= STIFFER * (1 - FOUND)
 
 
-def test_what_no_calibration_makes_good_stays(small: TestModel, campaign: Campaign, listed: Catalogue) -> None:
+def test_what_no_calibration_makes_good_stays(small: Model, campaign: Campaign, listed: Catalogue) -> None:
     heavier = listed.effect("mass at tip z").apply(small, [5e-3])
     found = beside(campaign, small, heavier)
     plain = replace(found.finer[0], shift=None)
@@ -82,7 +82,7 @@ def test_what_no_calibration_makes_good_stays(small: TestModel, campaign: Campai
 
 
 def test_an_added_effect_keeps_its_value_in_the_finer_model(
-    small: TestModel, heavy_campaign: Campaign, listed: Catalogue
+    small: Model, heavy_campaign: Campaign, listed: Catalogue
 ) -> None:
     mass = listed.effect("mass at tip z")
     found = beside(heavy_campaign, small, stiffer(small), (Added(effect=mass, values=np.array([5e-3])),))
@@ -96,7 +96,7 @@ def test_an_added_effect_keeps_its_value_in_the_finer_model(
     np.testing.assert_allclose(composed.system.stiffness, expected.system.stiffness, rtol=1e-12)
 
 
-def test_other_measurements_do_not_move_it(small: TestModel, campaign: Campaign, paper: ModuleType) -> None:
+def test_other_measurements_do_not_move_it(small: Model, campaign: Campaign, paper: ModuleType) -> None:
     found = beside(campaign, small, stiffer(small))
     anew = arranged_anew(found, paper.make_campaign(small, jitter=3e-5, seed=7))
     assert anew.finer[0].shift is found.finer[0].shift
@@ -105,7 +105,7 @@ def test_other_measurements_do_not_move_it(small: TestModel, campaign: Campaign,
 
 @pytest.mark.parametrize("effect", ["dashpot at root z", "mass at tip z"])
 def test_a_finer_model_that_is_the_model_needs_no_shift(
-    effect: str, small: TestModel, paper: ModuleType, listed: Catalogue
+    effect: str, small: Model, paper: ModuleType, listed: Catalogue
 ) -> None:
     # Damping that was calibrated does not scale a dashpot that was added.
     added = listed.effect(effect)
@@ -118,7 +118,7 @@ def test_a_finer_model_that_is_the_model_needs_no_shift(
     np.testing.assert_allclose(found.finer[0].shift, 0, atol=1e-6)
 
 
-def test_states_that_the_model_does_not_find_say_nothing(small: TestModel, campaign: Campaign) -> None:
+def test_states_that_the_model_does_not_find_say_nothing(small: Model, campaign: Campaign) -> None:
     found = beside(campaign, small, small)
     value = found.fit.prediction.value.copy()
     value[found.train.observed.points.level == found.train.observed.points.level.min()] = np.nan
@@ -130,7 +130,7 @@ def test_states_that_the_model_does_not_find_say_nothing(small: TestModel, campa
     np.testing.assert_allclose(shift, 0, atol=1e-5)
 
 
-def test_of_several_finer_models_each_counts(small: TestModel, campaign: Campaign) -> None:
+def test_of_several_finer_models_each_counts(small: Model, campaign: Campaign) -> None:
     budget = Budget(frequency=0.0, compliance=0.0, shares=0.0, refined=(stiffer(small), stiffer(small)))
     found = arrange(campaign, small, accepted(small, deviation={"kn": 0.0}), budget)
     young = [each.name for each in found.accepted].index("E")
@@ -138,7 +138,7 @@ def test_of_several_finer_models_each_counts(small: TestModel, campaign: Campaig
 
 
 def test_without_accepted_parameters_the_difference_is_what_it_is(
-    small: TestModel, heavy_campaign: Campaign, listed: Catalogue
+    small: Model, heavy_campaign: Campaign, listed: Catalogue
 ) -> None:
     mass = Added(effect=listed.effect("mass at tip z"), values=np.array([5e-3]))
     budget = Budget(frequency=0.0, compliance=0.0, shares=0.0, refined=(stiffer(small),))
@@ -149,7 +149,7 @@ def test_without_accepted_parameters_the_difference_is_what_it_is(
 
 
 def test_an_effect_that_is_tried_is_no_numerical_error(
-    small: TestModel, heavy_campaign: Campaign, listed: Catalogue
+    small: Model, heavy_campaign: Campaign, listed: Catalogue
 ) -> None:
     alike, mass = beside(heavy_campaign, small, small), listed.effect("mass at tip z")
     fit = calibrate(alike.train, alike.unknowns([mass]), np.array([*alike.fit.values, 5e-3]), alike.fit.prediction)

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from correlation.errors import TestModelError
-from correlation.model import TestModel
+from correlation.errors import ModelDefinitionError
+from correlation.model import Model
 from diagnosis.fit.jitter import FrequencyShift, PreloadJitter, jitter, preload_jitter
 
 
-def test_a_frequency_shift_shifts_its_test_alone(small: TestModel) -> None:
+def test_a_frequency_shift_shifts_its_test_alone(small: Model) -> None:
     effect = FrequencyShift(configuration="free")
     assert effect.name == "frequency of the free test"
     assert effect.apply(small, [2e-3]).shift == {"free": 2e-3}
@@ -19,7 +19,7 @@ def test_a_frequency_shift_shifts_its_test_alone(small: TestModel) -> None:
     assert effect.apply(small, [0.0]).shift.get("jointed", 0.0) == 0
 
 
-def test_a_preload_pattern_scales_each_line_by_its_share(small: TestModel) -> None:
+def test_a_preload_pattern_scales_each_line_by_its_share(small: Model) -> None:
     moved = PreloadJitter(shares=(("left", 0.6), ("right", -0.8)), name="one").apply(small, [0.05])
     for line, factor in (("left", 1.03), ("right", 0.96)):
         for name in small.lines[line]:
@@ -29,7 +29,7 @@ def test_a_preload_pattern_scales_each_line_by_its_share(small: TestModel) -> No
     np.testing.assert_allclose(moved.system.static, balance, rtol=0, atol=1e-13)
 
 
-def test_priors_are_the_covariance(small: TestModel) -> None:
+def test_priors_are_the_covariance(small: Model) -> None:
     lines = np.array([[4e-4, 1e-4], [1e-4, 2e-4]])
     found = jitter(small, [np.array([[9e-8]]), np.array([[4e-8]]), lines])
     (jointed, first), (free, second), *patterns = found
@@ -46,7 +46,7 @@ def test_priors_are_the_covariance(small: TestModel) -> None:
     assert len({effect.name for effect, _ in found}) == 4
 
 
-def test_what_does_not_jitter_is_no_number_to_set(small: TestModel) -> None:
+def test_what_does_not_jitter_is_no_number_to_set(small: Model) -> None:
     none = np.zeros((1, 1))
     assert jitter(small, [none, none, np.zeros((2, 2))]) == []
     (only,) = jitter(small, [none, np.array([[1e-8]]), np.zeros((2, 2))])
@@ -54,7 +54,7 @@ def test_what_does_not_jitter_is_no_number_to_set(small: TestModel) -> None:
     assert jitter(small.free(), [none, none]) == []
 
 
-def test_preload_patterns_are_independent(small: TestModel) -> None:
+def test_preload_patterns_are_independent(small: Model) -> None:
     """Three lines that differ by 3 % alike, by 2 % against each other and by 1 % in the middle."""
     model = replace(small, lines={**small.lines, "middle": ("left 1",)})
     patterns = np.array([[1, 1, 1], [1, -1, 0], [1, 1, -2]]) / np.sqrt([[3], [2], [6]])
@@ -70,7 +70,7 @@ def test_preload_patterns_are_independent(small: TestModel) -> None:
         np.testing.assert_allclose(share * np.sign(share @ pattern), pattern, rtol=0, atol=1e-12)
 
 
-def test_lines_that_one_screw_presses_differ_by_one_factor(small: TestModel) -> None:
+def test_lines_that_one_screw_presses_differ_by_one_factor(small: Model) -> None:
     model = replace(small, lines={**small.lines, "middle": ("left 1",)}, pressed_together=(("right", "left"),))
     assert model.presses == (("right", "left"), ("middle",))
     # The two as one, by 3 %, the third by 2 %.
@@ -91,13 +91,13 @@ def test_lines_that_one_screw_presses_differ_by_one_factor(small: TestModel) -> 
     ],
 )
 def test_what_is_pressed_together_is_a_preload_once(
-    small: TestModel, groups: tuple[tuple[str, ...], ...], message: str
+    small: Model, groups: tuple[tuple[str, ...], ...], message: str
 ) -> None:
-    with pytest.raises(TestModelError, match=message):
+    with pytest.raises(ModelDefinitionError, match=message):
         replace(small, pressed_together=groups)
 
 
-def test_a_line_whose_preload_is_always_the_same_has_no_pattern(small: TestModel) -> None:
+def test_a_line_whose_preload_is_always_the_same_has_no_pattern(small: Model) -> None:
     ((effect, deviation),) = preload_jitter(small, np.diag([0.0, 9e-4]))
     # Round-off of a root.
     assert deviation == pytest.approx(0.03, rel=1e-14)

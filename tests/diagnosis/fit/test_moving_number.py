@@ -6,7 +6,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from correlation.prediction import Prediction
 from diagnosis.fit import calibration_parameter as accepted_parameters
@@ -22,7 +22,7 @@ EXACT_MODEL = Budget(frequency=0.0, compliance=0.0, shares=0.0)
 
 
 @pytest.fixture(scope="module")
-def long(small: TestModel) -> TestModel:
+def long(small: Model) -> Model:
     """Lines of three contacts that reach over both masses."""
     joints, lines = [], {}
     for name, side in (("left", 1.0), ("right", -1.0)):
@@ -41,7 +41,7 @@ def long(small: TestModel) -> TestModel:
 
 
 @pytest.fixture(scope="module")
-def arranged(long: TestModel, paper: ModuleType) -> Arrangement:
+def arranged(long: Model, paper: ModuleType) -> Arrangement:
     known = accepted(long, deviation={"kn": 0.0, "E": 0.0, "bearing": 0.05})
     (kt,) = (each for each in known if each.name == "kt")
     campaign = paper.make_campaign(with_bearing(kt.apply(long, [KT]), BEARING), jitter=3e-5, seed=3)
@@ -59,7 +59,7 @@ def test_it_comes_back_within_its_error(arranged: Arrangement) -> None:
     assert fit.chi2 / fit.n_number < 1.5
 
 
-def test_without_it_the_fit_is_bad(arranged: Arrangement, long: TestModel, paper: ModuleType) -> None:
+def test_without_it_the_fit_is_bad(arranged: Arrangement, long: Model, paper: ModuleType) -> None:
     campaign = paper.make_campaign(with_bearing(long, BEARING), jitter=3e-5, seed=3)
     fixed = arrange(campaign, long, accepted(long, deviation={"kn": 0.0, "E": 0.0}), EXACT_MODEL)
     assert fixed.fit.chi2 > 3 * arranged.fit.chi2
@@ -99,7 +99,7 @@ def test_at_its_upper_bound_it_is_differentiated_from_below(
     prediction, exact = train.predict(model), central(arranged, values, arranged.fit.prediction)
     seen: list[float] = []
 
-    def watched(test_model: TestModel, factor: float) -> TestModel:
+    def watched(test_model: Model, factor: float) -> Model:
         seen.append(factor)
         return with_bearing(test_model, factor)
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from correlation.model import TestModel
+from correlation.model import Model
 from diagnosis.effect.candidate import EffectError
 from diagnosis.effect.place import with_cubic_spring
 from diagnosis.fit.calibration_parameter import accepted
@@ -23,7 +23,7 @@ def at(compose, *values: float, bounds: tuple[float, float] = WIDE):
     return tangents(compose, np.array(values), np.ones(len(values)), [bounds] * len(values))
 
 
-def test_accepted_parameters_scale_what_they_name(small: TestModel) -> None:
+def test_accepted_parameters_scale_what_they_name(small: Model) -> None:
     unknowns = Unknowns.of(small, [(each, each.deviation) for each in accepted(small)], ())
     found = dict(
         zip(unknowns.names, tangents(unknowns.compose, unknowns.vanishing, unknowns.size, unknowns.bounds), strict=True)
@@ -44,7 +44,7 @@ def test_accepted_parameters_scale_what_they_name(small: TestModel) -> None:
         assert found[name].free.matrices.mass is None
 
 
-def test_loads_and_gains(small: TestModel) -> None:
+def test_loads_and_gains(small: Model) -> None:
     row = along(small.system.n_dof, {0: 2.0})
     (static,) = at(lambda v: small.with_system(static_load=small.system.static + v[0] * row), 0.0)
     np.testing.assert_allclose(static.jointed.static_load, row, atol=EXACT)
@@ -57,7 +57,7 @@ def test_loads_and_gains(small: TestModel) -> None:
     assert gain.gain == {"root": pytest.approx(3.0, rel=EXACT)}
 
 
-def test_more_harmonics_with_a_parameter_are_rates_too(small: TestModel) -> None:
+def test_more_harmonics_with_a_parameter_are_rates_too(small: Model) -> None:
     def compose(values):
         force = np.zeros((3, 4))
         force[1, 2] = 1.0
@@ -70,7 +70,7 @@ def test_more_harmonics_with_a_parameter_are_rates_too(small: TestModel) -> None
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.05])
-def test_a_shift_of_one_test_acts_there_alone(small: TestModel, offset: float) -> None:
+def test_a_shift_of_one_test_acts_there_alone(small: Model, offset: float) -> None:
     (found,) = at(lambda v: FrequencyShift(configuration="free").apply(small, v), offset)
     # Omega (1 + e): a relative rate of 1 / (1 + e), squared with the mass; central differences of it.
     rate = 1 / (1 + offset)
@@ -82,7 +82,7 @@ def test_a_shift_of_one_test_acts_there_alone(small: TestModel, offset: float) -
 
 
 @pytest.mark.parametrize("value", [0.0, 1.0])
-def test_a_bound_is_never_passed(small: TestModel, value: float) -> None:
+def test_a_bound_is_never_passed(small: Model, value: float) -> None:
     seen = []
 
     def compose(values):
@@ -95,7 +95,7 @@ def test_a_bound_is_never_passed(small: TestModel, value: float) -> None:
     np.testing.assert_allclose(found.jointed.matrices.mass, small.system.mass, rtol=EXACT)
 
 
-def test_the_first_parameter_wanted(small: TestModel) -> None:
+def test_the_first_parameter_wanted(small: Model) -> None:
     def compose(values):
         return small.with_system(
             mass=(1 + values[0]) * small.system.mass, damping=(1 + values[1]) * small.system.damping
@@ -106,13 +106,13 @@ def test_the_first_parameter_wanted(small: TestModel) -> None:
     assert found[0].jointed.matrices.mass is None
 
 
-def test_a_joint_that_appears_is_refused(small: TestModel) -> None:
+def test_a_joint_that_appears_is_refused(small: Model) -> None:
     with pytest.raises(EffectError, match="the joints change from"):
         at(lambda v: small if v[0] < 0 else with_cubic_spring(small, "more", along(4, {2: 1.0}), 1.0), 0.0)
 
 
 @pytest.mark.parametrize("direction", ["normal", "tangents"])
-def test_a_number_that_moves_or_turns_a_joint_has_no_rates(small: TestModel, direction: str) -> None:
+def test_a_number_that_moves_or_turns_a_joint_has_no_rates(small: Model, direction: str) -> None:
     first, *rest = small.system.joints
 
     def compose(values):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from correlation.campaign.measurement import Campaign
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration import Fit, inverse
@@ -17,12 +17,12 @@ from diagnosis.threshold.simulation import Simulation
 
 
 @pytest.fixture(scope="module")
-def campaign(small: TestModel, paper: ModuleType) -> Campaign:
+def campaign(small: Model, paper: ModuleType) -> Campaign:
     return paper.make_campaign(small, seed=5)
 
 
 @pytest.fixture(scope="module")
-def arrangement(small: TestModel, campaign: Campaign) -> Arrangement:
+def arrangement(small: Model, campaign: Campaign) -> Arrangement:
     return arrange(campaign, small, accepted(small), Budget(frequency=1e-4, compliance=0.0))
 
 

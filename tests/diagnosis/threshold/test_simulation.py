@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import observation, point_of_row
-from correlation.model import TestModel
+from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration_parameter import accepted
@@ -19,7 +19,7 @@ DRAWS = 40
 
 
 @pytest.fixture(scope="module")
-def quiet(small: TestModel, paper: ModuleType) -> tuple[Campaign, Arrangement]:
+def quiet(small: Model, paper: ModuleType) -> tuple[Campaign, Arrangement]:
     """Nothing differs between its repeats but noise."""
     campaign = paper.make_campaign(small, seed=3)
     return campaign, arrange(
@@ -84,7 +84,7 @@ def test_repeats_differ_by_a_shift_of_the_frequency_where_they_did(quiet: tuple[
     assert np.median(scatter[0] / scatter[1]) > 1
 
 
-def test_numerical_error_is_the_same_in_all_repeats(small: TestModel, quiet: tuple[Campaign, Arrangement]) -> None:
+def test_numerical_error_is_the_same_in_all_repeats(small: Model, quiet: tuple[Campaign, Arrangement]) -> None:
     campaign, arrangement = quiet
     simulation = Simulation(
         campaign=campaign, arrangement=replace(arrangement, jitter=(), budget=Budget(frequency=2e-3, compliance=0.0))
