@@ -8,7 +8,7 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.allocator import give_back
-from fe.element import ELEMENTS, Element
+from fe.element import Element
 from fe.errors import MeshError
 from fe.material import Material
 from fe.mesh import Mesh
@@ -121,12 +121,10 @@ def _summed(
 
 
 def _batches(mesh: Mesh) -> Iterator[tuple[Element, NDArray[np.int64], NDArray[np.int64]]]:
-    start = 0
-    for cell_type, nodes in mesh.cells.items():
+    for start, element, nodes in mesh.blocks():
         for first in range(0, len(nodes), BATCH):
             batch = nodes[first : first + BATCH]
-            yield ELEMENTS[cell_type], batch, np.arange(start + first, start + first + len(batch))
-        start += len(nodes)
+            yield element, batch, np.arange(start + first, start + first + len(batch))
 
 
 def cell_elasticity(mesh: Mesh, materials: Material | Mapping[str, Material]) -> Float[NDArray[np.float64], "3 cell"]:

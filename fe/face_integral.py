@@ -1,13 +1,13 @@
 """Integrals over faces of solid cells: area, area vector, the volume that a closed surface holds, nodal loads."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from fe.element import ELEMENTS, Element
+from fe.element import Element
 from fe.mesh import Mesh
 
 Faces = Int[NDArray[np.int64], "k 2"]
@@ -46,7 +46,7 @@ def face_integral(
     area = np.linalg.norm(vectors, axis=2, keepdims=True)
     values = density(points, vectors / area) * area
     found = np.zeros((mesh.n_node, values.shape[2]))
-    for here, element, local, nodes in _groups(mesh, faces):
+    for here, element, local, nodes in mesh.face_groups(faces):
         shape = element.shape(_rule(element, local)[0])
         np.add.at(found, nodes, np.einsum("qa,eqn->ean", shape, values[here]))
     return found
@@ -54,19 +54,18 @@ def face_integral(
 
 def outer_faces(mesh: Mesh) -> Faces:
     """Faces that belong to one cell alone: cell and local face, in the order of the cells."""
-    keys, owners, start = [], [], 0
-    for cell_type, cells in mesh.cells.items():
-        element = ELEMENTS[cell_type]
-        for local, face in enumerate(element.faces):
-            corners = [node for node in face if node < element.n_corner]
+    keys, owners = [], []
+    for start, element, cells in mesh.blocks():
+        for local, corners in enumerate(element.corner_faces):
             key = np.full((len(cells), 4), -1)
             key[:, : len(corners)] = np.sort(cells[:, corners], axis=1)
             keys.append(key)
             owners.append(np.column_stack([start + np.arange(len(cells)), np.full(len(cells), local)]))
-        start += len(cells)
     owner = np.concatenate(owners)
-    _, which, count = np.unique(np.concatenate(keys), axis=0, return_inverse=True, return_counts=True)
-    outer = owner[count[which.ravel()] == 1]
+    # Rows as single values of 32 bytes: they sort many times faster than rows of numbers.
+    rows = np.concatenate(keys).view("V32").ravel()
+    _, which, count = np.unique(rows, return_inverse=True, return_counts=True)
+    outer = owner[count[which] == 1]
     return np.asarray(outer[np.lexsort((outer[:, 1], outer[:, 0]))])
 
 
@@ -76,7 +75,7 @@ def _samples(
     """Gauss points on the faces, and their weighted outward normals."""
     n = N_POINT**2
     points, vectors = np.zeros((len(faces), n, 3)), np.zeros((len(faces), n, 3))
-    for here, element, local, cells in _groups(mesh, faces):
+    for here, element, local, cells in mesh.face_groups(faces):
         nodes = mesh.points[cells]
         at, along, weights = _rule(element, local)
         points[here] = np.einsum("qa,eai->eqi", element.shape(at), nodes)
@@ -84,19 +83,6 @@ def _samples(
         u, v = (np.einsum("qa,eai->eqi", part, nodes) for part in slope)
         vectors[here] = np.cross(u, v) * weights[:, None]
     return points, vectors
-
-
-def _groups(
-    mesh: Mesh, faces: Faces
-) -> Iterator[tuple[Int[NDArray[np.int64], " e"], Element, int, Int[NDArray[np.int64], "e node"]]]:
-    """Faces by element and local face: their places in `faces`, and the nodes of their cells."""
-    start = 0
-    for cell_type, cells in mesh.cells.items():
-        element = ELEMENTS[cell_type]
-        for local in range(len(element.faces)):
-            here = np.flatnonzero((faces[:, 0] >= start) & (faces[:, 0] < start + len(cells)) & (faces[:, 1] == local))
-            yield here, element, local, cells[faces[here, 0] - start]
-        start += len(cells)
 
 
 @cache
@@ -110,7 +96,7 @@ def _rule(
     s, t = (grid.ravel() for grid in np.meshgrid((1 + x) / 2, (1 + x) / 2))
     weights = np.outer(w, w).ravel() / 4
     origin, along = face_frame(element, local)
-    if sum(node < element.n_corner for node in element.faces[local]) == 3:
+    if len(element.corner_faces[local]) == 3:
         # The square folded into a triangle: its side t = 1 becomes the third corner.
         s, weights = s * (1 - t), weights * (1 - t)
     return origin + np.column_stack([s, t]) @ along, along, weights
@@ -120,5 +106,5 @@ def face_frame(
     element: Element, local: int
 ) -> tuple[Float[NDArray[np.float64], " 3"], Float[NDArray[np.float64], "2 3"]]:
     """First corner of a face in reference coordinates, and the two sides from there: their product points outwards."""
-    corners = element.nodes[[node for node in element.faces[local] if node < element.n_corner]]
+    corners = element.nodes[list(element.corner_faces[local])]
     return corners[0], np.stack([corners[1] - corners[0], corners[-1] - corners[0]])

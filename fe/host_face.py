@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from fe.element import ELEMENTS, Element
+from fe.element import Element
 from fe.errors import BesideMesh, MeshError
 from fe.face_integral import face_frame
 from fe.mesh import Mesh
@@ -101,13 +101,12 @@ def _carriers(mesh: Mesh, name: str, faces: Faces, stations: Places) -> list[Car
     """What carries each place."""
     if not len(faces):
         raise MeshError(f'"{name}": there is no face that could carry it, so name the face that it lies on')
-    ends = np.cumsum([len(cells) for cells in mesh.cells.values()])
-    blocks = list(mesh.cells.items())
-    owner = np.searchsorted(ends, faces[:, 0], side="right")
-    hosts = []
-    for (cell, local), block in zip(faces.tolist(), owner.tolist(), strict=True):
-        cell_type, cells = blocks[block]
-        hosts.append((ELEMENTS[cell_type], int(local), cells[cell - (ends[block] - len(cells))]))
+    host = {
+        place: (element, local, nodes)
+        for here, element, local, cells in mesh.face_groups(faces)
+        for place, nodes in zip(here.tolist(), cells, strict=True)
+    }
+    hosts = [host[place] for place in range(len(faces))]
     middles = np.stack([mesh.points[nodes[list(element.faces[local])]].mean(axis=0) for element, local, nodes in hosts])
     near = cKDTree(middles).query(stations, k=min(CANDIDATES, len(hosts)))[1].reshape(len(stations), -1)
     found: list[Carrier] = []
@@ -153,7 +152,7 @@ def _nearest(
 ) -> tuple[float, Float[NDArray[np.float64], " 3"]]:
     """Distance of a place to a face, and the reference coordinates of the face's point that is nearest to it."""
     origin, along = face_frame(element, local)
-    is_triangle = sum(node < element.n_corner for node in element.faces[local]) == 3
+    is_triangle = len(element.corner_faces[local]) == 3
     at = np.full(2, 1 / 3 if is_triangle else 0.5)
     for _ in range(STEPS):
         xi = (origin + at @ along)[None]

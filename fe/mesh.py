@@ -1,6 +1,6 @@
 """A finite-element mesh: points, cells, and names for parts of both."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from fe.element import ELEMENTS
+from fe.element import ELEMENTS, Element
 from fe.errors import MeshError
 
 Points = Float[NDArray[np.float64], "node 3"]
@@ -105,25 +105,38 @@ class Mesh:
         if name in self.node_sets:
             return np.unique(self.node_sets[name])
         if name in self.face_sets:
-            return self._face_nodes(self.face_sets[name])
+            groups = self.face_groups(self.face_sets[name])
+            on = [cells[:, element.faces[local]].ravel() for _, element, local, cells in groups]
+            return np.unique(np.concatenate(on))
         known = ", ".join(sorted({*self.node_sets, *self.face_sets})) or "none"
         raise MeshError(f'the mesh has no node set or face set "{name}": it has {known}')
 
     def corner_nodes(self) -> Int[NDArray[np.int64], " k"]:
         """Sorted numbers of the nodes that are a vertex of some cell (midside nodes are not)."""
-        corners = [nodes[:, : ELEMENTS[cell_type].n_corner].ravel() for cell_type, nodes in self.cells.items()]
-        return np.unique(np.concatenate(corners))
+        return np.unique(np.concatenate([cells[:, : element.n_corner].ravel() for _, element, cells in self.blocks()]))
 
-    def _face_nodes(self, faces: Int[NDArray[np.int64], "k 2"]) -> Int[NDArray[np.int64], " m"]:
-        found = []
+    def blocks(self) -> Iterator[tuple[int, Element, Cells]]:
+        """Number of the first cell of each type, its element, and the nodes of its cells, (n_cell, n_node_of_cell)."""
         start = 0
-        for cell_type, nodes in self.cells.items():
-            here = (faces[:, 0] >= start) & (faces[:, 0] < start + len(nodes))
-            for local, corners in enumerate(ELEMENTS[cell_type].faces):
-                cells = faces[here & (faces[:, 1] == local), 0] - start
-                found.append(nodes[cells][:, list(corners)].ravel())
-            start += len(nodes)
-        return np.unique(np.concatenate(found))
+        for cell_type, cells in self.cells.items():
+            yield start, ELEMENTS[cell_type], cells
+            start += len(cells)
+
+    def face_groups(
+        self, faces: Int[NDArray[np.int64], "k 2"]
+    ) -> Iterator[tuple[Int[NDArray[np.int64], " e"], Element, int, Int[NDArray[np.int64], "e _"]]]:
+        """Faces by element and local face: their places in `faces`, and the nodes of their cells, (e, n_node_of_cell).
+
+        Parameters
+        ----------
+        faces
+            Cell number and local face of each, shape (k, 2) [-].
+        """
+        for start, element, cells in self.blocks():
+            inside = (faces[:, 0] >= start) & (faces[:, 0] < start + len(cells))
+            for local in range(len(element.faces)):
+                here = np.flatnonzero(inside & (faces[:, 1] == local))
+                yield here, element, local, cells[faces[here, 0] - start]
 
 
 def _rebuilt(points: Points, *maps: Mapping[str, Any]) -> Mesh:

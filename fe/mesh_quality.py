@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from fe.element import ELEMENTS, Element
+from fe.element import Element
 from fe.errors import InvertedCell
 from fe.mesh import Mesh
 
@@ -28,8 +28,9 @@ class Quality:
     Parameters
     ----------
     scaled_jacobian
-        Smallest over the corners of the triple product of the three *unit* edge vectors, times sqrt(2) for tetrahedra,
-        in [-1, 1]: 1 is a brick, or a regular tetrahedron, below 0.2 is poor, 0 or less is folded, shape (n_cell,) [-].
+        Smallest over the corners of the triple product of the three *unit* edge vectors, divided by that of the regular
+        cell, in [-1, 1]: 1 is a brick or a regular tetrahedron, below 0.2 is poor, 0 or less is folded, shape
+        (n_cell,) [-].
         It sees corner nodes alone.
     determinant_ratio
         Smallest determinant of the isoparametric map over the quadrature points and all nodes, divided by the
@@ -56,8 +57,7 @@ def cell_quality(mesh: Mesh) -> Quality:
     Knupp, Algebraic mesh quality metrics, SIAM J. Sci. Comput. 23 (2001): the scaled Jacobian.
     """
     scaled, ratio, volume = [np.empty(0)], [np.empty(0)], [np.empty(0)]
-    for cell_type, cells in mesh.cells.items():
-        element = ELEMENTS[cell_type]
+    for _, element, cells in mesh.blocks():
         for start in range(0, len(cells), CHUNK):
             corners = mesh.points[cells[start : start + CHUNK]]
             scaled.append(_scaled_jacobian(element, corners))
@@ -140,9 +140,8 @@ def _scaled_jacobian(element: Element, nodes: Float[NDArray[np.float64], "cell n
     edges = corners[:, _corner_neighbours(element)] - corners[:, :, None]
     length = np.linalg.norm(edges, axis=3, keepdims=True)
     unit = np.divide(edges, length, out=np.zeros_like(edges), where=length > 0)
-    # Three edges of a regular tetrahedron span sqrt(1/2); a sharper corner has another that is blunter.
-    perfect = np.sqrt(0.5) if element.n_corner == 4 else 1.0
-    smallest: PerCell = np.linalg.det(unit).min(axis=1) / perfect
+    # A corner that is sharper than the regular cell's has another that is blunter.
+    smallest: PerCell = np.linalg.det(unit).min(axis=1) / element.regular_corner
     return smallest
 
 
@@ -152,9 +151,7 @@ def _corner_neighbours(element: Element) -> Int[NDArray[np.int64], "corner 3"]:
     result = []
     for corner in range(element.n_corner):
         edges = {
-            frozenset((face[k], face[(k + 1) % len(face)]))
-            for face in (tuple(n for n in face if n < element.n_corner) for face in element.faces)
-            for k in range(len(face))
+            frozenset((face[k], face[(k + 1) % len(face)])) for face in element.corner_faces for k in range(len(face))
         }
         ends = sorted(next(iter(edge - {corner})) for edge in edges if corner in edge)
         if np.linalg.det(corners[ends] - corners[corner]) < 0:

@@ -7,7 +7,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.assembly import cell_elasticity
-from fe.element import ELEMENTS, Element
+from fe.element import Element
 from fe.errors import MeshError
 from fe.material import Material
 from fe.mesh import Mesh
@@ -35,10 +35,7 @@ def strain(
     Shape (n_cell, n_point, 6) [-], cells through the blocks in the order of `mesh.cells`.
     """
     return np.concatenate(
-        [
-            _strain(ELEMENTS[cell_type], mesh.points[nodes], displacement[nodes], at)
-            for cell_type, nodes in mesh.cells.items()
-        ]
+        [_strain(element, mesh.points[nodes], displacement[nodes], at) for _, element, nodes in mesh.blocks()]
     )
 
 
@@ -66,9 +63,9 @@ def stress(
     Raises
     ------
     MeshError
-        Hexahedra and tetrahedra in one mesh, which have no reference points in common; or cells without material.
+        Cells of different shape in one mesh, which have no reference points in common; or cells without material.
     """
-    kinds = {ELEMENTS[cell_type].n_corner for cell_type in mesh.cells}
+    kinds = {element.n_corner for _, element, _ in mesh.blocks()}
     if len(kinds) > 1:
         raise MeshError(
             f"the mesh mixes cells of different shape ({', '.join(mesh.cells)}), which have no reference points in "
@@ -95,8 +92,7 @@ def nodal_stress(
     """
     total, cells_at = np.zeros((mesh.n_node, 6)), np.zeros(mesh.n_node)
     sampled = _stress_of_blocks(mesh, materials, displacement, None)
-    for (cell_type, nodes), values in zip(mesh.cells.items(), sampled, strict=True):
-        element = ELEMENTS[cell_type]
+    for (_, element, nodes), values in zip(mesh.blocks(), sampled, strict=True):
         # The field of the corners' shape functions through the values at the stress points, read at the nodes.
         at_corners = np.linalg.solve(element.corner_shape(element.stress_points), values)
         at_nodes = np.einsum("ac,ecs->eas", element.corner_shape(element.nodes), at_corners)
@@ -125,14 +121,11 @@ def _stress_of_blocks(
 ) -> Iterator[Float[NDArray[np.float64], "cell point 6"]]:
     """Stress of the cells of one type after the other."""
     elasticity = cell_elasticity(mesh, materials)
-    start = 0
-    for cell_type, nodes in mesh.cells.items():
-        element = ELEMENTS[cell_type]
+    for start, element, nodes in mesh.blocks():
         lame, shear, _ = elasticity[:, start : start + len(nodes), None, None]
         e = _strain(element, mesh.points[nodes], displacement[nodes], element.stress_points if at is None else at)
         volumetric = e[..., :3].sum(axis=-1, keepdims=True)
         yield np.concatenate([lame * volumetric + 2 * shear * e[..., :3], shear * e[..., 3:]], axis=-1)
-        start += len(nodes)
 
 
 def von_mises(tensor: Tensor) -> Float[NDArray[np.float64], "*where"]:

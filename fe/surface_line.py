@@ -6,7 +6,6 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from fe.element import ELEMENTS
 from fe.errors import MeshError
 from fe.host_face import Faces, named_faces, station_normals
 from fe.mesh import Mesh
@@ -123,17 +122,12 @@ def _framed(
 
 def _sides(mesh: Mesh, faces: Faces) -> Sides:
     """Sides of faces, each in the sense of its face."""
-    found, start = [np.empty((0, 3), dtype=np.int64)], 0
-    for cell_type, cells in mesh.cells.items():
-        element = ELEMENTS[cell_type]
-        for local, nodes in enumerate(element.faces):
-            here = (faces[:, 0] >= start) & (faces[:, 0] < start + len(cells)) & (faces[:, 1] == local)
-            on = cells[faces[here, 0] - start][:, list(nodes)]
-            n_corner = sum(node < element.n_corner for node in nodes)
-            for k in range(n_corner):
-                middle = on[:, n_corner + k] if on.shape[1] > n_corner else np.full(len(on), -1)
-                found.append(np.column_stack([on[:, k], on[:, (k + 1) % n_corner], middle]))
-        start += len(cells)
+    found = [np.empty((0, 3), dtype=np.int64)]
+    for _, element, local, cells in mesh.face_groups(faces):
+        on, n_corner = cells[:, element.faces[local]], len(element.corner_faces[local])
+        for k in range(n_corner):
+            middle = on[:, n_corner + k] if on.shape[1] > n_corner else np.full(len(on), -1)
+            found.append(np.column_stack([on[:, k], on[:, (k + 1) % n_corner], middle]))
     return np.concatenate(found)
 
 

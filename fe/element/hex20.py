@@ -7,9 +7,10 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from fe.element.hex8 import CORNER_FACES, CORNERS
+from fe.element.hex8 import CORNER_FACES, CORNERS, LABELLED_FACES
 from fe.element.hex8 import shape as corner_shape
-from fe.element.table import Element, ReferencePoints
+from fe.element.registry import REGISTRY
+from fe.element.table import Element, ReferencePoints, fill_alike
 from fe.quadrature import gauss_hexahedron
 
 #: Corners of each edge; node 8 + k sits on edge k.
@@ -58,17 +59,24 @@ def gradient(points: ReferencePoints) -> Float[NDArray[np.float64], "point 20 3"
     return result
 
 
-HEX20 = Element(
-    name="hex20",
-    cell_type="hexahedron20",
-    calculix="C3D20",
-    nodes=NODES,
-    n_corner=8,
-    shape=shape,
-    gradient=gradient,
-    corner_shape=corner_shape,
-    faces=FACES,
-    rule=gauss_hexahedron(3),
-    stress_points=gauss_hexahedron(2)[0],
-    degree=2,
+HEX20 = REGISTRY.register(
+    Element(
+        name="hex20",
+        cell_type="hexahedron20",
+        abaqus="C3D20",
+        abaqus_faces=LABELLED_FACES,
+        gmsh=17,
+        gmsh_order=(*range(8), 8, 11, 16, 9, 17, 10, 18, 19, 12, 15, 13, 14),
+        nodes=NODES,
+        n_corner=8,
+        shape=shape,
+        gradient=gradient,
+        corner_shape=corner_shape,
+        faces=FACES,
+        rule=gauss_hexahedron(3),
+        stress_points=gauss_hexahedron(2)[0],
+        degree=2,
+        regular_corner=1.0,
+        from_brick=fill_alike(NODES),
+    )
 )

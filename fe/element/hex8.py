@@ -7,7 +7,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from fe.element.table import Element, ReferencePoints
+from fe.element.registry import REGISTRY
+from fe.element.table import Element, ReferencePoints, fill_alike
 from fe.quadrature import gauss_hexahedron
 
 CORNERS = np.array(
@@ -15,6 +16,9 @@ CORNERS = np.array(
 )
 #: Faces x-, x+, y-, y+, z-, z+ by corner, anticlockwise from outside.
 CORNER_FACES = ((0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4), (3, 7, 6, 2), (0, 3, 2, 1), (4, 5, 6, 7))
+#: Faces S1 to S6 of Abaqus and CalculiX: S1 is 1-2-3-4, S2 5-8-7-6, S3 1-5-6-2, S4 2-6-7-3, S5 3-7-8-4, S6 4-8-5-1
+#: (CalculiX CrunchiX User's Manual 2.20, "Eight-node brick element").
+LABELLED_FACES = (4, 5, 2, 1, 3, 0)
 
 
 def shape(points: ReferencePoints) -> Float[NDArray[np.float64], "point 8"]:
@@ -33,17 +37,24 @@ def gradient(points: ReferencePoints) -> Float[NDArray[np.float64], "point 8 3"]
     return result
 
 
-HEX8 = Element(
-    name="hex8",
-    cell_type="hexahedron",
-    calculix="C3D8",
-    nodes=CORNERS,
-    n_corner=8,
-    shape=shape,
-    gradient=gradient,
-    corner_shape=shape,
-    faces=CORNER_FACES,
-    rule=gauss_hexahedron(2),
-    stress_points=gauss_hexahedron(2)[0],
-    degree=1,
+HEX8 = REGISTRY.register(
+    Element(
+        name="hex8",
+        cell_type="hexahedron",
+        abaqus="C3D8",
+        abaqus_faces=LABELLED_FACES,
+        gmsh=5,
+        gmsh_order=tuple(range(8)),
+        nodes=CORNERS,
+        n_corner=8,
+        shape=shape,
+        gradient=gradient,
+        corner_shape=shape,
+        faces=CORNER_FACES,
+        rule=gauss_hexahedron(2),
+        stress_points=gauss_hexahedron(2)[0],
+        degree=1,
+        regular_corner=1.0,
+        from_brick=fill_alike(CORNERS),
+    )
 )

@@ -5,10 +5,13 @@ degree 4, is integrated short, which moves frequencies by less than the mesh doe
 """
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from fe.element.table import Element, ReferencePoints
+from fe.element.hex8 import CORNER_FACES
+from fe.element.hex8 import CORNERS as BRICK_CORNERS
+from fe.element.registry import REGISTRY
+from fe.element.table import Element, ReferencePoints, brick_places
 from fe.quadrature import gauss_tetrahedron
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
@@ -40,17 +43,64 @@ def gradient(points: ReferencePoints) -> Float[NDArray[np.float64], "point 10 3"
     return np.concatenate([corners, np.stack(edges, axis=1)], axis=1)
 
 
-TET10 = Element(
-    name="tet10",
-    cell_type="tetra10",
-    calculix="C3D10",
-    nodes=NODES,
-    n_corner=4,
-    shape=shape,
-    gradient=gradient,
-    corner_shape=barycentric,
-    faces=FACES,
-    rule=gauss_tetrahedron(),
-    stress_points=gauss_tetrahedron()[0],
-    degree=2,
+def from_brick(
+    bricks: Int[NDArray[np.int64], "brick 27"],
+) -> tuple[Int[NDArray[np.int64], " tetrahedron"], Int[NDArray[np.int64], "tetrahedron 10"]]:
+    """Six tetrahedra of ten nodes in place of each brick, that fit those of its neighbours however these are turned.
+
+    The corner of the lowest number is the apex of all six; their bases are the triangles of the three faces that it is
+    not on. Each face is cut from its own corner of lowest number, so that both bricks beside it cut it alike.
+
+    Parameters
+    ----------
+    bricks
+        Node numbers of right-handed bricks at the places `fe.element.table.BRICK`, shape (n_brick, 27) [-].
+
+    Returns
+    -------
+    Brick of each tetrahedron, and the places of its nodes in the brick, six per brick in the order of these.
+
+    References
+    ----------
+    Dompierre et al., How to subdivide pyramids, prisms and hexahedra into tetrahedra, 8th Int. Meshing Roundtable
+    (1999): the rule of the lowest number.
+    """
+    corner_places = (BRICK_CORNERS + 1).astype(np.int64)
+    number = bricks[:, brick_places(corner_places)]
+    apex = number.argmin(axis=1)
+    owner, corners = [], []
+    for face in np.array(CORNER_FACES):
+        away = np.flatnonzero(~np.isin(apex, face))
+        first = number[away][:, face].argmin(axis=1)
+        turned = face[(first[:, None] + np.arange(4)) % 4]
+        for triangle in ([0, 2, 1], [0, 3, 2]):
+            owner.append(away)
+            # Anticlockwise seen from the apex, that is from inside.
+            corners.append(np.column_stack([turned[:, triangle], apex[away]]))
+    order = np.argsort(np.concatenate(owner), kind="stable")
+    places = corner_places[np.concatenate(corners)[order]]
+    middles = np.stack([(places[:, a] + places[:, b]) // 2 for a, b in EDGES], axis=1)
+    return np.concatenate(owner)[order], brick_places(np.concatenate([places, middles], axis=1))
+
+
+TET10 = REGISTRY.register(
+    Element(
+        name="tet10",
+        cell_type="tetra10",
+        abaqus="C3D10",
+        abaqus_faces=(0, 1, 2, 3),
+        gmsh=11,
+        gmsh_order=(0, 1, 2, 3, 4, 5, 6, 7, 9, 8),
+        nodes=NODES,
+        n_corner=4,
+        shape=shape,
+        gradient=gradient,
+        corner_shape=barycentric,
+        faces=FACES,
+        rule=gauss_tetrahedron(),
+        stress_points=gauss_tetrahedron()[0],
+        degree=2,
+        regular_corner=float(np.sqrt(0.5)),
+        from_brick=from_brick,
+    )
 )

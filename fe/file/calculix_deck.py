@@ -13,13 +13,10 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from fe.element import ELEMENTS
 from fe.errors import MeshError
-from fe.file.inp_faces import FACE_OF_LABEL
 from fe.material import Material
 from fe.mesh import Mesh
 
-FACE_LABELS = {cell_type: {face: label for label, face in faces.items()} for cell_type, faces in FACE_OF_LABEL.items()}
 #: CalculiX reads at most 16 entries a line, 20 characters each: a number with 13 digits is 19 long.
 ENTRIES = 16
 NUMBER = "%.12E"
@@ -126,28 +123,23 @@ def mesh_text(mesh: Mesh) -> Iterator[str]:
     _refuse_names(mesh)
     yield "** Mesh in metres.\n*NODE\n"
     yield _rows(f"%d, {NUMBER}, {NUMBER}, {NUMBER}\n", np.column_stack([np.arange(1, mesh.n_node + 1), mesh.points]))
-    first = 1
-    for cell_type, cells in mesh.cells.items():
+    for start, element, cells in mesh.blocks():
         entries = 1 + cells.shape[1]
         # All entries but the last of a full line are followed by a comma on the same line.
         parts = [", ".join(["%d"] * len(range(k, min(k + ENTRIES, entries)))) for k in range(0, entries, ENTRIES)]
-        yield f"*ELEMENT, TYPE={ELEMENTS[cell_type].calculix}\n"
-        yield _rows(",\n".join(parts) + "\n", np.column_stack([np.arange(first, first + len(cells)), cells + 1]))
-        first += len(cells)
+        yield f"*ELEMENT, TYPE={element.abaqus}\n"
+        yield _rows(",\n".join(parts) + "\n", np.column_stack([start + 1 + np.arange(len(cells)), cells + 1]))
     for name, nodes in mesh.node_sets.items():
         yield from _set_text("NSET", name, nodes)
     for name, members in mesh.cell_sets.items():
         yield from _set_text("ELSET", name, members)
-    labels = [FACE_LABELS[cell_type] for cell_type in mesh.cells]
-    ends = np.cumsum([len(cells) for cells in mesh.cells.values()])
     for name, faces in mesh.face_sets.items():
         if len(faces):
-            blocks = np.searchsorted(ends, faces[:, 0], side="right").tolist()
+            label = np.empty(len(faces), dtype=np.int64)
+            for here, element, local, _ in mesh.face_groups(faces):
+                label[here] = element.abaqus_faces.index(local) + 1
             yield f"*SURFACE, NAME={name}, TYPE=ELEMENT\n"
-            yield "".join(
-                f"{cell + 1}, {labels[block][face]}\n"
-                for (cell, face), block in zip(faces.tolist(), blocks, strict=True)
-            )
+            yield _rows("%d, S%d\n", np.column_stack([faces[:, 0] + 1, label]))
 
 
 def _spring_text(element: int, number: int, spring: NodeSpring) -> Iterator[str]:

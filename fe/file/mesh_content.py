@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import combinations
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -125,7 +126,7 @@ def _refuse_other_solids(file_mesh: FileMesh, source: str) -> None:
     for cell_type, nodes in file_mesh.blocks:
         count[cell_type] = count.get(cell_type, 0) + len(nodes)
     wanted = " or ".join(sorted(ELEMENTS))
-    if count.get("tetra"):
+    if count.get("tetra") and "tetra" not in ELEMENTS:
         # On a clamped blade they were 30 to 90 % too stiff at any affordable size.
         raise MeshError(
             f"mesh file {source} has {count['tetra']} tetra cells of 4 nodes, which are far too stiff in bending: "
@@ -164,16 +165,28 @@ def _refuse_wild_numbers(file_mesh: FileMesh, source: str) -> None:
 
 
 def _refuse_mixed_order(cells: Mapping[str, Int[NDArray[np.int64], "_ _"]], source: str) -> None:
-    """Linear and quadratic cells that share a face leave its midside nodes hanging: the model would tear open there."""
+    """Where linear cells touch quadratic ones, or quadrilaterals lie on triangles, the model would tear open."""
     types = list(cells)
     for k, first in enumerate(types):
         for second in types[k + 1 :]:
             shared = np.intersect1d(cells[first], cells[second])
-            if shared.size:
+            unlike = ELEMENTS[first].degree != ELEMENTS[second].degree
+            if shared.size and (unlike or _is_quadrilateral_on_triangles(cells, (first, second), shared)):
                 raise MeshError(
                     f"mesh file {source} joins {first} and {second} cells at {shared.size} nodes, where midside nodes "
                     "would hang: remesh with one of the two only"
                 )
+
+
+def _is_quadrilateral_on_triangles(
+    cells: Mapping[str, Int[NDArray[np.int64], "_ _"]], types: tuple[str, str], shared: Indices
+) -> bool:
+    corners: dict[int, set[tuple[int, ...]]] = {3: set(), 4: set()}
+    for cell_type in types:
+        for face in ELEMENTS[cell_type].corner_faces:
+            on = np.sort(cells[cell_type][:, face], axis=1)
+            corners[len(face)].update(map(tuple, on[np.isin(on, shared).sum(axis=1) >= 3].tolist()))
+    return any(not corners[3].isdisjoint(combinations(square, 3)) for square in corners[4])
 
 
 def _solid_cells(file_mesh: FileMesh) -> tuple[dict[str, Int[NDArray[np.int64], "_ _"]], Indices]:
@@ -235,8 +248,7 @@ def _matching_faces(
     start = 0
     for cell_type, nodes in cells.items():
         touched = np.isin(nodes, near)
-        for local, face in enumerate(ELEMENTS[cell_type].faces):
-            corners = [node for node in face if node < ELEMENTS[cell_type].n_corner]
+        for local, corners in enumerate(ELEMENTS[cell_type].corner_faces):
             here = np.flatnonzero(touched[:, corners].all(axis=1))
             for cell, key in zip(here.tolist(), np.sort(nodes[here][:, corners], axis=1).tolist(), strict=True):
                 # A face inside the body belongs to two cells: the first one keeps it.

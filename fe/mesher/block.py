@@ -11,9 +11,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from fe.element import Element
+from fe.element.table import BRICK
 from fe.errors import MeshError
 from fe.mesh import Mesh
-from fe.mesher.tetrahedral_split import LATTICE, split
 
 Lattice = Float[NDArray[np.float64], "*lattice"]
 Map = Callable[[Lattice, Lattice, Lattice], tuple[Lattice, Lattice, Lattice]]
@@ -68,15 +68,14 @@ def mesh_blocks(blocks: Sequence[Block], element: Element, merge_within: float =
         A block without cells, or one that collapses onto itself.
     """
     # Tetrahedra need every node of the half-cell lattice: diagonals have their middles at its centres.
-    is_tetrahedral = element.n_corner == 4
-    offsets = LATTICE if is_tetrahedral else (element.nodes + 1).astype(np.int64)
+    used = np.unique(element.from_brick(np.arange(len(BRICK))[None])[1])
     points, cells = [], []
     face_sets: dict[str, list[NDArray[np.int64]]] = {}
     n_point = n_cell = 0
     for block in blocks:
         if min(block.counts) < 1:
             raise MeshError(f"a block has {block.counts} cells along its sides: give at least one in each direction")
-        lattice, block_cells, mirrored = _lattice_cells(block, offsets)
+        lattice, block_cells, mirrored = _lattice_cells(block, BRICK[used])
         points.append(lattice)
         cells.append(block_cells + n_point)
         position = np.stack(np.unravel_index(np.arange(len(block_cells)), block.counts), axis=1)
@@ -87,11 +86,27 @@ def mesh_blocks(blocks: Sequence[Block], element: Element, merge_within: float =
             face_sets.setdefault(name, []).append(np.stack([on_side + n_cell, np.full_like(on_side, local)], axis=1))
         n_point += len(lattice)
         n_cell += len(block_cells)
-    joined_points, joined_cells = _join(np.concatenate(points), np.concatenate(cells), merge_within)
-    named = {name: np.concatenate(parts) for name, parts in face_sets.items()}
-    if is_tetrahedral:
-        joined_cells, named = split(joined_cells, named)
-    return Mesh(points=joined_points, cells={element.cell_type: joined_cells}, face_sets=named)
+    joined_points, joined = _join(np.concatenate(points), np.concatenate(cells), merge_within)
+    bricks = np.full((len(joined), len(BRICK)), -1)
+    bricks[:, used] = joined
+    brick, places = element.from_brick(bricks)
+    on_side = _sides(element, places)
+    named = {}
+    for name, parts in face_sets.items():
+        sides = np.concatenate(parts) @ np.array([len(SIDES), 1])
+        named[name] = np.argwhere((on_side >= 0) & np.isin(len(SIDES) * brick[:, None] + on_side, sides))
+    return Mesh(points=joined_points, cells={element.cell_type: bricks[brick[:, None], places]}, face_sets=named)
+
+
+def _sides(element: Element, places: Int[NDArray[np.int64], "cell node"]) -> Int[NDArray[np.int64], "cell face"]:
+    """The side of its brick that each face of a cell lies on, -1 for none."""
+    side = np.full((len(places), len(element.faces)), -1)
+    for local, corners in enumerate(element.corner_faces):
+        on = BRICK[places[:, corners]]
+        for axis in range(3):
+            for end in (0, 1):
+                side[(on[:, :, axis] == 2 * end).all(axis=1), local] = 2 * axis + end
+    return side
 
 
 def _lattice_cells(

@@ -2,21 +2,21 @@
 
 from dataclasses import dataclass
 from functools import cache
+from typing import TypeAlias
 
 import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from fe.element.tet10 import gradient as tetrahedron_gradient
-from fe.element.tet10 import shape as tetrahedron_shape
+from fe.element import Element
+from fe.face_integral import face_frame
 
-#: Corners of the reference square, then the middles of its sides.
-SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [0, -1], [1, 0], [0, 1], [-1, 0]], dtype=float)
+#: Corners of a triangle in the two directions of a face.
 TRIANGLE = np.array([[0, 0], [1, 0], [0, 1]], dtype=float)
-#: Nodes of the reference tetrahedron on its side zeta = 0: the functions of the triangle are its own there.
-ON_TRIANGLE = [0, 1, 2, 4, 5, 6]
-
 Weights = Float[NDArray[np.float64], "point node_of_face"]
+Samples: TypeAlias = tuple[
+    Float[NDArray[np.float64], "point 2"], Int[NDArray[np.int64], "facet 4"], Int[NDArray[np.int64], "side along"]
+]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -42,21 +42,25 @@ class FacePattern:
 
 
 @cache
-def face_pattern(n_node: int, n_along: int) -> FacePattern:
-    """The pattern of a face of 4 or 8 nodes, or of a triangle of 6, with an even number of facets along its sides."""
-    return _triangle(n_along) if n_node == 6 else _square(n_node, n_along)
+def face_pattern(element: Element, local: int, n: int) -> FacePattern:
+    """The pattern of a face with `n` facets along its sides, an even number for triangles."""
+    face = list(element.faces[local])
+    at, facets, rims = (_triangle if len(element.corner_faces[local]) == 3 else _square)(n)
+    origin, along = face_frame(element, local)
+    value = element.shape(origin + at @ along)[:, face]
+    u, v = np.einsum("qaj,tj->tqa", element.gradient(origin + at @ along)[:, face], along)
+    return FacePattern(value=value, along_u=u, along_v=v, facets=facets, rims=rims)
 
 
-def _square(n_node: int, n: int) -> FacePattern:
-    local = np.linspace(-1, 1, n + 1)
-    grid = np.array([(u, v) for v in local for u in local])
+def _square(n: int) -> Samples:
+    """Places of the samples in the two directions of the face, facets and rims."""
+    local = np.linspace(0, 1, n + 1)
     index = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
-    value, du, dv = _square_functions(n_node, grid)
     rims = np.stack([index[0], index[:, -1], index[-1, ::-1], index[::-1, 0]])
-    return FacePattern(value=value, along_u=du, along_v=dv, facets=_facets(index), rims=rims)
+    return np.array([(u, v) for v in local for u in local]), _facets(index), rims
 
 
-def _triangle(n: int) -> FacePattern:
+def _triangle(n: int) -> Samples:
     """Three quadrilaterals, each between a corner, the middles of the two sides there and the centre."""
     half = n // 2
     a, b = (grid.ravel()[:, None] for grid in np.meshgrid(*[np.linspace(0, 1, half + 1)] * 2))
@@ -68,39 +72,8 @@ def _triangle(n: int) -> FacePattern:
         index.append((half + 1) ** 2 * k + np.arange((half + 1) ** 2).reshape(half + 1, half + 1))
         facets.append(_facets(index[-1]))
     rims = [np.concatenate([index[k][0], index[(k + 1) % 3][-2::-1, 0]]) for k in range(3)]
-    flat = np.column_stack([np.concatenate(points), np.zeros(3 * len(a))])
-    slope = tetrahedron_gradient(flat)[:, ON_TRIANGLE]
-    return FacePattern(
-        value=tetrahedron_shape(flat)[:, ON_TRIANGLE],
-        along_u=slope[..., 0],
-        along_v=slope[..., 1],
-        facets=np.concatenate(facets),
-        rims=np.stack(rims),
-    )
+    return np.concatenate(points), np.concatenate(facets), np.stack(rims)
 
 
 def _facets(index: Int[NDArray[np.int64], "v u"]) -> Int[NDArray[np.int64], "facet 4"]:
     return np.stack([index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]], axis=-1).reshape(-1, 4)
-
-
-def _square_functions(n_node: int, at: Float[NDArray[np.float64], "point 2"]) -> tuple[NDArray[np.float64], ...]:
-    """Shape functions of a face with 4 or 8 nodes, and their two derivatives, each (n_point, n_node)."""
-    u, v = at[:, :1], at[:, 1:]
-    value, du, dv = np.empty((3, len(at), n_node))
-    corner = slice(0, 4)
-    a, b = SQUARE[corner].T
-    value[:, corner] = (1 + a * u) * (1 + b * v) / 4
-    du[:, corner] = a * (1 + b * v) / 4
-    dv[:, corner] = b * (1 + a * u) / 4
-    if n_node == 8:
-        for side, (a_side, b_side) in enumerate(SQUARE[4:], start=4):
-            if a_side == 0:
-                new = (1 - u**2) * (1 + b_side * v) / 2, -u * (1 + b_side * v), (1 - u**2) * b_side / 2
-            else:
-                new = (1 + a_side * u) * (1 - v**2) / 2, a_side * (1 - v**2) / 2, -v * (1 + a_side * u)
-            for array, column in zip((value, du, dv), new, strict=True):
-                array[:, side] = column.ravel()
-                # Each corner beside the side gives up half of what the middle takes.
-                for beside in (side - 4, (side - 3) % 4):
-                    array[:, beside] -= column.ravel() / 2
-    return value, du, dv

@@ -9,13 +9,11 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from fe.element import ELEMENTS
 from fe.mesh import Mesh
 from study.figure.body_picture import THROUGH, Marks, save_with_legend
 from study.figure.caption import layout_for
-from study.figure.face_pattern import face_pattern
 from study.figure.mode_scene import TOWARDS_EYE, Vectors, scene, view_of
-from study.figure.skin import FACETS, outer_faces
+from study.figure.skin import patterned_faces
 
 Faces = Int[NDArray[np.int64], "_ 2"]
 
@@ -83,18 +81,11 @@ def _numbers(mesh: Mesh, faces: Mapping[str, Faces]) -> Float[NDArray[np.float64
     """Number of the name of each point of the skin: those of one face have points of their own."""
     name_of: dict[tuple[int, ...], int] = {}
     for number, named in enumerate(faces.values(), start=1):
-        start = 0
-        for cell_type, cells in mesh.cells.items():
-            element = ELEMENTS[cell_type]
-            for cell, local in named[(named[:, 0] >= start) & (named[:, 0] < start + len(cells))].tolist():
-                corners = [node for node in element.faces[local] if node < element.n_corner]
-                name_of[tuple(sorted(cells[cell - start, corners].tolist()))] = number
-            start += len(cells)
-    groups = outer_faces(mesh)
-    n = FACETS if any(nodes.shape[1] > 4 for nodes in groups) else 1
+        for _, element, local, cells in mesh.face_groups(named):
+            corners = np.sort(cells[:, element.corner_faces[local]], axis=1)
+            name_of.update(dict.fromkeys(map(tuple, corners.tolist()), number))
     found = []
-    for nodes in groups:
-        pattern = face_pattern(nodes.shape[1], n)
+    for pattern, nodes in patterned_faces(mesh):
         keys = np.sort(nodes[:, : len(pattern.rims)], axis=1).tolist()
         found.append(np.repeat([float(name_of.get(tuple(key), 0)) for key in keys], len(pattern.value)))
     return np.concatenate(found)

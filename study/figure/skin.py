@@ -10,9 +10,10 @@ import scipy.sparse as sp
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from fe.element import ELEMENTS
+from fe.element import Element
+from fe.face_integral import outer_faces
 from fe.mesh import Mesh
-from study.figure.face_pattern import face_pattern
+from study.figure.face_pattern import FacePattern, face_pattern
 
 #: Facets along the side of a quadratic face: enough that a quarter circle of two elements looks round.
 FACETS = 4
@@ -53,16 +54,13 @@ class Skin:
 
 def skin_of(mesh: Mesh) -> Skin:
     """Find the faces that belong to one cell only, and sample them."""
-    faces = outer_faces(mesh)
+    faces = patterned_faces(mesh)
     samples: list[sp.csr_array] = []
     along_u: list[sp.csr_array] = []
     along_v: list[sp.csr_array] = []
     quads, edges, sides = [], [], []
     n_point = 0
-    # One number of facets for all, so that all edges have one number of points.
-    n = FACETS if any(nodes.shape[1] > 4 for nodes in faces) else 1
-    for nodes in faces:
-        pattern = face_pattern(nodes.shape[1], n)
+    for pattern, nodes in faces:
         for weights, gathered in (
             (pattern.value, samples),
             (pattern.along_u, along_u),
@@ -71,7 +69,7 @@ def skin_of(mesh: Mesh) -> Skin:
             gathered.append(_spread(weights, nodes, mesh.n_node))
         start = n_point + len(pattern.value) * np.arange(len(nodes))[:, None, None]
         quads.append((pattern.facets + start).reshape(-1, 4))
-        edges.append((pattern.rims + start).reshape(-1, n + 1))
+        edges.append((pattern.rims + start).reshape(-1, pattern.rims.shape[1]))
         corners = nodes[:, : len(pattern.rims)]
         sides.append(np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1).reshape(-1, 2))
         n_point += len(pattern.value) * len(nodes)
@@ -88,21 +86,19 @@ def skin_of(mesh: Mesh) -> Skin:
     return Skin(sample=sample, along_u=u, along_v=v, quads=every.quads, edges=every.edges[kept], is_feature=is_feature)
 
 
-def outer_faces(mesh: Mesh) -> list[Int[NDArray[np.int64], "face node"]]:
-    """Nodes of the faces that belong to one cell only, corners first and anticlockwise from outside, by cell type."""
-    nodes_of, keys = [], []
-    for cell_type, cells in mesh.cells.items():
-        element = ELEMENTS[cell_type]
-        nodes = np.concatenate([cells[:, list(face)] for face in element.faces])
-        nodes_of.append(nodes)
-        key = np.full((len(nodes), 4), -1)
-        n_corner = sum(node < element.n_corner for node in element.faces[0])
-        key[:, :n_corner] = np.sort(nodes[:, :n_corner], axis=1)
-        keys.append(key)
-    rows = np.ascontiguousarray(np.concatenate(keys)).view("V32").ravel()
-    _, which, count = np.unique(rows, return_inverse=True, return_counts=True)
-    is_outer = np.split(count[which] == 1, np.cumsum([len(nodes) for nodes in nodes_of])[:-1])
-    return [nodes[outer] for nodes, outer in zip(nodes_of, is_outer, strict=True)]
+def patterned_faces(mesh: Mesh) -> list[tuple[FacePattern, Int[NDArray[np.int64], "face node"]]]:
+    """Nodes of the outer faces, corners first and anticlockwise from outside, with the pattern of each kind of face."""
+    groups: dict[tuple[Element, int], list[tuple[int, NDArray[np.int64]]]] = {}
+    for _, element, local, cells in mesh.face_groups(outer_faces(mesh)):
+        nodes = cells[:, element.faces[local]]
+        if len(nodes):
+            groups.setdefault((element, nodes.shape[1]), []).append((local, nodes))
+    # One number of facets for all, so that all edges have one number of points; a linear quadrilateral needs no more.
+    n = 1 if all(n_node == 4 for _, n_node in groups) else FACETS
+    return [
+        (face_pattern(element, group[0][0], n), np.concatenate([nodes for _, nodes in group]))
+        for (element, _), group in groups.items()
+    ]
 
 
 def _single_edges(

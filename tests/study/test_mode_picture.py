@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fe.element import ELEMENTS, HEX8, HEX20, TET10, Element
+from fe.face_integral import outer_faces
 from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
 from geometry.errors import InputError
 from study.errors import MissingSoftware, OutputError
 from study.figure.mode_picture import mode_animation, mode_picture
 from study.figure.off_screen import require_egl
-from study.figure.skin import outer_faces, skin_of
+from study.figure.skin import skin_of
 
 EVERY = pytest.mark.parametrize("element", list(ELEMENTS.values()), ids=lambda element: element.name)
 
@@ -52,7 +53,7 @@ def test_a_box_has_its_six_sides_and_twelve_edges(element: Element) -> None:
     sides = 2 * (counts[0] * counts[1] + counts[1] * counts[2] + counts[0] * counts[2])
     # Tetrahedra cut each side of a brick into two triangles.
     n_face, n_side = (sides, 4) if element.n_corner == 8 else (2 * sides, 3)
-    assert sum(len(faces) for faces in outer_faces(mesh)) == n_face
+    assert len(outer_faces(mesh)) == n_face
     # Edges on a closed surface: half of those of all faces; features: four of each length.
     assert len(skin.edges) == n_side * n_face / 2
     assert skin.is_feature.sum() == 4 * sum(counts)

@@ -13,18 +13,17 @@ import numpy as np
 from jaxtyping import Int
 from numpy.typing import NDArray
 
+from fe.element import ELEMENTS
 from fe.errors import MeshError
-from fe.file.inp_faces import LABELS, UnknownFace, faces_of_labels
 from fe.file.mesh_content import FileMesh
 
-#: Cell type and number of nodes by the pattern of an element type. Letters behind the number (R, H, I, T) change how
-#: that program integrates the element, not its nodes.
-ELEMENT_TYPES = (
-    (r"C3D8[A-Z]*", "hexahedron", 8),
-    (r"C3D20[A-Z]*", "hexahedron20", 20),
+#: Labels of faces, in the order of their numbers.
+LABELS = ("S1", "S2", "S3", "S4", "S5", "S6")
+#: Cell type and number of nodes by the pattern of an element type that is no element here: solids are refused by their
+#: name, surfaces and lines carry sets.
+OTHER_TYPES = (
     (r"C3D27[A-Z]*", "hexahedron27", 27),
     (r"C3D4[A-Z]*", "tetra", 4),
-    (r"C3D10[A-Z]*", "tetra10", 10),
     (r"C3D6[A-Z]*", "wedge", 6),
     (r"C3D15[A-Z]*", "wedge15", 15),
     (r"C3D5[A-Z]*", "pyramid", 5),
@@ -149,9 +148,12 @@ def _nodes(deck: _Deck, block: _Block) -> None:
 
 def _elements(deck: _Deck, block: _Block) -> None:
     name = block.parameters.get("TYPE", "").upper()
-    known = next(((t, n) for pattern, t, n in ELEMENT_TYPES if re.fullmatch(pattern, name)), None)
+    # Letters behind the number (R, H, I, T) change how those programs integrate the element, not its nodes.
+    own = ((f"{element.abaqus}[A-Z]*", element.cell_type, element.n_node) for element in ELEMENTS.values())
+    known = next(((t, n) for pattern, t, n in (*own, *OTHER_TYPES) if re.fullmatch(pattern, name)), None)
     if known is None:
-        raise deck.damaged(f'elements of type "{name}" are not supported, so keep C3D8, C3D20 or C3D10 only')
+        wanted = ", ".join(sorted(element.abaqus for element in ELEMENTS.values()))
+        raise deck.damaged(f'elements of type "{name}" are not supported, so keep {wanted} only')
     cell_type, n_node = known
     entries = np.array(block.entries(), dtype=np.int64)
     if entries.size % (n_node + 1):
@@ -217,14 +219,10 @@ def _file_mesh(deck: _Deck) -> FileMesh:
     """Replace the labels of the deck by counts from 0."""
     nodes = _Numbering(deck, "node", np.concatenate(deck.node_labels))
     cells = _Numbering(deck, "element", np.concatenate(deck.cell_labels))
-    blocks = [(cell_type, len(table)) for cell_type, table in deck.blocks]
     face_sets = {}
     for name, parts in deck.face_sets.items():
         faces = np.concatenate([*parts, np.empty((0, 2), dtype=np.int64)])
-        try:
-            face_sets[name] = faces_of_labels(cells.of(faces[:, 0]), faces[:, 1], blocks)
-        except UnknownFace as error:
-            raise deck.damaged(f'surface "{name}" {error}') from error
+        face_sets[name] = _labelled_faces(deck, name, cells.of(faces[:, 0]), faces[:, 1])
     return FileMesh(
         points=np.concatenate(deck.points),
         blocks=tuple((cell_type, nodes.of(table)) for cell_type, table in deck.blocks),
@@ -233,6 +231,25 @@ def _file_mesh(deck: _Deck) -> FileMesh:
         face_sets=face_sets,
         labels=np.concatenate(deck.cell_labels),
     )
+
+
+def _labelled_faces(
+    deck: _Deck, name: str, cells: Int[NDArray[np.int64], " k"], labels: Int[NDArray[np.int64], " k"]
+) -> Int[NDArray[np.int64], "k 2"]:
+    """Cell and local face of each cell and place of a label in `LABELS`; other cells keep the place of the label."""
+    block = np.searchsorted(np.cumsum([len(table) for _, table in deck.blocks]), cells, side="right")
+    local = labels.copy()
+    for number, (cell_type, _) in enumerate(deck.blocks):
+        here = block == number
+        if cell_type in ELEMENTS and here.any():
+            faces = ELEMENTS[cell_type].abaqus_faces
+            if labels[here].max() >= len(faces):
+                label = LABELS[labels[here].max()]
+                raise deck.damaged(
+                    f'surface "{name}" names the face "{label}" of a {cell_type}, which has S1 to S{len(faces)} only'
+                )
+            local[here] = np.array(faces)[labels[here]]
+    return np.column_stack([cells, local])
 
 
 class _Numbering:

@@ -13,21 +13,14 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from fe.element import ELEMENTS
+from fe.element import Element
 from fe.errors import MeshError
 from fe.file.mesh_content import FileMesh
 from fe.file.meshio_reader import read_with_meshio
 from fe.mesh import Mesh
 
-#: Gmsh's number of each cell type, and where each of its nodes stands in VTK order (Gmsh reference manual, "Node
-#: ordering").
-GMSH_CELLS = {
-    "hexahedron": (5, tuple(range(8))),
-    "hexahedron20": (17, (*range(8), 8, 11, 16, 9, 17, 10, 18, 19, 12, 15, 13, 14)),
-    "tetra10": (11, (0, 1, 2, 3, 4, 5, 6, 7, 9, 8)),
-}
-#: Gmsh's quadrangle or triangle by its number of nodes, and its point.
-GMSH_FACES = {4: 3, 6: 9, 8: 16}
+#: Gmsh's triangle or quadrangle by its number of nodes, and its point.
+GMSH_FACES = {3: 2, 4: 3, 6: 9, 8: 16}
 GMSH_POINT = 15
 #: Versions of the format that are read.
 VERSIONS = ("4.1", "2.2", "2.1", "2")
@@ -111,7 +104,7 @@ def write_msh(mesh: Mesh, path: Path, point_data: Mapping[str, Float[NDArray[np.
         file.write("%d\n" * n % tuple(range(1, n + 1)))
         file.write("%.16g %.16g %.16g\n" * n % tuple(mesh.points.ravel().tolist()))
         file.write("$EndNodes\n")
-        blocks = [(3, k, *GMSH_CELLS[cell_type], cells) for k, (_, cell_type, cells) in enumerate(volumes, 1)]
+        blocks = [(3, k, kind.gmsh, kind.gmsh_order, cells) for k, (_, kind, cells) in enumerate(volumes, 1)]
         blocks += list(_surfaces(mesh, sets[2]))
         blocks += [(0, k, GMSH_POINT, (0,), nodes[:, None]) for k, nodes in enumerate(sets[0].values(), 1)]
         total = sum(len(cells) for *_, cells in blocks)
@@ -184,32 +177,35 @@ def _without_repeats(mesh: Mesh) -> dict[str, Int[NDArray[np.int64], " _"]]:
 
 def _volumes(
     mesh: Mesh, cell_sets: Mapping[str, Int[NDArray[np.int64], " _"]]
-) -> Iterator[tuple[list[str], str, Int[NDArray[np.int64], "cell node"]]]:
+) -> Iterator[tuple[list[str], Element, Int[NDArray[np.int64], "cell node"]]]:
     """Cells of one type that belong to the same sets, with the names of these sets."""
     belongs = np.zeros((mesh.n_cell, len(cell_sets)), dtype=bool)
     for column, members in enumerate(cell_sets.values()):
         belongs[members, column] = True
-    start = 0
-    for cell_type, cells in mesh.cells.items():
+    for start, element, cells in mesh.blocks():
         patterns, which = np.unique(belongs[start : start + len(cells)], axis=0, return_inverse=True)
         for k, pattern in enumerate(patterns):
             groups = [name for name, inside in zip(cell_sets, pattern, strict=True) if inside]
-            yield groups, cell_type, cells[which.ravel() == k]
-        start += len(cells)
+            yield groups, element, cells[which.ravel() == k]
 
 
 def _surfaces(
     mesh: Mesh, face_sets: Mapping[str, Int[NDArray[np.int64], "_ 2"]]
 ) -> Iterator[tuple[int, int, int, tuple[int, ...], Int[NDArray[np.int64], "face node"]]]:
     for entity, faces in enumerate(face_sets.values(), 1):
-        start = 0
-        for cell_type, cells in mesh.cells.items():
-            here = faces[(faces[:, 0] >= start) & (faces[:, 0] < start + len(cells))]
-            if len(here):
-                local = np.array(ELEMENTS[cell_type].faces)
-                nodes = cells[here[:, :1] - start, local[here[:, 1]]]
-                yield 2, entity, GMSH_FACES[nodes.shape[1]], tuple(range(nodes.shape[1])), nodes
-            start += len(cells)
+        by_size: dict[int, dict[int, NDArray[np.int64]]] = {}
+        for here, element, local, cells in mesh.face_groups(faces):
+            nodes = cells[:, element.faces[local]]
+            by_size.setdefault(nodes.shape[1], {}).update(zip(here.tolist(), nodes, strict=True))
+        for n_node, nodes_of in by_size.items():
+            if nodes_of:
+                yield (
+                    2,
+                    entity,
+                    GMSH_FACES[n_node],
+                    tuple(range(n_node)),
+                    np.stack([nodes_of[k] for k in sorted(nodes_of)]),
+                )
 
 
 def _node_data(name: str, values: Float[NDArray[np.float64], "node component"]) -> Iterator[str]:
