@@ -5,7 +5,7 @@ import math
 from benchmarks.hidden_effects_confusion import ELSEWHERE, Confusion
 from benchmarks.hidden_effects_plan import EXCLUDED, KIND, PLANTED, ROWS
 from benchmarks.hidden_effects_score import POOLED, Score, Share
-from study.figure.confusion import confusion_figure
+from figure.confusion import confusion_figure
 from transient.bench.effect import NOTHING
 
 WORDS = {

@@ -13,21 +13,21 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from casefile.table import load_case
 from fe.calculix_run import run_frequency
 from fe.file.calculix_deck import NodeSpring
 from fe.mesh import Mesh
 from fe.mesher.whole_mesh import whole_mesh
 from geometry.rig import Rig, mating_pairs
+from pipeline.progress import LineProgress
+from pipeline.store import Store, default_folder
 from reduction.line_contact import station_stiffness
-from study.case import load_case
-from study.progress import LineProgress
 from study.rig_case import RigCase, rig_model
 from study.rig_joints import line_pairs
 from study.rig_model import BODIES, HELD
 from study.rig_reduce_run import stuck_modes
 from study.rig_reduction import reduce_rig
 from study.shipped import RIG
-from study.store import Store, default_folder
 
 #: Frequencies that are compared.
 N_MODE = 6

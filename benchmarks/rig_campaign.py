@@ -10,17 +10,17 @@ from pathlib import Path
 
 import numpy as np
 
+from casefile.table import load_case
 from fe.dense_modes import dense_modes
+from pipeline.progress import LineProgress
+from pipeline.store import Store, default_folder
 from reduction.joined import vibrating
 from reduction.jointed_system import CubicSpring, FrictionContact, JointedSystem
 from reduction.stuck import stuck_stiffness
-from study.case import load_case
-from study.progress import LineProgress
 from study.rig_case import RigCase, rig_model
 from study.rig_reduction import RigReduction, reduce_rig
 from study.rig_system import Row, excitation, resting_rig
 from study.rig_test_case import hanging, measured_places
-from study.store import Store, default_folder
 from transient.bench.campaign import (
     FREQUENCY_JITTER,
     HISTORY,

@@ -18,6 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from benchmarks.rig_calculix import contact_springs, held
+from casefile.table import load_case
 from fe.assembly import assemble
 from fe.boundary import Support, supported_system
 from fe.element import HEX20
@@ -25,17 +26,16 @@ from fe.mesh import Mesh
 from fe.mesher.blade import mesh_blade
 from fe.mesher.rig import mesh_rig, rig_mesh
 from fe.modal import modes
+from pipeline.progress import SilentProgress
+from pipeline.store import Store, default_folder
 from reduction.assembly_error import assembly_error
 from reduction.joined import joined
-from study.case import load_case
-from study.progress import SilentProgress
 from study.rig_body import held_body
 from study.rig_case import RigCase, rig_model
 from study.rig_joints import line_pairs
 from study.rig_model import BODIES, RigModel, whole_mesh
 from study.rig_reduction import reduce_rig
 from study.shipped import RIG
-from study.store import Store, default_folder
 from study.table1.limit import richardson
 
 #: Size of the coarsest of the nested meshes, and into how many its cells are cut [m, -].

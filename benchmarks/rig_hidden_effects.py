@@ -15,16 +15,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.rig_campaign import HiddenEffect, make_rig_campaign, meshed
+from casefile.table import load_case
 from correlation.campaign.read_campaign import read_campaign
 from diagnosis.decision.verdict import INTERVAL
 from diagnosis.diagnose import diagnose
-from study.case import load_case
-from study.progress import LineProgress
+from pipeline.progress import LineProgress
+from pipeline.store import Store, default_folder
 from study.rig_case import RigCase, rig_model
 from study.rig_reduction import reduce_rig
 from study.rig_test_case import rig_test_case
 from study.shipped import RIG
-from study.store import Store, default_folder
 from study.test_case_model import TestSetup, read_test_case
 
 #: Sizes of elements [m]: no mesh is another's refinement.

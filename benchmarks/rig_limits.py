@@ -21,21 +21,21 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
+from casefile.table import load_case  # noqa: E402
+from figure.force_limits import ForceLimits, force_limits_figure  # noqa: E402
+from figure.limit_band import Band, limit_band_figure  # noqa: E402
+from figure.limit_levels import LimitsByLevel, limit_levels_figure  # noqa: E402
 from geometry.rig import SIDES  # noqa: E402
 from hbsolve.balance import HarmonicBalance  # noqa: E402
 from hbsolve.limits.objective import ContactForce, Output  # noqa: E402
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
-from study.case import load_case  # noqa: E402
-from study.figure.force_limits import ForceLimits, force_limits_figure  # noqa: E402
-from study.figure.limit_band import Band, limit_band_figure  # noqa: E402
-from study.figure.limit_levels import LimitsByLevel, limit_levels_figure  # noqa: E402
-from study.progress import LineProgress  # noqa: E402
+from pipeline.progress import LineProgress  # noqa: E402
+from pipeline.store import Store, default_folder  # noqa: E402
 from study.rig_case import RigCase, rig_model  # noqa: E402
 from study.rig_reduction import RigReduction, reduce_rig  # noqa: E402
 from study.rig_system import RigSystem, rig_system  # noqa: E402
 from study.shipped import RIG  # noqa: E402
-from study.store import Store, default_folder  # noqa: E402
 
 Real = NDArray[np.float64]
 LEVELS = (1.0, 3.0, 5.0, 10.0)

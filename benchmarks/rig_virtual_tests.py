@@ -24,9 +24,9 @@ from numpy.typing import NDArray  # noqa: E402
 from benchmarks.rig_campaign import LINES, SENSORS  # noqa: E402
 from benchmarks.rig_witness import prepared  # noqa: E402
 from correlation.metric.band import coverage, interval_score, tightness  # noqa: E402
+from figure.limit_band import Band, limit_band_figure  # noqa: E402
 from hbsolve.limits.response_limits import LimitSettings, response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
-from study.figure.limit_band import Band, limit_band_figure  # noqa: E402
 from study.limits_case import LimitsTable  # noqa: E402
 from study.limits_model import limit_search  # noqa: E402
 from study.rig_test_case import measured_places  # noqa: E402

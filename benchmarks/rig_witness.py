@@ -16,18 +16,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from casefile.table import load_case
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.steady_state import steady_state
-from study.case import load_case
-from study.progress import LineProgress
+from pipeline.progress import LineProgress
+from pipeline.store import Store, default_folder
 from study.rig_case import RigCase, rig_model
 from study.rig_reduction import RigReduction, reduce_rig
 from study.rig_system import RigSystem, rig_system
 from study.shipped import RIG
 from study.solve_curve import response_curve
 from study.solve_model import Curve
-from study.store import Store, default_folder
 from transient.state import start_from
 from transient.steady import steady_motion
 

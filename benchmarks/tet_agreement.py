@@ -15,6 +15,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from casefile.table import load_case
 from fe.assembly import assemble
 from fe.boundary import Support, supported_system
 from fe.dense_modes import dense_modes
@@ -29,7 +30,6 @@ from reduction.assembly import ReducedAssembly
 from reduction.craig_bampton import craig_bampton
 from reduction.joined import joined
 from reduction.rom import ReducedModel
-from study.case import load_case
 from study.rig_body import held_body
 from study.rig_case import RigCase, rig_model
 from study.rig_joints import line_pairs

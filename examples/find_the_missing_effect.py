@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from correlation.campaign.read_campaign import read_campaign
+from pipeline.progress import LineProgress
 from study import compare_words, diagnose_words
 from study.beam_case import write_beam_case
 from study.compare_pictures import pictures
@@ -19,7 +20,6 @@ from study.diagnose_history import history_of
 from study.diagnose_record import record
 from study.diagnose_round import Round, diagnose_case
 from study.diagnose_stages import waterfall
-from study.progress import LineProgress
 from study.test_case_model import read_test_case
 from transient.bench.hidden_effect import make_campaign, random_effect
 

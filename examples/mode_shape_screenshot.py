@@ -10,8 +10,8 @@ from fe.mesher.mesh_rule import MeshRule
 from fe.mesher.plain_blade import mesh_plain_blade
 from fe.modal import modes
 from fe.stress import nodal_stress, von_mises
+from figure.mode_picture import mode_picture
 from geometry.plain_blade import PlainBlade
-from study.figure.mode_picture import mode_picture
 
 bar = PlainBlade(length=0.3)  # metres: a long bar, so that beam theory is a fair judge
 mesh = mesh_plain_blade(bar, MeshRule(element=HEX20, through_thickness=2, length_ratio=2.4, length_cap=0.005))

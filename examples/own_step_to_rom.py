@@ -13,12 +13,12 @@ from fe.mesher.tetrahedra import TetRule, mesh_solid
 from fe.modal import modes
 from fe.station_coordinates import station_coordinates
 from fe.surface_line import line_along_edge
+from figure.mode_picture import mode_picture
+from figure.named_faces import named_faces_picture
 from geometry.face_selector import FaceSelector
 from geometry.step_part import step_part
 from reduction.craig_bampton import craig_bampton
 from reduction.file.rom_hdf5 import save_rom
-from study.figure.mode_picture import mode_picture
-from study.figure.named_faces import named_faces_picture
 
 # A screw, drawn in Euclid in 1998 (parts/README.md); `stickslip reduce parts/screw.toml` does the same and more.
 x, y, tip_z, seat_z, radius = -17.898e-3, -0.826e-3, -34.564e-3, 0.436e-3, 5e-3

@@ -9,14 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
+from casefile.table import load_case
+from figure.force_limits import ForceLimits, force_limits_figure
+from figure.limit_band import Band, limit_band_figure
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.fresh import fresh_histories
 from hbsolve.limits.loss_factor import paper_limits
 from hbsolve.limits.objective import ContactForce, Output
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
-from study.case import load_case
-from study.figure.force_limits import ForceLimits, force_limits_figure
-from study.figure.limit_band import Band, limit_band_figure
 from study.shipped import LIMITS
 from study.solve_case import SolveCase
 from study.solve_model import solve_model

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from study.case import load_case
-from study.figure.response_curves import DrawnCurve, response_curves_figure
-from study.progress import SilentProgress
+from casefile.table import load_case
+from figure.response_curves import DrawnCurve, response_curves_figure
+from pipeline.progress import SilentProgress
+from pipeline.store import Store, default_folder
 from study.rig_case import RigCase, rig_model
 from study.rig_joints import line_pairs
 from study.rig_reduce_run import stuck_modes
@@ -17,7 +18,6 @@ from study.rig_reduction import reduce_rig
 from study.rig_system import rig_system
 from study.shipped import RIG
 from study.solve_curve import response_curve
-from study.store import Store, default_folder
 
 
 def main() -> None:

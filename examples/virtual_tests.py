@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from casefile.table import load_case
 from correlation.campaign.read_campaign import read_campaign
 from correlation.metric.band import coverage, interval_score, tightness
+from figure.limit_band import Band, limit_band_figure
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.objective import Output
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
-from study.case import load_case
-from study.figure.limit_band import Band, limit_band_figure
 from study.shipped import LIMITS
 from study.solve_case import SolveCase
 from study.solve_model import solve_model

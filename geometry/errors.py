@@ -16,7 +16,12 @@
         ├── hbsolve.errors.{ForceError, ModelError, PeakError, BalanceError}
         ├── transient.errors.TransientError
         │   └── transient.errors.StepError
-        └── study.errors.{CaseError, OutputError, MissingSoftware}
+        ├── casefile.errors.CaseError
+        ├── OutputError       a folder or file that cannot be written
+        └── MissingSoftware   a system library or a package that this machine lacks
+
+    RuntimeError
+    └── ComputationFailed     the input is sound, but no result came out
 
     UserWarning
     └── InputWarning          the input is taken as it is, but may not be meant
@@ -60,3 +65,15 @@ class SelectorError(InputError):
 
 class RegistryError(InputError):
     """A plug-in that fails, lacks a fact or has a name that is taken, or a name that no member has."""
+
+
+class OutputError(InputError):
+    """An output folder or file that cannot be written."""
+
+
+class MissingSoftware(InputError):
+    """A system library or a package that this machine lacks; the message holds the line that installs it."""
+
+
+class ComputationFailed(RuntimeError):
+    """A computation on sound input that did not converge or ran out of memory."""

@@ -1,1 +1,1 @@
-"""Case files, command line, run folders, figures and reports."""
+"""Command line, cases and their models, runs, pages and reports."""

@@ -5,6 +5,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from casefile.quantity import Angle, Density, Length, Pressure, Ratio
+from casefile.table import CaseModel
 from fe.element import ELEMENTS
 from fe.material import Material
 from fe.mesh import Mesh
@@ -13,8 +15,6 @@ from fe.mesher.mesh_rule import MeshRule
 from fe.mesher.plain_blade import mesh_plain_blade
 from geometry.blade import Blade
 from geometry.plain_blade import PlainBlade
-from study.case import CaseModel
-from study.quantity import Angle, Density, Length, Pressure, Ratio
 
 Count = Annotated[int, Field(ge=1, le=1000, strict=True)]
 ElementName = Literal["hex8", "hex20", "tet10"]

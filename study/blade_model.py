@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from casefile.table import located
 from fe.assembly import assemble_compact
 from fe.boundary import Support, supported_system
 from fe.material import Material
@@ -17,9 +18,8 @@ from fe.relaxed_clamp import thinned
 from fe.system import LinearSystem
 from geometry.blade import Blade
 from geometry.plain_blade import PlainBlade
+from pipeline.store import stage
 from study.blade_case import ELEMENT_BY_NAME, BladeTables, mesh_any, with_thickness
-from study.case import located
-from study.store import stage
 
 #: Nodes that stay physical in a reduced model, where the mesh has them.
 BOUNDARY = ("excitation", "response", "contact_positive", "contact_negative")

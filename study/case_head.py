@@ -4,11 +4,11 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from study.errors import CaseError, Problem
+from casefile.errors import CaseError, Problem
 
 
 def case_head(path: Path) -> dict[str, Any]:
-    """All that a case file says; nothing of one that cannot be read, for `study.case.load_case` tells why."""
+    """All that a case file says; nothing of one that cannot be read, for `casefile.table.load_case` tells why."""
     try:
         return tomllib.loads(path.read_text(encoding="utf-8").removeprefix("\ufeff"))
     except (OSError, ValueError, RecursionError):

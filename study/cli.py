@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING
 
 from cyclopts import App, CycloptsError
 
+from pipeline.made_folders import removed_if_empty
 from study import console
-from study.made_folders import removed_if_empty
 
 if TYPE_CHECKING:
     from study.run_context import Answer
@@ -140,8 +140,8 @@ def _interrupted(output: console.Output) -> int:
 
 def _raised(error: Exception, words: Sequence[str], output: console.Output) -> int:
     # Imported here because the room that holds InputError may import numpy, which help has no use for.
-    from geometry.errors import InputError
-    from study.errors import CaseError, ComputationFailed
+    from casefile.errors import CaseError
+    from geometry.errors import ComputationFailed, InputError
 
     if isinstance(error, CaseError):
         return output.error(ExitCode.BAD_INPUT, "case", str(error), error.problems)

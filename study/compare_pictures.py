@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from correlation.metric.misfit import CLEAR, Misfit, configuration
 from correlation.model import LineSensor, Model, Sensor
 from correlation.prediction import Points, Prediction, Predictor
-from study.figure.frf_overlay import OverlayCurve, OverlayPanel, frf_overlay_figure
-from study.figure.misfit_map import MapPanel, misfit_map_figure
+from figure.frf_overlay import OverlayCurve, OverlayPanel, frf_overlay_figure
+from figure.misfit_map import MapPanel, misfit_map_figure
 
 Frequencies = Float[NDArray[np.float64], " f"]
 

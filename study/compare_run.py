@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from casefile.table import load_case
 from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.campaign.read_campaign import read_campaign
 from correlation.errors import CampaignError
@@ -20,11 +21,10 @@ from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.comparison import NOT_FOUND, Comparison
 from diagnosis.fit.finer_model import as_uncertain
 from diagnosis.fit.weighting import Measured, weighed
-from study.case import load_case
+from pipeline.output import replace_file
 from study.compare_pictures import pictures
 from study.compare_table import misfit_csv
 from study.model_suspicions import all_suspicions
-from study.output import replace_file
 from study.repeats import require_repeats
 from study.run_context import RunContext
 from study.test_case import TestCase

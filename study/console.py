@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-    from study.errors import Problem
+    from casefile.errors import Problem
     from study.run_context import Answer
 
 

@@ -5,11 +5,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from casefile.table import load_case
 from correlation.campaign.measurement import Campaign
 from correlation.campaign.read_campaign import read_campaign
 from diagnosis.effect.candidate import EffectError
 from geometry.errors import InputError
-from study.case import load_case
 from study.diagnose_edit import Written, difference, edited, taken_back
 from study.diagnose_history import (
     ADD,

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from geometry.errors import InputError
-from study.code_dependencies import PRODUCT
-from study.codec import Codec
+from pipeline.code_dependencies import PRODUCT
+from pipeline.codec import Codec
 
 STEP_FILE = "step.pickle"
 #: Functions and classes of others that pickles of arrays, numbers and paths are made of.

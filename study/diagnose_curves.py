@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from correlation.metric.misfit import CLEAR, Misfit, configuration
 from correlation.model import LineSensor
 from correlation.prediction import Points, Predictor
+from figure.misfit_map import STEPS
+from figure.response_curves import family_colours
 from study.compare_pictures import fine_points, joined, keys, rows_of, unit_of
 from study.compare_run import Side
 from study.diagnose_round import Round
 from study.diagnose_stages import Stage
-from study.figure.misfit_map import STEPS
-from study.figure.response_curves import family_colours
 
 Numbers = Float[NDArray[np.float64], " f"]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from difflib import SequenceMatcher, unified_diff
 from typing import TYPE_CHECKING, Any
 
-from study.errors import CaseError, Problem
+from casefile.errors import CaseError, Problem
 
 if TYPE_CHECKING:
     from tomlkit.items import Item

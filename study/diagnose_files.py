@@ -2,14 +2,14 @@
 
 from pathlib import Path
 
+from figure.candidates import CandidateBar, candidates_figure
+from figure.waterfall import waterfall_figure
 from study.compare_words import side_by_side
 from study.diagnose_history import History
 from study.diagnose_page import page, set_in_type
 from study.diagnose_round import Round
 from study.diagnose_stages import falls, waterfall
 from study.diagnose_table import rows
-from study.figure.candidates import CandidateBar, candidates_figure
-from study.figure.waterfall import waterfall_figure
 
 #: Candidates drawn.
 MOST = 16

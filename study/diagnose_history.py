@@ -10,8 +10,9 @@ from math import isfinite, nan
 from pathlib import Path
 from typing import Any
 
-from study.errors import CaseError, OutputError, Problem
-from study.output import replace_file
+from casefile.errors import CaseError, Problem
+from geometry.errors import OutputError
+from pipeline.output import replace_file
 
 SCHEMA = 1
 DIAGNOSIS, ADD, UNDO = "diagnosis", "add", "undo"

@@ -14,10 +14,10 @@ from diagnosis.effect.catalogue import Catalogue
 from diagnosis.threshold.bootstrap import Trial, limits_of
 from diagnosis.threshold.simulation import Simulation
 from diagnosis.threshold.thresholds import Limits
+from pipeline.parallel import Task, run_parallel
+from pipeline.progress import Progress
+from pipeline.store import Store
 from study.diagnose_steps import chance
-from study.parallel import Task, run_parallel
-from study.progress import Progress
-from study.store import Store
 from study.test_case_model import TestSetup
 
 #: Limits of shipped layouts: a JSON object, key of the layout to the fields of `Limits`.

@@ -9,6 +9,7 @@ from typing import Any
 
 from diagnosis.decision.verdict import INTERVAL, Finding
 from diagnosis.localisation import Place
+from figure.misfit_map import COLOURS, STEPS
 from study.console import plain
 from study.diagnose_curves import curves, maps
 from study.diagnose_history import ADD, DIAGNOSIS, Errors, History, Step
@@ -16,7 +17,6 @@ from study.diagnose_round import Round, errors
 from study.diagnose_stages import Stage, falls, stages, waterfall
 from study.diagnose_table import ALIKE, Row, beyond, digits, factors, interval, rows, strengths
 from study.diagnose_words import advice, chance, headline
-from study.figure.misfit_map import COLOURS, STEPS
 
 TEMPLATE = Path(__file__).with_name("diagnose_page.html.j2")
 SCRIPT = Path(__file__).with_name("diagnose_page.js")

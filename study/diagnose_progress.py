@@ -9,7 +9,7 @@ from contextlib import ExitStack, contextmanager
 from typing import TypeVar
 
 from diagnosis.keep import Keep
-from study.progress import Progress, Report
+from pipeline.progress import Progress, Report
 
 T = TypeVar("T")
 

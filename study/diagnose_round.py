@@ -19,14 +19,14 @@ from diagnosis.fit.refit import Refit, unchanged
 from diagnosis.keep import Keep, computed
 from diagnosis.threshold.simulation import Simulation
 from diagnosis.threshold.thresholds import Limits
-from study import fingerprint
+from pipeline import fingerprint
+from pipeline.progress import Progress, SilentProgress
+from pipeline.store import Store
 from study.compare_run import Side
 from study.diagnose_history import Errors
 from study.diagnose_limits import is_measured, layout, layout_key, limits_for, measured_limits
 from study.diagnose_progress import phases
 from study.diagnose_steps import step
-from study.progress import Progress, SilentProgress
-from study.store import Store
 from study.test_case_added import own_effects
 from study.test_case_model import TestSetup
 

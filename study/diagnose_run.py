@@ -7,12 +7,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from casefile.table import load_case
 from correlation.campaign.measurement import Campaign
 from correlation.campaign.read_campaign import read_campaign
 from correlation.errors import CampaignError
 from correlation.sensor_placement import with_sensors
 from diagnosis.decision.verdict import Finding
-from study.case import load_case
+from pipeline.output import replace_file
 from study.console import plain
 from study.diagnose_add import add
 from study.diagnose_history import ADD, UNDO, History, Step, history_of
@@ -20,7 +21,6 @@ from study.diagnose_record import record
 from study.diagnose_round import Round, diagnose_case, kept
 from study.diagnose_words import document, headline, in_words
 from study.model_suspicions import all_suspicions
-from study.output import replace_file
 from study.repeats import require_held_out, require_repeats
 from study.run_context import RunContext
 from study.test_case import TestCase

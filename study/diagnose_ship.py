@@ -6,11 +6,11 @@ from pathlib import Path
 
 from correlation.campaign.read_campaign import read_campaign
 from diagnosis.threshold.thresholds import Limits
+from pipeline.output import replace_file
+from pipeline.progress import LineProgress, Progress
+from pipeline.store import Store, default_folder
 from study.diagnose_limits import SHIPPED, layout, layout_key
 from study.diagnose_round import beside, bootstrap, kept
-from study.output import replace_file
-from study.progress import LineProgress, Progress
-from study.store import Store, default_folder
 from study.test_case_model import read_test_case
 
 #: Campaigns without any effect, unless another number is given.

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diagnosis.fit.refit import Refit
+from figure.waterfall import WaterfallStep
 from study.diagnose_history import Errors, History
 from study.diagnose_round import Round, as_drawn, errors
-from study.figure.waterfall import WaterfallStep
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

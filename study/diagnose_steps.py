@@ -6,9 +6,9 @@ from typing import Any
 from diagnosis.effect.candidate import Effect
 from diagnosis.threshold.bootstrap import null_trial
 from diagnosis.threshold.simulation import Simulation
-from study.codec import JSON
+from pipeline.codec import JSON
+from pipeline.store import stage
 from study.diagnose_codec import STEP
-from study.store import stage
 
 
 @stage("step of a diagnosis", codec=STEP, ignore=("make",))

@@ -1,14 +1,10 @@
 """What this machine lacks, found with the standard library alone, and the one line that installs it.
 
-It matters before anything is imported: without its system libraries CadQuery fails to import with a riddle, and VTK
-ends the whole process with a segmentation fault, which no exception handler sees. Libraries are therefore looked for
-with `ctypes`, and drawing is tried in a process of its own.
+Nothing that may be missing is imported (`geometry.system_library`), and drawing is tried in a process of its own.
 """
 
-import ctypes
 import ctypes.util
 import importlib.metadata
-import os
 import platform
 import re
 import shlex
@@ -16,28 +12,12 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Literal
 
-Purpose = Literal["cad", "pictures"]
-
-# Shared libraries that the wheels load but do not bring: of a tuple within, any one will do.
-SYSTEM_LIBRARIES: dict[Purpose, tuple[tuple[str, ...], ...]] = {
-    "cad": (("libGL.so.1",), ("libX11.so.6",), ("libexpat.so.1",), ("libstdc++.so.6",)),
-    "pictures": (("libEGL.so.1", "libOSMesa.so.8"), ("libGL.so.1",), ("libX11.so.6",), ("libXrender.so.1",)),
-}
-DEBIAN_PACKAGE = {
-    "libGL.so.1": "libgl1",
-    "libX11.so.6": "libx11-6",
-    "libexpat.so.1": "libexpat1",
-    "libstdc++.so.6": "libstdc++6",
-    "libEGL.so.1": "libegl1",
-    "libXrender.so.1": "libxrender1",
-}
-MEANT_FOR = {"cad": "CAD geometry (cadquery)", "pictures": "off-screen pictures (pyvista)"}
+from geometry.system_library import DEBIAN_PACKAGE, MEANT_FOR, SYSTEM_LIBRARIES, apt_line, loads, missing_libraries
 
 OLDEST_PYTHON = (3, 11)
 
@@ -96,35 +76,6 @@ class Finding:
     pip: tuple[str, ...] = ()
 
 
-def preflight(*purposes: Purpose) -> None:
-    """Refuse, before an import that could crash, to go on without a system library; it takes a millisecond.
-
-    Parameters
-    ----------
-    purposes
-        ``"cad"`` before CadQuery, ``"pictures"`` before PyVista or VTK.
-
-    Raises
-    ------
-    MissingSoftware
-        With the line that installs what is missing.
-    """
-    missing = {purpose: names for purpose in purposes if (names := missing_libraries(purpose))}
-    if not missing:
-        return
-    from study.errors import MissingSoftware
-
-    what = "; ".join(f"{MEANT_FOR[purpose]} needs {', '.join(names)}" for purpose, names in missing.items())
-    packages = sorted({DEBIAN_PACKAGE[name] for names in missing.values() for name in names})
-    raise MissingSoftware(f"{what}: install with `{_apt_line(packages)}`")
-
-
-@cache
-def missing_libraries(purpose: Purpose) -> tuple[str, ...]:
-    """Shared libraries that a purpose needs and the loader does not find."""
-    return tuple(names[0] for names in SYSTEM_LIBRARIES[purpose] if not any(_loads(name) for name in names))
-
-
 def examine(cache_folder: Path) -> list[Finding]:
     """Look for everything.
 
@@ -141,26 +92,13 @@ def prescription(findings: Iterable[Finding]) -> str:
     ill = [finding for finding in findings if finding.verdict != "ok"]
     apt = sorted({package for finding in ill for package in finding.apt})
     pip = sorted({package for finding in ill for package in finding.pip})
-    parts = [_apt_line(apt)] if apt else []
+    parts = [apt_line(apt)] if apt else []
     if pip:
         lock = Path(__file__).resolve().parents[1] / "requirements.lock"
         # The lock holds the tested versions; it lies in a checkout but in no wheel.
         what = ["-r", str(lock)] if lock.is_file() else pip
         parts.append(shlex.join([sys.executable, "-m", "pip", "install", *what]))
     return " && ".join(parts)
-
-
-def _apt_line(packages: Sequence[str]) -> str:
-    sudo = "" if os.geteuid() == 0 else "sudo "
-    return f"{sudo}apt-get update && {sudo}apt-get install -y --no-install-recommends {' '.join(packages)}"
-
-
-def _loads(name: str) -> bool:
-    try:
-        ctypes.CDLL(name)
-    except OSError:
-        return False
-    return True
 
 
 def _python() -> Finding:
@@ -234,7 +172,7 @@ def _picture() -> Finding:
 
 def _cholmod() -> Finding:
     found = ctypes.util.find_library("cholmod")
-    if found is not None and _loads(found):
+    if found is not None and loads(found):
         return Finding(subject="CHOLMOD", verdict="ok", detail=f"{found}, for large reductions on one or two threads")
     # Its name is another one in each release: it has no place in a line that must not fail.
     packages = "apt-get install libcholmod5, or libcholmod3 on Debian 12"

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
-from study.quantity import Ratio
+from casefile.quantity import Ratio
 
 #: Levels beyond these are mistakes; the arithmetic of a motion would overflow far beyond them.
 LEAST_LEVEL, MOST_LEVEL = 1e-12, 1e12

@@ -7,9 +7,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
-from study.case import CaseModel
+from casefile.quantity import Dimension, Frequency
+from casefile.table import CaseModel
 from study.level import Level
-from study.quantity import Dimension, Frequency
 
 #: Points of one level; more are a mistake in the step.
 MOST_POINTS = 2000

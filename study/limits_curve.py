@@ -9,15 +9,15 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from geometry.errors import ComputationFailed
 from hbsolve.limits.loss_factor import LossFactor, paper_limits
 from hbsolve.limits.objective import Output
 from hbsolve.limits.response_limits import response_limits
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.steady_state import NoConvergence
-from study.errors import ComputationFailed
+from pipeline.store import stage
 from study.limits_progress import SearchProgress
 from study.limits_search import LimitSearch
-from study.store import stage
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

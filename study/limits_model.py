@@ -6,12 +6,12 @@ from math import inf, pi
 
 import numpy as np
 
+from casefile.table import CaseModel, located
 from hbsolve.errors import BalanceError
 from hbsolve.limits.loss_factor import LossFactor
 from hbsolve.limits.objective import ContactForce, Objective
 from hbsolve.limits.objective import Output as Amplitude
 from hbsolve.limits.response_limits import LimitSettings
-from study.case import CaseModel, located
 from study.limits_case import FORCES, MOST_POINTS, LimitsTable
 from study.limits_search import LimitSearch
 from study.solve_case import FrequencySweepTable, LevelSweepTable

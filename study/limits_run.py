@@ -9,22 +9,22 @@ from pathlib import Path
 
 import numpy as np
 
+from casefile.errors import CaseError
+from casefile.table import CaseModel, load_case, located
+from figure.contact_states import StatePanel, contact_states_figure
+from figure.limit_band import Band, limit_band_figure
+from figure.limit_levels import LimitsByLevel, limit_levels_figure
 from hbsolve.limits.result import ResponseLimits
-from study.case import CaseModel, load_case, located
-from study.errors import CaseError
-from study.figure.contact_states import StatePanel, contact_states_figure
-from study.figure.limit_band import Band, limit_band_figure
-from study.figure.limit_levels import LimitsByLevel, limit_levels_figure
+from pipeline.output import replace_file
+from pipeline.process_pool import process_pool
+from pipeline.stored_tasks import StoredTasks
 from study.kept_modes import fewer_modes_of_rig
-from study.kept_tasks import KeptTasks
 from study.limits_case import FORCES, LimitsTable
 from study.limits_curve import FoundLimits, found_limits
 from study.limits_grid import narrow_resonance
 from study.limits_model import limit_points, limit_search
 from study.limits_result import SIDES, LimitCurves, limit_curves, limits_csv
 from study.limits_search import LimitSearch
-from study.output import replace_file
-from study.process_pool import process_pool
 from study.rig_case import RigCase, is_rig_case, rig_model
 from study.rig_reduction import reduce_rig
 from study.rig_system import no_sweep, rig_system
@@ -144,7 +144,7 @@ def _found(search: LimitSearch, stem: str, run: RunContext, executor: Executor |
     known = run.store.kept(found_limits, search)
     if known is not None:
         return known.value
-    kept = KeptTasks(run.output / f".{stem}_limits.part", found_limits.key(search))
+    kept = StoredTasks(run.output / f".{stem}_limits.part", found_limits.key(search))
     before = kept.n_left
     if before:
         run.note(f"the search goes on: {before} of its tasks were finished before, and progress is told of the rest")

@@ -6,13 +6,13 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from geometry.errors import ComputationFailed
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.objective import Objective
 from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.response_limits import LimitSettings, limit_problem
 from hbsolve.steady_state import NoConvergence
 from reduction.jointed_system import JointedSystem
-from study.errors import ComputationFailed
 
 Real = NDArray[np.float64]
 

@@ -5,11 +5,11 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
+from casefile.table import CaseModel
 from fe.file.dof_table import DIRECTIONS, LARGEST_LABEL, N_TRANSLATION
 from fe.file.imported_matrices import Units
 from fe.file.matrix_file import MatrixSource
 from study.blade_case import DampingTable
-from study.case import CaseModel
 from study.case_head import case_head
 from study.solve_case import Name
 

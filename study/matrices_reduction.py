@@ -10,10 +10,10 @@ from fe.file.imported_matrices import ImportedMatrices, Rows, Units, read_matric
 from fe.file.matrix_file import MatrixSource
 from fe.mode_check import ModeCheck
 from fe.system import LinearSystem
+from pipeline.store import stage
 from reduction.mode_check import check_fixed_interface_modes
 from reduction.rom import ReducedModel
 from study.compared_reduction import ComparedReduction, compared_reduction
-from study.store import stage
 
 
 @stage("imported matrices")

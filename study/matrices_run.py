@@ -6,20 +6,20 @@ from pathlib import Path
 
 import numpy as np
 
+from casefile.errors import CaseError
+from casefile.mistakes import Mistakes
+from casefile.table import at_key, load_case, located
 from fe.errors import MatrixFileError
 from fe.file.dof_table import DIRECTIONS, N_TRANSLATION
 from fe.file.imported_matrices import ImportedMatrices, ImportedSystem, Rows
 from fe.file.matrix_file import require_file
 from fe.mode_check import ModeCheck
+from pipeline.output import replace_file
 from reduction.file.rom_hdf5 import save_rom
-from study.case import at_key, load_case, located
 from study.compared_reduction import ComparedReduction
-from study.errors import CaseError
 from study.matrices_case import UNITS, MatricesCase
 from study.matrices_reduction import checked_matrices, imported_matrices, reduced_matrices
 from study.matrix_file_words import at_file
-from study.mistakes import Mistakes
-from study.output import replace_file
 from study.run_context import RunContext
 
 

@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
+from casefile.table import at_key, located
 from fe.errors import MatrixFileError
-from study.case import at_key, located
 from study.matrices_case import MatricesCase
 
 

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from pipeline.output import replace_file
 from study.mode_pictures import mode_pictures
-from study.output import replace_file
 from study.run_context import RunContext
 from study.shapes import Shapes
 

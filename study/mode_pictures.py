@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from study.figure.mode_picture import mode_animation, mode_picture
+from figure.mode_picture import mode_animation, mode_picture
+from pipeline.store import stage
 from study.shapes import Shapes
-from study.store import stage
 
 #: A film takes as long as so many pictures.
 FILM_WORK = 8

@@ -3,18 +3,18 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from casefile.quantity import DENSITY, LENGTH, PRESSURE, Dimension, read_quantity
+from casefile.table import load_case, located
 from fe.errors import SupportError
 from fe.file.mesh_file import read_mesh, write_mesh
 from fe.material import Material
 from fe.mesh import Mesh
+from figure.off_screen import require_egl
 from geometry.errors import InputError
 from study.blade_case import BladeCase
 from study.blade_model import blade_model, mesh_size
-from study.case import load_case, located
-from study.figure.off_screen import require_egl
 from study.mode_files import picture_modes
 from study.part_case import refuse_part
-from study.quantity import DENSITY, LENGTH, PRESSURE, Dimension, read_quantity
 from study.rig_case import refuse_rig
 from study.run_context import RunContext
 from study.shapes import Shapes, blade_shapes, mesh_shapes

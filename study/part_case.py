@@ -8,13 +8,13 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
+from casefile.quantity import LENGTH, Area, Length
+from casefile.table import CaseModel
 from fe.file.dof_table import DIRECTIONS, N_TRANSLATION
 from geometry.face_selector import FaceSelector
 from geometry.interface import N_STATION
 from study.blade_case import DampingTable, MaterialTable
-from study.case import CaseModel
 from study.case_head import case_head, other_case
-from study.quantity import LENGTH, Area, Length
 from study.solve_case import Name
 
 FileName = Annotated[str, Field(min_length=1, examples=["part.step"])]

@@ -9,8 +9,8 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.mesh import Mesh
-from study.figure.named_faces import named_faces_picture
-from study.store import stage
+from figure.named_faces import named_faces_picture
+from pipeline.store import stage
 
 #: From the body towards the eye, in each picture.
 VIEWS = {"faces.png": (0.80, -0.62, 0.36), "faces_behind.png": (-0.80, 0.62, -0.36)}

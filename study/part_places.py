@@ -8,6 +8,8 @@ import scipy.sparse as sp
 from jaxtyping import Int
 from numpy.typing import NDArray
 
+from casefile.mistakes import Mistakes
+from casefile.table import at_key
 from fe.errors import BesideMesh, MeshError
 from fe.face_integral import outer_faces
 from fe.file.dof_table import N_TRANSLATION
@@ -16,8 +18,6 @@ from fe.mesh import Mesh
 from fe.station_coordinates import station_coordinates
 from fe.surface_line import line_along_edge, line_between
 from geometry.interface import ContactLine
-from study.case import at_key
-from study.mistakes import Mistakes
 from study.part_case import TRANSLATIONS, LineTable, PartTables
 from study.part_stages import Kept
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from casefile.table import at_key, load_case, located
 from fe.element import HEX8
 from fe.file.mesh_file import read_mesh, write_mesh
 from fe.material import Material
@@ -15,16 +16,14 @@ from fe.mesh import Mesh
 from fe.mesh_quality import cell_quality
 from fe.mesher.tetrahedra import TetRule
 from fe.mode_check import ModeCheck
-from geometry.errors import SelectorError
+from geometry.errors import MissingSoftware, SelectorError
 from geometry.face_selector import FaceSelector
 from geometry.step_io import check_complete
+from pipeline.output import replace_file
 from reduction.file.rom_hdf5 import save_rom
 from reduction.memory_estimate import mesh_memory, refuse_beyond_memory, tetrahedra_memory
-from study.case import at_key, load_case, located
 from study.compared_reduction import ComparedReduction
-from study.errors import MissingSoftware
 from study.mode_files import picture_modes
-from study.output import replace_file
 from study.part_case import MeshCase, PartTables, StepCase, part_kind
 from study.part_pictures import face_pictures
 from study.part_places import Places, check_names, places

@@ -25,12 +25,12 @@ from fe.system import LinearSystem
 from geometry.face_selector import FaceSelector
 from geometry.part import MILLIMETRES_PER_METRE
 from geometry.step_part import read_body, step_part
+from geometry.system_library import preflight
+from pipeline.store import stage
 from reduction.mode_check import check_fixed_interface_modes
 from reduction.rom import ReducedModel
 from study.compared_reduction import ComparedReduction, compared_reduction
-from study.doctor import preflight
 from study.shapes import Shapes
-from study.store import stage
 
 #: Modes that are drawn.
 N_DRAWN = 6

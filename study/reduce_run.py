@@ -7,23 +7,23 @@ from pathlib import Path
 
 import numpy as np
 
+from casefile.table import load_case, located
 from fe.file.mesh_file import write_mesh
 from fe.mode_check import ModeCheck
+from figure.frequency_response import frequency_response_figure
 from hbsolve.dynamic_stiffness import DynamicStiffness
 from hbsolve.forced_response import forced_response
+from pipeline.output import replace_file
+from pipeline.parallel import Task, run_parallel
+from pipeline.store import stage
 from reduction.file.rom_hdf5 import save_rom
 from reduction.mode_check import check_fixed_interface_modes
 from reduction.rom import ReducedModel
 from study.blade_case import BladeCase
 from study.blade_model import BladeModel, blade_model, clamped, mesh_size
 from study.blade_reduction import THICKNESS_DIRECTION, Reduction, reduce_blade, unit_force
-from study.case import load_case, located
-from study.figure.frequency_response import frequency_response_figure
-from study.output import replace_file
-from study.parallel import Task, run_parallel
 from study.run_context import RunContext
 from study.solid_check import solid_check
-from study.store import stage
 
 #: Frequencies of the drawn response: this many, over the first three modes.
 N_POINT = 2000

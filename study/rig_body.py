@@ -13,12 +13,12 @@ from fe.reaction import Reaction, reaction
 from fe.sparse.factor import Symmetric
 from fe.station_coordinates import StationCoordinates
 from fe.system import LinearSystem
+from pipeline.store import stage
 from reduction.craig_bampton import craig_bampton
 from reduction.errors import RomError
 from reduction.mode_check import check_fixed_interface_modes
 from reduction.rom import ReducedModel
 from study.rig_model import HELD, RigModel
-from study.store import stage
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

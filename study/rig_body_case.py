@@ -2,12 +2,12 @@
 
 from typing import Literal
 
+from casefile.quantity import Angle, Length
+from casefile.table import CaseModel
 from geometry.blade import Blade
 from geometry.damper import Damper
 from geometry.decoupler import Decoupler
 from geometry.rig import Rig
-from study.case import CaseModel
-from study.quantity import Angle, Length
 
 
 class BladeDimensions(CaseModel):

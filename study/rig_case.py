@@ -10,15 +10,15 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
+from casefile.quantity import Angle, Force, Length, Ratio, Stiffness
+from casefile.source import key_in_message
+from casefile.table import CaseModel, located
 from geometry.errors import GeometryError
 from geometry.rig import Rig
 from reduction.line_contact import Tangents
-from study import case_problem
 from study.blade_case import DampingTable, ElementName, MaterialTable
-from study.case import CaseModel, located
 from study.case_head import case_head, other_case
 from study.limits_case import LimitsTable
-from study.quantity import Angle, Force, Length, Ratio, Stiffness
 from study.rig_body_case import BladeDimensions, DamperDimensions, DecouplerDimensions
 from study.rig_model import RigModel
 from study.solve_case import FrequencySweepTable
@@ -242,6 +242,6 @@ def _table_at_fault(case: RigCase, message: str) -> tuple[str, ...]:
     """The table of the file with a key that a message on bodies which do not mate speaks of."""
     data = {} if case.source is None else case.source.data
     for table in ("damper", "decoupler", "blade"):
-        if case_problem.key_in_message(message, data.get(table), {}):
+        if key_in_message(message, data.get(table), {}):
             return (table,)
     return ()

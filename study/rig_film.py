@@ -8,12 +8,12 @@ from jaxtyping import Int
 from numpy.typing import NDArray
 
 from fe.mesher.whole_mesh import whole_mesh
+from figure.deflection_film import deflection_film
+from figure.station_picture import StationStates
 from geometry.rig import mating_pairs
-from study.figure.deflection_film import deflection_film
-from study.figure.station_picture import StationStates
+from pipeline.store import stage
 from study.rig_model import RigModel
 from study.rig_pictures import AMPLITUDE
-from study.store import stage
 
 
 @stage("film of a rig")

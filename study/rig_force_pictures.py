@@ -7,14 +7,14 @@ import numpy as np
 from jaxtyping import Complex
 from numpy.typing import NDArray
 
+from figure.evenly import evenly
+from figure.line_forces import LineForce, line_forces_figure
+from figure.line_states import LineStates, line_states_figure
+from figure.reactions import Reaction, reactions_figure
+from geometry.errors import MissingSoftware
 from geometry.rig import SIDES, mating_pairs
 from hbsolve.fourier import samples_from_coefficients
-from study.errors import MissingSoftware
-from study.figure.evenly import evenly
-from study.figure.line_forces import LineForce, line_forces_figure
-from study.figure.line_states import LineStates, line_states_figure
-from study.figure.reactions import Reaction, reactions_figure
-from study.output import replace_file
+from pipeline.output import replace_file
 from study.rig_film import rig_film
 from study.rig_forces import RigForces
 from study.rig_model import RigModel

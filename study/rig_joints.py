@@ -5,12 +5,12 @@ from math import degrees, tan
 
 import numpy as np
 
+from casefile.table import located
 from geometry.interface import ContactLine
 from geometry.rig import SIDES, Rig, mating_pairs
 from reduction.errors import JointError
 from reduction.joined import LinePair
 from reduction.line_contact import LineStiffness
-from study.case import located
 from study.rig_case import WIDEST_GAP, PairTable, RigCase, SideWeightTable
 
 

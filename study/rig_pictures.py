@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from fe.mesh import Mesh
 from fe.mesher.whole_mesh import whole_mesh
+from figure.body_picture import bodies_picture, cut_picture
+from figure.mode_picture import mode_picture
 from geometry.rig import Rig, mating_pairs
-from study.figure.body_picture import bodies_picture, cut_picture
-from study.figure.mode_picture import mode_picture
+from pipeline.store import stage
 from study.rig_model import RigModel
-from study.store import stage
 
 #: The pair whose contact line is shown.
 SHOWN = "right_blade"

@@ -8,20 +8,20 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from casefile.errors import CaseError
+from casefile.table import load_case, located
 from fe.dense_modes import dense_modes
 from fe.file.mesh_file import write_mesh
 from fe.mesher.whole_mesh import whole_mesh
 from fe.mode_check import ModeCheck
-from geometry.errors import GeometryError
+from geometry.errors import GeometryError, MissingSoftware
+from pipeline.output import replace_file
+from pipeline.parallel import Task, run_parallel
 from reduction.assembly import ReducedAssembly
 from reduction.file.assembly_hdf5 import save_assembly
 from reduction.joined import LinePair, joined
 from reduction.line_contact import Tangents
 from reduction.memory_estimate import available_memory
-from study.case import load_case, located
-from study.errors import CaseError, MissingSoftware
-from study.output import replace_file
-from study.parallel import Task, run_parallel
 from study.rig_case import RigCase, rig_model
 from study.rig_joints import dead_weights, line_pairs
 from study.rig_model import RigModel

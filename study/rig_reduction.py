@@ -11,16 +11,16 @@ from fe.mesh import Mesh
 from fe.mode_check import ModeCheck
 from fe.reaction import Reaction
 from fe.station_coordinates import StationCoordinates
+from pipeline.parallel import Task, run_parallel
+from pipeline.progress import Progress
+from pipeline.store import Outcome, Store
 from reduction.assembly import ReducedAssembly, lowest_modes, truncated
 from reduction.memory_estimate import available_memory, mesh_memory, refuse_beyond_memory
 from reduction.rom import ReducedModel
-from study.parallel import Task, run_parallel
-from study.progress import Progress
 from study.rig_body import ReducedBody, checked_body, reduced_body
 from study.rig_model import BODIES, MeshedRig, RigModel, mirror_image
 from study.rig_tetrahedra import in_tetrahedra
 from study.shown_step import ShownStep
-from study.store import Outcome, Store
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -6,8 +6,8 @@ from pathlib import Path
 from geometry.interference import check_no_overlap
 from geometry.rig import Rig, rig_parts
 from geometry.step_io import write_assembly_step
-from study.doctor import preflight
-from study.store import stage
+from geometry.system_library import preflight
+from pipeline.store import stage
 
 
 @stage("CAD solids of a rig")

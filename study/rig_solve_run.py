@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from casefile.table import load_case, located
 from hbsolve.balance import HarmonicBalance
 from reduction.rigid_body import RigidBody
-from study.case import load_case, located
 from study.kept_modes import fewer_modes_of_rig
 from study.rig_case import RigCase, rig_model
 from study.rig_force_pictures import draw_film, draw_forces, most_loaded

@@ -8,6 +8,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from casefile.errors import CaseError, Problem
+from casefile.table import located
 from fe.distributed_load import distributed_load
 from geometry.errors import InputError
 from geometry.rig import SIDES, Rig, named_points
@@ -15,8 +17,6 @@ from reduction.joined import Joined, joined, vibrating
 from reduction.rigid_body import RigidBody, check_held, rigid_body, rigid_motions
 from reduction.seat import seated
 from reduction.static_contact import StaticState
-from study.case import located
-from study.errors import CaseError, Problem
 from study.rig_case import RigCase, RigSweepTable
 from study.rig_joints import DeadWeight, dead_weights, line_pairs
 from study.rig_reduction import RigReduction

@@ -10,11 +10,11 @@ from fe.mesh import Mesh
 from fe.mesher.tetrahedra import TetRule, mesh_solid
 from fe.station_coordinates import StationCoordinates, station_coordinates
 from geometry.rig import Rig, named_points, rig_parts
-from study.doctor import preflight
-from study.parallel import Task, run_parallel
-from study.progress import Progress
+from geometry.system_library import preflight
+from pipeline.parallel import Task, run_parallel
+from pipeline.progress import Progress
+from pipeline.store import Store, stage
 from study.rig_model import BODIES, HELD, RigModel, mirror_image, with_excitation
-from study.store import Store, stage
 
 #: Contact lines by kind of body, each with the face that it lies on.
 LINES = {

@@ -30,9 +30,9 @@ from cyclopts import App, Parameter
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-    from study.progress import Progress
+    from pipeline.progress import Progress
+    from pipeline.store import Store
     from study.shown_step import ShownStep
-    from study.store import Store
 
 Out = Annotated[Path, Parameter(help="Output folder; created if need be.")]
 
@@ -79,7 +79,7 @@ class RunContext:
     quiet: bool
 
     def step(self, name: str, *, expected: float | None = None) -> "ShownStep":
-        """A step that is one stage; `expected` is as in `study.progress.Progress`."""
+        """A step that is one stage; `expected` is as in `pipeline.progress.Progress`."""
         from study.shown_step import ShownStep
 
         return ShownStep(name, self.store, self.progress, expected)
@@ -120,9 +120,9 @@ class Options:
         OutputError
             The folder cannot be written.
         """
-        from study.output import prepare_output
-        from study.progress import BarProgress, Durations, LineProgress, Progress, SilentProgress
-        from study.store import Store
+        from pipeline.output import prepare_output
+        from pipeline.progress import BarProgress, Durations, LineProgress, Progress, SilentProgress
+        from pipeline.store import Store
 
         prepared = None if output is None else prepare_output(output)
         store = Store(self.cache_folder, RunContext.warn)
@@ -139,7 +139,7 @@ class Options:
     @property
     def cache_folder(self) -> Path:
         """Where results are kept."""
-        from study.store import default_folder
+        from pipeline.store import default_folder
 
         return self.cache if self.cache is not None else default_folder()
 

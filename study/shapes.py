@@ -14,8 +14,8 @@ from fe.mesh import Mesh
 from fe.modal import ModeSet, modes
 from fe.stress import nodal_stress, von_mises
 from fe.system import LinearSystem
+from pipeline.store import stage
 from study.blade_model import BladeModel, clamped
-from study.store import stage
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

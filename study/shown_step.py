@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import ParamSpec, TypeVar
 
-from study.progress import Progress, Report
-from study.store import Stage, Store
+from pipeline.progress import Progress, Report
+from pipeline.store import Stage, Store
 
 P = ParamSpec("P")
 R = TypeVar("R")

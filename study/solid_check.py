@@ -9,10 +9,10 @@ from fe.solid import jacobian
 from geometry.blade import Blade, blade_part
 from geometry.plain_blade import plain_blade_part
 from geometry.step_io import write_step
+from geometry.system_library import preflight
+from pipeline.store import stage
 from study.blade_case import mesh_any
 from study.blade_model import BladeModel
-from study.doctor import preflight
-from study.store import stage
 
 #: The mesh that is compared: quadratic, since straight faces would lose what a curved groove holds.
 THROUGH_THICKNESS = 2

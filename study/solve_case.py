@@ -4,10 +4,10 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from study.case import CaseModel
+from casefile.quantity import Angle, CubicStiffness, Force, Frequency, Length, QuadraticDamping, Ratio, Stiffness
+from casefile.table import CaseModel
 from study.level import Level
 from study.limits_case import LimitsTable
-from study.quantity import Angle, CubicStiffness, Force, Frequency, Length, QuadraticDamping, Ratio, Stiffness
 from study.solve_place import PlaceTable
 
 #: Advice to who takes too few samples a period: so many at least, and so many for each harmonic.

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from casefile.table import CaseModel, located
 from reduction.errors import JointError
 from reduction.file.structure_file import StructureMatrices
 from reduction.jointed_system import (
@@ -15,7 +16,6 @@ from reduction.jointed_system import (
     Joint,
     QuadraticDamper,
 )
-from study.case import CaseModel, located
 from study.solve_case import ContactTable, CubicTable, FrictionTable, JenkinsTable, QuadraticDamperTable, StopTable
 from study.solve_place import Row, rows
 

@@ -2,17 +2,17 @@
 
 from collections.abc import Callable
 
+from geometry.errors import ComputationFailed
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.branch import ResponseBranch, branch_of
 from hbsolve.continuation.path import FrequencyPath, LevelPath
 from hbsolve.continuation.state import ContinuationState
 from hbsolve.continuation.step import Continuation
 from hbsolve.steady_state import NoConvergence, SteadyState
+from pipeline.checkpoint import Checkpoint
+from pipeline.store import stage
 from reduction.jointed_system import JointedSystem
-from study.checkpoint import Checkpoint
-from study.errors import ComputationFailed
 from study.solve_model import Curve
-from study.store import stage
 
 #: Share of the way from which on it tells the time left.
 WORTH_REPORTING = 0.03

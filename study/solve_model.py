@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from casefile.errors import CaseError
+from casefile.mistakes import Mistakes
 from geometry.errors import InputError
 from reduction.errors import JointError, MatrixError
 from reduction.file.structure_file import StructureMatrices, load_matrices
 from reduction.jointed_system import Joint, JointedSystem
-from study.errors import CaseError
-from study.mistakes import Mistakes
 from study.solve_case import FrequencySweepTable, SolveCase
 from study.solve_contact import contact_joints
 from study.solve_place import Row, mean_row
@@ -104,7 +104,7 @@ def solve_model(case: SolveCase, folder: Path) -> SolveModel:
     Parameters
     ----------
     case
-        As `study.case.load_case` returned it.
+        As `casefile.table.load_case` returned it.
     folder
         That of the case file, which the structure's file is relative to.
 

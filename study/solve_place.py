@@ -7,11 +7,11 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from casefile.table import CaseModel
 from reduction.errors import JointError
 from reduction.file.structure_file import StructureMatrices
 from reduction.jointed_system import along, between
 from reduction.rom import ReducedModel
-from study.case import CaseModel
 
 Row = Float[NDArray[np.float64], " r"]
 DofNumber = Annotated[int, Field(ge=0, strict=True, examples=[3])]

@@ -6,16 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
+from casefile.table import load_case, located
+from figure.contact_states import StatePanel, contact_states_figure
+from figure.evenly import evenly
+from figure.hysteresis_loops import Loop, hysteresis_figure
+from figure.response_curves import DrawnCurve, response_curves_figure
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
+from pipeline.checkpoint import Checkpoint
+from pipeline.output import replace_file
 from reduction.jointed_system import ElasticStop, FrictionContact
-from study.case import load_case, located
-from study.checkpoint import Checkpoint
-from study.figure.contact_states import StatePanel, contact_states_figure
-from study.figure.evenly import evenly
-from study.figure.hysteresis_loops import Loop, hysteresis_figure
-from study.figure.response_curves import DrawnCurve, response_curves_figure
-from study.output import replace_file
 from study.run_context import RunContext
 from study.solve_case import SolveCase
 from study.solve_curve import response_curve

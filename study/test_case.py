@@ -5,8 +5,8 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, ConfigDict, Field, field_validator, model_validator
 
-from study.case import CaseModel
-from study.quantity import Angle, Dimension, Force, Length, Ratio, Stiffness, Time
+from casefile.quantity import Angle, Dimension, Force, Length, Ratio, Stiffness, Time
+from casefile.table import CaseModel
 from study.solve_case import MOST_HARMONICS, MOST_SAMPLES, ContactTable, DampingTable, ModelTable, Name
 from study.test_place import TestPlaceTable
 

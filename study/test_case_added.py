@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from casefile.errors import CaseError
+from casefile.mistakes import Mistakes
+from casefile.quantity import DIMENSIONS, RATIO, Dimension, format_quantity, read_quantity
+from casefile.validation import did_you_mean
 from correlation.model import Model
 from diagnosis.effect.candidate import Effect, EffectError, EffectParameter
 from diagnosis.effect.catalogue import Catalogue, Extra, catalogue
 from diagnosis.effect.own_effect import installed_effects
 from diagnosis.fit.arrangement import Added
 from diagnosis.fit.calibration_parameter import Accepted
-from study.case_problem import did_you_mean
-from study.errors import CaseError
-from study.mistakes import Mistakes
-from study.quantity import DIMENSIONS, RATIO, Dimension, format_quantity, read_quantity
 from study.test_case import TestCase
 
 #: Units that a value is written in, by its SI unit, with the SI value of one.

@@ -4,6 +4,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from casefile.mistakes import Mistakes
+from casefile.table import load_case
 from correlation.campaign.measurement import Campaign
 from correlation.errors import ModelDefinitionError
 from correlation.model import Model
@@ -12,8 +14,6 @@ from correlation.sensor_placement import with_sensors
 from diagnosis.effect.catalogue import Catalogue, campaign_catalogue
 from diagnosis.fit.arrangement import Added
 from diagnosis.fit.calibration_parameter import Accepted, accepted
-from study.case import load_case
-from study.mistakes import Mistakes
 from study.test_case import TestCase
 from study.test_case_added import added_effects, apply_all, apply_by_name, own_effects
 from study.test_case_system import model_of_case

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from casefile.errors import CaseError
+from casefile.mistakes import Mistakes
+from casefile.table import located
 from correlation.errors import ModelDefinitionError
 from correlation.model import DeadWeight, LineSensor, Model, Sensor
 from reduction.errors import JointError
 from reduction.jointed_system import Friction, FrictionContact, Joint, JointedSystem
-from study.case import located
-from study.errors import CaseError
-from study.mistakes import Mistakes
 from study.solve_contact import contact_joints
 from study.stuck_contacts import case_damping
 from study.test_case import LineTable, TestCase
@@ -28,7 +28,7 @@ def model_of_case(case: TestCase, folder: Path) -> Model:
     Parameters
     ----------
     case
-        As `study.case.load_case` returned it.
+        As `casefile.table.load_case` returned it.
     folder
         That of the case file, which the structure's file is relative to.
 

@@ -13,11 +13,11 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from pydantic import Field, ValidationError, model_validator
 
+from casefile.table import CaseModel
+from casefile.validation import did_you_mean
 from correlation.errors import ModelDefinitionError
 from correlation.model import Dof
 from reduction.file.structure_file import StructureMatrices
-from study.case import CaseModel
-from study.case_problem import did_you_mean
 from study.solve_place import DofNumber, PlaceTable, Row, rows
 
 Direction = Literal["x", "y", "z", "rx", "ry", "rz"] | tuple[float, float, float]

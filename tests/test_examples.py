@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from study.errors import MissingSoftware
-from study.figure.off_screen import require_egl
+from figure.off_screen import require_egl
+from geometry.errors import MissingSoftware
 
 TIMEOUT = 300  # s; a hang is an error, a slow machine is none
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))

@@ -1,4 +1,4 @@
-"""Units at the door of a campaign: what stands in its files becomes SI; `study.quantity` does so for case files.
+"""Units at the door of a campaign: what stands in its files becomes SI; `casefile.quantity` does so for case files.
 
 Compared by root units, not by dimension alone, because an angle has none: "deg" is no ratio, and 60 rpm is 1 Hz.
 """

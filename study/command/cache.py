@@ -21,7 +21,7 @@ def cache(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Show or clear the cache."""
-    from study.errors import OutputError
+    from geometry.errors import OutputError
 
     folder = options.cache_folder
     store = options.open().store

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from study.blas_threads import one_thread_by_default
+from pipeline.blas_threads import one_thread_by_default
 from study.run_context import DEFAULTS, Answer, Options, Out, command_app
 
 app = command_app(

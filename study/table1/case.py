@@ -5,6 +5,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
+from casefile.quantity import Frequency, Length, Ratio
+from casefile.table import CaseModel
+from casefile.validation import did_you_mean
 from study.blade_case import (
     BladeTables,
     BrickName,
@@ -14,9 +17,6 @@ from study.blade_case import (
     RootName,
     RootTable,
 )
-from study.case import CaseModel
-from study.case_problem import did_you_mean
-from study.quantity import Frequency, Length, Ratio
 
 #: The tables that hold the numbers of a study, beside its rows.
 TABLES = ("blade", "material", "mesh", "reduction", "damping", "root", "limit")

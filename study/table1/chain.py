@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from pipeline.store import stage
 from study.blade_model import BladeModel
 from study.blade_reduction import reduce_blade
-from study.store import stage
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from study.quantity import format_quantity
+from casefile.quantity import format_quantity
 from study.table1.case import Table1Case
 from study.table1.study import MeshStudy, StudyRow
 

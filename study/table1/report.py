@@ -4,16 +4,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from study.case import load_case
-from study.figure.mesh_study import mesh_study_figure
-from study.figure.off_screen import require_egl
+from casefile.table import load_case
+from figure.off_screen import require_egl
+from pipeline.output import replace_file
 from study.mode_files import picture_modes
-from study.output import replace_file
 from study.rig_case import refuse_rig
 from study.run_context import RunContext
 from study.shapes import Shapes, blade_shapes
 from study.table1.case import Table1Case
 from study.table1.csv_table import csv_table
+from study.table1.mesh_study_figure import mesh_study_figure
 from study.table1.page import AIM, Picture, page
 from study.table1.study import MeshStudy, row_inputs, run_study
 

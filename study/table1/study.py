@@ -4,15 +4,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from casefile.table import located
 from fe.calculix_run import find_ccx
 from geometry.errors import InputError
+from pipeline.parallel import Task, run_parallel
+from pipeline.store import Stage
 from study.blade_case import ELEMENT_BY_NAME
 from study.blade_model import BladeModel, blade_model, mesh_size
-from study.case import located
-from study.parallel import Task, run_parallel
 from study.run_context import RunContext
 from study.solid_check import SolidCheck, solid_check
-from study.store import Stage
 from study.table1.case import ModelTable, PredictionTable, Table1Case
 from study.table1.chain import RowResult, row
 from study.table1.limit import Limit, NestedPoint, nested_point, richardson

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from benchmarks.rig_campaign import LINES, SENSORS, HiddenEffect, Specimen, rig_points, systems
+from casefile.table import load_case
 from correlation.configuration import Configuration
 from correlation.model import Model
 from hbsolve.steady_state import steady_state
-from study.case import load_case
-from study.progress import SilentProgress
+from pipeline.progress import SilentProgress
+from pipeline.store import Store
 from study.rig_case import RigCase, rig_model
 from study.rig_reduction import reduce_rig
 from study.rig_test_case import measured_places, rig_test_case
-from study.store import Store
 from study.test_case_model import read_test_case
 from transient.bench.campaign import PARAMETER_DEVIATION
 from transient.bench.sweep import Readings, SweptBench

@@ -4,7 +4,6 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +12,6 @@ import pytest
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.campaign.write_campaign import write_campaign
 from correlation.prediction import Points, Predictor
-from study.errors import MissingSoftware
-from study.figure.off_screen import require_egl
 from study.shipped import BLADE, TABLE1
 from study.test_case_added import case_catalogue
 from study.test_case_model import read_test_case
@@ -94,27 +91,6 @@ mu = 0.8
 """
 #: A command that takes longer hangs [s]: a slow machine is no error.
 TIMEOUT = 600
-
-
-def pytest_configure(config: pytest.Config) -> None:
-    """Make the marker of this folder known."""
-    config.addinivalue_line("markers", "draws: draws pictures off-screen; skipped where this machine cannot")
-
-
-def pytest_itemcollected(item: pytest.Item) -> None:
-    """Skip a test that draws where nothing can be drawn."""
-    if item.get_closest_marker("draws") and (reason := drawing_is_impossible()):
-        item.add_marker(pytest.mark.skip(reason=reason))
-
-
-@cache
-def drawing_is_impossible() -> str:
-    """Why nothing can be drawn; empty if it can."""
-    try:
-        require_egl()
-    except MissingSoftware as reason:
-        return str(reason)
-    return ""
 
 
 @pytest.fixture(scope="session")

@@ -22,7 +22,7 @@ def refusal(at_home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captu
     """Run a command in this process; it must refuse its input before anything is computed or drawn."""
     for room in ("study.modes_run", "study.table1.report"):
         monkeypatch.setattr(f"{room}.require_egl", lambda: None)
-    monkeypatch.setattr("study.parallel._start", lambda *_: pytest.fail("a computation was started"))
+    monkeypatch.setattr("pipeline.parallel._start", lambda *_: pytest.fail("a computation was started"))
 
     def run(*words: str) -> str:
         assert cli.main([*words, "--quiet"]) == 2

@@ -25,7 +25,8 @@ app = command_app("trial", "Ends in many ways.", examples=["stickslip trial fine
 @app.default
 def trial(how: str, *, out: Path | None = None, options: Options = DEFAULTS) -> Answer:
     from geometry.errors import GeometryError
-    from study.errors import CaseError, ComputationFailed, Problem
+    from casefile.errors import CaseError, Problem
+    from geometry.errors import ComputationFailed
     run = options.open(out)
     if how in {"long", "table"}:
         from rich.table import Table
@@ -216,7 +217,7 @@ def test_version_and_module_agree() -> None:
 
 
 def test_cache_tells_its_size_and_clears(environment: dict[str, str], tmp_path: Path) -> None:
-    from study.store import Store, stage
+    from pipeline.store import Store, stage
 
     Store(tmp_path / "cache").run(stage("one")(_one))
     before = json.loads(stickslip(environment, "cache", "--json").stdout)

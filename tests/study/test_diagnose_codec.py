@@ -63,7 +63,7 @@ def _named(name: str) -> bytes:
         pickle.dumps(Harm(subprocess.Popen, ["true"])),
         pickle.dumps(Harm(exec, "1")),
         _named("os:system"),
-        _named("study.output:os.system"),
+        _named("pipeline.output:os.system"),
         _named("study.diagnose_codec:pickle.loads"),
         _named("correlation.campaign.read_campaign:read_campaign"),
         b"no pickle",

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from casefile.errors import CaseError
 from study.diagnose_edit import Written, difference, edited, taken_back
-from study.errors import CaseError
 from study.shipped import BEAM
 
 BEAM_TEXT = BEAM.read_text(encoding="utf-8")

@@ -11,13 +11,13 @@ from correlation.campaign.measurement import HeldOut
 from correlation.campaign.read_campaign import read_campaign
 from diagnosis.keep import computed
 from diagnosis.threshold.thresholds import Limits
+from pipeline.progress import SilentProgress
+from pipeline.store import Store
 from study import diagnose_limits, diagnose_round
 from study.diagnose_limits import is_measured, layout, layout_key, limits_for
 from study.diagnose_round import bootstrap, diagnose_case
 from study.diagnose_ship import ship
 from study.diagnose_steps import chance
-from study.progress import SilentProgress
-from study.store import Store
 from study.test_case_model import read_test_case
 
 TwoMasses = Callable[..., Path]
@@ -39,7 +39,7 @@ def test_a_new_layout_is_measured_once(two_masses: TwoMasses, monkeypatch: pytes
     assert first.gain < 60
     (announced,) = said
     assert announced.startswith("4 campaigns without any effect tell what chance does in this layout of tests")
-    monkeypatch.setattr("study.parallel._start", lambda *_: pytest.fail("a trial is made again"))
+    monkeypatch.setattr("pipeline.parallel._start", lambda *_: pytest.fail("a trial is made again"))
     # What is shipped is the same, and is found.
     shipped = Path("limits.json")
     assert ship(case, folder, 4, store, SilentProgress(), shipped) == first

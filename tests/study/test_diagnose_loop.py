@@ -10,6 +10,8 @@ import pytest
 
 from correlation.campaign.read_campaign import read_campaign
 from correlation.prediction import Predictor
+from pipeline.output import replace_file
+from pipeline.store import Store
 from study import cli
 from study.beam_case import write_beam_case
 from study.compare_run import compare
@@ -18,8 +20,6 @@ from study.diagnose_history import case_key, history_of, read_text
 from study.diagnose_record import record
 from study.diagnose_round import diagnose_case
 from study.diagnose_run import diagnose_file
-from study.output import replace_file
-from study.store import Store
 from study.test_case_model import read_test_case
 
 TwoMasses = Callable[..., Path]

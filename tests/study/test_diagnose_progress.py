@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from diagnosis.diagnose import LONG, USUAL
+from pipeline.progress import LineProgress
+from pipeline.store import Store
 from study.diagnose_progress import phases
 from study.diagnose_steps import step
-from study.progress import LineProgress
-from study.store import Store
 
 PARTS = ("screening", "fits", "tests", "places", "left", "intervals")
 

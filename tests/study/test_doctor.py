@@ -7,30 +7,31 @@ from pathlib import Path
 
 import pytest
 
+from geometry import system_library
+from geometry.errors import MissingSoftware
 from study import doctor
-from study.errors import MissingSoftware
 
 
 @pytest.fixture
 def without_a_library(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Let one library of pictures be one that no machine has."""
-    monkeypatch.setitem(doctor.SYSTEM_LIBRARIES, "pictures", (("libNowhere.so.7", "libNeither.so.1"),))
-    monkeypatch.setitem(doctor.DEBIAN_PACKAGE, "libNowhere.so.7", "libnowhere7")
-    doctor.missing_libraries.cache_clear()
+    monkeypatch.setitem(system_library.SYSTEM_LIBRARIES, "pictures", (("libNowhere.so.7", "libNeither.so.1"),))
+    monkeypatch.setitem(system_library.DEBIAN_PACKAGE, "libNowhere.so.7", "libnowhere7")
+    system_library.missing_libraries.cache_clear()
     yield
-    doctor.missing_libraries.cache_clear()
+    system_library.missing_libraries.cache_clear()
 
 
 def test_preflight_names_the_library_and_the_line_that_installs_it(without_a_library: None) -> None:
     with pytest.raises(MissingSoftware, match=r"libNowhere\.so\.7: install with `.*apt-get install .* libnowhere7`"):
-        doctor.preflight("cad", "pictures")
+        system_library.preflight("cad", "pictures")
 
 
 def test_of_several_that_serve_one_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(doctor.SYSTEM_LIBRARIES, "pictures", (("libNowhere.so.7", "libc.so.6"),))
-    doctor.missing_libraries.cache_clear()
-    assert doctor.missing_libraries("pictures") == ()
-    doctor.missing_libraries.cache_clear()
+    monkeypatch.setitem(system_library.SYSTEM_LIBRARIES, "pictures", (("libNowhere.so.7", "libc.so.6"),))
+    system_library.missing_libraries.cache_clear()
+    assert system_library.missing_libraries("pictures") == ()
+    system_library.missing_libraries.cache_clear()
 
 
 def test_what_is_missing_is_told_and_prescribed(without_a_library: None, tmp_path: Path) -> None:
@@ -77,14 +78,14 @@ def test_it_needs_nothing_but_the_standard_library() -> None:
     # -S leaves site-packages out, so any third-party import fails; the rooms themselves are put on the path.
     root = Path(doctor.__file__).parents[1]
     path = f"import sys; sys.path.insert(0, {str(root)!r})"
-    script = f"{path}; from study import doctor; print(doctor.missing_libraries('cad'))"
+    script = f"{path}; import study.doctor; from geometry import system_library as s; print(s.missing_libraries('cad'))"
     done = subprocess.run([sys.executable, "-S", "-c", script], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (0, "()\n"), done.stderr
 
 
 def test_preflight_imports_nothing_heavy() -> None:
     script = (
-        "import sys; from study.doctor import preflight; preflight('cad', 'pictures'); "
+        "import sys; from geometry.system_library import preflight; preflight('cad', 'pictures'); "
         "print([m for m in ('numpy', 'vtkmodules', 'cadquery', 'pyvista') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from geometry.errors import ComputationFailed
 from study import cli
-from study.errors import ComputationFailed
 from study.kept_modes import fewer_modes_of_rig
 from study.rig_model import BODIES
 

@@ -15,17 +15,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from casefile.table import load_case
 from hbsolve.limits.result import load_limits
+from pipeline.progress import SilentProgress
+from pipeline.store import Store
 from study import cli
-from study.case import load_case
 from study.limits_run import run_limits
-from study.progress import SilentProgress
 from study.rig_case import RigCase, rig_model
 from study.rig_reduction import reduce_rig
 from study.rig_system import rig_system
 from study.run_context import Options
 from study.shipped import LIMITS
-from study.store import Store
 
 #: A mass on a spring, rubbing on a plate that nothing shakes: only the mean of the friction force depends on history.
 CASE = """\
@@ -309,12 +309,12 @@ def test_a_rigs_frequencies_are_checked_before_its_bodies_are_reduced(
 DRIVER = """\
 import os, signal, sys
 from pathlib import Path
-from study.kept_tasks import KeptTasks
+from pipeline.stored_tasks import StoredTasks
 from study.limits_run import run_limits
 from study.run_context import Options
 
 log, last = Path(sys.argv[1]), int(sys.argv[2])
-keep = KeptTasks.__setitem__
+keep = StoredTasks.__setitem__
 
 def counted(kept, task, result):
     keep(kept, task, result)
@@ -324,7 +324,7 @@ def counted(kept, task, result):
         os.kill(os.getpid(), signal.SIGKILL)
 
 if __name__ == "__main__":
-    KeptTasks.__setitem__ = counted
+    StoredTasks.__setitem__ = counted
     out, cache = Path(sys.argv[3]), Path(sys.argv[4])
     run_limits(Path("wedge.toml"), Options(quiet=True, cache=cache).open(out))
 """
@@ -346,7 +346,7 @@ def test_a_search_that_was_killed_repeats_no_finished_task_and_ends_with_the_sam
 
     # The whole search in this process, as an executor of the caller's may run it.
     names: list[str] = []
-    monkeypatch.setattr("study.kept_tasks.KeptTasks.__setitem__", _noting(names))
+    monkeypatch.setattr("pipeline.stored_tasks.StoredTasks.__setitem__", _noting(names))
     options = Options(quiet=True, cache=at_home / "cache-whole")
     whole = run_limits(at_home / "wedge.toml", options.open(at_home / "whole"), executor=InThisProcess())
     half = len(names) // 2
@@ -370,11 +370,11 @@ def test_a_search_that_was_killed_repeats_no_finished_task_and_ends_with_the_sam
 
 
 def _noting(names: list[str]) -> Callable[..., None]:
-    from study.kept_tasks import KeptTasks
+    from pipeline.stored_tasks import StoredTasks
 
-    keep = KeptTasks.__setitem__
+    keep = StoredTasks.__setitem__
 
-    def noted(kept: KeptTasks, task: str, result: object) -> None:
+    def noted(kept: StoredTasks, task: str, result: object) -> None:
         names.append(task)
         keep(kept, task, result)
 

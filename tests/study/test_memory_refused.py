@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from casefile.table import load_case
 from fe.material import STEEL
 from fe.system import LinearSystem
 from geometry.rig import Rig
@@ -11,7 +12,6 @@ from reduction.errors import RomError
 from study.blade_case import BladeCase
 from study.blade_model import blade_model
 from study.blade_reduction import reduce_blade
-from study.case import load_case
 from study.compared_reduction import compared_reduction
 from study.rig_model import RigModel
 from study.rig_reduction import reduction_tasks

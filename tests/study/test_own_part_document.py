@@ -4,8 +4,8 @@ import re
 import textwrap
 from pathlib import Path
 
+from casefile.table import load_case
 from geometry.step_part import step_part
-from study.case import load_case
 from study.part_case import StepCase
 from study.part_stages import NamedFaces
 from study.part_table import face_lines

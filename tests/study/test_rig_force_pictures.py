@@ -7,7 +7,7 @@ import numpy as np
 
 from fe.element import HEX8
 from fe.mesher.block import Block, mesh_blocks
-from study.figure.response_curves import DrawnCurve, _looks
+from figure.response_curves import DrawnCurve, _looks
 from study.rig_force_pictures import MOST_CURVES, most_loaded
 from study.rig_pictures import AMPLITUDE, SHARE, _amplitude
 

@@ -12,21 +12,23 @@ import pytest
 import scipy.linalg
 from numpy.typing import NDArray
 
+from casefile.errors import CaseError
+from casefile.table import load_case
 from fe.dense_modes import dense_modes
 from fe.face_integral import outer_faces
 from fe.file.mesh_file import read_mesh
 from fe.pressed_disc import disc_weights
+from figure import off_screen
+from geometry.errors import MissingSoftware
 from geometry.rig import Rig, mating_pairs, named_points
+from pipeline import parallel
+from pipeline.progress import SilentProgress
+from pipeline.store import Outcome, Store
 from reduction.assembly import ReducedAssembly
 from reduction.file.assembly_hdf5 import load_assembly
 from reduction.jointed_system import FrictionContact
 from reduction.stuck import stuck_stiffness
-from study import parallel
 from study.blade_case import BladeCase
-from study.case import load_case
-from study.errors import CaseError, MissingSoftware
-from study.figure import off_screen
-from study.progress import SilentProgress
 from study.rig_body import ReducedBody, reduced_body
 from study.rig_case import RigCase, is_rig_case, rig_model
 from study.rig_joints import dead_weights, line_pairs
@@ -36,7 +38,6 @@ from study.rig_reduction import RigReduction, checks, mirrored, reduction_tasks,
 from study.rig_table import rig_text
 from study.run_context import RunContext
 from study.shipped import BLADE, RIG
-from study.store import Outcome, Store
 from study.test_case_model import read_test_case
 
 RigCommand = Callable[..., "subprocess.CompletedProcess[str]"]

@@ -10,22 +10,22 @@ from typing import Any
 import numpy as np
 import pytest
 
+from casefile.errors import CaseError
+from casefile.table import load_case
 from geometry.rig import SIDES, mating_pairs
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.objective import ContactForce
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
 from hbsolve.steady_state import steady_state
-from study import parallel
-from study.case import load_case
-from study.errors import CaseError
-from study.progress import SilentProgress
+from pipeline import parallel
+from pipeline.progress import SilentProgress
+from pipeline.store import Store
 from study.rig_case import RigCase, rig_model
 from study.rig_forces import rig_forces
 from study.rig_joints import dead_weights
 from study.rig_model import RigModel
 from study.rig_reduction import RigReduction, reduce_rig
 from study.rig_system import RigSystem, rig_system
-from study.store import Store
 
 RigCommand = Callable[..., "subprocess.CompletedProcess[str]"]
 SWEEP = """\

@@ -13,13 +13,13 @@ from fe.mesh_quality import cell_quality
 from fe.station_coordinates import StationCoordinates, station_coordinates
 from geometry.errors import InputError
 from geometry.rig import Rig, mating_pairs, named_points
+from pipeline.progress import SilentProgress
+from pipeline.store import Store
 from study.blade_case import MeshTable
-from study.progress import SilentProgress
 from study.rig_body import reduced_body
 from study.rig_case import RigMeshTable
 from study.rig_model import RigModel
 from study.rig_tetrahedra import LINES, body_tetrahedra, in_tetrahedra, mirrored_tetrahedra
-from study.store import Store
 from tests.fe.surface import area_vectors
 
 needs_tetwild = pytest.mark.skipif(

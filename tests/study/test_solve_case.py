@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from casefile.errors import CaseError
+from casefile.table import load_case
 from geometry.errors import InputError
 from reduction.file.rom_hdf5 import save_rom
 from reduction.jointed_system import (
@@ -18,8 +20,6 @@ from reduction.jointed_system import (
     QuadraticDamper,
 )
 from reduction.rom import ReducedModel
-from study.case import load_case
-from study.errors import CaseError
 from study.solve_case import SolveCase
 from study.solve_model import SolveModel, solve_model
 from study.stuck_contacts import stuck_at_rest

@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 
 from hbsolve.continuation.step import Continuation
+from pipeline.checkpoint import Checkpoint
 from study import cli
-from study.checkpoint import Checkpoint
 from study.shipped import SOLVE
 
 #: One mass on a spring that rubs: stuck below a level, sliding nearly freely far above it.

@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 
 from geometry.errors import InputError
+from pipeline.store import Store
 from study import cli
-from study.store import Store
 
 TIMEOUT = 120  # s; a hang is an error, a slow machine is none
 COLUMNS = (
@@ -175,7 +175,7 @@ def again(run: Run, monkeypatch: pytest.MonkeyPatch, out: Path) -> int:
 
     original = Store.outcome
     monkeypatch.setattr(Store, "outcome", outcome)
-    monkeypatch.setattr("study.parallel._start", lambda *_: pytest.fail("a process was started"))
+    monkeypatch.setattr("pipeline.parallel._start", lambda *_: pytest.fail("a process was started"))
     words = ["table1", str(run.folder / "coarse.toml"), "--out", str(out), "--cache", str(run.folder / "cache")]
     return cli.main([*words, "--quiet"])
 

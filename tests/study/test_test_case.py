@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from casefile.errors import CaseError
 from correlation.model import LineSensor, Model, Sensor
 from reduction.file.rom_hdf5 import save_rom
 from reduction.jointed_system import CubicSpring
 from reduction.rom import ReducedModel
 from study.beam_case import write_beam_case
 from study.beam_model import beam_model
-from study.errors import CaseError
 from study.shipped import BEAM
 from study.test_case_model import read_test_case
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from casefile.errors import CaseError
 from diagnosis.fit.arrangement import Added
 from study.beam_model import beam_model
-from study.errors import CaseError
 from study.shipped import BEAM
 from study.test_case_added import apply_by_name, case_catalogue, key_of, text_of, value_of
 from study.test_case_model import read_test_case

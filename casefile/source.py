@@ -1,0 +1,96 @@
+"""The text of a case file with the line of each key, and what stands at a path in it."""
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from casefile.errors import Problem
+from casefile.toml_position import Path
+
+# A value longer than this is cut in messages.
+LONGEST_VALUE = 60
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseSource:
+    """The file that a case was read from.
+
+    Parameters
+    ----------
+    file
+        As the user named it.
+    text
+        Its content.
+    data
+        What `tomllib` makes of it.
+    lines
+        Line of each key, by path.
+    """
+
+    file: str
+    text: str
+    data: Mapping[str, Any]
+    lines: Mapping[Path, int]
+
+    def problem(self, path: Path, text: str, *, show_value: bool = True) -> Problem:
+        """What is wrong at a path; a path that is not in the file has the line of the deepest table that is."""
+        known = path
+        while known not in self.lines:
+            known = known[:-1]
+        key = dotted(path)
+        shown = value_text(self.data, path) if show_value else ""
+        label = f"{key}{shown}: " if key else ""
+        return Problem(file=self.file, line=self.lines[known], key=key, text=label + text)
+
+
+def dotted(path: Path) -> str:
+    """Path as a user writes it: ``excitation[1].force``."""
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
+    return text.removeprefix(".")
+
+
+def value_text(data: Any, path: Path) -> str:
+    """`` = "250 kg"`` for a value, nothing for a table or a key that is not there."""
+    value = value_at(data, path)
+    is_list_of_tables = isinstance(value, list) and any(isinstance(item, Mapping) for item in value)
+    if value is None or isinstance(value, Mapping) or is_list_of_tables:
+        return ""
+    text = json.dumps(value, ensure_ascii=False, default=str)
+    return f" = {text if len(text) <= LONGEST_VALUE else text[: LONGEST_VALUE - 3] + '...'}"
+
+
+def value_at(data: Any, path: Path) -> Any:
+    """What stands at a path, None if nothing does (TOML has no null of its own)."""
+    for part in path:
+        in_table = isinstance(data, Mapping) and part in data
+        in_list = isinstance(data, list) and isinstance(part, int) and part < len(data)
+        if not (in_table or in_list):
+            return None
+        data = data[part]
+    return data
+
+
+def key_in_message(message: str, table: Any, keys: Mapping[str, str]) -> str | None:
+    """Key of the table that a message speaks of first, whether it writes ``root_height`` or "root height".
+
+    Parameters
+    ----------
+    message
+        Of an error raised by a numerical room.
+    table
+        The table as read.
+    keys
+        Case key by parameter name, where they differ.
+    """
+    if not isinstance(table, Mapping):
+        return None
+    names = {key: key for key in table} | dict(keys)
+    found: list[tuple[int, int, str]] = []
+    for name, key in names.items():
+        match = re.search(rf"(?<!\w){re.escape(name).replace('_', '[_ ]')}(?!\w)", message, re.IGNORECASE)
+        if match and key in table:
+            # Of two names that start together the longer is meant: "root height", not "root".
+            found.append((match.start(), -len(name), key))
+    return min(found)[2] if found else None

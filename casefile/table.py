@@ -1,0 +1,216 @@
+r"""Case files: TOML with units in the values, all mistakes reported at once with file and line.
+
+A case is a pydantic model that derives from `CaseModel`; its quantities are the types of `casefile.quantity`::
+
+    class BladeCase(CaseModel):
+        length: Annotated[Length, Field(gt=0)]
+        thickness: Annotated[Length, Field(gt=0)] = 0.01004     # defaults are in SI
+
+    class MeshCase(CaseModel):
+        element: Literal["hex8", "hex20"]
+        elements_through_thickness: Count = 4
+
+    class Table1Case(CaseModel):
+        blade: BladeCase
+        mesh: list[MeshCase] = []
+
+    case = load_case(path, Table1Case)
+    with located(case, "blade"):                                 # a GeometryError now shows file and line
+        blade = Blade(length=case.blade.length, thickness=case.blade.thickness)
+
+and the file, whose first line is the version of its form::
+
+    schema = 1
+    [blade]
+    length = "250 mm"
+    [[mesh]]
+    element = "hex20"
+
+A mistake reads ``my.toml:3: blade.length = "250 kg": "kg" makes it a mass, but a length is needed, e.g. "250 mm"``.
+`load_case` itself checks ``schema``; models do not declare it. The models know nothing of files: they can be built and
+validated in code as well.
+"""
+
+import re
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from typing import TypeVar
+
+from pydantic import BaseModel, ConfigDict, PrivateAttr, ValidationError
+
+from casefile import toml_position, validation
+from casefile.errors import CaseError, Problem
+from casefile.source import CaseSource, key_in_message, value_at
+from geometry.errors import InputError
+
+SCHEMA = 1
+
+
+class CaseModel(BaseModel):
+    """A table of a case file: unknown keys are refused, values cannot be changed afterwards."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    _source: CaseSource | None = PrivateAttr(default=None)
+
+    @property
+    def source(self) -> CaseSource | None:
+        """Where `load_case` found it; None for a case built in code and for tables within a case."""
+        return self._source
+
+
+Case = TypeVar("Case", bound=CaseModel)
+
+
+def load_case(path: str | Path, model: type[Case]) -> Case:
+    """Read and validate a case file.
+
+    Parameters
+    ----------
+    path
+        A TOML file whose first key is ``schema = 1``.
+    model
+        What the file must hold.
+
+    Returns
+    -------
+    The validated case; it remembers where its values stand, for `located`.
+
+    Raises
+    ------
+    CaseError
+        With every problem of the file at once.
+    """
+    source = _read(path)
+    problems = _schema_problems(source)
+    if problems and "schema" in source.data:
+        raise CaseError(problems)  # Another version: its other keys may be right in their own way.
+    values = {key: value for key, value in source.data.items() if key != "schema"}
+    try:
+        case = model.model_validate(values)
+    except ValidationError as error:
+        problems += validation.problems(error, model, source)
+        raise CaseError(problems) from None
+    if problems:
+        raise CaseError(problems)
+    case._source = source
+    return case
+
+
+def located(case: CaseModel, *table: str | int, keys: Mapping[str, str] | None = None) -> AbstractContextManager[None]:
+    """Give an `InputError` of the numerical rooms the file and line that it comes from.
+
+    The key is the one that the message speaks of, be it "root height" or "root_height"; if there is none, the table is
+    named.
+
+    Parameters
+    ----------
+    case
+        The case as `load_case` returned it.
+    table
+        Path of the table that the values came from, e.g. ``"blade"`` or ``"mesh", 2``.
+    keys
+        Case key by parameter name, where they differ.
+
+    Raises
+    ------
+    CaseError
+        In place of any other `InputError` raised within.
+    """
+
+    def problem(source: CaseSource, message: str) -> Problem:
+        key = key_in_message(message, value_at(source.data, table), keys or {})
+        path = table if key is None else (*table, key)
+        return source.problem(path, message, show_value=key is not None)
+
+    return _told(case, problem)
+
+
+def at_key(case: CaseModel, *path: str | int) -> AbstractContextManager[None]:
+    """As `located`, of a mistake that belongs to one key whatever its message speaks of: it is shown with its value.
+
+    Raises
+    ------
+    CaseError
+        In place of any other `InputError` raised within.
+    """
+    return _told(case, lambda source, message: source.problem(path, message))
+
+
+@contextmanager
+def _told(case: CaseModel, problem: Callable[[CaseSource, str], Problem]) -> Iterator[None]:
+    try:
+        yield
+    except CaseError:
+        raise
+    except InputError as error:
+        if case.source is None:
+            raise
+        raise CaseError([problem(case.source, str(error))]) from error
+
+
+def _read(path: str | Path) -> CaseSource:
+    file = str(path)
+
+    def refuse(text: str, line: int = 0) -> CaseError:
+        return CaseError([Problem(file=file, line=line, key="", text=text)])
+
+    try:
+        raw = Path(path).read_bytes()
+    except FileNotFoundError:
+        raise refuse("there is no such case file; check the spelling and the folder") from None
+    except IsADirectoryError:
+        raise refuse("this is a folder; name the .toml file in it") from None
+    except OSError as error:
+        raise refuse(f"cannot be read ({error.strerror}); check its permissions") from None
+    try:
+        text = raw.decode("utf-8")
+    except UnicodeDecodeError as error:
+        byte = f"byte 0x{raw[error.start]:02x} is not UTF-8"
+        raise refuse(f"{byte}; save the file as UTF-8", raw.count(b"\n", 0, error.start) + 1) from None
+    # Editors that save a byte-order mark mean the same file.
+    text = text.removeprefix("\ufeff")
+    try:
+        data = tomllib.loads(text)
+        lines = toml_position.key_lines(text)
+    except tomllib.TOMLDecodeError as error:
+        message, line = _syntax(str(error), text)
+        raise refuse(message, line) from None
+    except ValueError:  # Python's own limit
+        raise refuse("it holds a number of thousands of digits: shorten it") from None
+    except RecursionError:
+        raise refuse("its brackets are nested too deeply") from None
+    return CaseSource(file=file, text=text, data=data, lines=lines)
+
+
+def _syntax(message: str, text: str) -> tuple[str, int]:
+    """Split tomllib's "Expected ... (at line 3, column 5)" into words and line."""
+    match = re.fullmatch(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", message, re.DOTALL)
+    if match is None:
+        return f"this is not TOML: {message}", 1
+    words, line, column = match.groups()
+    number = int(line) if line else text.rstrip("\n").count("\n") + 1
+    source = (text.splitlines() or [""])[number - 1 : number] or [""]
+    where = f" in column {column}" if column else " at the end of the file"
+    hint = ""
+    if words.startswith(("Cannot overwrite", "Cannot declare")):
+        hint = "; it stands there twice: remove one"
+    elif "=" in source[0] and words.startswith(("Expected newline", "Invalid value")):
+        hint = '; text and values with units stand in quotes, e.g. length = "250 mm"'
+    return f"this is not TOML: {words[0].lower()}{words[1:]}{where} of: {source[0].strip()}{hint}", number
+
+
+def _schema_problems(source: CaseSource) -> list[Problem]:
+    wanted = f"schema = {SCHEMA}"
+    if "schema" not in source.data:
+        return [source.problem((), f'schema is missing; write "{wanted}" as the first line')]
+    found = source.data["schema"]
+    if found == SCHEMA and type(found) is int:
+        return []
+    remedy = f'this version of stickslip reads "{wanted}"'
+    if type(found) is int and found > SCHEMA:
+        remedy = f"a later form of case files; {remedy}: install a later stickslip, or rewrite the file"
+        return [source.problem(("schema",), remedy)]
+    return [source.problem(("schema",), f"unknown form of case files; {remedy}")]

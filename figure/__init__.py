@@ -1,0 +1,1 @@
+"""Figures: results and arrays in, PNG, GIF or MP4 out."""

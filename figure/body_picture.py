@@ -1,0 +1,199 @@
+"""Pictures of several bodies, each in a colour of its own: an assembly, and a cut through the mesh at a contact."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from fe.mesh import Mesh
+from fe.mesher.whole_mesh import whole_mesh
+from figure.caption import DPI, Layout, layout_for
+from figure.cut import behind
+from figure.film import Image, save_picture
+from figure.look import INK, PALE
+from figure.mode_scene import OVERSAMPLING, TOWARDS_EYE, Scene, Vectors, View, scene, view_of
+
+#: Colours of the bodies in the order in which they are given.
+COLOURS = ("#7fa6c9", "#e0903c", "#9bb48c", "#c58ba8", "#c9b458")
+#: Of the stations of a contact line.
+STATION_COLOUR, STATION_SIZE = "#b3001b", 11
+#: Between the legend and the edge [px at full size].
+MARGIN = 12
+NO_STATIONS = np.zeros((0, 3))
+#: How much is seen of a point through the body before it.
+THROUGH = 0.4
+#: What puts a point before all of the body, in lifts of `scene`: twice the body's radius.
+IN_FRONT = 1000
+#: What is seen of a cut around a contact line, beyond its ends [m].
+AROUND = 0.012
+#: From a cut at x = 0 towards the eye: nearly square to it, so that lengths can be compared.
+TOWARDS_CUT = np.array([0.94, 0.22, 0.26])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Marks:
+    """Places that are marked by dots.
+
+    Parameters
+    ----------
+    label
+        In the legend.
+    places
+        Shape (n, 3) [m].
+    colour, size
+        Of the dots [pixels].
+    seen_through
+        How much is seen of those that the body hides [-].
+    """
+
+    label: str
+    places: Vectors
+    colour: str = STATION_COLOUR
+    size: float = STATION_SIZE
+    seen_through: float = 0.0
+
+
+def bodies_picture(
+    bodies: Mapping[str, list[Mesh]], path: str | PathLike[str], *, title: str, subtitle: str = "", note: str = ""
+) -> Path:
+    """Draw bodies in their places into a PNG file.
+
+    Parameters
+    ----------
+    bodies
+        Meshes by what the legend calls them; those under one name have one colour.
+    path
+        The file.
+    title, subtitle, note
+        Words above and below.
+
+    Raises
+    ------
+    MissingSoftware
+        No picture can be drawn on this machine.
+    """
+    view = view_of(np.concatenate([mesh.points for group in bodies.values() for mesh in group]), TOWARDS_EYE)
+    return _drawn(bodies, Path(path), view, (title, subtitle, note))
+
+
+def cut_picture(
+    bodies: Mapping[str, list[Mesh]],
+    stations: Vectors,
+    path: str | PathLike[str],
+    *,
+    title: str,
+    subtitle: str = "",
+    note: str = "",
+) -> Path:
+    """Draw what lies on the side x < 0 around a contact line in the plane x = 0, into a PNG file.
+
+    Parameters
+    ----------
+    bodies, path, title, subtitle, note
+        As in `bodies_picture`.
+    stations
+        Of the contact line, shape (n_station, 3) [m].
+    """
+    halves = {name: [behind(mesh, x=0.0) for mesh in group] for name, group in bodies.items()}
+    low, high = stations.min(axis=0) - AROUND, stations.max(axis=0) + AROUND
+    corners = np.array([[0.0, y, z] for y in (low[1], high[1]) for z in (low[2], high[2])])
+    near = view_of(corners, TOWARDS_CUT)
+    everything = np.concatenate([mesh.points for group in halves.values() for mesh in group])
+    depth = float(np.linalg.norm(everything - near.centre, axis=1).max())
+    return _drawn(halves, Path(path), replace(near, depth=depth), (title, subtitle, note), stations)
+
+
+def _drawn(
+    bodies: Mapping[str, list[Mesh]],
+    file: Path,
+    view: View,
+    words: tuple[str, str, str],
+    stations: Vectors = NO_STATIONS,
+) -> Path:
+    layout = layout_for(view.half_width / view.half_height)
+    colours = list(COLOURS[: len(bodies)])
+    mesh = whole_mesh({f"{name} {k}": each for name, group in bodies.items() for k, each in enumerate(group)})
+    # Of the colour of each node.
+    number = np.repeat(np.arange(float(len(bodies))), [sum(each.n_node for each in group) for group in bodies.values()])
+    with scene(mesh, number, (-0.5, len(bodies) - 0.5), colours, view, layout.body[2:]) as drawn:
+        legend, marks = dict(zip(bodies, colours, strict=True)), Marks(label="stations", places=stations)
+        return save_with_legend(drawn, mesh, layout, words, legend, [marks], file)
+
+
+def save_with_legend(
+    drawn: Scene,
+    mesh: Mesh,
+    layout: Layout,
+    words: tuple[str, str, str],
+    legend: Mapping[str, str],
+    marks: Sequence[Marks],
+    file: Path,
+) -> Path:
+    """Mark places in a scene, and write what it shows of a mesh beside words and a legend of colours by name."""
+    left, top, width, height = layout.body
+    marks = [each for each in marks if len(each.places)]
+    for each in marks:
+        _dots(drawn, each, each.places + 2 * drawn.lift, 1.0)
+        if each.seen_through:
+            # Before the whole body: a parallel projection shows them where they are.
+            _dots(drawn, each, each.places + IN_FRONT * drawn.lift, each.seen_through)
+    drawn.plotter.reset_camera_clipping_range()
+    picture = _furniture(layout, words, legend, marks)
+    picture[top : top + height, left : left + width] = drawn.image(mesh.points)
+    save_picture(picture, file)
+    return file
+
+
+def _dots(drawn: Scene, marks: Marks, places: Vectors, opacity: float) -> None:
+    drawn.plotter.add_points(
+        places,
+        color=marks.colour,
+        point_size=marks.size * OVERSAMPLING,
+        render_points_as_spheres=True,
+        lighting=False,
+        opacity=opacity,
+    )
+
+
+def _furniture(layout: Layout, words: tuple[str, str, str], legend: Mapping[str, str], marks: Sequence[Marks]) -> Image:
+    """The picture without the bodies: words, and a legend where other pictures have a colour bar."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    width, height, scale = layout.width, layout.height, layout.scale
+    points = 72 / DPI * scale  # a font size in points that is one pixel at full size
+    figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor="white")
+    canvas = FigureCanvasAgg(figure)
+    left = 34 * scale / width
+    title, subtitle, note = words
+    figure.text(left, 1 - 34 * scale / height, title, size=36 * points, color=INK, va="top", weight="bold")
+    figure.text(left, 1 - 82 * scale / height, subtitle, size=31 * points, color=INK, va="top")
+    figure.text(left, 26 * scale / height, note, size=18 * points, color=PALE, va="bottom")
+    body_left, body_top, body_width, body_height = layout.body
+    handles: list[Patch | Line2D] = [Patch(color=colour, label=name) for name, colour in legend.items()]
+    handles += [
+        Line2D([], [], ls="", marker="o", ms=9 * points * each.size / STATION_SIZE, color=each.colour, label=each.label)
+        for each in marks
+    ]
+    shown = figure.legend(
+        handles=handles,
+        loc="center left",
+        bbox_to_anchor=((body_left + body_width) / width, 1 - (body_top + body_height / 2) / height),
+        fontsize=20 * points,
+        handlelength=1.1,
+        labelcolor=INK,
+        frameon=False,
+    )
+    canvas.draw()
+    box = shown.get_window_extent()
+    if box.x1 > width - MARGIN * scale:
+        # A long name is written smaller rather than cut.
+        shrink = (width - MARGIN * scale - box.x0) / box.width
+        for text in shown.get_texts():
+            text.set_fontsize(text.get_fontsize() * shrink)
+        canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3].copy()

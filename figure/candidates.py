@@ -1,0 +1,97 @@
+"""Candidate effects: by how much each lowers chi^2, and the held-out error with it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from figure.heading import add_heading
+from figure.look import INK, PALE, open_box, png
+
+#: Named by the verdict, fitted, and to first order alone.
+NAMED, FITTED, EXPECTED = "#c2410c", "#1f4e79", "#c3ced9"
+
+
+@dataclass(frozen=True, kw_only=True)
+class CandidateBar:
+    """One candidate.
+
+    Parameters
+    ----------
+    name
+        Of the effect.
+    gain
+        Fall of chi^2.
+    is_fitted
+        Whether it was fitted in earnest.
+    is_named
+        Whether the verdict names it.
+    held_out
+        Held-out error with it [-]; none if it was not fitted.
+    strength
+        In words.
+    """
+
+    name: str
+    gain: float
+    is_fitted: bool
+    is_named: bool
+    held_out: float | None
+    strength: str
+
+
+def candidates_figure(
+    candidates: Sequence[CandidateBar], *, threshold: float, before: float, title: str, subtitle: str
+) -> bytes:
+    """Draw the candidates as PNG.
+
+    Parameters
+    ----------
+    candidates
+        Best first.
+    threshold
+        Fall of chi^2 that chance seldom exceeds.
+    before
+        Held-out error without any of them [-].
+    title, subtitle
+        Above the figure.
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+
+    n = len(candidates)
+    figure = Figure(figsize=(11.5, 1.9 + 0.32 * n), layout="constrained", dpi=150)
+    left, right = figure.subplots(1, 2, sharey=True, width_ratios=[1.5, 1.0])
+    place = np.arange(n)[::-1]
+    # A gain of nothing has no logarithm.
+    least = min(1.0, threshold / 10)
+    for at, each in zip(place, candidates, strict=True):
+        colour = _colour(each)
+        left.barh(at, max(each.gain, least), 0.7, color=colour, zorder=2)
+        left.text(
+            max(each.gain, least) * 1.15, at, each.strength, va="center", fontsize=8, color=INK, zorder=3,
+            clip_on=False, bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none"},
+        )  # fmt: skip
+        if each.held_out is not None:
+            right.plot(100 * each.held_out, at, "o", color=colour, markersize=6, zorder=3)
+    left.set_xscale("log")
+    most = max([each.gain for each in candidates] + [threshold])
+    left.set_xlim(least, most * (most / least) ** 0.35)
+    left.axvline(threshold, color=INK, linewidth=0.9, linestyle=(0, (4, 3)), zorder=1)
+    left.set_xlabel("fall of chi², and strength")
+    left.set_yticks(place, [each.name for each in candidates], fontsize=9)
+    right.axvline(100 * before, color=PALE, linewidth=0.9, linestyle=(0, (4, 3)))
+    right.set_xlim(left=0, right=1.12 * 100 * max([before] + [each.held_out or 0.0 for each in candidates]))
+    right.set_xlabel("held-out error [%]; dashed: without any of them")
+    for axes in (left, right):
+        open_box(axes, grid="x")
+    shown = {_colour(each) for each in candidates}
+    words = {NAMED: "named by the verdict", FITTED: "fitted", EXPECTED: "to first order"}
+    handles = [Patch(color=colour, label=label) for colour, label in words.items() if colour in shown]
+    figure.legend(handles=handles, frameon=False, loc="outside lower left", ncols=len(handles))
+    add_heading(figure, title, subtitle)
+    return png(figure)
+
+
+def _colour(of: CandidateBar) -> str:
+    return NAMED if of.is_named else FITTED if of.is_fitted else EXPECTED

@@ -1,0 +1,96 @@
+"""What was planted by what was named: a matrix of counts, shaded by the share of its row."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Bool, Int
+from numpy.typing import NDArray
+
+from figure.heading import add_heading
+from figure.look import INK, PALE, png
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: From no campaign to all of a row: what is right in blue, what is not in red.
+RIGHT = ("#eef2f6", "#0b5394")
+WRONG = ("#eef2f6", "#a11a14")
+#: Share from which on a shade is dark enough for white ink.
+DARK = 0.45
+#: Inches of a cell.
+WIDTH, HEIGHT = 0.72, 0.42
+
+
+def confusion_figure(
+    count: Int[NDArray[np.int64], "r c"],
+    right: Bool[NDArray[np.bool_], "r c"],
+    *,
+    rows: Sequence[str],
+    columns: Sequence[str],
+    gaps: tuple[Sequence[int], Sequence[int]] = ((), ()),
+    title: str,
+    subtitle: str,
+) -> bytes:
+    """Draw the matrix as PNG.
+
+    Parameters
+    ----------
+    count
+        Cases, shape (r, c).
+    right
+        Cells that are as they should be, shape (r, c).
+    rows, columns
+        What was planted and what was named, in words.
+    gaps
+        Rows and columns before which a line parts the matrix.
+    title, subtitle
+        Above the figure.
+    """
+    from matplotlib.figure import Figure
+
+    longest = max(len(row) for row in rows)
+    figure = Figure(
+        figsize=(1.5 + 0.085 * longest + WIDTH * len(columns), 2.5 + HEIGHT * len(rows)), layout="constrained", dpi=150
+    )
+    axes = figure.subplots()
+    total = count.sum(axis=1, keepdims=True)
+    share = count / np.maximum(total, 1)
+    axes.imshow(_shades(share, right), aspect="auto", interpolation="nearest")
+    for (i, j), number in np.ndenumerate(count):
+        if number:
+            axes.text(
+                j, i, str(number), ha="center", va="center", fontsize=10, color="white" if share[i, j] > DARK else INK,
+                fontweight="bold" if right[i, j] else "normal",
+            )  # fmt: skip
+    axes.set_xticks(range(len(columns)), columns, rotation=35, ha="left", rotation_mode="anchor", fontsize=9)
+    axes.set_yticks(range(len(rows)), [f"{row}  ({n})" for row, (n,) in zip(rows, total, strict=True)], fontsize=9)
+    axes.xaxis.tick_top()
+    axes.xaxis.set_label_position("top")
+    axes.set_xlabel("named by the verdict", fontsize=10, color=PALE, loc="left")
+    axes.set_ylabel("planted (campaigns)", fontsize=10, color=PALE)
+    _part(axes, count.shape, gaps)
+    add_heading(figure, title, subtitle)
+    return png(figure)
+
+
+def _shades(share: NDArray[np.float64], right: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Colours, shape (r, c, 3); roots of shares, so that a single case shows."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    shades = [LinearSegmentedColormap.from_list(name, ends) for name, ends in (("right", RIGHT), ("wrong", WRONG))]
+    as_it_should, as_not = (np.asarray(shade(share**0.7))[..., :3] for shade in shades)
+    return np.where(right[..., None], as_it_should, as_not)
+
+
+def _part(axes: "Axes", shape: tuple[int, ...], gaps: tuple[Sequence[int], Sequence[int]]) -> None:
+    """White lines between the cells, dark ones where the matrix is parted."""
+    axes.set_xticks(np.arange(shape[1] + 1) - 0.5, minor=True)
+    axes.set_yticks(np.arange(shape[0] + 1) - 0.5, minor=True)
+    axes.grid(which="minor", color="white", linewidth=1.5)
+    axes.tick_params(which="both", length=0, colors=INK)
+    axes.spines[:].set_visible(False)
+    for row in gaps[0]:
+        axes.axhline(row - 0.5, color=PALE, linewidth=1.0)
+    for column in gaps[1]:
+        axes.axvline(column - 0.5, color=PALE, linewidth=1.0)

@@ -1,0 +1,100 @@
+"""What contacts do over a period, along response curves: the shares stuck, slipping and separated as stacked areas."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from figure.evenly import evenly
+from figure.look import add_title, png
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: In the order of the legend; "closed" is a contact without friction, which can neither stick nor slip.
+COLOURS = {"stuck": "#0072b2", "slipping": "#e69f00", "closed": "#009e73", "separated": "#d1d5db"}
+#: Labelled places along a curve that turns back.
+N_TICK = 5
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StatePanel:
+    """One panel.
+
+    Parameters
+    ----------
+    label
+        Above it.
+    parameter
+        Frequency [Hz] or level [-], shape (p,).
+    states
+        Names of its s states, of those in `COLOURS`, from the lowest area to the highest.
+    share
+        Shares of the period in each, shape (p, s), rows sum to 1 [-].
+    """
+
+    label: str
+    parameter: Float[NDArray[np.float64], " p"]
+    states: tuple[str, ...]
+    share: Float[NDArray[np.float64], "p s"]
+
+
+def contact_states_figure(panels: Sequence[Sequence[StatePanel]], *, title: str, parameter_label: str) -> bytes:
+    """Draw a grid of panels as PNG.
+
+    Parameters
+    ----------
+    panels
+        Rows (contacts) of columns (curves), all rows of one length.
+    title
+        Above the figure.
+    parameter_label
+        Of the horizontal axes, with its unit.
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+
+    n_row, n_column = len(panels), len(panels[0])
+    figure = Figure(figsize=(max(6.5, 3.4 * n_column), 1.5 + 1.9 * n_row), layout="constrained", dpi=160)
+    grid = figure.subplots(n_row, n_column, squeeze=False, sharey=True)
+    for row, line in enumerate(panels):
+        for column, panel in enumerate(line):
+            axes = grid[row, column]
+            turns = _draw(axes, panel)
+            if row == n_row - 1:
+                axes.set_xlabel(f"{parameter_label}, along the curve" if turns else parameter_label)
+            if column == 0:
+                axes.set_ylabel("share of the period")
+    # Above all panels, where no area is.
+    there = {state for line in panels for panel in line for state in panel.states}
+    patches = [Patch(color=colour, label=name) for name, colour in COLOURS.items() if name in there]
+    figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False)
+    add_title(figure, title)
+    return png(figure)
+
+
+def _draw(axes: "Axes", panel: StatePanel) -> bool:
+    """One panel; whether its curve turns back, so that the axis counts points instead."""
+    from matplotlib.ticker import MaxNLocator
+
+    step = np.diff(panel.parameter)
+    turns = bool((step > 0).any() and (step < 0).any())
+    # Over a fold the areas would cover each other: there the arc is the axis.
+    place = np.arange(len(panel.parameter), dtype=np.float64) if turns else panel.parameter
+    edges = np.hstack([np.zeros((len(place), 1)), np.cumsum(panel.share, axis=1)])
+    for number, state in enumerate(panel.states):
+        axes.fill_between(place, edges[:, number], edges[:, number + 1], color=COLOURS[state], linewidth=0)
+    if turns:
+        ticks = evenly(len(place), N_TICK)
+        axes.set_xticks(ticks, [f"{panel.parameter[tick]:.4g}" for tick in ticks])
+    else:
+        # A label at the right end would run into the first one of the panel beside it.
+        axes.xaxis.set_major_locator(MaxNLocator(5, prune="upper"))
+    axes.set_xlim(place.min(), place.max())
+    axes.set_ylim(0, 1)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.set_title(panel.label, fontsize=10, loc="left")
+    return turns

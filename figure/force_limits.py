@@ -1,0 +1,88 @@
+"""Limits of static or dynamic forces of contact lines, level by level, with histories or tests inside them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from figure.limit_band import COLOURS
+from figure.look import INK, PALE, add_title, open_box, png
+
+Real = NDArray[np.float64]
+
+#: Width of a bar, in distances of two levels, and how far points are scattered within it.
+BAR, SCATTER = 0.5, 0.15
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ForceLimits:
+    """One panel.
+
+    Parameters
+    ----------
+    line, force
+        Names of the contact line (a column) and of the force (a row), such as "T0".
+    level
+        Shape (l,) [-].
+    value
+        Lower and upper limit, shape (2, l) [N].
+    sampled
+        Forces that histories or tests left, shape (n, l) [N]; NaN where one has none.
+    """
+
+    line: str
+    force: str
+    level: Float[Real, " l"]
+    value: Float[Real, "2 l"]
+    sampled: Float[Real, "n l"]
+
+
+def force_limits_figure(panels: Sequence[ForceLimits], *, title: str, sampled_label: str) -> bytes:
+    """Draw one row a force and one column a line as PNG.
+
+    Parameters
+    ----------
+    panels
+        One for each force of each line, all of the same levels.
+    title
+        Above the figure.
+    sampled_label
+        What the points are.
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    forces, lines = (list(dict.fromkeys(getattr(each, name) for each in panels)) for name in ("force", "line"))
+    size = (1.5 + 3.6 * len(lines), 1.3 + 2.5 * len(forces))
+    figure = Figure(figsize=size, layout="constrained", dpi=160)
+    grid = figure.subplots(len(forces), len(lines), squeeze=False, sharex=True, sharey="row")
+    for panel in panels:
+        axes = grid[forces.index(panel.force), lines.index(panel.line)]
+        # A bar would end at the edge of its panel.
+        axes.use_sticky_edges = False
+        place = np.arange(len(panel.level))
+        axes.bar(place, np.ptp(panel.value, axis=0), BAR, panel.value[0], color=PALE, alpha=0.2)
+        for colour, limit in zip(COLOURS, panel.value, strict=True):
+            axes.hlines(limit, place - BAR / 2, place + BAR / 2, color=colour, linewidth=2)
+        # Side by side in their order: points of one value would hide each other.
+        beside = np.linspace(-SCATTER, SCATTER, len(panel.sampled))[:, None] + place
+        axes.plot(beside.ravel(), panel.sampled.ravel(), ".", color=INK, markersize=2.5)
+        axes.set_xticks(place, [f"{level:g}" for level in panel.level])
+        axes.set_title(f"{panel.line}: {panel.force}", fontsize=10, loc="left")
+        open_box(axes, "y")
+    for row, force in zip(grid[:, 0], forces, strict=True):
+        row.set_ylabel(f"{force} [N]")
+    for axes in grid[-1]:
+        axes.set_xlabel("level of the harmonic force")
+    shown = [
+        Line2D([], [], color=COLOURS[1], linewidth=2, label="upper limit"),
+        Line2D([], [], color=COLOURS[0], linewidth=2, label="lower limit"),
+        Patch(color=PALE, alpha=0.2, label="between them"),
+        Line2D([], [], color=INK, marker=".", linestyle="", markersize=4, label=sampled_label),
+    ]
+    figure.legend(handles=shown, loc="outside lower center", ncols=4, frameon=False)
+    add_title(figure, title)
+    return png(figure)

@@ -1,0 +1,141 @@
+"""The band that unknown friction history can produce, over frequency, one panel a level."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy.typing import NDArray
+
+from figure.look import INK, PALE, add_title, open_box, png
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Real = NDArray[np.float64]
+Flags = Bool[NDArray[np.bool_], "2 f"]
+
+#: Panels in a row.
+COLUMNS = 2
+#: Of both limits, lower first.
+COLOURS = ("#0072b2", "#d55e00")
+#: Between the lowest and the highest sampled state, and each of them.
+REACH: dict[str, Any] = {"color": PALE, "linewidth": 2.5, "alpha": 0.45}
+STATE: dict[str, Any] = {"color": INK, "linestyle": "", "marker": ".", "markersize": 1.5}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Band:
+    """One panel; arrays of both limits have the lower one first.
+
+    Parameters
+    ----------
+    label
+        Above it.
+    frequency
+        Ascending, shape (f,) [Hz].
+    value
+        Limits, shape (2, f) [unit of the figure]; NaN where none was found.
+    sampled
+        States of random histories, shape (n, f) [unit of the figure], or their lowest and highest, shape (2, f).
+    jump
+        Points on another branch of optima than a neighbour, shape (2, f).
+    repaired
+        Points that a sampled state led to, shape (2, f).
+    """
+
+    label: str
+    frequency: Float[Real, " f"]
+    value: Float[Real, "2 f"]
+    sampled: Float[Real, "n f"]
+    jump: Flags
+    repaired: Flags
+
+
+def limit_band_figure(
+    bands: Sequence[Band], *, title: str, amplitude_label: str, sampled_label: str = "random histories"
+) -> bytes:
+    """Draw the bands as PNG; next to a jump a limit is dotted, since nothing says where between two points it lies.
+
+    Parameters
+    ----------
+    bands
+        One a level, at least one.
+    title
+        Above the figure.
+    amplitude_label
+        Of the vertical axes, with its unit.
+    sampled_label
+        What `Band.sampled` shows.
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    columns = min(COLUMNS, len(bands))
+    rows = -(-len(bands) // columns)
+    figure = Figure(figsize=(max(7.0, 5.5 * columns), 1.3 + 3.1 * rows), layout="constrained", dpi=160)
+    grid = figure.subplots(rows, columns, squeeze=False, sharex=True)
+    for axes, band in zip(grid.flat, bands, strict=False):
+        _draw(axes, band)
+    for axes in grid.flat[len(bands) :]:
+        axes.set_visible(False)
+    for column in range(columns):
+        bottom = max(row for row in range(rows) if row * columns + column < len(bands))
+        grid[bottom, column].set_xlabel("frequency [Hz]")
+        grid[bottom, column].tick_params(labelbottom=True)
+    figure.supylabel(amplitude_label, fontsize=10)
+    jump, repaired = (any(getattr(band, name).any() for band in bands) for name in ("jump", "repaired"))
+    shown: dict[str, Any] = {
+        "upper limit": Line2D([], [], color=COLOURS[1], marker="."),
+        "lower limit": Line2D([], [], color=COLOURS[0], marker="."),
+        "between them": Patch(color=PALE, alpha=0.15),
+    }
+    if any(np.isfinite(band.sampled).any() for band in bands):
+        shown[sampled_label] = (Line2D([], [], **REACH), Line2D([], [], **STATE))
+    if jump:
+        shown["jump to another optimum"] = Line2D([], [], **_ring("o"))
+    if repaired:
+        shown["found by a random history"] = Line2D([], [], **_ring("s"))
+    # Six in one row would touch the edges of two panels.
+    ncols = min(len(shown), 3 if columns == 1 or len(shown) > 5 else 5)
+    figure.legend(list(shown.values()), list(shown), loc="outside lower center", ncols=ncols, frameon=False)
+    add_title(figure, title)
+    return png(figure)
+
+
+def _draw(axes: "Axes", band: Band) -> None:
+    f = band.frequency
+    clean = ~(band.jump[:, :-1] | band.jump[:, 1:])
+    # The area too is left open where either limit jumps.
+    for first in np.flatnonzero(clean.all(axis=0)).tolist():
+        two = slice(first, first + 2)
+        axes.fill_between(f[two], band.value[0, two], band.value[1, two], color=PALE, alpha=0.15, linewidth=0)
+    if np.isfinite(band.sampled).any():
+        there = np.isfinite(band.sampled).any(axis=0)
+        ends = [reach(band.sampled[:, there], axis=0) for reach in (np.nanmin, np.nanmax)]
+        axes.vlines(f[there], *ends, **REACH)
+        axes.plot(np.broadcast_to(f, band.sampled.shape).ravel(), band.sampled.ravel(), **STATE)
+    for side, colour in enumerate(COLOURS):
+        y = band.value[side]
+        for first in range(len(f) - 1):
+            two = slice(first, first + 2)
+            style: dict[str, Any] = {"linewidth": 1.5} if clean[side, first] else {"linewidth": 0.9, "linestyle": ":"}
+            axes.plot(f[two], y[two], color=colour, **style)
+        axes.plot(f, y, ".", color=colour, markersize=3.5)
+        for flags, marker in ((band.jump, "o"), (band.repaired, "s")):
+            axes.plot(f[flags[side]], y[flags[side]], **_ring(marker))
+    axes.set_title(band.label, fontsize=10, loc="left")
+    axes.set_xlim(f[0], f[-1])
+    if not (np.nanmin(band.value) < 0):
+        axes.set_ylim(bottom=0)
+    open_box(axes)
+
+
+def _ring(marker: str) -> dict[str, Any]:
+    size = {"o": 8, "s": 7}[marker]
+    return {
+        "marker": marker, "linestyle": "", "markerfacecolor": "none", "markeredgecolor": INK, "markersize": size,
+        "markeredgewidth": 0.9,
+    }  # fmt: skip

@@ -1,0 +1,96 @@
+"""Limits against the level of the load: their peaks, and the frequencies of those."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy.typing import NDArray
+
+from figure.limit_band import COLOURS
+from figure.look import PALE, add_title, open_box, png
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LimitsByLevel:
+    """What tells each level; arrays of both limits have the lower one first.
+
+    Parameters
+    ----------
+    level
+        Ascending, shape (l,) [-].
+    value
+        Shape (2, l) [unit of the figure]; NaN where none was found.
+    frequency
+        Where it is, shape (2, l) [Hz].
+    doubtful
+        Points at a jump, or at an end of the frequencies, beyond which there may be more, shape (2, l).
+    """
+
+    level: Float[Real, " l"]
+    value: Float[Real, "2 l"]
+    frequency: Float[Real, "2 l"]
+    doubtful: Bool[NDArray[np.bool_], "2 l"]
+
+
+def limit_levels_figure(
+    limits: LimitsByLevel, *, title: str, amplitude_label: str, level_label: str = "level of the harmonic force"
+) -> bytes:
+    """Draw the limits over the level as PNG; their frequencies below, if there is more than one.
+
+    Parameters
+    ----------
+    limits
+        At least one level.
+    title
+        Above the figure.
+    amplitude_label, level_label
+        Of the axes, with their units.
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
+    n_row = 2 if np.ptp(limits.frequency[np.isfinite(limits.frequency)]) > 0 else 1
+    figure = Figure(figsize=(7.5, 1.4 + 2.6 * n_row), layout="constrained", dpi=160)
+    rows = figure.subplots(n_row, 1, squeeze=False, sharex=True)[:, 0]
+    rows[0].fill_between(limits.level, *limits.value, color=PALE, alpha=0.15, linewidth=0)
+    _draw(rows[0], limits, limits.value)
+    rows[0].set_ylabel(amplitude_label)
+    if not np.nanmin(limits.value) < 0:
+        rows[0].set_ylim(bottom=0)
+    if n_row > 1:
+        _draw(rows[1], limits, limits.frequency)
+        rows[1].set_ylabel("its frequency [Hz]")
+        rows[1].ticklabel_format(axis="y", useOffset=False)
+    rows[-1].set_xlabel(level_label)
+    for axes in rows:
+        open_box(axes)
+    shown = [
+        Line2D([], [], color=COLOURS[side], marker="o", markersize=5, label=f"{name} limit")
+        for side, name in ((1, "upper"), (0, "lower"))
+    ]
+    if limits.doubtful.any():
+        style: dict[str, Any] = {
+            "marker": "o",
+            "markerfacecolor": "white",
+            "markeredgecolor": PALE,
+            "linestyle": "",
+            "markersize": 5,
+        }
+        shown.append(Line2D([], [], **style, label="at a jump, or at an end of the frequencies"))
+    figure.legend(handles=shown, loc="outside lower center", ncols=3, frameon=False)
+    add_title(figure, title)
+    return png(figure)
+
+
+def _draw(axes: "Axes", limits: LimitsByLevel, values: Float[Real, "2 l"]) -> None:
+    for side, colour in enumerate(COLOURS):
+        axes.plot(limits.level, values[side], color=colour, linewidth=1.5)
+        for doubtful, face in ((False, colour), (True, "white")):
+            there = limits.doubtful[side] == doubtful
+            axes.plot(limits.level[there], values[side][there], "o", color=colour, markerfacecolor=face, markersize=5)

@@ -1,0 +1,161 @@
+"""What contact lines do over one period: time across, stations upwards, each cell stuck, slipping or separated."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Int
+from numpy.typing import NDArray
+
+from figure.contact_states import COLOURS
+from figure.heading import add_heading
+from figure.look import INK, png
+from figure.period_axis import name_period, over_one_period
+from geometry.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: Colours of the states 0, 1 and 2 by what the legend calls them, in their order.
+STATES = {name: COLOURS[name] for name in ("stuck", "slipping", "separated")}
+#: Beyond so many stations not each one has a number at the axis, and lines between them would hide the cells.
+MOST_NUMBERS, MOST_GAPS = 12, 24
+#: Height of a station, and the least and largest height of a panel [inches].
+STATION, LOWEST, HIGHEST = 0.24, 1.2, 3.2
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LineStates:
+    """One contact line over one period.
+
+    Parameters
+    ----------
+    name
+        Above its panel.
+    states
+        0 stuck, 1 slipping, 2 separated, of each station at instants evenly spaced from the start of the period, its
+        end left out, shape (station, sample) [-].
+
+    Raises
+    ------
+    InputError
+        Another shape, or other numbers.
+    """
+
+    name: str
+    states: Int[NDArray[np.int64], "station sample"]
+
+    def __post_init__(self) -> None:
+        states = refuse_unknown_states(f'states of "{self.name}"', self.states)
+        if states.ndim != 2 or states.size == 0:
+            raise InputError(f'states of "{self.name}" have the shape {states.shape}: give (station, sample)')
+        object.__setattr__(self, "states", states)
+
+
+def refuse_unknown_states(what: str, states: Int[NDArray[np.int64], "..."]) -> Int[NDArray[np.int64], "..."]:
+    """A read-only copy of states, all of which are 0, 1 or 2.
+
+    Raises
+    ------
+    InputError
+        Another number.
+    """
+    copy = np.array(states)
+    if (strange := ~np.isin(copy, (0, 1, 2))).any():
+        raise InputError(f"{what} have the value {copy[strange][0]}: give 0 stuck, 1 slipping or 2 separated")
+    copy = copy.astype(np.int64)
+    copy.setflags(write=False)
+    return copy
+
+
+def line_states_figure(
+    panels: Sequence[Sequence[LineStates]],
+    *,
+    title: str,
+    subtitle: str = "",
+    station_label: str = "station",
+) -> bytes:
+    """Draw a grid of panels as PNG.
+
+    Parameters
+    ----------
+    panels
+        Rows (such as blade and de-coupler) of columns (such as sides or levels); a row may be shorter than the others,
+        and a line may have as many stations and instants as it likes.
+    title, subtitle
+        Above the figure.
+    station_label
+        Of the vertical axes; it may say where station 1 is.
+
+    Raises
+    ------
+    InputError
+        No panel.
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+    from matplotlib.patches import Patch
+
+    if not any(panels):
+        raise InputError(f"panels = {panels} hold no line: give at least one")
+    rows = [row for row in panels if row]
+    n_column = max(len(row) for row in rows)
+    heights = [float(np.clip(STATION * max(len(line.states) for line in row), LOWEST, HIGHEST)) for row in rows]
+    size = (max(7.5, 0.6 + 3.2 * n_column), 1.6 + sum(heights) + 0.5 * len(rows))
+    # A title shall stand nearer to its own panel than to the one above.
+    figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(hspace=0.05, wspace=0.03), dpi=160)
+    grid = figure.subplots(len(rows), n_column, squeeze=False, height_ratios=heights)
+    for number, row in enumerate(rows):
+        for column in range(n_column):
+            axes = grid[number, column]
+            if column >= len(row):
+                axes.set_axis_off()
+                continue
+            _draw(axes, row[column])
+            # Below it there may be a shorter row.
+            if number == len(rows) - 1 or column >= len(rows[number + 1]):
+                name_period(axes)
+            else:
+                axes.tick_params(labelbottom=False)
+            if column == 0:
+                axes.set_ylabel(station_label, color=INK)
+    # All three, even if there are fewer: what is nowhere in the figure did not happen.
+    patches = [
+        Patch(facecolor=colour, edgecolor="#9aa3ad", linewidth=0.5, label=name) for name, colour in STATES.items()
+    ]
+    figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False)
+    add_heading(figure, title, subtitle)
+    return png(figure)
+
+
+def _draw(axes: "Axes", line: LineStates) -> None:
+    from matplotlib.colors import ListedColormap
+    from matplotlib.ticker import MaxNLocator
+
+    n_station, n_sample = line.states.shape
+    # A cell lies around its instant; the first one is shown at both ends, as a period ends where it began.
+    closed = np.hstack([line.states, line.states[:, :1]])
+    edge = 0.5 / n_sample
+    axes.imshow(
+        closed,
+        cmap=ListedColormap(list(STATES.values())),
+        vmin=-0.5,
+        vmax=2.5,
+        aspect="auto",
+        origin="lower",
+        interpolation="nearest",
+        extent=(-edge, 1 + edge, 0.5, n_station + 0.5),
+    )
+    if n_station <= MOST_GAPS:
+        for station in range(1, n_station):
+            axes.axhline(station + 0.5, color="white", linewidth=1.2)
+    if n_station <= MOST_NUMBERS:
+        axes.set_yticks(range(1, n_station + 1))
+    else:
+        axes.yaxis.set_major_locator(MaxNLocator(6, integer=True))
+    over_one_period(axes)
+    axes.tick_params(axis="y", length=0)
+    axes.tick_params(labelsize=9, colors=INK)
+    axes.spines[:].set_visible(False)
+    axes.set_title(line.name, fontsize=10, loc="left", color=INK)

@@ -1,0 +1,227 @@
+"""Pictures and films of mode shapes: the body deformed, in colour, with its frequency."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.mesh import Mesh
+from figure.caption import HEIGHT, Caption, Layout, furniture, layout_for
+from figure.deflection import enlargement
+from figure.film import (
+    Image,
+    file_to_write,
+    pasted,
+    require_film_writer,
+    save_film,
+    save_gif,
+    save_picture,
+)
+from figure.mode_scene import Scene, Vectors, scene, view_of
+from geometry.errors import InputError
+
+Field = Literal["displacement", "von_mises"]
+NodeValues = Float[NDArray[np.float64], " node"]
+
+#: What the colour bar says, and a perceptually uniform colour map for it.
+LABELS: dict[Field, tuple[str, str]] = {
+    "displacement": ("Displacement", "viridis"),
+    "von_mises": ("Von Mises stress", "plasma"),
+}
+#: Least width and height of the body's place [pixels].
+SMALLEST = 100
+#: Height of a film [pixels]: less than a picture's, for its 32 frames weigh as much as many pictures.
+FILM_HEIGHT = 900
+#: Frames of one period.
+N_FRAME = 32
+
+
+def mode_picture(
+    mesh: Mesh,
+    displacement: Vectors,
+    path: str | PathLike[str],
+    *,
+    frequency: float,
+    title: str = "",
+    field: Field = "displacement",
+    values: NodeValues | None = None,
+    unit: str | None = None,
+    amplitude: float | None = None,
+    window_size: tuple[int, int] | None = None,
+) -> Path:
+    """Draw a mode shape into a PNG file.
+
+    Parameters
+    ----------
+    mesh
+        The body at rest.
+    displacement
+        Mode shape at the nodes, at any scale, shape (n_node, 3).
+    path
+        File to write, with the suffix .png.
+    frequency
+        Natural frequency, written into the caption [Hz].
+    title
+        First line of the caption, such as "Mode 1".
+    field
+        What the colour shows: the magnitude of the displacement, or the von Mises stress given as `values`.
+    values
+        At the nodes, shape (n_node,); by default the magnitude of the displacement.
+    unit
+        Of the values. By default they are shown relative to their largest magnitude, since a mode shape has no scale.
+    amplitude
+        Largest deflection drawn [m]; by default a tenth of the body's largest dimension.
+    window_size
+        Width and height [pixels]; by default the body's shape decides.
+
+    Returns
+    -------
+    The file written.
+
+    Raises
+    ------
+    InputError
+        Shapes that do not match the mesh, values that are not finite, or a suffix other than .png.
+    MissingSoftware
+        No picture can be drawn on this machine.
+    OutputError
+        The file cannot be written.
+    """
+    file = file_to_write(path, (".png",))
+    deflection = _deflection(mesh, displacement, amplitude)
+    colours = _colours(mesh, displacement, field, values, unit)
+    reached = np.concatenate([mesh.points, mesh.points + deflection])
+    words = _words(frequency, title, deflection)
+    with _stage(mesh, colours, reached, words, window_size, HEIGHT) as (canvas, place, drawn):
+        picture = pasted(canvas, [(*place, drawn.image(mesh.points + deflection))])
+    save_picture(picture, file)
+    return file
+
+
+def mode_animation(
+    mesh: Mesh,
+    displacement: Vectors,
+    path: str | PathLike[str],
+    *,
+    frequency: float,
+    title: str = "",
+    field: Field = "displacement",
+    values: NodeValues | None = None,
+    unit: str | None = None,
+    amplitude: float | None = None,
+    window_size: tuple[int, int] | None = None,
+    n_frame: int = N_FRAME,
+) -> Path:
+    """Draw one period of a mode shape into a GIF, which repeats, or an MP4 film.
+
+    Parameters
+    ----------
+    mesh, displacement, frequency, title, field, values, unit, amplitude, window_size
+        As in `mode_picture`; the colour shows the amplitude of the values, so that it stands still.
+    path
+        File to write, with the suffix .gif, or .mp4 where the package imageio-ffmpeg is installed.
+    n_frame
+        Frames of one period [-], at least 2.
+
+    Raises
+    ------
+    InputError, MissingSoftware, OutputError
+        As in `mode_picture`; also MissingSoftware for an MP4 without imageio-ffmpeg.
+    """
+    file = file_to_write(path, (".gif", ".mp4"))
+    if n_frame < 2:
+        raise InputError(f"n_frame = {n_frame} frames show no motion: give at least 2")
+    if is_film := file.suffix.lower() == ".mp4":
+        require_film_writer()
+    deflection = _deflection(mesh, displacement, amplitude)
+    colours = _colours(mesh, displacement, field, values, unit)
+    reached = np.concatenate([mesh.points + deflection, mesh.points - deflection])
+    words = _words(frequency, title, deflection)
+    with _stage(mesh, colours, reached, words, window_size, FILM_HEIGHT) as (canvas, place, drawn):
+        # From the largest deflection on, so that a still preview shows the mode.
+        phases = 2 * np.pi * np.arange(n_frame) / n_frame
+        bodies = (drawn.image(mesh.points + np.cos(phase) * deflection) for phase in phases)
+        frames = [pasted(canvas, [(*place, body)]) for body in bodies]
+    save = save_film if is_film else save_gif
+    save(frames, file)
+    return file
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Colours:
+    """What the colour shows, and how the colour bar calls it."""
+
+    values: NodeValues
+    limits: tuple[float, float]
+    label: str
+    colour_map: str
+
+
+@contextmanager
+def _stage(
+    mesh: Mesh,
+    colours: _Colours,
+    reached: Float[NDArray[np.float64], "point 3"],
+    words: tuple[str, str, str],
+    window_size: tuple[int, int] | None,
+    height: int,
+) -> Iterator[tuple[Image, tuple[int, int], Scene]]:
+    """The picture without its body, where the body goes (left, top), and the scene that draws it."""
+    view = view_of(reached)
+    if window_size is None:
+        layout = layout_for(view.half_width / max(view.half_height, np.finfo(float).tiny), height)
+    else:
+        layout = Layout(width=window_size[0], height=window_size[1])
+    left, top, width, body_height = layout.body
+    if min(width, body_height) < SMALLEST:
+        raise InputError(f"window_size = {window_size} pixels leaves no room for the body: give at least 300 x 300")
+    title, subtitle, note = words
+    caption = Caption(
+        title=title,
+        subtitle=subtitle,
+        note=note,
+        label=colours.label,
+        limits=colours.limits,
+        colour_map=colours.colour_map,
+    )
+    with scene(mesh, colours.values, colours.limits, colours.colour_map, view, (width, body_height)) as drawn:
+        yield furniture(layout, caption), (left, top), drawn
+
+
+def _words(frequency: float, title: str, deflection: Vectors) -> tuple[str, str, str]:
+    """Title, subtitle and note."""
+    largest = float(np.linalg.norm(deflection, axis=1).max())
+    hertz = f"{frequency:.2f} Hz"
+    note = f"Largest deflection drawn as {largest * 1e3:.3g} mm; grey lines: the body at rest"
+    return (title, hertz, note) if title else (hertz, "", note)
+
+
+def _deflection(mesh: Mesh, displacement: Vectors, amplitude: float | None) -> Vectors:
+    shape = np.asarray(displacement, dtype=np.float64)
+    if shape.shape != (mesh.n_node, 3):
+        raise InputError(f"displacement has the shape {shape.shape}, but the mesh has {mesh.n_node} nodes: give (n, 3)")
+    return shape * enlargement(mesh, shape, amplitude)
+
+
+def _colours(mesh: Mesh, displacement: Vectors, field: Field, values: NodeValues | None, unit: str | None) -> _Colours:
+    if field not in LABELS:
+        raise InputError(f'field = "{field}" is unknown: use one of {", ".join(LABELS)}')
+    name, colour_map = LABELS[field]
+    if values is None:
+        if field != "displacement":
+            raise InputError(f"{name} cannot be found from a displacement alone: give it as values")
+        values = np.linalg.norm(displacement, axis=1)
+    shown = np.asarray(values, dtype=np.float64)
+    if shown.shape != (mesh.n_node,) or not np.isfinite(shown).all():
+        raise InputError(f"values have the shape {shown.shape}: give {mesh.n_node} finite ones, one a node")
+    if unit is None:
+        shown = shown / (np.abs(shown).max() or 1.0)
+    low, high = min(0.0, float(shown.min())), float(shown.max())
+    label = f"{name} / maximum [-]" if unit is None else f"{name} [{unit}]"
+    return _Colours(values=shown, limits=(low, high if high > low else low + 1.0), label=label, colour_map=colour_map)

@@ -1,0 +1,102 @@
+"""Reactions of load cells over one period: one panel a de-coupler, the upper and the lower cell of each curve in it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from figure.heading import add_heading
+from figure.look import INK, PALE, open_box, png
+from figure.period_axis import Samples, closed, name_period, over_one_period, refuse_unequal
+from figure.response_curves import LONGEST_LEGEND, family_colours
+from geometry.errors import InputError
+
+#: Lines of the two cells, apart without colour.
+STYLES: dict[str, Literal["-", "--"]] = {"upper": "-", "lower": "--"}
+LINE = 1.5
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reaction:
+    """Forces of the two load cells of one de-coupler over one period.
+
+    Parameters
+    ----------
+    name
+        Of the de-coupler.
+    label
+        Of the curve that the motion belongs to, such as a level.
+    time
+        Share of the period, rising from 0, its end left out, shape (n,) [-].
+    upper, lower
+        Forces of the two cells, shape (n,) [N].
+
+    Raises
+    ------
+    InputError
+        Arrays of different shapes.
+    """
+
+    name: str
+    label: str
+    time: Samples
+    upper: Samples
+    lower: Samples
+
+    def __post_init__(self) -> None:
+        refuse_unequal(f'"{self.name}"', self.time, upper=self.upper, lower=self.lower)
+
+
+def reactions_figure(
+    reactions: Sequence[Reaction], *, title: str, subtitle: str = "", force_label: str = "force of a load cell [N]"
+) -> bytes:
+    """Draw one panel a de-coupler as PNG, all on one scale.
+
+    Parameters
+    ----------
+    reactions
+        Of any number of de-couplers and curves; panels and colours are in the order in which names and labels first
+        come.
+    title, subtitle
+        Above the figure.
+    force_label
+        Of the vertical axis, with its unit; it may say which sign is tension.
+
+    Raises
+    ------
+    InputError
+        No reaction.
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+    from matplotlib.lines import Line2D
+
+    names = list(dict.fromkeys(reaction.name for reaction in reactions))
+    labels = list(dict.fromkeys(reaction.label for reaction in reactions))
+    if not names:
+        raise InputError("reactions are those of 0 de-couplers: give at least one")
+    colours = dict(zip(labels, family_colours(len(labels)), strict=True))
+    size = (max(7.5, 1.0 + 4.2 * len(names)), 4.6)
+    # The end of one axis shall not run into the start of the next.
+    figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(wspace=0.04), dpi=160)
+    (row,) = figure.subplots(1, len(names), squeeze=False, sharey=True)
+    panels = dict(zip(names, row, strict=True))
+    for reaction in reactions:
+        for cell, style in STYLES.items():
+            time, force = closed(reaction.time, getattr(reaction, cell))
+            panels[reaction.name].plot(
+                time, force, color=colours[reaction.label], linestyle=style, linewidth=LINE, label=cell
+            )
+    for name, axes in panels.items():
+        axes.set_title(name, fontsize=10, loc="left", color=INK)
+        open_box(axes)
+        over_one_period(axes)
+        name_period(axes)
+    row[0].set_ylabel(force_label, color=INK)
+    cells = [Line2D([], [], color=PALE, linestyle=s, linewidth=LINE, label=f"{c} cell") for c, s in STYLES.items()]
+    curves = [Line2D([], [], color=colour, linewidth=LINE + 1.5, label=label) for label, colour in colours.items()]
+    handles = [*cells, *curves]
+    # In two rows, the two cells stand below each other.
+    n_column = len(handles) if len(handles) <= LONGEST_LEGEND else -(-len(handles) // 2)
+    figure.legend(handles=handles, loc="outside lower center", ncols=n_column, frameon=False)
+    add_heading(figure, title, subtitle)
+    return png(figure)

@@ -1,0 +1,125 @@
+"""The error falls: one group of bars a step, training and held-out data, and chi^2 a number beside it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from textwrap import fill
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from figure.heading import add_heading
+from figure.look import INK, PALE, open_box, png, three_digits
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: Training and held-out data.
+TRAINING, HELD_OUT = "#9fb3c8", "#1f4e79"
+#: Words of a step are folded beyond so many characters.
+FOLD = 16
+WIDTH = 0.38
+#: Height of a number over its bar, as a share of the axes.
+LABEL = 0.075
+#: chi^2 a number of noise [-].
+NOISE = 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class WaterfallStep:
+    """A step towards the measurements.
+
+    Parameters
+    ----------
+    name
+        In words.
+    training, held_out
+        Relative errors [-].
+    training_chi2, held_out_chi2
+        chi^2 a number [-].
+    proposed
+        Whether it is only proposed, not yet taken.
+    """
+
+    name: str
+    training: float
+    held_out: float
+    training_chi2: float
+    held_out_chi2: float
+    proposed: bool = False
+
+
+def waterfall_figure(steps: Sequence[WaterfallStep], *, title: str, subtitle: str) -> bytes:
+    """Draw the steps as PNG.
+
+    Parameters
+    ----------
+    steps
+        In their order.
+    title, subtitle
+        Above the figure.
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+
+    figure = Figure(figsize=(max(9.0, 2.6 * len(steps) + 2.0), 4.9), layout="constrained", dpi=150)
+    left, right = figure.subplots(1, 2)
+    relative = [(100 * step.training, 100 * step.held_out) for step in steps]
+    _bars(left, relative, steps)
+    left.set_ylabel("relative error of fundamentals [%]")
+    pairs = [(step.training_chi2, step.held_out_chi2) for step in steps]
+    _bars(right, pairs, steps)
+    right.set_yscale("log")
+    values = [value for pair in pairs for value in pair if value > 0]
+    right.set_ylim(min(0.5, *values) / 1.2, 2.2 * max(2.0, *values))
+    _labels(left, relative)
+    _labels(right, pairs, [tuple(label_foot(value, *right.get_ylim()) for value in pair) for pair in pairs])
+    right.axhline(NOISE, color=INK, linewidth=0.9, linestyle=(0, (4, 3)))
+    right.text(
+        1.01, NOISE, "noise", transform=right.get_yaxis_transform(), ha="left", va="center", fontsize=8, color=PALE
+    )
+    right.set_ylabel("chi² a number [-]")
+    handles = [Patch(color=TRAINING, label="training data"), Patch(color=HELD_OUT, label="held-out data")]
+    if any(step.proposed for step in steps):
+        handles.append(Patch(facecolor="white", edgecolor=PALE, hatch="////", label="proposed"))
+    figure.legend(handles=handles, frameon=False, loc="outside lower left", ncols=len(handles))
+    add_heading(figure, title, subtitle)
+    return png(figure)
+
+
+def label_foot(value: float, lowest: float, highest: float) -> float:
+    """Where the number of a bar stands on an axis of logarithms: on the bar, but never on the line of the noise.
+
+    Parameters
+    ----------
+    value
+        Height of the bar.
+    lowest, highest
+        Ends of the axis.
+    """
+    reach = NOISE * (lowest / highest) ** LABEL
+    return NOISE if reach < value < NOISE else value
+
+
+def _bars(axes: "Axes", pairs: Sequence[tuple[float, float]], steps: Sequence[WaterfallStep]) -> None:
+    place = np.arange(len(steps))
+    for side, colour in ((0, TRAINING), (1, HELD_OUT)):
+        heights = [pair[side] for pair in pairs]
+        bars = axes.bar(place + (side - 0.5) * WIDTH, heights, WIDTH * 0.94, color=colour, zorder=2)
+        for bar, step in zip(bars, steps, strict=True):
+            if step.proposed:
+                bar.set(hatch="////", facecolor="white", edgecolor=colour, linewidth=1.2)
+    axes.set_xticks(place, [fill(step.name, FOLD) for step in steps], fontsize=9)
+    open_box(axes, grid="y")
+    axes.margins(y=0.12)
+
+
+def _labels(
+    axes: "Axes", pairs: Sequence[tuple[float, float]], feet: Sequence[tuple[float, ...]] | None = None
+) -> None:
+    """Numbers over the bars, or higher."""
+    for place, (pair, foot) in enumerate(zip(pairs, feet or pairs, strict=True)):
+        for side, (value, at) in enumerate(zip(pair, foot, strict=True)):
+            axes.annotate(
+                three_digits(value), (place + (side - 0.5) * WIDTH, at), xytext=(0, 3), textcoords="offset points",
+                ha="center", va="bottom", fontsize=8, color=INK, zorder=3,
+            )  # fmt: skip

@@ -1,0 +1,1 @@
+"""Stages of a long computation: stored results, processes, progress, output files."""

@@ -1,0 +1,116 @@
+"""Which files the result of a module's code depends on: those that it imports, those that these import, and so on.
+
+Imports are read from the source, within functions too, so that nothing is run and no list of modules is kept by hand.
+A module that imports from a package itself, and not from a module of it, may find members of the package while it runs
+(a registry does): it depends on all modules of that package.
+"""
+
+import ast
+import importlib.util
+import sys
+import sysconfig
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+#: The product's packages; they are followed wherever they are installed, unlike those of others.
+PRODUCT = (
+    "geometry", "fe", "reduction", "hbsolve", "transient", "correlation", "diagnosis", "casefile", "pipeline", "figure",
+    "study",
+)  # fmt: skip
+
+
+@cache
+def dependencies(module: str) -> dict[str, Path]:
+    """Files that a module's code depends on, its own among them.
+
+    Parameters
+    ----------
+    module
+        Import name; ``"__main__"`` is the script that runs.
+
+    Returns
+    -------
+    File of each module by its import name: modules of the product, and others that are neither installed nor Python's.
+
+    Raises
+    ------
+    TypeError
+        The module has no file.
+    """
+    file = getattr(sys.modules.get(module), "__file__", None)
+    start = Path(file) if file else _file(module)
+    if start is None:
+        raise TypeError(
+            "a stage must be defined in a file: code that was typed in cannot be recognised on the next run"
+        )
+    found = {module: start}
+    waiting = [start]
+    while waiting:
+        for name in _imports(waiting.pop()):
+            if name not in found and (imported := _file(name)) is not None:
+                found[name] = imported
+                waiting.append(imported)
+    return found
+
+
+@cache
+def _imports(file: Path) -> frozenset[str]:
+    """Import names that the code of a file may stand for; some of them may be no modules."""
+    tree = ast.parse(file.read_bytes())
+    found: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            found.add(node.module)
+            modules = {f"{node.module}.{alias.name}" for alias in node.names}
+            found |= modules
+            if any(_file(module) is None for module in modules):
+                found.update(_below(node.module))
+    return frozenset(found)
+
+
+def _below(package: str) -> Iterator[str]:
+    """Import names of all modules below a package; none of a module."""
+    file = _file(package)
+    if file is not None and file.name == "__init__.py":
+        for member in sorted(file.parent.rglob("*.py")):
+            parts = member.relative_to(file.parent).with_suffix("").parts
+            yield ".".join((package, *(part for part in parts if part != "__init__")))
+
+
+@cache
+def _file(module: str) -> Path | None:
+    """Source file of a module whose code counts; None of a name that is no module, or that is somebody else's."""
+    top, *below = module.split(".")
+    folder = _folder(top)
+    if folder is None:
+        return None
+    place = folder.joinpath(*below) if below else folder
+    if place.suffix == ".py":
+        return place if not below else None
+    candidates = (place / "__init__.py", place.with_name(f"{place.name}.py"))
+    return next((file for file in candidates if file.is_file()), None)
+
+
+@cache
+def _folder(top: str) -> Path | None:
+    """Folder of a top-level package, or file of a top-level module, whose code counts."""
+    try:
+        spec = importlib.util.find_spec(top)
+    except (ImportError, ValueError):
+        return None
+    if spec is None or not spec.has_location or not spec.origin:
+        return None
+    origin = Path(spec.origin)
+    if top not in PRODUCT and any(origin.is_relative_to(folder) for folder in _installed()):
+        return None
+    return origin.parent if origin.name == "__init__.py" else origin
+
+
+@cache
+def _installed() -> tuple[Path, ...]:
+    """Where Python's own modules and the installed packages are."""
+    paths = sysconfig.get_paths()
+    return tuple(Path(paths[name]) for name in ("stdlib", "platstdlib", "purelib", "platlib"))

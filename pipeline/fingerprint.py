@@ -1,0 +1,126 @@
+"""What a stage's result depends on, as one number: its inputs, its code and the numerical libraries below it."""
+
+import ast
+import dataclasses
+import hashlib
+import importlib.metadata
+import json
+import sys
+from collections.abc import Mapping, Set
+from enum import Enum
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from pipeline.code_dependencies import dependencies
+from pipeline.codec import is_array, is_numpy_scalar, is_sparse
+
+# Their results may change in the last digits from one version to the next.
+NUMERICAL_LIBRARIES = ("numpy", "scipy")
+
+
+def canonical(value: Any) -> Any:
+    """A value as JSON that is equal only for equal values.
+
+    Floats are their shortest exact text, arrays and files their bytes, dataclasses their class and fields; dicts are
+    sorted.
+
+    Parameters
+    ----------
+    value
+        Input of a stage.
+
+    Raises
+    ------
+    TypeError
+        A value whose content cannot be seen, such as a function or an open file.
+    """
+    if is_numpy_scalar(value):
+        value = value.item()
+    if isinstance(value, Enum):
+        return ["enum", _name(type(value)), value.name]
+    if value is None or isinstance(value, bool | int | str):
+        return value
+    if isinstance(value, float):
+        return ["float", repr(value)]
+    if isinstance(value, complex):
+        return ["complex", repr(value)]
+    if isinstance(value, bytes):
+        return ["bytes", hashlib.sha256(value).hexdigest()]
+    if isinstance(value, Path):
+        return ["file", hashlib.sha256(value.read_bytes()).hexdigest()]
+    if isinstance(value, list | tuple):
+        return [type(value).__name__, *(canonical(item) for item in value)]
+    if isinstance(value, Set):
+        return ["set", *sorted((canonical(item) for item in value), key=json.dumps)]
+    if isinstance(value, Mapping):
+        pairs = ([canonical(key), canonical(item)] for key, item in value.items())
+        return ["dict", *sorted(pairs, key=lambda pair: json.dumps(pair[0]))]
+    return _canonical_object(value)
+
+
+def _canonical_object(value: Any) -> Any:
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = {field.name: canonical(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        return ["object", _name(type(value)), fields]
+    if is_array(value):
+        if value.dtype.hasobject:
+            raise TypeError(
+                f"an array of {value.dtype} cannot be the input of a cached stage: its content cannot be seen"
+            )
+        # Bytes in C order whatever the layout in memory.
+        return ["array", value.dtype.str, list(value.shape), hashlib.sha256(value.tobytes()).hexdigest()]
+    if is_sparse(value):
+        rows = value.tocsr(copy=True)
+        rows.sum_duplicates()
+        parts = (rows.data, rows.indices, rows.indptr)
+        return ["sparse", list(rows.shape), *(canonical(part) for part in parts)]
+    if hasattr(value, "model_fields") and hasattr(value, "model_dump"):
+        fields = {name: canonical(getattr(value, name)) for name in type(value).model_fields}
+        return ["model", _name(type(value)), fields]
+    raise TypeError(f"{_name(type(value))} cannot be the input of a cached stage: its content cannot be seen")
+
+
+@cache
+def code_version(module: str) -> str:
+    """Hash of the code that a module's results depend on, blind to comments, docstrings and layout.
+
+    Parameters
+    ----------
+    module
+        Import name; what it imports counts too (`pipeline.code_dependencies`).
+
+    Returns
+    -------
+    Hexadecimal; it changes with the version of Python and of the numerical libraries too.
+    """
+    digest = hashlib.sha256(f"python {sys.version_info[:2]}".encode())
+    for library in NUMERICAL_LIBRARIES:
+        digest.update(f" {library} {importlib.metadata.version(library)}".encode())
+    for name, file in sorted(dependencies(module).items()):
+        digest.update(f"\n{name}\n{_code(file)}".encode())
+    return digest.hexdigest()
+
+
+def key(stage: str, inputs: Mapping[str, Any], module: str) -> str:
+    """Name of a stage's result: hexadecimal, the same on every run with equal inputs and code of a module."""
+    text = json.dumps([stage, canonical(inputs), code_version(module)], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+@cache
+def _code(file: Path) -> str:
+    return hashlib.sha256(ast.dump(_without_docstrings(ast.parse(file.read_bytes()))).encode()).hexdigest()
+
+
+def _without_docstrings(tree: ast.Module) -> ast.Module:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) and ast.get_docstring(
+            node, clean=False
+        ):
+            node.body = node.body[1:]
+    return tree
+
+
+def _name(kind: type) -> str:
+    return f"{kind.__module__}.{kind.__qualname__}"

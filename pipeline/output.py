@@ -1,0 +1,64 @@
+"""Output folders and files: refused at once if they cannot be written, and never left half-written."""
+
+import os
+import tempfile
+from pathlib import Path
+
+from geometry.errors import OutputError
+from pipeline.made_folders import make_folder
+
+
+def prepare_output(path: str | Path) -> Path:
+    """Create an output folder and prove that files can be written into it.
+
+    Parameters
+    ----------
+    path
+        The folder; it may exist and hold files.
+
+    Returns
+    -------
+    The folder.
+
+    Raises
+    ------
+    OutputError
+        It is a file, or cannot be created or written.
+    """
+    folder = Path(path)
+    try:
+        make_folder(folder)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except FileExistsError:
+        raise OutputError(f"the output folder {folder} is a file: name another folder with --out") from None
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        message = f"the output folder {folder} cannot be written ({reason}): name another one with --out"
+        raise OutputError(message) from None
+    return folder
+
+
+def replace_file(path: Path, content: str | bytes) -> None:
+    """Write a file such that a reader, or a crash, finds the old content or the new, never a part.
+
+    Parameters
+    ----------
+    path
+        The file, in an existing folder.
+    content
+        Text is written as UTF-8.
+    """
+    raw = content.encode("utf-8") if isinstance(content, str) else content
+    handle, name = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(raw)
+        # mkstemp makes private files; results are as readable as the user's other files.
+        umask = os.umask(0)
+        os.umask(umask)
+        Path(name).chmod(0o666 & ~umask)
+        Path(name).replace(path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise

@@ -1,0 +1,231 @@
+"""Stages side by side, each in a process of its own: its peak memory is its own, and Ctrl-C loses only what runs."""
+
+import contextlib
+import importlib
+import multiprocessing
+import os
+import signal
+import tempfile
+import traceback
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import ForkServerContext, SpawnContext
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from typing import Any
+
+from geometry.errors import ComputationFailed, InputError
+from pipeline.blas_threads import ONE_THREAD
+from pipeline.progress import Progress
+from pipeline.store import Outcome, Stage, Store
+
+#: A fresh process for each task: the peak memory that it reports is that of the task alone. Where it exists, a small
+#: server that has imported what the stages need forks them, which saves each of them seconds.
+CONTEXT: ForkServerContext | SpawnContext = (
+    multiprocessing.get_context("forkserver")
+    if "forkserver" in multiprocessing.get_all_start_methods()
+    else multiprocessing.get_context("spawn")
+)
+#: How often progress is shown while nothing ends [s].
+LOOK_EVERY = 1.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Task:
+    """One stage to run.
+
+    Parameters
+    ----------
+    stage
+        A stage at the top level of its module.
+    inputs
+        Its arguments by name.
+    label
+        Shown to the user.
+    weight
+        How much work it is, compared with the other tasks [-]; the heaviest start first.
+    memory
+        What its process will take [byte], roughly.
+    """
+
+    stage: Stage[Any, Any]
+    inputs: Mapping[str, Any]
+    label: str
+    weight: float = 1.0
+    memory: float = 0.0
+
+
+def run_parallel(
+    tasks: Sequence[Task],
+    store: Store,
+    progress: Progress,
+    title: str,
+    workers: int | None = None,
+    memory: float = float("inf"),
+) -> list[Outcome[Any]]:
+    """Results of all tasks, in their order; what is in the store is not computed again.
+
+    Parameters
+    ----------
+    tasks
+        What to run.
+    store
+        Where results are kept; each is there as soon as it is done.
+    progress, title
+        Shows the share of the weight that is done.
+    workers
+        Processes [-]; by default one for each core.
+    memory
+        Tasks run side by side only as far as their memory together stays below this [byte].
+
+    Raises
+    ------
+    ComputationFailed
+        A process was killed, most often for lack of memory.
+    InputError
+        As the stages raise it.
+    """
+    total = sum(task.weight for task in tasks)
+    kept_ones = (store.kept(task.stage, **task.inputs) for task in tasks)
+    outcomes: dict[int, Outcome[Any]] = {number: found for number, found in enumerate(kept_ones) if found is not None}
+    missing = sorted(set(range(len(tasks))) - set(outcomes), key=lambda number: -tasks[number].weight)
+    if not missing:
+        progress.kept(title)
+        return [outcomes[number] for number in range(len(tasks))]
+    with progress.step(title) as report:
+        n_worker = workers or os.cpu_count() or 1
+        modules = sorted({_reference(tasks[number].stage)[0] for number in missing})
+        with _kept(store) as kept, single_threaded(), _workers(modules) as workers_by_task:
+            while missing or workers_by_task:
+                for number in _admitted(tasks, missing, list(workers_by_task), n_worker, memory):
+                    missing.remove(number)
+                    _start(workers_by_task, number, tasks[number], kept.folder)
+                wait([worker.process.sentinel for worker in workers_by_task.values()], timeout=LOOK_EVERY)
+                for number in [n for n, worker in workers_by_task.items() if worker.process.exitcode is not None]:
+                    outcomes[number] = _result(workers_by_task.pop(number), tasks[number], kept)
+                report(sum(tasks[n].weight for n in outcomes), total)
+    return [outcomes[number] for number in range(len(tasks))]
+
+
+def _admitted(
+    tasks: Sequence[Task], missing: Sequence[int], running: Sequence[int], n_worker: int, memory: float
+) -> list[int]:
+    """Which tasks to start now: the heaviest first, as far as processes and memory go; one runs in any case."""
+    taken = sum(tasks[number].memory for number in running)
+    admitted: list[int] = []
+    for number in missing:
+        if len(running) + len(admitted) == n_worker:
+            break
+        if taken + tasks[number].memory <= memory or not (running or admitted):
+            admitted.append(number)
+            taken += tasks[number].memory
+    return admitted
+
+
+@contextmanager
+def _kept(store: Store) -> Iterator[Store]:
+    """A store that has a folder: results come back from the processes through it."""
+    if store.folder is not None:
+        yield store
+    else:
+        with tempfile.TemporaryDirectory(prefix="stickslip-") as folder:
+            yield Store(Path(folder))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Worker:
+    """A process that runs one task, and where it says why it failed."""
+
+    process: BaseProcess
+    failure: Connection
+
+
+@contextmanager
+def _workers(modules: list[str]) -> Iterator[dict[int, _Worker]]:
+    """No workers yet, by number of task; at an early end those that run are killed, with the programs that they run."""
+    CONTEXT.set_forkserver_preload(modules)
+    # It would unblock Ctrl-C if it were started within `_start`.
+    resource_tracker.ensure_running()
+    running: dict[int, _Worker] = {}
+    try:
+        yield running
+    finally:
+        for worker in running.values():  # on Ctrl-C nobody waits for work that is thrown away
+            with contextlib.suppress(ProcessLookupError):
+                worker.process.kill()
+                os.killpg(worker.process.pid or 0, signal.SIGKILL)
+        for worker in running.values():
+            worker.process.join()
+
+
+def _start(running: dict[int, _Worker], number: int, task: Task, folder: Path | None) -> None:
+    receiver, sender = CONTEXT.Pipe(duplex=False)
+    arguments = (sender, *_reference(task.stage), folder, task.inputs)
+    process = CONTEXT.Process(target=_compute, args=arguments, daemon=True)
+    # Ctrl-C waits until the process is known to those who would kill it, and the process, which inherits this, never
+    # sees the Ctrl-C that a terminal sends to all: it would only print where it was.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+    try:
+        process.start()
+        running[number] = _Worker(process=process, failure=receiver)
+    finally:
+        sender.close()
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def single_threaded() -> Iterator[None]:
+    """Processes that start within have one BLAS thread each: two with two each are slower on two cores."""
+    before = {name: os.environ.get(name) for name in ONE_THREAD}
+    os.environ.update(ONE_THREAD)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _reference(stage: Stage[Any, Any]) -> tuple[str, str]:
+    """Where the stage is: it cannot be pickled itself, because its name means the stage and not the function."""
+    return stage.compute.__module__, stage.compute.__name__
+
+
+def _compute(failure: Connection, module: str, name: str, folder: Path | None, inputs: Mapping[str, Any]) -> None:
+    os.setpgrp()  # so that a program which the stage runs can be killed with it
+    try:
+        stage: Stage[Any, Any] = getattr(importlib.import_module(module), name)
+        Store(folder).outcome(stage, **inputs)
+    except Exception as error:
+        if not isinstance(error, InputError):
+            error.add_note(traceback.format_exc())  # where it was, which does not travel by itself
+        try:
+            failure.send(error)
+        except Exception:  # not every error can be pickled
+            failure.send(RuntimeError(f"{type(error).__name__}: {error}"))
+
+
+def _result(worker: _Worker, task: Task, kept: Store) -> Outcome[Any]:
+    try:
+        raise worker.failure.recv() if worker.failure.poll() else EOFError
+    except EOFError:
+        pass  # it had nothing to say
+    finally:
+        worker.failure.close()
+    if worker.process.exitcode:
+        raise ComputationFailed(
+            f"{task.label} was killed, most often for lack of memory: close other programs, or take fewer elements; "
+            "what was finished is kept"
+        )
+    found = kept.kept(task.stage, **task.inputs)
+    if found is None:
+        raise ComputationFailed(
+            f"the result of {task.label} is not in {kept.folder}: free some space, or name another folder with "
+            "--cache; if stickslip itself was changed meanwhile, run it again"
+        )
+    return found

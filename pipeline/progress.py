@@ -1,0 +1,234 @@
+"""Progress with time left: bars on a terminal, lines now and then elsewhere, nothing at all when asked to be quiet.
+
+The numerical rooms know none of this: a long function of theirs takes a callback ``report(done, total)`` and calls it
+now and then. Here such a callback belongs to a named step::
+
+    with progress.step("hex20, 3 elements: modes", expected=6.0) as report:
+        modes(system, 10, report=report)
+"""
+
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from threading import Timer
+from typing import TYPE_CHECKING, Protocol, TextIO
+
+from pipeline.output import replace_file
+
+if TYPE_CHECKING:
+    from rich.progress import Progress as RichBars
+
+# A step shorter than this is not worth a line.
+WORTH_SHOWING = 1.0  # s
+
+# Where nobody watches a bar, such as a log file, a step says so often how far it is.
+LINE_EVERY = 10.0  # s
+
+
+class Report(Protocol):
+    """What a long function calls now and then; it may raise KeyboardInterrupt, never anything else."""
+
+    def __call__(self, done: float, total: float) -> None:
+        """So much is done, of so much in all, in any unit."""
+
+
+class Progress(Protocol):
+    """Shows steps, which may lie within each other."""
+
+    def step(self, name: str, *, expected: float | None = None) -> AbstractContextManager[Report]:
+        """A named step; with no reports, time left is what it took last time, or `expected` [s]."""
+
+    def kept(self, name: str) -> None:
+        """A step whose result was kept from an earlier run."""
+
+
+class SilentProgress:
+    """Shows nothing."""
+
+    @contextmanager
+    def step(self, name: str, *, expected: float | None = None) -> Iterator[Report]:
+        """Do nothing."""
+        del name, expected
+        yield lambda _done, _total: None
+
+    def kept(self, name: str) -> None:
+        """Do nothing."""
+
+
+class Durations:
+    """How long each step took last time, in a file of the cache.
+
+    Parameters
+    ----------
+    file
+        JSON, step name to seconds; None remembers nothing beyond this process.
+    """
+
+    def __init__(self, file: Path | None = None) -> None:
+        self._file = file
+        self._seconds: dict[str, float] = {}
+        if file is not None:
+            try:
+                known = json.loads(file.read_text(encoding="utf-8"))
+                self._seconds = {str(name): float(seconds) for name, seconds in known.items()}
+            except (OSError, ValueError, AttributeError, TypeError):
+                self._seconds = {}  # an estimate, not worth a word
+
+    def expected(self, name: str) -> float | None:
+        """Seconds of the last time, None for a step not seen before."""
+        return self._seconds.get(name)
+
+    def remember(self, name: str, seconds: float) -> None:
+        """Keep for the next run, if the step was worth showing."""
+        if seconds < WORTH_SHOWING:
+            return
+        self._seconds[name] = round(seconds, 1)
+        if self._file is not None and self._file.parent.is_dir():
+            try:
+                replace_file(self._file, json.dumps(self._seconds))
+            except OSError:
+                self._file = None
+
+
+class LineProgress:
+    """Plain lines: one when a step has become long, one every ten seconds, one at its end.
+
+    Parameters
+    ----------
+    stream
+        Where to; standard error by default, so that results can be piped.
+    durations
+        For steps that report nothing.
+    clock
+        Seconds; another one in tests.
+    """
+
+    def __init__(
+        self,
+        stream: TextIO | None = None,
+        durations: Durations | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._stream = stream or sys.stderr
+        self._durations = durations or Durations()
+        self._clock = clock
+        self._depth = 0
+
+    @contextmanager
+    def step(self, name: str, *, expected: float | None = None) -> Iterator[Report]:
+        """Show a step; see `Progress`."""
+        start = last = self._clock()
+        indent = "  " * self._depth
+        guess = self._durations.expected(name) or expected
+        if guess is not None and guess >= WORTH_SHOWING:
+            self._line(f"{indent}{name} ... about {spoken(guess)}")
+
+        def report(done: float, total: float) -> None:
+            nonlocal last
+            now = self._clock()
+            if total > 0 and now - last >= (LINE_EVERY if last > start else WORTH_SHOWING):
+                last = now
+                self._line(f"{indent}{name}: {100 * done / total:.0f} %{_left(done, total, now - start)}")
+
+        self._depth += 1
+        try:
+            yield report
+        finally:
+            self._depth -= 1
+        seconds = self._clock() - start
+        self._durations.remember(name, seconds)
+        if seconds >= WORTH_SHOWING:
+            self._line(f"{indent}{name}: done in {spoken(seconds)}")
+
+    def kept(self, name: str) -> None:
+        """Say so."""
+        self._line(f"{'  ' * self._depth}{name}: kept")
+
+    def _line(self, text: str) -> None:
+        self._stream.write(f"{text}\n")
+        self._stream.flush()
+
+
+class BarProgress:
+    """Bars on a terminal; finished steps stay as one line each, with the time that they took.
+
+    Parameters
+    ----------
+    durations
+        For steps that report nothing.
+    """
+
+    def __init__(self, durations: Durations | None = None) -> None:
+        self._durations = durations or Durations()
+        self._bars: RichBars | None = None
+        self._depth = 0
+
+    @contextmanager
+    def step(self, name: str, *, expected: float | None = None) -> Iterator[Report]:
+        """Show a step; see `Progress`."""
+        bars = self._bars or self._start()
+        guess = self._durations.expected(name) or expected
+        label = "  " * self._depth + name
+        start = time.monotonic()
+        # The bar moves with the clock until the first report, and never to its end.
+        task = bars.add_task(label, total=1.0 if guess else None, visible=False, guess=guess)
+        reveal = Timer(WORTH_SHOWING, lambda: bars.update(task, visible=True))
+        reveal.daemon = True
+        reveal.start()
+
+        def report(done: float, total: float) -> None:
+            bars.update(task, completed=done, total=total, guess=None)
+
+        self._depth += 1
+        finished = False
+        try:
+            yield report
+            finished = True
+        finally:
+            self._depth -= 1
+            reveal.cancel()
+            bars.remove_task(task)
+            seconds = time.monotonic() - start
+            if finished and seconds >= WORTH_SHOWING:
+                bars.console.print(f"{label}: {spoken(seconds)}", style="dim", markup=False, highlight=False)
+            if self._depth == 0:
+                bars.stop()
+                self._bars = None
+        self._durations.remember(name, seconds)
+
+    def kept(self, name: str) -> None:
+        """Say so."""
+        bars = self._bars or self._start()
+        bars.console.print(f"{'  ' * self._depth}{name}: kept", style="dim", markup=False, highlight=False)
+        if self._depth == 0:
+            bars.stop()
+            self._bars = None
+
+    def _start(self) -> "RichBars":
+        from pipeline.progress_bar import bars
+
+        self._bars = bars()
+        self._bars.start()
+        return self._bars
+
+
+def spoken(seconds: float) -> str:
+    """Time as a person says it: ``3.2 s``, ``48 s``, ``2 min 05 s``, ``1 h 02 min``."""
+    if seconds < 10:
+        return f"{seconds:.1f} s"
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    minutes, rest = divmod(whole, 60)
+    if minutes < 60:
+        return f"{minutes} min {rest:02d} s"
+    return f"{minutes // 60} h {minutes % 60:02d} min"
+
+
+def _left(done: float, total: float, seconds: float) -> str:
+    if done <= 0 or done >= total:
+        return ""
+    return f", about {spoken(seconds * (total - done) / done)} left"

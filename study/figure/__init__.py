@@ -1,1 +1,0 @@
-"""Pictures: mode shapes drawn without a screen."""
