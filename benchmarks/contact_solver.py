@@ -23,8 +23,11 @@ from processor_time import processor_time  # noqa: E402
 from hbsolve.balance import HarmonicBalance  # noqa: E402
 from hbsolve.condensed import Condensed  # noqa: E402
 from hbsolve.contact.law import FORCE, JACOBIAN  # noqa: E402
+from hbsolve.errors import NoSteadyState  # noqa: E402
 from hbsolve.newton import newton  # noqa: E402
-from hbsolve.steady_state import MAX_ITERATION, TOLERANCE, NoConvergence, SteadyState, forces_at, residual, steady_state  # noqa: E402
+from hbsolve.solution import MAX_ITERATION, TOLERANCE, forces_at, residual  # noqa: E402
+from hbsolve.state import SteadyState  # noqa: E402
+from hbsolve.steady_state import steady_state  # noqa: E402
 
 N_HARMONIC, N_SAMPLE, N_POINT = 6, 256, 100
 
@@ -78,7 +81,7 @@ def measure(force: float) -> None:
     for w in omega:
         try:
             states.append(steady_state(balance, w, start=states[-1] if states else None))
-        except NoConvergence:
+        except NoSteadyState:
             failed += 1
     curve = time.process_time() - start
     peak = max(states, key=lambda state: state.amplitude(TIP))

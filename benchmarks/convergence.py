@@ -15,7 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance
-from hbsolve.steady_state import NoConvergence, SteadyState, steady_state
+from hbsolve.errors import NoSteadyState
+from hbsolve.state import SteadyState
+from hbsolve.steady_state import steady_state
 from reduction.jointed_system import (
     ElasticStop,
     Friction,
@@ -92,7 +94,7 @@ def resonance(system: JointedSystem) -> SteadyState:
     states: list[SteadyState] = []
     balance = HarmonicBalance(system=system, n_harmonic=10, n_sample=512)
     for omega in np.linspace(900.0, 1300.0, 201):
-        with suppress(NoConvergence):
+        with suppress(NoSteadyState):
             states.append(steady_state(balance, omega, start=states[-1] if states else None))
     return max(states, key=lambda state: state.amplitude(0))
 

@@ -21,7 +21,7 @@ from hbsolve.limits.local_search import Side, local_search
 from hbsolve.limits.point import LimitPoint, Trial
 from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.result import ResponseLimits
-from hbsolve.steady_state import forces_at, residual
+from hbsolve.solution import forces_at, residual
 
 Real = NDArray[np.float64]
 

@@ -165,7 +165,9 @@ def with_stickslip(problem: dict[str, Any]) -> dict[str, Any]:
 
     from hbsolve.balance import HarmonicBalance
     from hbsolve.contact.law import FORCE, JACOBIAN
-    from hbsolve.steady_state import SteadyState, forces_at, residual, steady_state
+    from hbsolve.solution import forces_at, residual
+    from hbsolve.state import SteadyState
+    from hbsolve.steady_state import steady_state
     from reduction.jointed_system import JenkinsElement, JointedSystem, between
     from reduction.pyharm import pyharm_input
 

@@ -202,7 +202,8 @@ def inclined(rng: np.random.Generator, angle: float) -> Vector:
 def solve(seed: int) -> dict[str, Any]:
     """Sweep one system: what converged, what did not and in which words."""
     from hbsolve.balance import HarmonicBalance
-    from hbsolve.steady_state import NoConvergence, steady_state
+    from hbsolve.errors import NoSteadyState
+    from hbsolve.steady_state import steady_state
 
     problem = random_problem(seed)
     balance = HarmonicBalance(system=problem.system, n_harmonic=N_HARMONIC, n_sample=N_SAMPLE)
@@ -211,7 +212,7 @@ def solve(seed: int) -> dict[str, Any]:
     for point, angular_frequency in enumerate(problem.angular_frequency):
         try:
             state = steady_state(balance, angular_frequency, start=state, slider=problem.slider)
-        except NoConvergence as failure:
+        except NoSteadyState as failure:
             failures.append({"point": point, "frequency": angular_frequency / (2 * np.pi), "words": str(failure)})
         except Exception as failure:  # a crash is a failure of the solver too
             failures.append({"point": point, "frequency": angular_frequency / (2 * np.pi), "words": repr(failure)})

@@ -29,7 +29,10 @@ from numpy.typing import NDArray
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.continuation.response import frequency_response
-from hbsolve.steady_state import NoConvergence, SteadyState, steady_state
+from hbsolve.continuation.stop import StopReason
+from hbsolve.errors import NoSteadyState
+from hbsolve.state import SteadyState
+from hbsolve.steady_state import steady_state
 from reduction.jointed_system import FrictionContact, JenkinsElement, JointedSystem, along
 from transient.equilibrium import equilibrium
 from transient.errors import TransientError
@@ -92,8 +95,8 @@ def curve(name: str, case: Any) -> Outcome:
     outcome, begin = Outcome(name, case.damping_ratio, "curve"), time.perf_counter()
     balance = HarmonicBalance(system=case.system, n_harmonic=H + 1)
     branch = frequency_response(balance, case.first, case.last)
-    if branch.stop_reason != "reached the last value":
-        outcome.failed.append(f"branch: {branch.stop_reason}")
+    if branch.stop_reason is not StopReason.REACHED:
+        outcome.failed.append(f"branch: {branch.stop_message}")
     amplitude = branch.amplitude(case.row)
     peak = int(amplitude.argmax())
     best = []
@@ -167,7 +170,7 @@ def compare(
     try:
         # From half of the harmonics on, so that their effect is seen again.
         state, harmonics = converged(case.system, omega, level, motion.start.slider, start, max(H, harmonics // 2))
-    except NoConvergence as error:
+    except NoSteadyState as error:
         outcome.failed.append(f"{label}: {error}")
         return None
     mine, witness = state.coefficients[1] @ case.row, motion.coefficients(2)[1] @ case.row

@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 from correlation.model import DERIVATIVE, Model, Sensor
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed, Recovery
+from hbsolve.errors import NoSteadyState
 from hbsolve.sampling import complex_from_real
 from hbsolve.sensitivity import ModelParameter, derivatives
-from hbsolve.state import slider_start
-from hbsolve.steady_state import NoConvergence, SteadyState, forces_at, newton_from, rescued, solve_at
+from hbsolve.solution import forces_at, newton_from, solve_at
+from hbsolve.state import SteadyState, slider_start
+from hbsolve.steady_state import rescued
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -112,12 +114,12 @@ class Configuration:
     ) -> SteadyState | None:
         """The steady state that is found from the first guess that leads to one; none if there is none to be found."""
         balance, condensed, recovery = self._at_level(level), self.at(frequency), self._recovery(frequency)
-        sliders = slider_start(balance, slider, False)
+        sliders = slider_start(balance, slider)
         shape = (balance.n_harmonic, balance.n_direction)
         starts = [each.motion for each in guesses if each is not None and each.displacement.shape == shape]
         try:
             return solve_at(balance, condensed, starts[0] if starts else None, sliders, recovery)
-        except NoConvergence:
+        except NoSteadyState:
             # Rest and ramps were tried, and would not serve better a second time.
             for start in starts[1:]:
                 found = newton_from(balance, condensed, start, sliders, recovery)

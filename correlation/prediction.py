@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from correlation.configuration import Configuration, Tangent
 from correlation.model import Model
 from hbsolve.balance import HarmonicBalance
-from hbsolve.steady_state import SteadyState
+from hbsolve.state import SteadyState
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

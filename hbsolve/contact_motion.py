@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from hbsolve.aft import JointForces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact.law import FORCE
-from hbsolve.state import check_state
-from hbsolve.steady_state import SteadyState, forces_at
+from hbsolve.solution import forces_at
+from hbsolve.state import SteadyState, check_state
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -1,5 +1,7 @@
 """What can be wrong with a force, a dynamic model or a search for a peak; the tree is drawn in `geometry.errors`."""
 
+from enum import Enum
+
 from geometry.errors import InputError, InputWarning
 
 
@@ -21,3 +23,32 @@ class BalanceError(InputError):
 
 class DampingWarning(InputWarning):
     """Damping that puts energy into some motion."""
+
+
+class Failure(Enum):
+    """Why no steady state was found; the value is advice."""
+
+    NEWTON = "start from a neighbouring state, or continue a branch to here"
+    SLIDERS_UNSET = (
+        "its sliders start at 0: give `slider`, start from a neighbouring state, or continue a branch to here"
+    )
+
+
+class NoSteadyState(ArithmeticError):
+    """No steady state was found; the message says where, what was tried and what to try next.
+
+    Parameters
+    ----------
+    message
+        Where, and what was tried.
+    failure
+        Why; its advice ends the message.
+    """
+
+    def __init__(self, message: str, failure: Failure = Failure.NEWTON) -> None:
+        super().__init__(message, failure)
+        self.failure = failure
+
+    def __str__(self) -> str:
+        """Sentence with the advice."""
+        return f"{self.args[0]}; {self.failure.value}"

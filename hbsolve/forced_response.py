@@ -5,6 +5,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from hbsolve.continuation.branch import ResponseBranch
+from hbsolve.continuation.stop import StopReason
 from hbsolve.dynamic_stiffness import DynamicStiffness, LinearModel
 from hbsolve.errors import ForceError
 from hbsolve.fourier import Coefficients, harmonics
@@ -54,7 +55,7 @@ def forced_response(
         residual_norm=np.array(
             [_unbalanced(structure, force, float(each), motion) for each, motion in zip(omega, motions, strict=True)]
         ),
-        stop_reason=f"all {len(omega)} frequencies solved",
+        stop_reason=StopReason.SOLVED,
     )
 
 

@@ -29,8 +29,8 @@ from hbsolve.fourier import Coefficients
 from hbsolve.linearised import active_rows, scattered, small_matrix, times_jacobian
 from hbsolve.newton import apply_receptance
 from hbsolve.sampling import complex_from_real, real_from_complex
-from hbsolve.state import check_state
-from hbsolve.steady_state import SteadyState, forces_at
+from hbsolve.solution import forces_at
+from hbsolve.state import SteadyState, check_state
 from reduction.array_input import real_array, real_number, whole_number
 
 Row = Float[NDArray[np.float64], " r"]

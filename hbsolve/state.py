@@ -102,7 +102,7 @@ def check_state(balance: HarmonicBalance, state: SteadyState) -> None:
 
 
 def slider_start(
-    balance: HarmonicBalance, slider: Sequence[float] | NDArray[np.float64] | None, multiplier: bool
+    balance: HarmonicBalance, slider: Sequence[float] | NDArray[np.float64] | None, multiplier: bool = False
 ) -> Start:
     """Check the sliders that a caller gives; none means unstressed springs at rest.
 

@@ -1,42 +1,34 @@
-"""A steady state at one frequency: Newton's method and what is tried when it fails."""
+"""A steady state at one frequency: one start, then many starts, then an arc to the frequency.
+
+Where contacts slide against the linear structure's resonance, Newton's method may wander between pieces of the balance.
+It wanders differently from every start, and a share of them ends at a solution; and along an arc of solutions, close
+steps leave nowhere to wander.
+"""
 
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hbsolve.aft import JointForces, Start, joint_forces
+from hbsolve.aft import Start
 from hbsolve.balance import HarmonicBalance, Real
-from hbsolve.condensed import Condensed, Recovery
-from hbsolve.contact.law import JACOBIAN
-from hbsolve.errors import BalanceError
-from hbsolve.newton import apply_receptance, newton
-from hbsolve.sampling import complex_from_real
+from hbsolve.condensed import Condensed
+from hbsolve.continuation.path import FrequencyPath, LevelPath
+from hbsolve.continuation.step import Continuation
+from hbsolve.continuation.stop import StopReason
+from hbsolve.errors import NoSteadyState
+from hbsolve.solution import TOLERANCE, finished, newton_at, solve_at
 from hbsolve.state import SteadyState, slider_start, start_motion
-from reduction.jointed_system import FrictionContact
 
-__all__ = [
-    "NoConvergence",
-    "SteadyState",
-    "finished",
-    "forces_at",
-    "newton_at",
-    "residual",
-    "slider_start",
-    "solve_at",
-    "start_motion",
-    "steady_state",
-]
-
-#: |R| of a solution relative to the linear motion of the directions.
-TOLERANCE = 1e-9
-MAX_ITERATION = 40
-#: First step of the level in the ramp, the smallest one, and Newton steps in each.
-FIRST_STEP, LEAST_STEP, RAMP_ITERATION = 0.2, 1e-3, 15
-
-
-class NoConvergence(ArithmeticError):
-    """No steady state was found; the message says where and what was tried."""
+#: Starts, iterations in each, and the seed that makes them the same every time.
+N_START, ITERATIONS, SEED = 200, 60, 0
+#: Joint directions up to which so many starts are tried; beyond, an iteration takes longer with their square, and fewer
+#: are tried, but a few.
+FEW_DIRECTIONS, LEAST_START = 12, 8
+#: Relative spread of a start about the motion given, and about the stuck one.
+SPREAD, STUCK_SPREAD = 0.3, 0.1
+#: Points of an arc at most, and its step in shares of the way.
+ARC_POINTS, ARC_STEP, LOW_LEVEL = 400, 0.2, 1e-2
 
 
 def steady_state(
@@ -52,7 +44,7 @@ def steady_state(
     Parameters
     ----------
     balance
-        The system, its harmonics and the level of its force.
+        System, its harmonics and the level of its force.
     angular_frequency
         Omega [rad/s].
     start
@@ -61,11 +53,11 @@ def steady_state(
     slider
         Slider positions at the first instant, shape (s,) [m]; zero by default, springs without tension at rest.
     multiplier
-        Take `slider` as the multipliers m of eq. 11, T = m mu N at the first instant.
+        Whether `slider` holds the multipliers m of eq. 11, T = m mu N at the first instant.
 
     Raises
     ------
-    NoConvergence
+    NoSteadyState
         Newton's method failed from the start, from rest, along a ramp of the level, from many starts and along arcs
         of frequency and level.
     BalanceError
@@ -76,7 +68,7 @@ def steady_state(
     condensed = balance.at(angular_frequency)
     try:
         return solve_at(balance, condensed, x, sliders)
-    except NoConvergence:
+    except NoSteadyState:
         state = rescued(balance, condensed, x, sliders, start if isinstance(start, SteadyState) else None)
         if state is None:
             raise
@@ -87,144 +79,54 @@ def rescued(
     balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: Start, before: SteadyState | None = None
 ) -> SteadyState | None:
     """What many starts about a motion, or an arc from another state, lead to where `solve_at` does not; maybe none."""
-    from hbsolve.continuation.rescue import along_an_arc, from_many_starts  # which continue branches of these states
-
     found = from_many_starts(balance, condensed, x, sliders)
     if found is not None:
         return finished(balance, condensed, found[0], sliders, found[1], found[2])
     return along_an_arc(balance, condensed.angular_frequency, before, sliders)
 
 
-def newton_from(
-    balance: HarmonicBalance, condensed: Condensed, x: Real, sliders: Start, recovery: Recovery | None = None
-) -> SteadyState | None:
-    """The state that Newton's method alone finds from a motion; maybe none."""
+def from_many_starts(
+    balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: Start
+) -> tuple[Real, float, int] | None:
+    """Motion, |R| relative to the linear motion, and iterations; none if no start leads to a solution."""
     linear = balance.linear(condensed)
     scale = float(np.linalg.norm(linear)) or 1.0
-    found, norm, count = newton_at(balance, condensed, linear, x, sliders, TOLERANCE * scale, MAX_ITERATION)
-    if not norm <= TOLERANCE * scale:
-        return None
-    return finished(balance, condensed, found, sliders, norm / scale, count, recovery)
-
-
-def solve_at(
-    balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: Start, recovery: Recovery | None = None
-) -> SteadyState:
-    """`steady_state` where the linear structure at Omega is at hand, and maybe what recovers the full response."""
-    x = start_motion(balance, x)
-    linear = balance.linear(condensed)
-    with np.errstate(over="ignore"):
-        scale = float(np.linalg.norm(linear))
-    if not np.isfinite(scale):
-        raise BalanceError(
-            f"the linear motion at {condensed.angular_frequency / (2 * np.pi):.6g} Hz, level {balance.level:g}, is too "
-            "large for the arithmetic: give smaller loads or a stiffer structure"
-        )
-    if scale == 0.0:
-        scale = 1.0
-    iterations = 0
-    for attempt in (x, linear):
-        if attempt is None:
-            continue
-        found, norm, count = newton_at(balance, condensed, linear, attempt, sliders, TOLERANCE * scale, MAX_ITERATION)
-        iterations += count
-        if norm <= TOLERANCE * scale:
-            return finished(balance, condensed, found, sliders, norm / scale, iterations, recovery)
-    for guess in (linear, 0 * linear):
-        found, norm, count = ramp(balance, condensed, guess, sliders, scale)
-        iterations += count
-        if norm <= TOLERANCE * scale:
-            return finished(balance, condensed, found, sliders, norm / scale, iterations, recovery)
-    raise NoConvergence(
-        f"no steady state was found at {condensed.angular_frequency / (2 * np.pi):.6g} Hz, level {balance.level:g}: "
-        f"Newton's method from the start and from rest, and a ramp of the level, stopped at |R| = "
-        f"{norm / scale:.1e} of the linear motion; {_advice(balance, sliders)}"
-    )
-
-
-def _advice(balance: HarmonicBalance, sliders: Start) -> str:
-    """What to try where nothing was found."""
-    elsewhere = "start from a neighbouring state, or continue a branch to here"
-    pressed = [
-        joint.name for joint in balance.system.joints
-        if isinstance(joint, FrictionContact) and (joint.preload > 0 or joint.gap < 0)
-    ]  # fmt: skip
-    if not pressed or sliders.value.any():
-        return elsewhere
-    return f'"{pressed[0]}" is pressed before it moves and sliders start at 0: give `slider`, {elsewhere}'
-
-
-def newton_at(
-    balance: HarmonicBalance, condensed: Condensed, linear: Real, x: Real, sliders: Start, tolerance: float, limit: int
-) -> tuple[Real, float, int]:
-    """Newton's method alone: motion, |R| [m] and iterations, whether it converged or not."""
-    first, count = balance.joint_of_direction
-    found: tuple[Real, float, int] = newton(
-        np.ascontiguousarray(x), linear, condensed.angular_frequency, condensed.receptance, balance.table, first, count,
-        sliders, balance.sampling, tolerance, limit,
-    )  # fmt: skip
-    return found
-
-
-def ramp(
-    balance: HarmonicBalance, condensed: Condensed, guess: Real, sliders: Start, scale: float
-) -> tuple[Real, float, int]:
-    """Raise the level from the static state in steps that adapt."""
-    static = balance.linear(condensed, 0.0)
-    x = static.copy()
-    x[:, 0] = np.where(guess[:, 0] == 0, 0.0, static[:, 0])
-    x, norm, iterations = newton_at(balance, condensed, static, x, sliders, TOLERANCE * scale, 3 * MAX_ITERATION)
-    if not norm <= TOLERANCE * scale:
-        return x, norm, iterations
-    share, step, before = 0.0, FIRST_STEP, x
-    while share < 1 and step >= LEAST_STEP:
-        target = min(1.0, share + step)
-        linear = balance.linear(condensed, target * balance.level)
-        # The secant through the last two states predicts; at first the linear change does.
-        change = (x - before) * step if share else linear - static
-        trial, norm, count = newton_at(
-            balance, condensed, linear, x + change, sliders, TOLERANCE * scale, RAMP_ITERATION
-        )
-        iterations += count
-        if norm <= TOLERANCE * scale:
-            before = trial - (trial - x) / (target - share)
-            x, share, step = trial, target, 2 * step
+    near = linear if x is None else x
+    random = np.random.default_rng(SEED)
+    share = min(1.0, FEW_DIRECTIONS / max(balance.n_direction, 1)) ** 2
+    for number in range(max(LEAST_START, round(N_START * share))):
+        if number % 2:
+            start = near * (1 + SPREAD * random.normal(size=near.shape))
         else:
-            step *= 0.4
-    return x, norm if share >= 1 else np.inf, iterations
+            start = linear + (near - linear) * random.uniform(-0.5, 1.5)
+            start = start + STUCK_SPREAD * linear * random.normal(size=near.shape)
+        found, norm, count = newton_at(balance, condensed, linear, start, sliders, TOLERANCE * scale, ITERATIONS)
+        if norm <= TOLERANCE * scale:
+            return found, norm / scale, count
+    return None
 
 
-def forces_at(balance: HarmonicBalance, omega: float, x: Real, sliders: Start, want: int = JACOBIAN) -> JointForces:
-    """Joint forces at a motion of the directions."""
-    forces: JointForces = joint_forces(np.ascontiguousarray(x), omega, balance.table, sliders, balance.sampling, want)
-    return forces
-
-
-def residual(balance: HarmonicBalance, condensed: Condensed, x: Real, forces: JointForces) -> Real:
-    """R = x - x_lin + A g, eq. 12 in the joint directions, shape (d, nh) [m]."""
-    return np.asarray(x - balance.linear(condensed) + apply_receptance(condensed.receptance, forces.coefficients))
-
-
-def finished(
-    balance: HarmonicBalance,
-    condensed: Condensed,
-    x: Real,
-    sliders: Start,
-    norm: float,
-    iterations: int,
-    recovery: Recovery | None = None,
-) -> SteadyState:
-    """A solution with the full response recovered."""
-    forces = forces_at(balance, condensed.angular_frequency, x, sliders, want=0)
-    return SteadyState(
-        angular_frequency=condensed.angular_frequency,
-        level=balance.level,
-        displacement=complex_from_real(x),
-        coefficients=balance.response(condensed, forces.coefficients, recovery),
-        slider=sliders.value.copy(),
-        multiplier=bool(sliders.by_multiplier.any()),
-        # The last instant of one period precedes the first of the next.
-        slider_at_start=forces.slider[:, -1].copy(),
-        residual_norm=float(norm),
-        iterations=iterations,
-    )
+def along_an_arc(
+    balance: HarmonicBalance, angular_frequency: float, before: SteadyState | None, sliders: Start
+) -> SteadyState | None:
+    """The state reached along an arc from another frequency's state, else from a low level; none if neither arrives."""
+    arcs: list[tuple[FrequencyPath | LevelPath, float, float, Real | None]] = []
+    if before is not None and before.angular_frequency != angular_frequency and before.level == balance.level:
+        arcs.append((FrequencyPath(balance=balance), before.angular_frequency, angular_frequency, before.motion))
+    if balance.level:
+        levels = LevelPath(balance=balance, angular_frequency=angular_frequency)
+        arcs.append((levels, LOW_LEVEL * balance.level, balance.level, None))
+    for path, first, last, start in arcs:
+        arc = Continuation(path=path, first=first, last=last, step=ARC_STEP * abs(last - first), most_points=ARC_POINTS)
+        try:
+            at, condensed = path.at(first)
+            found = solve_at(at, condensed, start, sliders)
+            state = arc.state_at(found.motion, sliders)
+        except NoSteadyState:
+            continue
+        point: SteadyState | None = None
+        while state.stop_reason is None:
+            point, state = arc.advance(state)
+        if state.stop_reason is StopReason.REACHED:
+            return point
+    return None

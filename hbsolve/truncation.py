@@ -6,8 +6,8 @@ import numpy as np
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.newton import solve_linearised
-from hbsolve.state import check_state
-from hbsolve.steady_state import SteadyState, forces_at, residual
+from hbsolve.solution import forces_at, residual
+from hbsolve.state import SteadyState, check_state
 
 
 @dataclass(frozen=True, kw_only=True)

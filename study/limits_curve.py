@@ -10,11 +10,11 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from geometry.errors import ComputationFailed
+from hbsolve.errors import NoSteadyState
 from hbsolve.limits.loss_factor import LossFactor, paper_limits
 from hbsolve.limits.objective import Output
 from hbsolve.limits.response_limits import response_limits
 from hbsolve.limits.result import ResponseLimits
-from hbsolve.steady_state import NoConvergence
 from pipeline.store import stage
 from study.limits_progress import SearchProgress
 from study.limits_search import LimitSearch
@@ -77,7 +77,7 @@ def found_limits(
             search.angular_frequency, search.levels, nominal=search.nominal, reach=search.reach, **options,
         )  # fmt: skip
         return FoundLimits(limits=paper.loss_factor, amplitude=paper.amplitude)
-    except NoConvergence as error:
+    except NoSteadyState as error:
         raise ComputationFailed(f"limits: {error}") from error
     except BrokenExecutor as error:
         raise ComputationFailed(

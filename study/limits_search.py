@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from geometry.errors import ComputationFailed
 from hbsolve.balance import HarmonicBalance
+from hbsolve.errors import NoSteadyState
 from hbsolve.limits.objective import Objective
 from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.response_limits import LimitSettings, limit_problem
-from hbsolve.steady_state import NoConvergence
 from reduction.jointed_system import JointedSystem
 
 Real = NDArray[np.float64]
@@ -72,5 +72,5 @@ class LimitSearch:
         """
         try:
             return limit_problem(self.balance(), self.objective, nominal=self.nominal, reach=self.reach)
-        except NoConvergence as error:
+        except NoSteadyState as error:
             raise ComputationFailed(f"limits: {error}") from error

@@ -12,7 +12,7 @@ from geometry.rig import SIDES, Rig, mating_pairs
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import ContactMotion, contact_motion
 from hbsolve.fourier import harmonics, samples_from_coefficients
-from hbsolve.steady_state import SteadyState
+from hbsolve.state import SteadyState
 from reduction.load_cell import ContactForce, along_line, blade_contact, decoupler_contact
 from study.rig_joints import DeadWeight
 from study.rig_reduction import RigReduction

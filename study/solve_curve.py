@@ -4,11 +4,11 @@ from collections.abc import Callable
 
 from geometry.errors import ComputationFailed
 from hbsolve.balance import HarmonicBalance
-from hbsolve.continuation.branch import ResponseBranch, branch_of
+from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.continuation.path import FrequencyPath, LevelPath
-from hbsolve.continuation.state import ContinuationState
+from hbsolve.continuation.response import run
 from hbsolve.continuation.step import Continuation
-from hbsolve.steady_state import NoConvergence, SteadyState
+from hbsolve.errors import NoSteadyState
 from pipeline.checkpoint import Checkpoint
 from pipeline.store import stage
 from reduction.jointed_system import JointedSystem
@@ -48,21 +48,23 @@ def response_curve(
         No steady state at the first point.
     """
     continuation = continuation_of(system, curve, harmonics, n_sample)
-    points, state = _begun(continuation, curve, checkpoint)
-    way, done = abs(curve.last - curve.first), 0.0
-    while not state.stop_reason:
-        point, state = continuation.advance(state)
-        if point is not None:
-            points.append(point)
-            if checkpoint is not None:
-                checkpoint.offer((points, state))
+    done = 0.0
+
+    def share(reached: float, way: float) -> None:
         # A curve that turns back does not undo what is done.
-        done = max(done, min(abs(state.value - curve.first), way))
+        nonlocal done
+        done = max(done, min(reached, way))
         # The first steps are short and hold the compilation: the time left would be far too long.
         if report is not None and done > WORTH_REPORTING * way:
             report(done, way)
-    balance, _ = continuation.path.at(curve.first)
-    return branch_of(balance, points, state.stop_reason)
+
+    try:
+        return run(
+            continuation, slider=curve.slider, report=share,
+            resumed=checkpoint.load() if checkpoint else None, save=checkpoint.offer if checkpoint else None,
+        )  # fmt: skip
+    except NoSteadyState as error:
+        raise ComputationFailed(f"{curve.label}: {error}") from error
 
 
 def continuation_of(system: JointedSystem, curve: Curve, harmonics: int, n_sample: int) -> Continuation:
@@ -74,17 +76,3 @@ def continuation_of(system: JointedSystem, curve: Curve, harmonics: int, n_sampl
     else:
         path = LevelPath(balance=balance, angular_frequency=curve.fixed)
     return Continuation(path=path, first=curve.first, last=curve.last, step=curve.step)
-
-
-def _begun(
-    continuation: Continuation, curve: Curve, checkpoint: Checkpoint | None
-) -> tuple[list[SteadyState], ContinuationState]:
-    saved = None if checkpoint is None else checkpoint.load()
-    if saved is not None:
-        points, state = saved
-        return list(points), state
-    try:
-        first, state = continuation.begin(slider=curve.slider)
-    except NoConvergence as error:
-        raise ComputationFailed(f"{curve.label}: {error}") from error
-    return [first], state

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.branch import ResponseBranch
-from hbsolve.continuation.step import REACHED
+from hbsolve.continuation.stop import StopReason
 from hbsolve.fourier import harmonics, samples_from_coefficients
-from hbsolve.steady_state import SteadyState
+from hbsolve.state import SteadyState
 from reduction.jointed_system import ElasticStop, Joint, JointedSystem
 from study.solve_model import Curve, Output, SolveModel
 
@@ -149,7 +149,7 @@ def response_dataset(model: SolveModel, curves: Sequence[SolvedCurve], title: st
             "title": title,
             "convention": "q(t) = Re sum_k q_k exp(i k Omega t)",
             "curves": "; ".join(f"{number}: {each.curve.label}" for number, each in enumerate(curves)),
-            "stop_reasons": "; ".join(f"{number}: {branch.stop_reason}" for number, branch in enumerate(branches)),
+            "stop_reasons": "; ".join(f"{number}: {branch.stop_reason.name}" for number, branch in enumerate(branches)),
         },
     )
 
@@ -232,11 +232,11 @@ def peak_of(each: SolvedCurve, output: Output, harmonic: int) -> Peak:
         amplitude=scale * float(np.abs(each.output(output)[point, harmonic])),
         unit=unit,
         # Elsewhere than at its last value a curve ends for a reason of its own.
-        at_end=point == 0 or (point == len(branch.frequency) - 1 and branch.stop_reason == REACHED),
+        at_end=point == 0 or (point == len(branch.frequency) - 1 and branch.stop_reason is StopReason.REACHED),
         n_point=len(branch.frequency),
         truncation_error=float(each.error("truncation_error")[point]),
         largest_truncation_error=float(each.error("truncation_error").max()),
-        stop_reason=branch.stop_reason,
+        stop_reason=branch.stop_message,
     )
 
 

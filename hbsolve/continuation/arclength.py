@@ -31,7 +31,7 @@ from hbsolve.continuation.path import Equation, Path, equation
 from hbsolve.errors import BalanceError
 from hbsolve.linearised import active_rows, small_matrix
 from hbsolve.newton import solve_bordered
-from hbsolve.steady_state import TOLERANCE
+from hbsolve.solution import TOLERANCE
 
 #: Corrections at most.
 CORRECTIONS = 10

@@ -1,6 +1,5 @@
 """A curve of periodic responses."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,6 +8,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
+from hbsolve.continuation.stop import StopReason
 from hbsolve.errors import BalanceError
 from hbsolve.netcdf import write_netcdf
 from hbsolve.output import harmonic_at
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     import xarray
 
     from hbsolve.balance import HarmonicBalance
-    from hbsolve.steady_state import SteadyState
 
 Numbers = Float[NDArray[np.float64], " p"]
 
@@ -41,7 +40,9 @@ class ResponseBranch:
     residual_norm
         What is left of balance, relative to the linear motion or, without joints, to the force, shape (p,) [-].
     stop_reason
-        Why the curve ends where it ends, in words.
+        Why the curve ends where it ends.
+    stopped_at
+        Where it ends, with the unit, if that needs to be said.
     level
         Scale of the harmonic force at each point; ones by default, shape (p,) [-].
     iterations
@@ -60,7 +61,8 @@ class ResponseBranch:
     angular_frequency: Numbers
     coefficients: Complex[NDArray[np.complex128], "p harmonic r"]
     residual_norm: Numbers
-    stop_reason: str
+    stop_reason: StopReason
+    stopped_at: str = ""
     level: Numbers = field(default_factory=_none)
     iterations: Numbers = field(default_factory=_none)
     slider: Float[NDArray[np.float64], "p s"] = field(default_factory=_none)
@@ -87,6 +89,11 @@ class ResponseBranch:
     def frequency(self) -> Numbers:
         """Excitation frequencies, shape (p,) [Hz]."""
         return np.asarray(self.angular_frequency / (2 * np.pi))
+
+    @property
+    def stop_message(self) -> str:
+        """Why the curve ends, in a sentence."""
+        return self.stop_reason.sentence(self.stopped_at)
 
     def output(
         self, row: int | Float[NDArray[np.float64], " r"], harmonic: int = 1, derivative: int = 0
@@ -158,7 +165,11 @@ class ResponseBranch:
                 "state": ["stick", "slip", "separated"],
                 "joint": list(self.joint_names),
             },
-            attrs={"stop_reason": self.stop_reason, "convention": "q(t) = Re sum_k q_k exp(i k Omega t)"},
+            attrs={
+                "stop_reason": self.stop_reason.name,
+                "stopped_at": self.stopped_at,
+                "convention": "q(t) = Re sum_k q_k exp(i k Omega t)",
+            },
         )
         for name, unit in _UNITS.items():
             if name in data.variables:
@@ -194,48 +205,14 @@ def load_branch(path: Path | str) -> ResponseBranch:
             values["coefficients"] = data["coefficients_real"].values + 1j * data["coefficients_imag"].values
             return ResponseBranch(
                 **values,
-                stop_reason=str(data.attrs["stop_reason"]),
+                stop_reason=StopReason.read(str(data.attrs["stop_reason"])),
+                stopped_at=str(data.attrs.get("stopped_at", "")),
                 joint_names=tuple(str(name) for name in data["joint"].values),
             )
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise BalanceError(
             f'"{path}" holds no response branch: give a file that `ResponseBranch.save` wrote'
         ) from error
-
-
-def branch_of(
-    balance: "HarmonicBalance | Sequence[HarmonicBalance]", states: Sequence["SteadyState"], stop_reason: str
-) -> ResponseBranch:
-    """Steady states as a branch, with contact states and error estimates.
-
-    Parameters
-    ----------
-    balance
-        That of all states (their levels may differ), or one for each.
-    states
-        In order.
-    stop_reason
-        Why there are no more.
-    """
-    from hbsolve.balance import HarmonicBalance
-    from hbsolve.contact_motion import contact_share
-    from hbsolve.truncation import truncation
-
-    balances = [balance] * len(states) if isinstance(balance, HarmonicBalance) else list(balance)
-    errors = [truncation(each, state) for each, state in zip(balances, states, strict=True)]
-    return ResponseBranch(
-        angular_frequency=np.array([each.angular_frequency for each in states]),
-        coefficients=np.array([each.coefficients for each in states]),
-        residual_norm=np.array([each.residual_norm for each in states]),
-        stop_reason=stop_reason,
-        level=np.array([each.level for each in states]),
-        iterations=np.array([each.iterations for each in states], dtype=np.float64),
-        slider=np.array([each.slider_at_start for each in states]),
-        contact_share=np.array([contact_share(b, each) for b, each in zip(balances, states, strict=True)]),
-        joint_names=tuple(joint.name for joint in balances[0].system.joints) if balances else (),
-        truncation_error=np.array([each.harmonics for each in errors]),
-        sample_error=np.array([each.samples for each in errors]),
-    )
 
 
 _ARRAYS = {

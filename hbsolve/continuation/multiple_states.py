@@ -9,8 +9,10 @@ from hbsolve.aft import Start
 from hbsolve.balance import HarmonicBalance, Real
 from hbsolve.contact.law import FORCE
 from hbsolve.continuation.path import LevelPath
-from hbsolve.continuation.response import Continuation
-from hbsolve.steady_state import NoConvergence, SteadyState, forces_at, slider_start, solve_at
+from hbsolve.continuation.step import Continuation
+from hbsolve.errors import NoSteadyState
+from hbsolve.solution import forces_at, solve_at
+from hbsolve.state import SteadyState, slider_start
 
 #: Two motions that differ by less than this share are the same.
 SAME = 1e-6
@@ -44,14 +46,14 @@ def steady_states(
         Of the random numbers.
     """
     condensed = balance.at(angular_frequency)
-    sliders = slider_start(balance, slider, multiplier=False)
+    sliders = slider_start(balance, slider)
     found: list[SteadyState] = []
     starts = [*_along_the_level(balance, angular_frequency, sliders)]
     starts += _scaled(balance.linear(condensed), n_start, seed)
     for start in starts:
         try:
             state = solve_at(balance, condensed, start, sliders)
-        except NoConvergence:
+        except NoSteadyState:
             continue
         if all(_differ(state, other) for other in found):
             found.append(state)
@@ -81,9 +83,9 @@ def _along_the_level(balance: HarmonicBalance, angular_frequency: float, sliders
     at, condensed = path.at(arc.first)
     try:
         state = arc.state_at(solve_at(at, condensed, None, sliders).motion, sliders)
-    except NoConvergence:
+    except NoSteadyState:
         return
-    while not state.stop_reason:
+    while state.stop_reason is None:
         before = state
         _, state = arc.advance(state)
         way = state.value - before.value
@@ -117,10 +119,10 @@ def history_states(
         m = random.uniform(-1, 1, balance.n_slider)
         start = slider_start(balance, m, multiplier=True)
         begun = forces_at(balance, angular_frequency, linear, start, want=FORCE).slider[:, 0]
-        sliders = slider_start(balance, begun if number else None, multiplier=False)
+        sliders = slider_start(balance, begun if number else None)
         try:
             state = solve_at(balance, condensed, found[-1].motion if found else None, sliders)
-        except NoConvergence:
+        except NoSteadyState:
             continue
         if all(_differ(state, other) for other in found):
             found.append(state)

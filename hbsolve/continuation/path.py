@@ -14,7 +14,7 @@ from hbsolve.contact.law import PARAMETERS
 from hbsolve.errors import BalanceError
 from hbsolve.newton import apply_receptance
 from hbsolve.sampling import real_from_complex
-from hbsolve.steady_state import forces_at, residual
+from hbsolve.solution import forces_at, residual
 from reduction.errors import JointError
 
 

@@ -11,10 +11,12 @@ from scipy.optimize import brentq
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.continuation.path import FrequencyPath
-from hbsolve.continuation.response import Continuation, frequency_response
-from hbsolve.errors import PeakError
+from hbsolve.continuation.response import frequency_response
+from hbsolve.continuation.step import Continuation
+from hbsolve.errors import NoSteadyState, PeakError
 from hbsolve.sensitivity import FrequencyParameter, sensitivity
-from hbsolve.steady_state import NoConvergence, SteadyState, slider_start, steady_state
+from hbsolve.state import SteadyState, slider_start
+from hbsolve.steady_state import steady_state
 
 Row = int | Float[NDArray[np.float64], " r"]
 
@@ -119,7 +121,7 @@ def _between(
         if not slope(low) > 0 > slope(high):
             return None
         state = solved(float(brentq(slope, low, high, xtol=ACCURACY * top)))
-    except NoConvergence:
+    except NoSteadyState:
         return None
     # Lower than the points would be another state of the same frequency, next to a fold.
     return state if state.amplitude(row) >= (1 - ACCURACY) * points[1].amplitude else None
@@ -138,7 +140,7 @@ def _over_the_top(
         path=FrequencyPath(balance=balance), first=max(at - 10 * reach, at / 2), last=at + 10 * reach, step=reach
     )
     state = replace(
-        arc.state_at(before.motion, slider_start(balance, slider, multiplier=False)),
+        arc.state_at(before.motion, slider_start(balance, slider)),
         value=at,
         tangent_motion=top.motion - before.motion,
         tangent_value=top.angular_frequency - at,
@@ -153,7 +155,7 @@ def _over_the_top(
         finer.append(_Point(angular_frequency=omega, motion=found.motion, amplitude=height))
         if len(finer) > 2 and height < finer[-2].amplitude:
             return finer[-3:]
-        if state.stop_reason:
+        if state.stop_reason is not None:
             break
     return list(points)
 

@@ -1,28 +1,54 @@
-"""Continuation of steady states over frequency, level or a joint's parameter, round folds: whole branches.
+"""Whole branches of steady states over frequency, level or a joint's parameter, round folds.
 
-The single steps are `hbsolve.continuation.step`'s, for those who want to keep, show or stop them.
+The single steps are `hbsolve.continuation.step`'s, for those who want to show or stop them.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance, Real
-from hbsolve.continuation.branch import ResponseBranch, branch_of
+from hbsolve.contact_motion import contact_share
+from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.continuation.path import FrequencyPath, JointPath, LevelPath
 from hbsolve.continuation.state import ContinuationState
-from hbsolve.continuation.step import REACHED, Continuation
+from hbsolve.continuation.step import Continuation
+from hbsolve.continuation.stop import StopReason
+from hbsolve.errors import NoSteadyState
+from hbsolve.solution import solve_at
+from hbsolve.state import SteadyState, slider_start
+from hbsolve.steady_state import steady_state
+from hbsolve.truncation import truncation
 
-__all__ = [
-    "REACHED",
-    "Continuation",
-    "ContinuationState",
-    "frequency_response",
-    "joint_response",
-    "level_response",
-    "run",
-]
+#: Points of a branch so far: lambda and the steady state of each; and where the continuation stands.
+PartialBranch = tuple[list[tuple[float, SteadyState]], ContinuationState]
+
+
+def begin(
+    continuation: Continuation, start: Real | None = None, slider: NDArray[np.float64] | None = None
+) -> tuple[SteadyState, ContinuationState]:
+    """Find the first point of a branch.
+
+    Parameters
+    ----------
+    continuation
+        Lambda, and its range.
+    start, slider
+        As `hbsolve.steady_state.steady_state`.
+
+    Raises
+    ------
+    NoSteadyState
+        No steady state at the first value.
+    """
+    balance, condensed = continuation.path.at(continuation.first)
+    sliders = slider_start(balance, slider)
+    try:
+        found = solve_at(balance, condensed, start, sliders)
+    except NoSteadyState:
+        found = steady_state(balance, condensed.angular_frequency, start=start, slider=sliders.value)
+    return found, continuation.state_at(found.motion, sliders)
 
 
 def run(
@@ -30,31 +56,48 @@ def run(
     start: Real | None = None,
     slider: NDArray[np.float64] | None = None,
     report: Callable[[float, float], None] | None = None,
+    *,
+    resumed: PartialBranch | None = None,
+    save: Callable[[PartialBranch], None] | None = None,
 ) -> ResponseBranch:
-    """A whole branch.
+    """Follow a whole branch.
 
     Parameters
     ----------
     continuation
-        What, from where to where.
+        Lambda, and its range.
     start, slider
         As `hbsolve.steady_state.steady_state`.
     report
         Called with the way done and the whole way.
+    resumed
+        What `save` was last given, to go on from there.
+    save
+        Called after each point.
+
+    Raises
+    ------
+    NoSteadyState
+        No steady state at the first value.
     """
-    found, state = continuation.begin(start, slider)
-    states, values, way = [found], [state.value], abs(continuation.last - continuation.first)
-    while not state.stop_reason:
+    if resumed is None:
+        first, state = begin(continuation, start, slider)
+        points = [(state.value, first)]
+    else:
+        points, state = list(resumed[0]), resumed[1]
+    way = abs(continuation.last - continuation.first)
+    while state.stop_reason is None:
         point, state = continuation.advance(state)
         if point is not None:
-            states.append(point)
-            values.append(state.value)
+            points.append((state.value, point))
+            if save is not None:
+                save((points, state))
         if report is not None:
             report(abs(state.value - continuation.first), way)
     path = continuation.path
     # A joint's parameter is part of the balance; frequency and level are part of the state.
-    balances = [path.at(value)[0] for value in values] if isinstance(path, JointPath) else path.balance
-    return branch_of(balances, states, state.stop_reason)
+    balances = [path.at(value)[0] if isinstance(path, JointPath) else path.balance for value, _ in points]
+    return branch_of(balances, [each for _, each in points], state.stop_reason, continuation.stopped_at(state))
 
 
 def frequency_response(
@@ -116,3 +159,34 @@ def joint_response(
     """Response at one frequency over a parameter of a joint, round folds; see `frequency_response`."""
     path = JointPath(balance=balance, angular_frequency=angular_frequency, joint=joint, parameter=parameter)
     return run(Continuation(path=path, first=first, last=last, step=step), None, slider, report)
+
+
+def branch_of(
+    balances: Sequence[HarmonicBalance], states: Sequence[SteadyState], stop_reason: StopReason, stopped_at: str = ""
+) -> ResponseBranch:
+    """Steady states as a branch, with contact states and error estimates.
+
+    Parameters
+    ----------
+    balances
+        Balance of each state; its level may differ from the state's.
+    states
+        Steady states, in order.
+    stop_reason, stopped_at
+        As `ResponseBranch`.
+    """
+    errors = [truncation(each, state) for each, state in zip(balances, states, strict=True)]
+    return ResponseBranch(
+        angular_frequency=np.array([each.angular_frequency for each in states]),
+        coefficients=np.array([each.coefficients for each in states]),
+        residual_norm=np.array([each.residual_norm for each in states]),
+        stop_reason=stop_reason,
+        stopped_at=stopped_at,
+        level=np.array([each.level for each in states]),
+        iterations=np.array([each.iterations for each in states], dtype=np.float64),
+        slider=np.array([each.slider_at_start for each in states]),
+        contact_share=np.array([contact_share(b, each) for b, each in zip(balances, states, strict=True)]),
+        joint_names=tuple(joint.name for joint in balances[0].system.joints) if balances else (),
+        truncation_error=np.array([each.harmonics for each in errors]),
+        sample_error=np.array([each.samples for each in errors]),
+    )

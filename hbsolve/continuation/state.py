@@ -7,6 +7,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from hbsolve.balance import Real
+from hbsolve.continuation.stop import StopReason
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -32,7 +33,7 @@ class ContinuationState:
     mark_motion, mark_value, mark_tangent_motion, mark_tangent_value, mark_point
         An earlier point, its tangent, and its number: a branch that comes back to it is closed.
     stop_reason
-        Empty while there is a next step.
+        None while there is a next step.
     """
 
     value: float
@@ -49,4 +50,4 @@ class ContinuationState:
     mark_tangent_motion: Real
     mark_tangent_value: float
     mark_point: int
-    stop_reason: str = ""
+    stop_reason: StopReason | None = None

@@ -12,15 +12,16 @@ Seydel, Practical Bifurcation and Stability Analysis (2010), section 4.5: scalin
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hbsolve.aft import Start
 from hbsolve.balance import Real
 from hbsolve.continuation.arclength import Corrected, Direction, Metric, corrected, round_kink, tangent
 from hbsolve.continuation.path import Equation, FrequencyPath, JointPath, LevelPath, equation
 from hbsolve.continuation.state import ContinuationState
-from hbsolve.errors import BalanceError
-from hbsolve.steady_state import NoConvergence, SteadyState, finished, slider_start, solve_at, steady_state
+from hbsolve.continuation.stop import StopReason
+from hbsolve.errors import BalanceError, NoSteadyState
+from hbsolve.solution import finished, solve_at
+from hbsolve.state import SteadyState
 from reduction.array_input import real_number
 
 #: Largest, first and smallest ds.
@@ -39,8 +40,6 @@ NEAR = 0.5
 LEAST_LOOP, ASIDE, SAME_WAY = 12, 0.05, 0.9
 #: Steps of largest length over the range by default, and points at most.
 STEPS, MOST_POINTS = 50, 5000
-
-REACHED = "reached the last value"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -85,26 +84,6 @@ class Continuation:
         """s_lambda."""
         way = abs(self.last - self.first)
         return (way / STEPS if self.step is None else min(self.step, way)) / LARGEST
-
-    def begin(
-        self, start: Real | None = None, slider: NDArray[np.float64] | None = None, multiplier: bool = False
-    ) -> tuple[SteadyState, ContinuationState]:
-        """The first point.
-
-        Raises
-        ------
-        NoConvergence
-            No steady state at the first value.
-        """
-        balance, condensed = self.path.at(self.first)
-        sliders = slider_start(balance, slider, multiplier)
-        try:
-            found = solve_at(balance, condensed, start, sliders)
-        except NoConvergence:
-            found = steady_state(
-                balance, condensed.angular_frequency, start=start, slider=sliders.value, multiplier=multiplier
-            )
-        return found, self.state_at(found.motion, sliders)
 
     def state_at(self, motion: Real, sliders: Start) -> ContinuationState:
         """Where the branch begins, for a solution at the first value."""
@@ -169,17 +148,11 @@ class Continuation:
             between = state.motion + share * (found.motion - state.motion)
             return self._finish(state, between, share * step, metric, sliders)
         if self._outside(found.value):
-            return None, replace(state, stop_reason=self._words("turned back beyond its first value", found.value))
+            return None, replace(state, value=found.value, stop_reason=StopReason.TURNED_BACK)
         point = _point(found.at, found.motion, sliders, found.iterations)
         n_point = state.n_point + 1
         if self._closed(state, found, t, step, metric):
-            return point, replace(
-                state,
-                n_point=n_point,
-                stop_reason=self._words(
-                    "the branch closes on itself and goes no further (it has left the one it began on)", found.value
-                ),
-            )
+            return point, replace(state, value=found.value, n_point=n_point, stop_reason=StopReason.CLOSED)
         if n_point >= 2 * state.mark_point:
             state = replace(
                 state,
@@ -198,7 +171,7 @@ class Continuation:
             tangent_value=t.value,
             step=min(grow * step, LARGEST),
             n_point=n_point,
-            stop_reason="" if n_point < self.most_points else f"reached {self.most_points} points",
+            stop_reason=None if n_point < self.most_points else StopReason.MOST_POINTS,
         )
 
     def _closed(self, state: ContinuationState, found: Corrected, t: Direction, step: float, metric: Metric) -> bool:
@@ -222,13 +195,13 @@ class Continuation:
         balance, condensed = self.path.at(self.last)
         try:
             found = solve_at(balance, condensed, predicted, sliders)
-        except NoConvergence:
+        except NoSteadyState:
             return None
         aside = metric.length(Direction(found.motion - predicted, 0.0))
         if aside > max(NEAR * step, SURE):
             return None
         return found, replace(
-            state, value=self.last, motion=found.motion, n_point=state.n_point + 1, stop_reason=REACHED
+            state, value=self.last, motion=found.motion, n_point=state.n_point + 1, stop_reason=StopReason.REACHED
         )
 
     def _leap(
@@ -243,7 +216,7 @@ class Continuation:
             balance, condensed = self.path.at(value)
             try:
                 found = solve_at(balance, condensed, x, sliders)
-            except NoConvergence:
+            except NoSteadyState:
                 continue
             jump = np.linalg.norm(found.motion - x) / _amplitude(x)
             if jump > 5 * LARGEST:
@@ -258,15 +231,16 @@ class Continuation:
                 step=FIRST,
                 n_point=state.n_point + 1,
             )
-        return None, replace(
-            state, stop_reason=self._words("the corrections fail even for the smallest step", state.value)
-        )
+        return None, replace(state, stop_reason=StopReason.FAILED)
 
     def _outside(self, value: float) -> bool:
         return (value - self.first) * (self.last - self.first) < 0
 
-    def _words(self, reason: str, value: float) -> str:
-        return f"{reason}, at {self.path.shown(value):.6g} {self.path.unit}"
+    def stopped_at(self, state: ContinuationState) -> str:
+        """Lambda where the branch ends, with its unit; empty where it ends as it was asked to."""
+        if state.stop_reason in (StopReason.REACHED, StopReason.MOST_POINTS):
+            return ""
+        return f"{self.path.shown(state.value):.6g} {self.path.unit}"
 
 
 def _amplitude(x: Real) -> float:

@@ -15,8 +15,8 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.errors import BalanceError
 from hbsolve.limits.sliders import cone, slider_table
+from hbsolve.solution import solve_at
 from hbsolve.state import slider_start
-from hbsolve.steady_state import solve_at
 from reduction.array_input import real_number
 
 Sliders = Float[NDArray[np.float64], " s"]
@@ -88,10 +88,10 @@ def slider_box(
     ------
     BalanceError
         A centre that does not fit, or a reach that is not positive.
-    NoConvergence
+    NoSteadyState
         There is no rest under the static load.
     """
-    given = slider_start(balance, nominal, multiplier=False)
+    given = slider_start(balance, nominal)
     rest = solve_at(balance.at_level(0.0), condensed, None, given)
     interval = cone(rest.motion, slider_table(balance), balance.sampling.evaluate)
     radius = np.maximum(interval.high - interval.low, 0.0) / 2

@@ -21,8 +21,8 @@ from hbsolve.condensed import Condensed
 from hbsolve.contact.law import FORCE
 from hbsolve.errors import BalanceError
 from hbsolve.limits.sliders import slider_table
+from hbsolve.solution import forces_at
 from hbsolve.state import slider_start
-from hbsolve.steady_state import forces_at
 from reduction.array_input import real_array, whole_number
 from reduction.jointed_system import FrictionContact
 
@@ -224,7 +224,7 @@ def _check_harmonic(given: int, balance: HarmonicBalance) -> None:
 
 def _rest_forces(balance: HarmonicBalance, condensed: Condensed) -> Real:
     """Size of the force of each direction at rest, and of each tangent's limit, shape (d,) [N]."""
-    table, start = slider_table(balance), slider_start(balance, None, multiplier=False)
+    table, start = slider_table(balance), slider_start(balance, None)
     rest = balance.linear(condensed, 0.0)
     forces = forces_at(balance, condensed.angular_frequency, rest, start, FORCE)
     found = np.abs(forces.coefficients[:, 0] + balance.table.reference * rest[:, 0])

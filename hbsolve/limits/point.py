@@ -10,11 +10,13 @@ from hbsolve.aft import JointForces, Start
 from hbsolve.balance import HarmonicBalance, Real
 from hbsolve.condensed import Condensed
 from hbsolve.contact.law import JACOBIAN
+from hbsolve.errors import NoSteadyState
 from hbsolve.limits.box import SliderBox
 from hbsolve.limits.near import newton_near
 from hbsolve.limits.objective import Measure
 from hbsolve.limits.sliders import Cone, SliderTable, cone
-from hbsolve.steady_state import TOLERANCE, NoConvergence, forces_at, ramp, steady_state
+from hbsolve.solution import TOLERANCE, forces_at, ramp
+from hbsolve.steady_state import steady_state
 
 Sliders = Float[NDArray[np.float64], " s"]
 
@@ -158,7 +160,7 @@ class LimitPoint:
         """With all that `steady_state` tries."""
         try:
             state = steady_state(self.balance, self.condensed.angular_frequency, slider=w)
-        except NoConvergence:
+        except NoSteadyState:
             return None
         return self.trial(state.motion, w, state.residual_norm)
 

@@ -86,7 +86,7 @@ def limit_problem(
     ------
     BalanceError
         No sliders, coupled tangents, or an output, centre or reach that does not fit.
-    NoConvergence
+    NoSteadyState
         There is no rest under the static load.
     """
     # The structure at rest is the same at all frequencies.

@@ -12,7 +12,8 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
 from hbsolve.limits.local_search import Side
 from hbsolve.netcdf import write_netcdf
-from hbsolve.steady_state import SteadyState, steady_state
+from hbsolve.state import SteadyState
+from hbsolve.steady_state import steady_state
 
 Real = NDArray[np.float64]
 

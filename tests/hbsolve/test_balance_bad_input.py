@@ -10,17 +10,18 @@ import pytest
 from numpy.typing import NDArray
 from scipy.sparse import eye_array
 
-import hbsolve.continuation.rescue
+import hbsolve.solution
 import hbsolve.steady_state
 from geometry.errors import InputError
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion, contact_share
-from hbsolve.continuation.branch import branch_of, load_branch
+from hbsolve.continuation.branch import load_branch
 from hbsolve.continuation.path import FrequencyPath, JointPath
-from hbsolve.continuation.response import frequency_response, joint_response, level_response
+from hbsolve.continuation.response import begin, branch_of, frequency_response, joint_response, level_response
 from hbsolve.continuation.step import Continuation
+from hbsolve.continuation.stop import StopReason
 from hbsolve.energy import energy_balance
-from hbsolve.errors import BalanceError, DampingWarning, ModelError
+from hbsolve.errors import BalanceError, DampingWarning, ModelError, NoSteadyState
 from hbsolve.sensitivity import (
     JointParameter,
     LevelParameter,
@@ -32,7 +33,8 @@ from hbsolve.sensitivity import (
     scaled,
     sensitivity,
 )
-from hbsolve.steady_state import NoConvergence, SteadyState, steady_state
+from hbsolve.state import SteadyState
+from hbsolve.steady_state import steady_state
 from hbsolve.truncation import truncation
 from reduction.errors import JointError
 from reduction.jointed_system import (
@@ -299,7 +301,7 @@ BALANCE: dict[str, tuple[Refused, str]] = {
         r"state with displacement of shape \(4, 3\), the balance has 5 harmonics with the mean and 3 directions",
     ),
     "a branch from a start of another shape": (
-        lambda: Continuation(path=FrequencyPath(balance=balance()), first=1.0, last=2.0).begin(np.zeros((2, 7))),
+        lambda: begin(Continuation(path=FrequencyPath(balance=balance()), first=1.0, last=2.0), np.zeros((2, 7))),
         r"start has shape \(2, 7\): give .* \(3, 7\)",
     ),
     "a point that a branch does not have": (
@@ -527,7 +529,7 @@ def test_a_state_of_another_balance_is_refused(what: str, case: str) -> None:
 def test_outputs_that_a_solution_does_not_have_are_refused(case: str) -> None:
     given, words = OUTPUTS[case]
     state = steady_state(balance(), 0.5)
-    branch = branch_of(balance(), [state], "one point")
+    branch = branch_of([balance()], [state], StopReason.SOLVED)
     check(BalanceError, lambda: branch.output(*given), words)  # type: ignore[arg-type]
     check(BalanceError, lambda: branch.amplitude(*given), words)  # type: ignore[arg-type]
     if len(given) < 3:
@@ -542,8 +544,8 @@ def test_what_is_no_state_is_refused() -> None:
 @pytest.mark.parametrize(
     ("joint", "slider", "advice"),
     [
-        (contact(), None, r'; "rub" is pressed before it moves and sliders start at 0: give `slider`, start from'),
-        (contact(preload=0.0, gap=-0.1), [0.0], r'; "rub" is pressed before it moves and sliders start at 0: give'),
+        (contact(), None, r'; "rub" is pressed before it moves; .* 0: give `slider`, start from'),
+        (contact(preload=0.0, gap=-0.1), [0.0], r'; "rub" is pressed before it moves; .* 0: give'),
         (contact(), [0.1], r"motion; start from a neighbouring state, or continue a branch to here$"),
         (contact(preload=0.0), None, r"motion; start from a neighbouring state, or continue a branch to here$"),
     ],
@@ -554,9 +556,9 @@ def test_where_nothing_converges_the_message_says_what_to_try(
     def stuck(*given: object) -> tuple[object, float, int]:
         return given[3], 1.0, 0
 
-    for room in (hbsolve.steady_state, hbsolve.continuation.rescue):
+    for room in (hbsolve.solution, hbsolve.steady_state):
         monkeypatch.setattr(room, "newton_at", stuck)
-    with pytest.raises(NoConvergence, match=advice) as caught:
+    with pytest.raises(NoSteadyState, match=advice) as caught:
         steady_state(balance(joints=[joint]), 0.5, slider=slider)
     assert re.match(r"no steady state was found at 0\.0795775 Hz, level 1: ", str(caught.value))
 
@@ -615,7 +617,7 @@ def test_numbers_of_numpy_count_as_well() -> None:
 
 def test_a_branch_may_end_at_the_edge_of_what_a_joint_can_have() -> None:
     branch = joint_response(balance(), 0.5, "rub", "friction_coefficient", 0.4, 0.0)
-    assert branch.stop_reason == "reached the last value"
+    assert branch.stop_reason is StopReason.REACHED
     # Without friction the tangent is free: a spring of no force, and the cubic one.
     free = steady_state(balance(joints=[CubicSpring(name="cubic", direction=X, stiffness=0.1)]), 0.5)
     np.testing.assert_allclose(branch.coefficients[-1][:, 0], free.coefficients[:, 0], atol=1e-8)  # residual 1e-9
@@ -623,7 +625,7 @@ def test_a_branch_may_end_at_the_edge_of_what_a_joint_can_have() -> None:
 
 def test_a_motion_whose_squares_vanish_is_left_as_it_is() -> None:
     branch = frequency_response(balance(joints=[contact(preload=0.0)]).at_level(1e-200), 0.5, 0.6, step=1e300)
-    assert branch.stop_reason == "reached the last value"
+    assert branch.stop_reason is StopReason.REACHED
     np.testing.assert_array_equal(branch.truncation_error, 0)
 
 

@@ -12,7 +12,8 @@ from hbsolve.contact.catalogue import joint_table
 from hbsolve.contact.law import FORCE, SLIP, STICK, LawOutput
 from hbsolve.contact_motion import contact_motion
 from hbsolve.sampling import sampling
-from hbsolve.steady_state import SteadyState, steady_state
+from hbsolve.state import SteadyState
+from hbsolve.steady_state import steady_state
 from hbsolve.truncation import truncation
 from reduction.jointed_system import Friction, FrictionContact, JointedSystem
 from transient.steady import steady_motion

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from hbsolve.continuation.stop import StopReason
 from hbsolve.dynamic_stiffness import DynamicStiffness
 from hbsolve.errors import ForceError
 from hbsolve.forced_response import forced_response
@@ -61,7 +62,7 @@ def test_each_harmonic_answers_its_own_force() -> None:
             )
             np.testing.assert_allclose(branch.coefficients[p, k], expected, rtol=1e-9, atol=1e-14)
     assert np.all(branch.residual_norm < ROUND_OFF)
-    assert branch.stop_reason == "all 2 frequencies solved"
+    assert branch.stop_reason is StopReason.SOLVED
     np.testing.assert_allclose(branch.amplitude(3), np.abs(branch.coefficients[:, 1, 3]))
     np.testing.assert_allclose(branch.frequency, omega / (2 * np.pi))
 

@@ -5,8 +5,9 @@ import pytest
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.path import FrequencyPath
-from hbsolve.continuation.response import frequency_response
-from hbsolve.continuation.step import REACHED, Continuation
+from hbsolve.continuation.response import begin, frequency_response
+from hbsolve.continuation.step import Continuation
+from hbsolve.continuation.stop import StopReason
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import CubicSpring, ElasticStop, FrictionContact, JointedSystem, along, between
 
@@ -52,7 +53,7 @@ def test_a_branch_passes_the_kinks_of_a_wedge_to_its_last_value(level: float) ->
     balance = wedge_chain(level)
     branch = frequency_response(balance, 2 * np.pi * 12, 2 * np.pi * 32)
 
-    assert branch.stop_reason.startswith(REACHED)
+    assert branch.stop_reason is StopReason.REACHED
     # Each point solves the balance by itself, to Newton's own tolerance of 1e-9 and a margin for the recovery.
     assert branch.residual_norm.max() < 1e-8
     # Folds hide nothing: on the way the branch meets the single states at its two ends.
@@ -65,16 +66,16 @@ def test_the_orientation_is_kept_round_folds_and_kinks(balance: HarmonicBalance)
     # A branch without branch points keeps the sign of its bordered determinant from end to end.
     natural = 1.0 if balance.n_direction == 1 else 2 * np.pi * 16
     continuation = Continuation(path=FrequencyPath(balance=balance), first=0.75 * natural, last=2 * natural)
-    _, state = continuation.begin()
+    _, state = begin(continuation)
     signs, turns, last = set(), 0, 1.0
-    while not state.stop_reason:
+    while state.stop_reason is None:
         point, state = continuation.advance(state)
         if point is not None and not state.stop_reason:
             signs.add(state.orientation)
             turns += np.sign(state.tangent_value) != last
             last = np.sign(state.tangent_value)
 
-    assert state.stop_reason.startswith(REACHED)
+    assert state.stop_reason is StopReason.REACHED
     assert signs == {1}
     assert turns >= 2  # or it says nothing about folds
 
@@ -87,10 +88,10 @@ def test_both_directions_of_travel_meet_at_a_stop() -> None:
         found = []
         for first in (0.6, 3.0):
             continuation = Continuation(path=path, first=first, last=omega)
-            _, state = continuation.begin()
-            while not state.stop_reason:
+            _, state = begin(continuation)
+            while state.stop_reason is None:
                 _, state = continuation.advance(state)
-            assert state.stop_reason.startswith(REACHED)
+            assert state.stop_reason is StopReason.REACHED
             found.append(state.motion)
         alone = steady_state(balance, omega)
         np.testing.assert_allclose(found[0], alone.motion, atol=1e-7 * np.abs(alone.motion).max())

@@ -22,7 +22,8 @@ from hbsolve.sensitivity import (
     sensitivity,
     spring,
 )
-from hbsolve.steady_state import SteadyState, steady_state
+from hbsolve.state import SteadyState
+from hbsolve.steady_state import steady_state
 from reduction.jointed_system import (
     CubicSpring,
     ElasticStop,

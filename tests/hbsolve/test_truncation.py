@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from hbsolve.balance import HarmonicBalance
-from hbsolve.steady_state import SteadyState, steady_state
+from hbsolve.state import SteadyState
+from hbsolve.steady_state import steady_state
 from hbsolve.truncation import truncation
 from reduction.jointed_system import (
     CubicSpring,

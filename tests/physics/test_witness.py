@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.response import frequency_response
-from hbsolve.steady_state import SteadyState, steady_state
+from hbsolve.state import SteadyState
+from hbsolve.steady_state import steady_state
 from transient.state import TransientState
 from transient.steady import SteadyMotion, steady_motion
 

@@ -1,9 +1,11 @@
 """Branches against exact solutions, against single solutions, and against the equation of motion in plain matrices."""
 
 import pickle
+import re
 from dataclasses import replace
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -13,13 +15,15 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from hbsolve.continuation.branch import load_branch
 from hbsolve.continuation.path import FrequencyPath
-from hbsolve.continuation.response import frequency_response, joint_response, level_response
+from hbsolve.continuation.response import begin, frequency_response, joint_response, level_response, run
 from hbsolve.continuation.step import Continuation
+from hbsolve.continuation.stop import StopReason
 from hbsolve.errors import BalanceError
 from hbsolve.forced_response import forced_response
 from hbsolve.fourier import coefficients_from_samples, samples_from_coefficients
 from hbsolve.harmonic_force import HarmonicForce
-from hbsolve.steady_state import SteadyState, steady_state
+from hbsolve.state import SteadyState
+from hbsolve.steady_state import steady_state
 from reduction.jointed_system import (
     CubicSpring,
     ElasticStop,
@@ -144,7 +148,7 @@ def test_states_satisfy_the_equation_of_motion_in_plain_matrices(damping: str) -
     system = chain(damping)
     balance = HarmonicBalance(system=system, n_harmonic=6)
     branch = frequency_response(balance, 4.0, 16.0, step=1.0)
-    assert branch.stop_reason == "reached the last value"
+    assert branch.stop_reason is StopReason.REACHED
     assert (branch.contact_share[:, 0, :2].max(axis=0) > 0.2).all()  # slips and sticks
     assert branch.contact_share[:, :, 2].max() > 0.1  # lifts off
     start: NDArray[np.float64] | None = None
@@ -205,7 +209,7 @@ def test_a_range_that_ends_just_beyond_a_fold_goes_round_both_folds(beyond: floa
     up, down = folds(fine)
     for first, last in ((0.8, fine[up] + beyond), (2.0, fine[down] - beyond)):
         branch = frequency_response(balance, first, float(last))
-        assert branch.stop_reason == "reached the last value"
+        assert branch.stop_reason is StopReason.REACHED
         assert len(folds(branch.angular_frequency)) == 2
 
 
@@ -226,7 +230,7 @@ def test_both_directions_of_travel_find_the_same_curve() -> None:
     balance = duffing()
     there, back = frequency_response(balance, 0.8, 2.0), frequency_response(balance, 2.0, 0.8)
     for branch in (there, back):
-        assert branch.stop_reason == "reached the last value"
+        assert branch.stop_reason is StopReason.REACHED
     assert (back.angular_frequency[0], back.angular_frequency[-1]) == (2.0, 0.8)
     np.testing.assert_allclose(back.coefficients[[0, -1]], there.coefficients[[-1, 0]], atol=1e-8)
     # Steps differ, so the tops do by what lies between two points.
@@ -289,7 +293,7 @@ def test_a_branch_over_a_joint_parameter_ends_in_the_state_of_a_system_made_with
     number = [each.name for each in system.joints].index(joint)
     first = float(getattr(system.joints[number], parameter))
     branch = joint_response(balance, omega, joint, parameter, first, last)
-    assert branch.stop_reason == "reached the last value"
+    assert branch.stop_reason is StopReason.REACHED
     changed = list(system.joints)
     changed[number] = replace(changed[number], **{parameter: last})
     # The stuck stiffness of the two differs, which must not matter.
@@ -303,14 +307,24 @@ def test_a_branch_over_a_joint_parameter_ends_in_the_state_of_a_system_made_with
 
 # ---- stop, go on, keep
 
+#: Sentences that files held before reasons were stored by name.
+OLDER = (
+    "reached the last value",
+    "all 2 frequencies solved",
+    "turned back beyond its first value, at 1 Hz",
+    "the branch closes on itself and goes no further (it has left the one it began on), at 1 Hz",
+    "reached 5000 points",
+    "the corrections fail even for the smallest step, at 2 (level)",
+)
+
 
 @pytest.mark.parametrize("stop", [1, 2, 12])
 def test_a_resumed_continuation_gives_the_same_bits(stop: int) -> None:
     continuation = Continuation(path=FrequencyPath(balance=duffing()), first=0.9, last=1.6)
-    _, state = continuation.begin()
+    _, state = begin(continuation)
     whole = []
     kept = state
-    while not state.stop_reason:
+    while state.stop_reason is None:
         point, state = continuation.advance(state)
         if point is not None:
             whole.append(point)
@@ -318,7 +332,7 @@ def test_a_resumed_continuation_gives_the_same_bits(stop: int) -> None:
             kept = state
     again, state = [], pickle.loads(pickle.dumps(kept))
     fresh = Continuation(path=FrequencyPath(balance=duffing()), first=0.9, last=1.6)
-    while not state.stop_reason:
+    while state.stop_reason is None:
         point, state = fresh.advance(state)
         if point is not None:
             again.append(point)
@@ -359,19 +373,43 @@ def test_a_branch_that_turns_back_beyond_its_first_value_says_so() -> None:
     low = steady_state(balance, first)
     assert low.amplitude(0) < whole.amplitude(0)[down]  # on the lower branch
     continuation = Continuation(path=FrequencyPath(balance=balance), first=first, last=0.8)
-    _, state = continuation.begin()
-    while not state.stop_reason:
+    _, state = begin(continuation)
+    while state.stop_reason is None:
         _, state = continuation.advance(state)
-    assert "turned back beyond its first value" in state.stop_reason
-    assert state.stop_reason.endswith("Hz")
+    assert state.stop_reason is StopReason.TURNED_BACK
+    assert continuation.stopped_at(state) == f"{state.value / (2 * np.pi):.6g} Hz"
+    assert state.value > first
+
+
+@pytest.mark.parametrize("text", ["TURNED_BACK", "turned back beyond its first value, at 0.2 Hz"])
+def test_a_stop_reason_is_stored_by_its_name_and_read_from_older_sentences(tmp_path: Path, text: str) -> None:
+    branch = replace(frequency_response(duffing(), 0.8, 0.9), stop_reason=StopReason.TURNED_BACK, stopped_at="0.2 Hz")
+    file = tmp_path / "branch.nc"
+    branch.save(file)
+    with h5py.File(file, "r+") as data:
+        assert data.attrs["stop_reason"] == "TURNED_BACK"
+        data.attrs["stop_reason"] = text
+    assert load_branch(file).stop_reason is StopReason.TURNED_BACK
+    assert re.match(r"turned back.*, at 0\.2 Hz: ", load_branch(file).stop_message)
+    assert {StopReason.read(older) for older in OLDER} == set(StopReason)
+    with pytest.raises(BalanceError, match=r"weary.*FAILED"):
+        StopReason.read("weary")
+
+
+def test_a_branch_goes_on_from_what_was_saved() -> None:
+    continuation, saved = Continuation(path=FrequencyPath(balance=duffing()), first=0.9, last=1.2), []
+    whole = run(continuation, save=lambda progress: saved.append((list(progress[0]), progress[1])))
+    again = run(continuation, resumed=saved[3])
+    np.testing.assert_array_equal(again.coefficients, whole.coefficients)
+    assert again.stop_reason is whole.stop_reason is StopReason.REACHED
 
 
 def test_a_branch_stops_at_the_number_of_points_asked_for() -> None:
     continuation = Continuation(path=FrequencyPath(balance=duffing()), first=0.8, last=2.0, most_points=7)
-    _, state = continuation.begin()
-    while not state.stop_reason:
+    _, state = begin(continuation)
+    while state.stop_reason is None:
         _, state = continuation.advance(state)
-    assert (state.n_point, state.stop_reason) == (7, "reached 7 points")
+    assert (state.n_point, state.stop_reason) == (7, StopReason.MOST_POINTS)
 
 
 def test_a_file_that_is_no_branch_is_refused(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.contact.law import FORCE
 from hbsolve.errors import BalanceError
 from hbsolve.limits.sliders import cone, multipliers, slider_table
-from hbsolve.steady_state import forces_at
+from hbsolve.solution import forces_at
 from reduction.jointed_system import CubicSpring, Friction, FrictionContact, JenkinsElement, JointedSystem
 
 OMEGA = 50.0

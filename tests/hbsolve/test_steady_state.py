@@ -1,15 +1,19 @@
 """What finds a steady state where Newton's method from one start does not, on oscillators whose states are known."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
-import hbsolve.continuation.rescue
 import hbsolve.steady_state
 from hbsolve.balance import HarmonicBalance
-from hbsolve.continuation.rescue import along_an_arc, from_many_starts
-from hbsolve.steady_state import NoConvergence, SteadyState, slider_start, steady_state
+from hbsolve.condensed import Condensed
+from hbsolve.errors import NoSteadyState
+from hbsolve.solution import solve_at
+from hbsolve.state import SteadyState, slider_start
+from hbsolve.steady_state import along_an_arc, from_many_starts, steady_state
 from reduction.jointed_system import CubicSpring, JenkinsElement, JointedSystem
 
 ONE = np.ones(1)
@@ -70,7 +74,7 @@ def test_an_arc_from_a_low_level_ends_at_the_lowest_state(omega: float) -> None:
 def test_no_arc_leads_to_a_force_of_zero_or_beyond_its_points(monkeypatch: pytest.MonkeyPatch) -> None:
     balance = duffing()
     assert along_an_arc(balance.at_level(0.0), 1.0, None, none(balance)) is None  # type: ignore[arg-type]
-    monkeypatch.setattr(hbsolve.continuation.rescue, "ARC_POINTS", 2)
+    monkeypatch.setattr(hbsolve.steady_state, "ARC_POINTS", 2)
     assert along_an_arc(balance, THREE, None, none(balance)) is None  # type: ignore[arg-type]
 
 
@@ -83,7 +87,7 @@ def test_a_motion_from_many_starts_is_a_state(given: bool) -> None:
     assert found is not None
     motion, norm, iterations = found
     assert norm < 1e-9
-    assert 0 < iterations <= hbsolve.continuation.rescue.ITERATIONS
+    assert 0 < iterations <= hbsolve.steady_state.ITERATIONS
     amplitude = np.hypot(*motion[0, 1:])
     assert np.abs(amplitudes(THREE) / amplitude - 1).min() < 1e-7
     again = from_many_starts(balance, condensed, x, none(balance))  # type: ignore[arg-type]
@@ -113,9 +117,11 @@ def test_a_steady_state_is_rescued_by_many_starts_and_then_by_an_arc(monkeypatch
     low, _, high = amplitudes(THREE)
     tried = []
 
-    def fails(*given: object) -> SteadyState:
+    def fails(asked: HarmonicBalance, condensed: Condensed, *given: Any) -> SteadyState:
+        if condensed.angular_frequency != THREE or asked.level != balance.level:
+            return solve_at(asked, condensed, *given)  # where an arc begins
         tried.append("Newton")
-        raise NoConvergence("Newton's method wandered")
+        raise NoSteadyState("Newton's method wandered")
 
     def no_start(*given: object) -> None:
         tried.append("starts")
@@ -124,11 +130,11 @@ def test_a_steady_state_is_rescued_by_many_starts_and_then_by_an_arc(monkeypatch
     state = steady_state(balance, THREE)
     assert state.residual_norm < 1e-9
     assert np.abs(amplitudes(THREE) / state.amplitude(0) - 1).min() < 1e-7
-    monkeypatch.setattr(hbsolve.continuation.rescue, "from_many_starts", no_start)
+    monkeypatch.setattr(hbsolve.steady_state, "from_many_starts", no_start)
     tried.clear()
     np.testing.assert_allclose(steady_state(balance, THREE, start=before).amplitude(0), high, rtol=1e-7)
     np.testing.assert_allclose(steady_state(balance, THREE).amplitude(0), low, rtol=1e-7)
     assert tried == ["Newton", "starts"] * 2
-    monkeypatch.setattr(hbsolve.continuation.rescue, "ARC_POINTS", 2)
-    with pytest.raises(NoConvergence, match="Newton's method wandered"):
+    monkeypatch.setattr(hbsolve.steady_state, "ARC_POINTS", 2)
+    with pytest.raises(NoSteadyState, match="Newton's method wandered; start from"):
         steady_state(balance, THREE, start=before)

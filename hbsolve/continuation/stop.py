@@ -1,0 +1,46 @@
+"""Why a curve of periodic responses ends where it ends."""
+
+from enum import Enum
+
+from hbsolve.errors import BalanceError
+
+
+class StopReason(Enum):
+    """Reason why a curve ends; the value says it and, after a colon, what to try."""
+
+    REACHED = "reached the last value"
+    SOLVED = "solved at all frequencies"
+    TURNED_BACK = "turned back beyond its first value: begin further away, or follow the curve the other way"
+    CLOSED = "the branch closes on itself (it has left the one it began on): continue from another state"
+    MOST_POINTS = "reached the largest number of points: allow more points or longer steps"
+    FAILED = "the corrections fail even for the smallest step: continue from another state, or with more harmonics"
+
+    def sentence(self, where: str = "") -> str:
+        """Reason and advice, with the place where the curve ends if one is given."""
+        what, colon, advice = self.value.partition(":")
+        return f"{what}, at {where}{colon}{advice}" if where else self.value
+
+    @classmethod
+    def read(cls, text: str) -> "StopReason":
+        """Reason that a file holds: its name, or in older files the beginning of a sentence.
+
+        Raises
+        ------
+        BalanceError
+            Neither of them.
+        """
+        for reason in cls:
+            if text == reason.name or text.startswith(_OLDER_SENTENCES[reason]):
+                return reason
+        raise BalanceError(f'"{text}" is no stop reason: it is one of {", ".join(cls.__members__)}')
+
+
+#: How sentences of older files begin, tried in order of the members.
+_OLDER_SENTENCES = {
+    StopReason.REACHED: "reached the last value",
+    StopReason.SOLVED: "all ",
+    StopReason.TURNED_BACK: "turned back",
+    StopReason.CLOSED: "the branch closes",
+    StopReason.MOST_POINTS: "reached ",
+    StopReason.FAILED: "the corrections fail",
+}

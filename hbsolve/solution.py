@@ -1,0 +1,146 @@
+"""A steady state from one start: Newton's method, from the start and from rest, then a ramp of the level."""
+
+import numpy as np
+
+from hbsolve.aft import JointForces, Start, joint_forces
+from hbsolve.balance import HarmonicBalance, Real
+from hbsolve.condensed import Condensed, Recovery
+from hbsolve.contact.law import JACOBIAN
+from hbsolve.errors import BalanceError, Failure, NoSteadyState
+from hbsolve.newton import apply_receptance, newton
+from hbsolve.sampling import complex_from_real
+from hbsolve.state import SteadyState, start_motion
+from reduction.jointed_system import FrictionContact
+
+#: |R| of a solution relative to the linear motion of the directions.
+TOLERANCE = 1e-9
+MAX_ITERATION = 40
+#: First step of the level in the ramp, the smallest one, and Newton steps in each.
+FIRST_STEP, LEAST_STEP, RAMP_ITERATION = 0.2, 1e-3, 15
+
+
+def newton_from(
+    balance: HarmonicBalance, condensed: Condensed, x: Real, sliders: Start, recovery: Recovery | None = None
+) -> SteadyState | None:
+    """The state that Newton's method alone finds from a motion; maybe none."""
+    linear = balance.linear(condensed)
+    scale = float(np.linalg.norm(linear)) or 1.0
+    found, norm, count = newton_at(balance, condensed, linear, x, sliders, TOLERANCE * scale, MAX_ITERATION)
+    if not norm <= TOLERANCE * scale:
+        return None
+    return finished(balance, condensed, found, sliders, norm / scale, count, recovery)
+
+
+def solve_at(
+    balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: Start, recovery: Recovery | None = None
+) -> SteadyState:
+    """`steady_state` where the linear structure at Omega is at hand, and maybe what recovers the full response."""
+    x = start_motion(balance, x)
+    linear = balance.linear(condensed)
+    with np.errstate(over="ignore"):
+        scale = float(np.linalg.norm(linear))
+    if not np.isfinite(scale):
+        raise BalanceError(
+            f"the linear motion at {condensed.angular_frequency / (2 * np.pi):.6g} Hz, level {balance.level:g}, is too "
+            "large for the arithmetic: give smaller loads or a stiffer structure"
+        )
+    if scale == 0.0:
+        scale = 1.0
+    iterations = 0
+    for attempt in (x, linear):
+        if attempt is None:
+            continue
+        found, norm, count = newton_at(balance, condensed, linear, attempt, sliders, TOLERANCE * scale, MAX_ITERATION)
+        iterations += count
+        if norm <= TOLERANCE * scale:
+            return finished(balance, condensed, found, sliders, norm / scale, iterations, recovery)
+    for guess in (linear, 0 * linear):
+        found, norm, count = ramp(balance, condensed, guess, sliders, scale)
+        iterations += count
+        if norm <= TOLERANCE * scale:
+            return finished(balance, condensed, found, sliders, norm / scale, iterations, recovery)
+    contacts = [joint for joint in balance.system.joints if isinstance(joint, FrictionContact)]
+    pressed = [contact.name for contact in contacts if contact.preload > 0 or contact.gap < 0]
+    unset = bool(pressed) and not sliders.value.any()
+    raise NoSteadyState(
+        f"no steady state was found at {condensed.angular_frequency / (2 * np.pi):.6g} Hz, level {balance.level:g}: "
+        f"Newton's method from the start and from rest, and a ramp of the level, stopped at |R| = "
+        f"{norm / scale:.1e} of the linear motion" + (f'; "{pressed[0]}" is pressed before it moves' if unset else ""),
+        Failure.SLIDERS_UNSET if unset else Failure.NEWTON,
+    )
+
+
+def newton_at(
+    balance: HarmonicBalance, condensed: Condensed, linear: Real, x: Real, sliders: Start, tolerance: float, limit: int
+) -> tuple[Real, float, int]:
+    """Newton's method alone: motion, |R| [m] and iterations, whether it converged or not."""
+    first, count = balance.joint_of_direction
+    found: tuple[Real, float, int] = newton(
+        np.ascontiguousarray(x), linear, condensed.angular_frequency, condensed.receptance, balance.table, first, count,
+        sliders, balance.sampling, tolerance, limit,
+    )  # fmt: skip
+    return found
+
+
+def ramp(
+    balance: HarmonicBalance, condensed: Condensed, guess: Real, sliders: Start, scale: float
+) -> tuple[Real, float, int]:
+    """Raise the level from the static state in steps that adapt."""
+    static = balance.linear(condensed, 0.0)
+    x = static.copy()
+    x[:, 0] = np.where(guess[:, 0] == 0, 0.0, static[:, 0])
+    x, norm, iterations = newton_at(balance, condensed, static, x, sliders, TOLERANCE * scale, 3 * MAX_ITERATION)
+    if not norm <= TOLERANCE * scale:
+        return x, norm, iterations
+    share, step, before = 0.0, FIRST_STEP, x
+    while share < 1 and step >= LEAST_STEP:
+        target = min(1.0, share + step)
+        linear = balance.linear(condensed, target * balance.level)
+        # The secant through the last two states predicts; at first the linear change does.
+        change = (x - before) * step if share else linear - static
+        trial, norm, count = newton_at(
+            balance, condensed, linear, x + change, sliders, TOLERANCE * scale, RAMP_ITERATION
+        )
+        iterations += count
+        if norm <= TOLERANCE * scale:
+            before = trial - (trial - x) / (target - share)
+            x, share, step = trial, target, 2 * step
+        else:
+            step *= 0.4
+    return x, norm if share >= 1 else np.inf, iterations
+
+
+def forces_at(balance: HarmonicBalance, omega: float, x: Real, sliders: Start, want: int = JACOBIAN) -> JointForces:
+    """Joint forces at a motion of the directions."""
+    forces: JointForces = joint_forces(np.ascontiguousarray(x), omega, balance.table, sliders, balance.sampling, want)
+    return forces
+
+
+def residual(balance: HarmonicBalance, condensed: Condensed, x: Real, forces: JointForces) -> Real:
+    """R = x - x_lin + A g, eq. 12 in the joint directions, shape (d, nh) [m]."""
+    return np.asarray(x - balance.linear(condensed) + apply_receptance(condensed.receptance, forces.coefficients))
+
+
+def finished(
+    balance: HarmonicBalance,
+    condensed: Condensed,
+    x: Real,
+    sliders: Start,
+    norm: float,
+    iterations: int,
+    recovery: Recovery | None = None,
+) -> SteadyState:
+    """A solution with the full response recovered."""
+    forces = forces_at(balance, condensed.angular_frequency, x, sliders, want=0)
+    return SteadyState(
+        angular_frequency=condensed.angular_frequency,
+        level=balance.level,
+        displacement=complex_from_real(x),
+        coefficients=balance.response(condensed, forces.coefficients, recovery),
+        slider=sliders.value.copy(),
+        multiplier=bool(sliders.by_multiplier.any()),
+        # The last instant of one period precedes the first of the next.
+        slider_at_start=forces.slider[:, -1].copy(),
+        residual_norm=float(norm),
+        iterations=iterations,
+    )
