@@ -23,9 +23,9 @@ from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.refit import Refit
 from diagnosis.threshold.thresholds import Limits
-from study.diagnose_limits import limits_for
+from study.case.setup import TestSetup, read_test_case
+from study.diagnose.thresholds import limits_for
 from study.shipped import BEAM
-from study.test_case_model import TestSetup, read_test_case
 from transient.bench.hidden_effect import PlantedTruth, make_campaign
 
 #: Rooms whose code a result depends on.

@@ -22,11 +22,11 @@ from geometry.rig import Rig, mating_pairs
 from pipeline.progress import LineProgress
 from pipeline.store import Store, default_folder
 from reduction.line_contact import station_stiffness
-from study.rig_case import RigCase, rig_model
-from study.rig_joints import line_pairs
-from study.rig_model import BODIES, HELD
-from study.rig_reduce_run import stuck_modes
-from study.rig_reduction import reduce_rig
+from study.kind.rig.contact import line_pairs
+from study.kind.rig.model import BODIES, HELD
+from study.kind.rig.reduce import stuck_modes
+from study.kind.rig.reduction import reduce_rig
+from study.kind.rig.table import RigCase, rig_model
 from study.shipped import RIG
 
 #: Frequencies that are compared.

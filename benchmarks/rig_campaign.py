@@ -17,10 +17,10 @@ from pipeline.store import Store, default_folder
 from reduction.joined import vibrating
 from reduction.jointed_system import CubicSpring, FrictionContact, JointedSystem
 from reduction.stuck import stuck_stiffness
-from study.rig_case import RigCase, rig_model
-from study.rig_reduction import RigReduction, reduce_rig
-from study.rig_system import Row, excitation, resting_rig
-from study.rig_test_case import hanging, measured_places
+from study.kind.rig.reduction import RigReduction, reduce_rig
+from study.kind.rig.structure import hanging, measured_places
+from study.kind.rig.system import Row, excitation, resting_rig
+from study.kind.rig.table import RigCase, rig_model
 from transient.bench.campaign import (
     FREQUENCY_JITTER,
     HISTORY,

@@ -30,11 +30,11 @@ from pipeline.progress import SilentProgress
 from pipeline.store import Store, default_folder
 from reduction.assembly_error import assembly_error
 from reduction.joined import joined
-from study.rig_body import held_body
-from study.rig_case import RigCase, rig_model
-from study.rig_joints import line_pairs
-from study.rig_model import BODIES, RigModel, whole_mesh
-from study.rig_reduction import reduce_rig
+from study.kind.rig.body import held_body
+from study.kind.rig.contact import line_pairs
+from study.kind.rig.model import BODIES, RigModel, whole_mesh
+from study.kind.rig.reduction import reduce_rig
+from study.kind.rig.table import RigCase, rig_model
 from study.shipped import RIG
 from study.table1.limit import richardson
 

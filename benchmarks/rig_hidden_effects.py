@@ -21,11 +21,11 @@ from diagnosis.decision.verdict import INTERVAL
 from diagnosis.diagnose import diagnose
 from pipeline.progress import LineProgress
 from pipeline.store import Store, default_folder
-from study.rig_case import RigCase, rig_model
-from study.rig_reduction import reduce_rig
-from study.rig_test_case import rig_test_case
+from study.case.setup import TestSetup, read_test_case
+from study.kind.rig.reduction import reduce_rig
+from study.kind.rig.structure import rig_test_case
+from study.kind.rig.table import RigCase, rig_model
 from study.shipped import RIG
-from study.test_case_model import TestSetup, read_test_case
 
 #: Sizes of elements [m]: no mesh is another's refinement.
 MODEL_SIZE, FINER_SIZE, SPECIMEN_SIZE = 0.003, 0.002, 0.0025

@@ -32,9 +32,9 @@ from hbsolve.limits.response_limits import LimitSettings, limit_problem, respons
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
 from pipeline.progress import LineProgress  # noqa: E402
 from pipeline.store import Store, default_folder  # noqa: E402
-from study.rig_case import RigCase, rig_model  # noqa: E402
-from study.rig_reduction import RigReduction, reduce_rig  # noqa: E402
-from study.rig_system import RigSystem, rig_system  # noqa: E402
+from study.kind.rig.reduction import RigReduction, reduce_rig  # noqa: E402
+from study.kind.rig.system import RigSystem, rig_system  # noqa: E402
+from study.kind.rig.table import RigCase, rig_model  # noqa: E402
 from study.shipped import RIG  # noqa: E402
 
 Real = NDArray[np.float64]

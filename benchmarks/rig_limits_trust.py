@@ -31,8 +31,8 @@ from hbsolve.limits.response_limits import LimitSettings, response_limits  # noq
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
 from hbsolve.limits.sampled import sampled_states  # noqa: E402
 from hbsolve.limits.task import Progress  # noqa: E402
-from study.limits_case import LimitsTable  # noqa: E402
-from study.limits_model import limit_search  # noqa: E402
+from study.limits.model import limit_search  # noqa: E402
+from study.limits.table import LimitsTable  # noqa: E402
 from study.shipped import RIG  # noqa: E402
 
 Real = NDArray[np.float64]

@@ -27,9 +27,9 @@ from correlation.metric.band import coverage, interval_score, tightness  # noqa:
 from figure.limit_band import Band, limit_band_figure  # noqa: E402
 from hbsolve.limits.response_limits import LimitSettings, response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
-from study.limits_case import LimitsTable  # noqa: E402
-from study.limits_model import limit_search  # noqa: E402
-from study.rig_test_case import measured_places  # noqa: E402
+from study.kind.rig.structure import measured_places  # noqa: E402
+from study.limits.model import limit_search  # noqa: E402
+from study.limits.table import LimitsTable  # noqa: E402
 from study.shipped import RIG  # noqa: E402
 from transient.bench.campaign import CampaignPoints, Layout, Sweep, write_campaign  # noqa: E402
 from transient.bench.repeats import repeated_tests  # noqa: E402

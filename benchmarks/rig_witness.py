@@ -22,12 +22,12 @@ from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.steady_state import steady_state
 from pipeline.progress import LineProgress
 from pipeline.store import Store, default_folder
-from study.rig_case import RigCase, rig_model
-from study.rig_reduction import RigReduction, reduce_rig
-from study.rig_system import RigSystem, rig_system
+from study.kind.rig.reduction import RigReduction, reduce_rig
+from study.kind.rig.system import RigSystem, rig_system
+from study.kind.rig.table import RigCase, rig_model
 from study.shipped import RIG
-from study.solve_curve import response_curve
-from study.solve_model import Curve
+from study.solve.curve import response_curve
+from study.solve.model import Curve
 from transient.state import start_from
 from transient.steady import steady_motion
 

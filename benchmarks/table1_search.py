@@ -13,7 +13,7 @@ import time
 import numpy as np
 
 from casefile.table import load_case
-from study.blade_model import first_frequency
+from study.kind.blade.model import first_frequency
 from study.shipped import TABLE1
 from study.table1.case import Table1Case
 from study.table1.study import row_inputs

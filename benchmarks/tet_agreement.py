@@ -30,12 +30,12 @@ from reduction.assembly import ReducedAssembly
 from reduction.craig_bampton import craig_bampton
 from reduction.joined import joined
 from reduction.rom import ReducedModel
-from study.rig_body import held_body
-from study.rig_case import RigCase, rig_model
-from study.rig_joints import line_pairs
-from study.rig_model import BODIES, HELD, RigModel, mirror_image, with_excitation
-from study.rig_reduction import mirrored
-from study.rig_tetrahedra import LINES
+from study.kind.rig.body import held_body
+from study.kind.rig.contact import line_pairs
+from study.kind.rig.model import BODIES, HELD, RigModel, mirror_image, with_excitation
+from study.kind.rig.reduction import mirrored
+from study.kind.rig.table import RigCase, rig_model
+from study.kind.rig.tetrahedra import LINES
 from study.shipped import RIG
 
 #: Cells at the contact lines and the root, in parts of the size elsewhere.

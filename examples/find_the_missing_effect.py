@@ -10,17 +10,18 @@ import numpy as np
 
 from correlation.campaign.read_campaign import read_campaign
 from pipeline.progress import LineProgress
-from study import compare_words, diagnose_words
-from study.beam_case import write_beam_case
-from study.compare_pictures import pictures
-from study.compare_run import Compared, compare
-from study.diagnose_add import add
-from study.diagnose_files import contents
-from study.diagnose_history import history_of
-from study.diagnose_record import record
-from study.diagnose_round import Round, diagnose_case
-from study.diagnose_stages import waterfall
-from study.test_case_model import read_test_case
+from study.beam.case import write_beam_case
+from study.case.setup import read_test_case
+from study.compare import report as compare_words
+from study.compare.pictures import pictures
+from study.compare.run import Compared, compare
+from study.diagnose import report as diagnose_words
+from study.diagnose.add import add
+from study.diagnose.files import contents
+from study.diagnose.history import history_of
+from study.diagnose.record import record
+from study.diagnose.round import Round, diagnose_case
+from study.diagnose.stages import waterfall
 from transient.bench.hidden_effect import make_campaign, random_effect
 
 folder, progress, seed = Path(sys.argv[1] if len(sys.argv) > 1 else "found"), LineProgress(sys.stdout), 3

@@ -17,9 +17,9 @@ from hbsolve.limits.fresh import fresh_histories
 from hbsolve.limits.loss_factor import paper_limits
 from hbsolve.limits.objective import ContactForce, Output
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
+from study.case.joint_table import SolveCase
 from study.shipped import LIMITS
-from study.solve_case import SolveCase
-from study.solve_model import solve_model
+from study.solve.model import solve_model
 
 LEVELS, FREQUENCIES, RESONANCE = [0.1, 0.4, 1.0, 4.0], np.linspace(259, 295, 13), 283.0
 SETTINGS = LimitSettings(population=8, sample=60)

@@ -11,13 +11,13 @@ from casefile.table import load_case
 from figure.response_curves import DrawnCurve, response_curves_figure
 from pipeline.progress import SilentProgress
 from pipeline.store import Store, default_folder
-from study.rig_case import RigCase, rig_model
-from study.rig_joints import line_pairs
-from study.rig_reduce_run import stuck_modes
-from study.rig_reduction import reduce_rig
-from study.rig_system import rig_system
+from study.kind.rig.contact import line_pairs
+from study.kind.rig.reduce import stuck_modes
+from study.kind.rig.reduction import reduce_rig
+from study.kind.rig.system import rig_system
+from study.kind.rig.table import RigCase, rig_model
 from study.shipped import RIG
-from study.solve_curve import response_curve
+from study.solve.curve import response_curve
 
 
 def main() -> None:

@@ -15,9 +15,9 @@ from figure.limit_band import Band, limit_band_figure
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.objective import Output
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
+from study.case.joint_table import SolveCase
 from study.shipped import LIMITS
-from study.solve_case import SolveCase
-from study.solve_model import solve_model
+from study.solve.model import solve_model
 from transient.bench.campaign import CampaignPoints, Layout, write_campaign
 from transient.bench.repeats import repeated_tests
 

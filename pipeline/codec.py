@@ -2,7 +2,7 @@
 
 Both know text, numbers (complex ones too), None, lists, tuples, sets, dicts, and dataclasses and enums of the
 product; `NPZ` also knows numpy arrays and SciPy sparse matrices. A dataclass is rebuilt by its constructor, so its own
-checks run again. Nothing is pickled: a cache entry can never run code. (`study.diagnose_codec` pickles, and reads back
+checks run again. Nothing is pickled: a cache entry can never run code. (`study.diagnose.codec` pickles, and reads back
 with care.)
 """
 

@@ -6,7 +6,7 @@ A new command is one file under `study/command` and one line in `study.cli.COMMA
 
     @app.default
     def reduce(case: Path, *, out: Out = Path("reduced"), options: Options = DEFAULTS) -> Answer:
-        from study.reduce_run import run_reduce            # heavy imports inside, so that help stays quick
+        from study.kind.blade.reduce import run_reduce            # heavy imports inside, so that help stays quick
 
         run = options.open(out)                            # refuses an unwritable folder before anything is computed
         step = run.step("modes", expected=20)

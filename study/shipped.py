@@ -13,5 +13,5 @@ TABLE1 = (CASES / "table1_rig.toml", CASES / "table1_plain.toml")
 SOLVE = CASES / "solve_chain.toml"
 #: A blade with a wedge damper: the smallest system whose response depends on friction history; its matrices too.
 LIMITS = CASES / "wedge_damper.toml"
-#: The beam of the virtual test bench, beside its matrices; `study.beam_case` writes both.
+#: The beam of the virtual test bench, beside its matrices; `study.beam.case` writes both.
 BEAM = CASES / "beam" / "beam.toml"

@@ -34,10 +34,10 @@ def add(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Add an effect."""
-    from study.diagnose_add import add as add_effect
-    from study.diagnose_add import find_case, named
-    from study.diagnose_run import step_document
-    from study.diagnose_words import step_in_words
+    from study.diagnose.add import add as add_effect
+    from study.diagnose.add import find_case, named
+    from study.diagnose.report import step_in_words
+    from study.diagnose.run import step_document
 
     del options
     file = case if case is not None else find_case(Path())

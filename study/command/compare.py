@@ -33,8 +33,8 @@ def compare(
 ) -> Answer:
     """Compare a model with measurements."""
     one_thread_by_default()
-    from study.compare_run import run_compare
-    from study.compare_words import document, in_words
+    from study.compare.report import document, in_words
+    from study.compare.run import run_compare
 
     compared = run_compare(case, campaign, options.open(out), calibrate=calibrate)
     return Answer(document=document(compared), text=in_words(compared))

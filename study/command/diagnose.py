@@ -48,8 +48,8 @@ def diagnose(
 ) -> Answer:
     """Say what is missing."""
     one_thread_by_default()
-    from study.diagnose_add import LoopError
-    from study.diagnose_run import full_document, full_text, run_diagnose
+    from study.diagnose.add import LoopError
+    from study.diagnose.run import full_document, full_text, run_diagnose
 
     if trials < 0 or trials == 1:
         raise LoopError(f"--trials {trials} tells nothing: give 0 for the linear theory, or at least 2, such as 40")

@@ -31,8 +31,8 @@ def limits(
 ) -> Answer:
     """Search for the limits of the response over all friction histories."""
     one_thread_by_default()
-    from study.limits_run import run_limits
-    from study.limits_table import limits_document, limits_text
+    from study.limits.report import limits_document, limits_text
+    from study.limits.run import run_limits
     from study.shipped import LIMITS
 
     limited = run_limits(case or LIMITS, options.open(out))

@@ -42,7 +42,7 @@ def modes(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Compute and draw modes."""
-    from study.modes_run import OwnMesh, run_modes
+    from study.modes.run import OwnMesh, run_modes
     from study.shipped import BLADE
 
     own = OwnMesh(length_unit=length_unit, young=young, poisson=poisson, density=density, fixed=fix, free=free)

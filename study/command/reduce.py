@@ -9,8 +9,8 @@ from study.run_context import DEFAULTS, Answer, Options, Out, command_app
 
 if TYPE_CHECKING:
     from fe.mode_check import ModeCheck
-    from study.blade_reduction import Reduction
-    from study.compared_reduction import ComparedReduction
+    from study.kind.blade.reduction import Reduction
+    from study.reduce.comparison import ComparedReduction
 
 app = command_app(
     "reduce",
@@ -52,9 +52,9 @@ def reduce(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Reduce a blade, a rig, a part or matrices."""
-    from study.matrices_case import is_matrices_case
-    from study.part_case import part_kind
-    from study.rig_case import is_rig_case
+    from study.kind.matrices.table import is_matrices_case
+    from study.kind.part.table import part_kind
+    from study.kind.rig.table import is_rig_case
     from study.shipped import BLADE
 
     path = case or BLADE
@@ -66,15 +66,15 @@ def reduce(
 
 
 def _rig(path: Path, out: Path, check: bool, options: Options) -> Answer:
-    from study.rig_reduce_run import run_reduce_rig
-    from study.rig_table import rig_document, rig_text
+    from study.kind.rig.reduce import run_reduce_rig
+    from study.kind.rig.reduce_report import rig_document, rig_text
 
     reduced = run_reduce_rig(path, options.open(out), checked=check)
     return Answer(document=rig_document(reduced), text=rig_text(reduced))
 
 
 def _matrices(path: Path, out: Path, check: bool, options: Options) -> Answer:
-    from study.matrices_run import run_reduce_matrices
+    from study.kind.matrices.reduce import run_reduce_matrices
 
     reduced = run_reduce_matrices(path, options.open(out), checked=check)
     files = [str(file) for file in reduced.files]
@@ -85,8 +85,8 @@ def _matrices(path: Path, out: Path, check: bool, options: Options) -> Answer:
 
 
 def _part(path: Path, out: Path, check: bool, options: Options) -> Answer:
-    from study.part_run import run_reduce_part
-    from study.part_table import face_document, face_lines
+    from study.kind.part.reduce import run_reduce_part
+    from study.kind.part.reduce_report import face_document, face_lines
 
     reduced = run_reduce_part(path, options.open(out), checked=check)
     found, mesh = reduced.reduction, reduced.mesh
@@ -116,7 +116,7 @@ def _part(path: Path, out: Path, check: bool, options: Options) -> Answer:
 
 
 def _blade(path: Path, out: Path, check: bool, options: Options) -> Answer:
-    from study.reduce_run import run_reduce
+    from study.kind.blade.reduce import run_reduce
 
     reduced = run_reduce(path, options.open(out), checked=check)
     found = reduced.reduction
@@ -137,8 +137,8 @@ def _blade(path: Path, out: Path, check: bool, options: Options) -> Answer:
 
 def _frequency_lines(found: "Reduction | ComparedReduction", n_asked: int, check: "ModeCheck | None") -> list[str]:
     """The frequencies, and what must be known of them; `n_asked` modes were to be kept."""
-    from study.kept_modes import fewer_modes
-    from study.mode_check_words import check_sentence
+    from study.reduce.mode_check import check_sentence
+    from study.reduce.mode_count import fewer_modes
 
     return [
         f"{found.n_dof} degrees of freedom reduced to {found.rom.n_dof}",
@@ -158,7 +158,7 @@ def _frequency_lines(found: "Reduction | ComparedReduction", n_asked: int, check
 
 
 def _frequency_document(found: "Reduction | ComparedReduction", check: "ModeCheck | None") -> dict[str, Any]:
-    from study.mode_check_words import check_document
+    from study.reduce.mode_check import check_document
 
     return {
         "n_dof": found.n_dof,

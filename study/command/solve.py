@@ -35,25 +35,25 @@ def solve(
 ) -> Answer:
     """Compute response curves of a structure with joints."""
     one_thread_by_default()
-    from study.matrices_case import is_matrices_case
-    from study.part_case import refuse_part
-    from study.rig_case import is_rig_case
+    from study.kind.matrices.table import is_matrices_case
+    from study.kind.part.table import refuse_part
+    from study.kind.rig.table import is_rig_case
     from study.shipped import SOLVE
 
     path = case or SOLVE
     if is_matrices_case(path):
-        from study.matrices_run import refuse_to_solve
+        from study.kind.matrices.reduce import refuse_to_solve
 
         refuse_to_solve(path)
     refuse_part(path, f"`stickslip reduce {path}` makes the model that a case of `stickslip solve` names")
     if is_rig_case(path):
-        from study.rig_solve_run import run_solve_rig
-        from study.rig_solve_table import rig_solve_document, rig_solve_text
+        from study.kind.rig.solve import run_solve_rig
+        from study.kind.rig.solve_report import rig_solve_document, rig_solve_text
 
         rig = run_solve_rig(path, options.open(out))
         return Answer(document=rig_solve_document(rig), text=rig_solve_text(rig))
-    from study.solve_run import run_solve
-    from study.solve_table import solve_document, solve_text
+    from study.solve.report import solve_document, solve_text
+    from study.solve.run import run_solve
 
     solved = run_solve(path, options.open(out))
     return Answer(document=solve_document(solved), text=solve_text(solved))

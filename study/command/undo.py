@@ -17,10 +17,10 @@ app = command_app(
 @app.default
 def undo(*, case: Case = None, options: Options = DEFAULTS) -> Answer:
     """Take a step back."""
-    from study.diagnose_add import LoopError, find_case
-    from study.diagnose_add import undo as take_back
-    from study.diagnose_run import step_document
-    from study.diagnose_words import step_in_words
+    from study.diagnose.add import LoopError, find_case
+    from study.diagnose.add import undo as take_back
+    from study.diagnose.report import step_in_words
+    from study.diagnose.run import step_document
 
     del options
     file = case if case is not None else find_case(Path())

@@ -8,7 +8,7 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 from casefile.quantity import Frequency, Length, Ratio
 from casefile.table import CaseModel
 from casefile.validation import did_you_mean
-from study.blade_case import (
+from study.kind.blade.table import (
     BladeTables,
     BrickName,
     Count,

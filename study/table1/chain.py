@@ -10,8 +10,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from pipeline.store import stage
-from study.blade_model import BladeModel
-from study.blade_reduction import reduce_blade
+from study.kind.blade.model import BladeModel
+from study.kind.blade.reduction import reduce_blade
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

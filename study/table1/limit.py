@@ -5,7 +5,7 @@ from math import log
 
 from geometry.errors import InputError
 from pipeline.store import stage
-from study.blade_model import BladeModel, first_frequency
+from study.kind.blade.model import BladeModel, first_frequency
 
 #: Orders below this share of theory's 2 p are far from it: a corner or the clamp's edge, not the element, decides.
 FAR_FROM_THEORY = 0.75

@@ -7,8 +7,8 @@ import numpy as np
 from fe.calculix_run import run_frequency
 from fe.element import HEX20
 from pipeline.store import stage
-from study.blade_case import mesh_any
-from study.blade_model import BladeModel, first_frequency
+from study.kind.blade.model import BladeModel, first_frequency
+from study.kind.blade.table import mesh_any
 from study.table1.theory import locking_factor
 
 #: The quadratic model that stands for the exact bending of a blade: model 5 of the table.

@@ -7,10 +7,10 @@ from pathlib import Path
 from casefile.table import load_case
 from figure.off_screen import require_egl
 from pipeline.output import replace_file
-from study.mode_files import picture_modes
-from study.rig_case import refuse_rig
+from study.kind.rig.table import refuse_rig
+from study.modes.files import picture_modes
+from study.modes.shapes import Shapes, blade_shapes
 from study.run_context import RunContext
-from study.shapes import Shapes, blade_shapes
 from study.table1.case import Table1Case
 from study.table1.csv_table import csv_table
 from study.table1.mesh_study_figure import mesh_study_figure

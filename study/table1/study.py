@@ -9,10 +9,10 @@ from fe.calculix_run import find_ccx
 from geometry.errors import InputError
 from pipeline.parallel import Task, run_parallel
 from pipeline.store import Stage
-from study.blade_case import ELEMENT_BY_NAME
-from study.blade_model import BladeModel, blade_model, mesh_size
+from study.kind.blade.model import BladeModel, blade_model, mesh_size
+from study.kind.blade.solid_check import SolidCheck, solid_check
+from study.kind.blade.table import ELEMENT_BY_NAME
 from study.run_context import RunContext
-from study.solid_check import SolidCheck, solid_check
 from study.table1.case import ModelTable, PredictionTable, Table1Case
 from study.table1.chain import RowResult, row
 from study.table1.limit import Limit, NestedPoint, nested_point, richardson

@@ -12,10 +12,10 @@ from correlation.model import Model
 from hbsolve.steady_state import steady_state
 from pipeline.progress import SilentProgress
 from pipeline.store import Store
-from study.rig_case import RigCase, rig_model
-from study.rig_reduction import reduce_rig
-from study.rig_test_case import measured_places, rig_test_case
-from study.test_case_model import read_test_case
+from study.case.setup import read_test_case
+from study.kind.rig.reduction import reduce_rig
+from study.kind.rig.structure import measured_places, rig_test_case
+from study.kind.rig.table import RigCase, rig_model
 from transient.bench.campaign import PARAMETER_DEVIATION
 from transient.bench.sweep import Readings, SweptBench
 

@@ -26,9 +26,11 @@ STAGES = stages()
 
 
 def test_the_stages_are_found() -> None:
-    assert {"study.table1.chain.row", "study.table1.prediction.prediction", "study.reduce_run.reduced_blade"} <= set(
-        STAGES
-    )
+    assert {
+        "study.table1.chain.row",
+        "study.table1.prediction.prediction",
+        "study.kind.blade.reduce.reduced_blade",
+    } <= set(STAGES)
 
 
 @pytest.mark.parametrize("name", STAGES)

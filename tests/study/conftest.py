@@ -12,9 +12,9 @@ import pytest
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.campaign.write_campaign import write_campaign
 from correlation.prediction import Points, Predictor
+from study.case.added import case_catalogue
+from study.case.setup import read_test_case
 from study.shipped import BLADE, TABLE1
-from study.test_case_added import case_catalogue
-from study.test_case_model import read_test_case
 
 #: A stubby bar: two rows, one prediction and three nested meshes of at most a thousand nodes.
 COARSE = """\

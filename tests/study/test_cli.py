@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from study import beam_case, console
+from study import console
+from study.beam import case as beam_case
 from study.cli import ExitCode, _guarded
 
 TIMEOUT = 60  # s; a hang is an error, a slow machine is none

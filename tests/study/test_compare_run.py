@@ -17,11 +17,11 @@ from correlation.metric.misfit import shares, whole, worst, worst_cell
 from correlation.model import Sensor
 from correlation.prediction import Points, Predictor
 from study import cli
-from study.compare_run import compare
-from study.compare_words import in_words
-from study.model_suspicions import all_suspicions
+from study.case.setup import TestSetup, read_test_case
+from study.compare.report import in_words
+from study.compare.run import compare
+from study.compare.suspicions import all_suspicions
 from study.shipped import BEAM
-from study.test_case_model import TestSetup, read_test_case
 from transient.bench.campaign import CampaignPoints
 from transient.bench.hidden_effect import make_campaign
 

@@ -9,9 +9,9 @@ import pytest
 
 from diagnosis.effect.own_effect import read_effects
 from diagnosis.threshold.thresholds import Limits
-from study.diagnose_codec import STEP, STEP_FILE
+from study.case.setup import read_test_case
+from study.diagnose.codec import STEP, STEP_FILE
 from study.shipped import BEAM
-from study.test_case_model import read_test_case
 
 OWN = Path(__file__).parents[2] / "examples" / "effects" / "exciter_third_harmonic.py"
 
@@ -64,7 +64,7 @@ def _named(name: str) -> bytes:
         pickle.dumps(Harm(exec, "1")),
         _named("os:system"),
         _named("pipeline.output:os.system"),
-        _named("study.diagnose_codec:pickle.loads"),
+        _named("study.diagnose.codec:pickle.loads"),
         _named("correlation.campaign.read_campaign:read_campaign"),
         b"no pickle",
         b"",

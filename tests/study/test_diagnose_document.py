@@ -9,9 +9,9 @@ import pytest
 
 from correlation.campaign.read_campaign import read_campaign
 from study import cli
-from study.diagnose_history import read_text
-from study.diagnose_run import diagnose_file
-from study.test_case_model import read_test_case
+from study.case.setup import read_test_case
+from study.diagnose.history import read_text
+from study.diagnose.run import diagnose_file
 
 TwoMasses = Callable[..., Path]
 ROOT = Path(__file__).parents[2]

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from casefile.errors import CaseError
-from study.diagnose_edit import Written, difference, edited, taken_back
+from study.diagnose.edit import Written, difference, edited, taken_back
 from study.shipped import BEAM
 
 BEAM_TEXT = BEAM.read_text(encoding="utf-8")

@@ -13,12 +13,13 @@ from diagnosis.keep import computed
 from diagnosis.threshold.thresholds import Limits
 from pipeline.progress import SilentProgress
 from pipeline.store import Store
-from study import diagnose_limits, diagnose_round
-from study.diagnose_limits import is_measured, layout, layout_key, limits_for
-from study.diagnose_round import bootstrap, diagnose_case
-from study.diagnose_ship import ship
-from study.diagnose_steps import chance
-from study.test_case_model import read_test_case
+from study.case.setup import read_test_case
+from study.diagnose import round as diagnose_round
+from study.diagnose import thresholds as diagnose_limits
+from study.diagnose.round import bootstrap, diagnose_case
+from study.diagnose.ship import ship
+from study.diagnose.steps import chance
+from study.diagnose.thresholds import is_measured, layout, layout_key, limits_for
 
 TwoMasses = Callable[..., Path]
 OWN = Path(__file__).parents[2] / "examples" / "effects" / "exciter_third_harmonic.py"

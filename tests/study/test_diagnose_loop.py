@@ -13,14 +13,14 @@ from correlation.prediction import Predictor
 from pipeline.output import replace_file
 from pipeline.store import Store
 from study import cli
-from study.beam_case import write_beam_case
-from study.compare_run import compare
-from study.diagnose_add import add, find_case, undo
-from study.diagnose_history import case_key, history_of, read_text
-from study.diagnose_record import record
-from study.diagnose_round import diagnose_case
-from study.diagnose_run import diagnose_file
-from study.test_case_model import read_test_case
+from study.beam.case import write_beam_case
+from study.case.setup import read_test_case
+from study.compare.run import compare
+from study.diagnose.add import add, find_case, undo
+from study.diagnose.history import case_key, history_of, read_text
+from study.diagnose.record import record
+from study.diagnose.round import diagnose_case
+from study.diagnose.run import diagnose_file
 
 TwoMasses = Callable[..., Path]
 HIDDEN = {"mass at tip": 0.006}
@@ -232,7 +232,7 @@ def test_a_folder_that_cannot_be_written_leaves_all_as_it_was(
         replace_file(file, content)
 
     # Permissions mean nothing to root, who may run this.
-    monkeypatch.setattr("study.diagnose_history.replace_file", refuse)
+    monkeypatch.setattr("study.diagnose.history.replace_file", refuse)
     for words in (("add", "mass at tip", "--value", "5 g"), ("undo",)):
         assert cli.main([*words]) == 2
         assert re.search(rf"{locked} cannot be written \(Permission denied\): change", capsys.readouterr().err)

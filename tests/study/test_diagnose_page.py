@@ -14,10 +14,10 @@ from pathlib import Path
 import pytest
 
 from correlation.campaign.read_campaign import read_campaign
-from study.diagnose_add import add
-from study.diagnose_files import contents
-from study.diagnose_run import Diagnosed, diagnose_file
-from study.diagnose_stages import waterfall
+from study.diagnose.add import add
+from study.diagnose.files import contents
+from study.diagnose.run import Diagnosed, diagnose_file
+from study.diagnose.stages import waterfall
 
 TwoMasses = Callable[..., Path]
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

@@ -8,8 +8,8 @@ from typing import Any
 from diagnosis.diagnose import LONG, USUAL
 from pipeline.progress import LineProgress
 from pipeline.store import Store
-from study.diagnose_progress import phases
-from study.diagnose_steps import step
+from study.diagnose.progress import phases
+from study.diagnose.steps import step
 
 PARTS = ("screening", "fits", "tests", "places", "left", "intervals")
 

@@ -7,16 +7,16 @@ from pathlib import Path
 import pytest
 
 from correlation.campaign.read_campaign import read_campaign
-from study.compare_words import side_by_side
-from study.diagnose_add import add
-from study.diagnose_files import contents
-from study.diagnose_history import Errors, history_of
-from study.diagnose_round import diagnose_case
-from study.diagnose_run import diagnose_file
-from study.diagnose_stages import stages
-from study.diagnose_table import rows
-from study.diagnose_words import document, held_out_falls, in_words
-from study.test_case_model import read_test_case
+from study.case.setup import read_test_case
+from study.compare.report import side_by_side
+from study.diagnose.add import add
+from study.diagnose.files import contents
+from study.diagnose.history import Errors, history_of
+from study.diagnose.report import document, held_out_falls, in_words
+from study.diagnose.round import diagnose_case
+from study.diagnose.run import diagnose_file
+from study.diagnose.stages import stages
+from study.diagnose.table import rows
 
 TwoMasses = Callable[..., Path]
 ERRORS = Errors(training=0.02, held_out=0.0233, training_chi2=0.822, held_out_chi2=0.775)

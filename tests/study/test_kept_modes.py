@@ -8,8 +8,8 @@ import pytest
 
 from geometry.errors import ComputationFailed
 from study import cli
-from study.kept_modes import fewer_modes_of_rig
-from study.rig_model import BODIES
+from study.kind.rig.model import BODIES
+from study.reduce.mode_count import fewer_modes_of_rig
 
 SWEEP = """\
 [sweep]

@@ -20,10 +20,10 @@ from hbsolve.limits.result import load_limits
 from pipeline.progress import SilentProgress
 from pipeline.store import Store
 from study import cli
-from study.limits_run import run_limits
-from study.rig_case import RigCase, rig_model
-from study.rig_reduction import reduce_rig
-from study.rig_system import rig_system
+from study.kind.rig.reduction import reduce_rig
+from study.kind.rig.system import rig_system
+from study.kind.rig.table import RigCase, rig_model
+from study.limits.run import run_limits
 from study.run_context import Options
 from study.shipped import LIMITS
 
@@ -79,7 +79,7 @@ class InThisProcess(Executor):
 @pytest.fixture
 def home(at_home: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     np.savez(at_home / "mass.npz", M=np.eye(2), K=np.diag([STIFFNESS, 1e6]), C=np.diag([DAMPING, 20.0]))
-    monkeypatch.setattr("study.limits_run.process_pool", lambda _: InThisProcess())
+    monkeypatch.setattr("study.limits.run.process_pool", lambda _: InThisProcess())
     return at_home
 
 
@@ -298,7 +298,7 @@ def test_a_rigs_frequencies_are_checked_before_its_bodies_are_reduced(
     at_home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], short_rig: str, old: str,
     new: str, message: str,
 ) -> None:  # fmt: skip
-    monkeypatch.setattr("study.limits_run.reduce_rig", lambda *_: pytest.fail("the rig was reduced"))
+    monkeypatch.setattr("study.limits.run.reduce_rig", lambda *_: pytest.fail("the rig was reduced"))
     (at_home / "rig.toml").write_text((short_rig + RIG_TABLES).replace(old, new))
     assert cli.main(["limits", "rig.toml", "--out", "out", "--quiet"]) == 2
     assert message in capsys.readouterr().err
@@ -310,7 +310,7 @@ DRIVER = """\
 import os, signal, sys
 from pathlib import Path
 from pipeline.stored_tasks import StoredTasks
-from study.limits_run import run_limits
+from study.limits.run import run_limits
 from study.run_context import Options
 
 log, last = Path(sys.argv[1]), int(sys.argv[2])

@@ -9,12 +9,12 @@ from fe.material import STEEL
 from fe.system import LinearSystem
 from geometry.rig import Rig
 from reduction.errors import RomError
-from study.blade_case import BladeCase
-from study.blade_model import blade_model
-from study.blade_reduction import reduce_blade
-from study.compared_reduction import compared_reduction
-from study.rig_model import RigModel
-from study.rig_reduction import reduction_tasks
+from study.kind.blade.model import blade_model
+from study.kind.blade.reduction import reduce_blade
+from study.kind.blade.table import BladeCase
+from study.kind.rig.model import RigModel
+from study.kind.rig.reduction import reduction_tasks
+from study.reduce.comparison import compared_reduction
 from study.shipped import BLADE
 
 
@@ -22,8 +22,8 @@ from study.shipped import BLADE
 def little(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nearly no memory, and nothing that would take any."""
     monkeypatch.setattr("reduction.memory_estimate.available_memory", lambda: 1e3)
-    monkeypatch.setattr("study.blade_reduction.modes", None)
-    monkeypatch.setattr("study.compared_reduction.craig_bampton", None)
+    monkeypatch.setattr("study.kind.blade.reduction.modes", None)
+    monkeypatch.setattr("study.reduce.comparison.craig_bampton", None)
 
 
 def test_a_blade_is_refused() -> None:

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from casefile.table import load_case
 from geometry.step_part import step_part
-from study.part_case import StepCase
-from study.part_stages import NamedFaces
-from study.part_table import face_lines
+from study.kind.part.reduce_report import face_lines
+from study.kind.part.stages import NamedFaces
+from study.kind.part.table import StepCase
 
 ROOT = Path(__file__).parents[2]
 DOCUMENT = (ROOT / "docs" / "own_part.md").read_text(encoding="utf-8")

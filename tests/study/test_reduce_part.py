@@ -22,8 +22,8 @@ from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
 from fe.modal import modes
 from reduction.file.rom_hdf5 import load_rom
-from study import part_run
 from study.cli import main
+from study.kind.part import reduce as part_run
 
 needs_tetwild = pytest.mark.skipif(
     importlib.util.find_spec("pytetwild") is None, reason="pytetwild is not installed: pip install stickslip[tets]"
@@ -112,7 +112,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with the case and its mesh; no pictures, which take longer than all the rest."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("STICKSLIP_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr("study.part_run._drawn", lambda *_: [])
+    monkeypatch.setattr("study.kind.part.reduce._drawn", lambda *_: [])
     write_mesh(bar(), tmp_path / "bar.inp")
     (tmp_path / "bar.toml").write_text(MESH_CASE)
     return tmp_path
@@ -233,16 +233,16 @@ def test_a_second_run_computes_nothing_and_other_modes_no_matrices(home: Path, m
     def fail(*_: object, **__: object) -> None:
         raise AssertionError
 
-    monkeypatch.setattr("study.part_stages.assemble_compact", fail)
+    monkeypatch.setattr("study.kind.part.stages.assemble_compact", fail)
     (home / "bar.toml").write_text(MESH_CASE.replace("modes = 12", "modes = 6"))
     assert stickslip("reduce", "bar.toml", "--out", "out") == 0
     (home / "bar.toml").write_text(MESH_CASE)
-    monkeypatch.setattr("study.compared_reduction.craig_bampton", fail)
+    monkeypatch.setattr("study.reduce.comparison.craig_bampton", fail)
     assert stickslip("reduce", "bar.toml", "--out", "again") == 0
     assert (home / "again" / "bar_rom.h5").exists()
     # A check takes the kept reduction, and is kept itself.
     assert stickslip("reduce", "bar.toml", "--out", "again", "--check") == 0
-    monkeypatch.setattr("study.part_stages.check_fixed_interface_modes", fail)
+    monkeypatch.setattr("study.kind.part.stages.check_fixed_interface_modes", fail)
     assert stickslip("reduce", "bar.toml", "--out", "again", "--check") == 0
 
 
@@ -316,9 +316,9 @@ def test_sets_of_faces_and_of_nodes_are_drawn(home: Path, monkeypatch: pytest.Mo
         seen.update(faces=list(faces), stations=len(stations), **nodes)
         path.write_bytes(b"")
 
-    monkeypatch.setattr("study.part_run._drawn", DRAWN)
-    monkeypatch.setattr("study.part_run.picture_modes", lambda *_: [])
-    monkeypatch.setattr("study.part_pictures.named_faces_picture", draw)
+    monkeypatch.setattr("study.kind.part.reduce._drawn", DRAWN)
+    monkeypatch.setattr("study.kind.part.reduce.picture_modes", lambda *_: [])
+    monkeypatch.setattr("study.kind.part.pictures.named_faces_picture", draw)
     # Held too, by a set of nodes.
     (home / "bar.toml").write_text(MESH_CASE.replace('on = ["foot"]', 'on = ["foot", "belt"]').split("[[boundary]]")[0])
     assert stickslip("reduce", "bar.toml", "--out", "out") == 0
@@ -354,7 +354,7 @@ def test_more_than_the_memory_is_refused_before_it_is_taken(
     home: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("reduction.memory_estimate.available_memory", lambda: 1e6)
-    monkeypatch.setattr("study.part_stages.assemble_compact", None)
+    monkeypatch.setattr("study.kind.part.stages.assemble_compact", None)
     assert stickslip("reduce", "bar.toml", "--out", "out") == 2
     said = capfd.readouterr().err
     assert "GB of memory, but 0.001 GB are free: take larger elements" in said
@@ -417,7 +417,7 @@ def test_a_step_file_is_meshed_and_reduced_and_calculix_finds_the_same_on_that_m
     def fail(*_: object) -> None:
         raise AssertionError
 
-    monkeypatch.setattr("study.part_stages.mesh_solid", fail)
+    monkeypatch.setattr("study.kind.part.stages.mesh_solid", fail)
     (cad / "bar.toml").write_text(STEP_CASE)
     found = document(capfd, "reduce", "bar.toml", "--out", "out")
     assert found["boundary"] == {"tip": 3, "rub": 9, "rim": 12}
@@ -464,7 +464,7 @@ def test_a_step_file_is_meshed_and_reduced_and_calculix_finds_the_same_on_that_m
 def test_mistakes_of_a_step_case_are_told_before_anything_is_meshed(
     cad: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, old: str, new: str, said: str
 ) -> None:
-    monkeypatch.setattr("study.part_stages.mesh_solid", None)
+    monkeypatch.setattr("study.kind.part.stages.mesh_solid", None)
     assert old in STEP_CASE
     (cad / "bar.toml").write_text(STEP_CASE.replace(old, new))
     assert stickslip("reduce", "bar.toml", "--out", "out") == 2

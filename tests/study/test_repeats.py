@@ -15,7 +15,7 @@ HELD = "repeats = [4, 5]"
 
 @pytest.fixture
 def nothing_computed(monkeypatch: pytest.MonkeyPatch) -> None:
-    for room in ("study.diagnose_run.diagnose_case", "study.compare_run.compare"):
+    for room in ("study.diagnose.run.diagnose_case", "study.compare.run.compare"):
         monkeypatch.setattr(room, lambda *_, **__: pytest.fail("a computation was started"))
 
 
@@ -64,7 +64,7 @@ def test_a_suspicion_is_told_before_the_diagnosis(
     def stop(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("study.diagnose_run.diagnose_case", stop)
+    monkeypatch.setattr("study.diagnose.run.diagnose_case", stop)
     cli.main(["diagnose", "chain.toml", "campaign", "--quiet"])
     assert 'write units.frequency = "rad/s" instead of "Hz"' in capsys.readouterr().err
 

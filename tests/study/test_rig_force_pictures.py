@@ -8,8 +8,8 @@ import numpy as np
 from fe.element import HEX8
 from fe.mesher.block import Block, mesh_blocks
 from figure.response_curves import DrawnCurve, _looks
-from study.rig_force_pictures import MOST_CURVES, most_loaded
-from study.rig_pictures import AMPLITUDE, SHARE, _amplitude
+from study.kind.rig.force_pictures import MOST_CURVES, most_loaded
+from study.kind.rig.pictures import AMPLITUDE, SHARE, _amplitude
 
 
 def peak(*ratio: float) -> Any:

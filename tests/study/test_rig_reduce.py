@@ -28,17 +28,17 @@ from reduction.assembly import ReducedAssembly
 from reduction.file.assembly_hdf5 import load_assembly
 from reduction.jointed_system import FrictionContact
 from reduction.stuck import stuck_stiffness
-from study.blade_case import BladeCase
-from study.rig_body import ReducedBody, reduced_body
-from study.rig_case import RigCase, is_rig_case, rig_model
-from study.rig_joints import dead_weights, line_pairs
-from study.rig_model import BODIES, RigModel
-from study.rig_reduce_run import run_reduce_rig
-from study.rig_reduction import RigReduction, checks, mirrored, reduction_tasks, together
-from study.rig_table import rig_text
+from study.case.setup import read_test_case
+from study.kind.blade.table import BladeCase
+from study.kind.rig.body import ReducedBody, reduced_body
+from study.kind.rig.contact import dead_weights, line_pairs
+from study.kind.rig.model import BODIES, RigModel
+from study.kind.rig.reduce import run_reduce_rig
+from study.kind.rig.reduce_report import rig_text
+from study.kind.rig.reduction import RigReduction, checks, mirrored, reduction_tasks, together
+from study.kind.rig.table import RigCase, is_rig_case, rig_model
 from study.run_context import RunContext
 from study.shipped import BLADE, RIG
-from study.test_case_model import read_test_case
 
 RigCommand = Callable[..., "subprocess.CompletedProcess[str]"]
 N_MODE = 40

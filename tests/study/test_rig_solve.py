@@ -20,12 +20,12 @@ from hbsolve.steady_state import steady_state
 from pipeline import parallel
 from pipeline.progress import SilentProgress
 from pipeline.store import Store
-from study.rig_case import RigCase, rig_model
-from study.rig_forces import rig_forces
-from study.rig_joints import dead_weights
-from study.rig_model import RigModel
-from study.rig_reduction import RigReduction, reduce_rig
-from study.rig_system import RigSystem, rig_system
+from study.kind.rig.contact import dead_weights
+from study.kind.rig.forces import rig_forces
+from study.kind.rig.model import RigModel
+from study.kind.rig.reduction import RigReduction, reduce_rig
+from study.kind.rig.system import RigSystem, rig_system
+from study.kind.rig.table import RigCase, rig_model
 
 RigCommand = Callable[..., "subprocess.CompletedProcess[str]"]
 SWEEP = """\

@@ -15,11 +15,11 @@ from geometry.errors import InputError
 from geometry.rig import Rig, mating_pairs, named_points
 from pipeline.progress import SilentProgress
 from pipeline.store import Store
-from study.blade_case import MeshTable
-from study.rig_body import reduced_body
-from study.rig_case import RigMeshTable
-from study.rig_model import RigModel
-from study.rig_tetrahedra import LINES, body_tetrahedra, in_tetrahedra, mirrored_tetrahedra
+from study.kind.blade.table import MeshTable
+from study.kind.rig.body import reduced_body
+from study.kind.rig.model import RigModel
+from study.kind.rig.table import RigMeshTable
+from study.kind.rig.tetrahedra import LINES, body_tetrahedra, in_tetrahedra, mirrored_tetrahedra
 from tests.fe.surface import area_vectors
 
 needs_tetwild = pytest.mark.skipif(

@@ -8,8 +8,8 @@ import pytest
 
 from casefile.table import load_case
 from fe.modal import modes
-from study.blade_case import BladeCase
-from study.blade_model import clamped
+from study.kind.blade.model import clamped
+from study.kind.blade.table import BladeCase
 from study.shipped import BLADE, CASES, LIMITS, RIG, SOLVE, TABLE1
 from study.table1.case import Table1Case
 from study.table1.study import row_inputs

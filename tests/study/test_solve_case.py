@@ -20,9 +20,9 @@ from reduction.jointed_system import (
     QuadraticDamper,
 )
 from reduction.rom import ReducedModel
-from study.solve_case import SolveCase
-from study.solve_model import SolveModel, solve_model
-from study.stuck_contacts import stuck_at_rest
+from study.case.damping import stuck_at_rest
+from study.case.joint_table import SolveCase
+from study.solve.model import SolveModel, solve_model
 
 K = 1e6 * np.array([[2.0, -1, 0, 0], [-1, 2, -1, 0], [0, -1, 1, 0], [0, 0, 0, 5]])
 M = np.diag([1.0, 1, 1, 0.5])

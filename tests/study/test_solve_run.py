@@ -56,7 +56,7 @@ def home(at_home: Path) -> Path:
 @pytest.fixture
 def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Drawing takes longer than these curves."""
-    monkeypatch.setattr("study.solve_run._figures", lambda *_: {})
+    monkeypatch.setattr("study.solve.run._figures", lambda *_: {})
 
 
 def solve(out: str, *words: str, case: str = "my.toml") -> int:
@@ -229,7 +229,7 @@ def counted(monkeypatch: pytest.MonkeyPatch, stop: int | None) -> list[int]:
 
     monkeypatch.setattr(Continuation, "advance", step)
     # Every point is saved, so that the test does not depend on the time.
-    monkeypatch.setattr("study.solve_run.Checkpoint", partial(Checkpoint, every=0.0, clock=lambda: 0.0))
+    monkeypatch.setattr("study.solve.run.Checkpoint", partial(Checkpoint, every=0.0, clock=lambda: 0.0))
     return steps
 
 

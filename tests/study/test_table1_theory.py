@@ -15,7 +15,7 @@ from fe.mesher.plain_blade import mesh_plain_blade
 from fe.solid import element_matrices
 from geometry.blade import Blade
 from geometry.plain_blade import PlainBlade
-from study.blade_model import BladeModel, first_frequency
+from study.kind.blade.model import BladeModel, first_frequency
 from study.table1 import theory
 from study.table1.theory import bending_energy, chord_stations, locking_factor, section, span_stations
 

@@ -12,10 +12,10 @@ from correlation.model import LineSensor, Model, Sensor
 from reduction.file.rom_hdf5 import save_rom
 from reduction.jointed_system import CubicSpring
 from reduction.rom import ReducedModel
-from study.beam_case import write_beam_case
-from study.beam_model import beam_model
+from study.beam.case import write_beam_case
+from study.beam.model import beam_model
+from study.case.setup import read_test_case
 from study.shipped import BEAM
-from study.test_case_model import read_test_case
 
 K = 1e6 * np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 1]])
 M = np.diag([1.0, 2, 0.5])
@@ -169,7 +169,7 @@ def test_the_shipped_beam_is_that_of_the_bench(tmp_path: Path) -> None:
     assert read.pressed_together == model.pressed_together == (("left", "right"),)
     write_beam_case(tmp_path)
     for file in ("beam.toml", "beam_finer.toml"):
-        assert (tmp_path / file).read_bytes() == BEAM.with_name(file).read_bytes(), "run python -m study.beam_case"
+        assert (tmp_path / file).read_bytes() == BEAM.with_name(file).read_bytes(), "run python -m study.beam.case"
 
 
 def parabola(model: Model) -> np.ndarray:

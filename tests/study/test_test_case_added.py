@@ -8,10 +8,10 @@ import pytest
 
 from casefile.errors import CaseError
 from diagnosis.fit.arrangement import Added
-from study.beam_model import beam_model
+from study.beam.model import beam_model
+from study.case.added import apply_by_name, case_catalogue, key_of, text_of, value_of
+from study.case.setup import read_test_case
 from study.shipped import BEAM
-from study.test_case_added import apply_by_name, case_catalogue, key_of, text_of, value_of
-from study.test_case_model import read_test_case
 
 
 def case_with(folder: Path, tables: str) -> Path:

@@ -14,7 +14,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import FrictionContact
 from reduction.stuck import stuck_stiffness
-from study.beam_model import beam_model
+from study.beam.model import beam_model
 
 
 def applied(model: Model, name: str, value: float) -> Model:

@@ -12,7 +12,7 @@ from diagnosis.effect.preload import Preload
 from diagnosis.fit.calibration_parameter import Accepted, accepted
 from diagnosis.fit.contact_position import SHARED, bearing_bounds, with_bearing
 from reduction.jointed_system import FrictionContact, JointedSystem
-from study.beam_model import LINE_ENDS, beam_model
+from study.beam.model import LINE_ENDS, beam_model
 from transient.bench.beam import STATIONS, BeamParameters, contacts, full_beam
 
 MIDDLE = sum(LINE_ENDS) / 2

@@ -1,0 +1,1 @@
+"""The shipped beam of the virtual test bench, as a case."""

@@ -1,0 +1,207 @@
+"""Effects that were added to a case: named in it with their values, so that the case is complete by itself."""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from casefile.errors import CaseError
+from casefile.mistakes import Mistakes
+from casefile.quantity import DIMENSIONS, RATIO, Dimension, format_quantity, read_quantity
+from casefile.validation import did_you_mean
+from correlation.model import Model
+from diagnosis.effect.candidate import Effect, EffectError, EffectParameter
+from diagnosis.effect.catalogue import Catalogue, Extra, catalogue
+from diagnosis.effect.own_effect import installed_effects
+from diagnosis.fit.arrangement import Added
+from diagnosis.fit.calibration_parameter import Accepted
+from study.case.tables import TestCase
+
+#: Units that a value is written in, by its SI unit, with the SI value of one.
+WRITTEN = {
+    "kg": (("kg", 1.0), ("g", 1e-3), ("mg", 1e-6), ("ug", 1e-9)),
+    "m": (("m", 1.0), ("mm", 1e-3), ("um", 1e-6), ("nm", 1e-9)),
+    "N/m": (("N/um", 1e6), ("N/mm", 1e3), ("N/m", 1.0)),
+    "N/m^3": (("N/um^3", 1e18), ("N/mm^3", 1e9), ("N/cm^3", 1e6), ("N/m^3", 1.0)),
+}
+#: Units of effects whose bounds hold at any level of force.
+LINEAR = ("kg", "kg m^2", "N/m", "N m", "m", "-")
+#: Digits of a value in a case file: far more than any fit knows.
+DIGITS = 6
+
+
+def own_effects(files: Sequence[Path]) -> list[Extra]:
+    """What a case has beside the effects that come with stickslip: its files, and installed packages."""
+    return [*files, *installed_effects()]
+
+
+def case_catalogue(model: Model, files: Sequence[Path], **options: Any) -> Catalogue:
+    """All effects of a model, its case's own and those of installed packages among them.
+
+    Parameters
+    ----------
+    model
+        Without the effects that were added.
+    files
+        With effects of one's own.
+    options
+        As for `diagnosis.effect.catalogue.catalogue`.
+    """
+    return catalogue(model, extra=own_effects(files), **options)
+
+
+def find_effect(found: Catalogue, name: str) -> Effect:
+    """An effect by its name; case and spaces at the ends do not matter.
+
+    Raises
+    ------
+    EffectError
+        There is none, with the nearest names; or it cannot be tested, with the reason.
+    """
+    wanted = " ".join(name.split()).casefold()
+    for each in found.candidates:
+        if each.name.casefold() == wanted:
+            return each
+    for left in found.untestable:
+        if left.name.casefold() == wanted:
+            raise EffectError(f'the effect "{left.name}" cannot act here: {left.reason}')
+    near = _near(wanted, found.names)
+    remedy = f"did you mean {near}?" if near else f"there are {', '.join(found.names) or 'none'}"
+    raise EffectError(f'there is no effect "{name}"; {remedy}')
+
+
+def added_effects(case: TestCase, model: Model, files: Sequence[Path], mistakes: Mistakes) -> tuple[Added, ...]:
+    """Effects of a case's ``[[added]]`` tables with their values; mistakes are noted with their lines.
+
+    Parameters
+    ----------
+    case
+        As read.
+    model
+        Without them.
+    files
+        With effects of one's own.
+    mistakes
+        Of the case so far.
+    """
+    if not case.added:
+        return ()
+    known: Catalogue | None = None
+    with mistakes.at("effects"):
+        known = case_catalogue(model, files)
+    if known is None:
+        raise CaseError(mistakes.problems)
+    found: list[Added] = []
+    for number, table in enumerate(case.added):
+        with mistakes.at("added", number):
+            effect = find_effect(known, table.effect)
+            if effect.name in [each.effect.name for each in found]:
+                raise EffectError(f'"{effect.name}" is added twice: keep one table')
+            found.append(Added(effect=effect, values=_values(table.values, effect, case, number)))
+    return tuple(found)
+
+
+def apply_all(
+    model: Model, known: Sequence[Accepted], calibrated: Mapping[str, float], added: Sequence[Added]
+) -> Model:
+    """The model with calibrated factors, and the added effects on top of them."""
+    for factor in known:
+        if factor.name in calibrated:
+            model = factor.apply(model, [calibrated[factor.name]])
+    for each in added:
+        model = each.effect.apply(model, [float(value) for value in each.values])
+    return model
+
+
+def apply_by_name(
+    finer: Model,
+    files: Sequence[Path],
+    known: Sequence[Accepted],
+    calibrated: Mapping[str, float],
+    added: Sequence[Added],
+) -> Model:
+    """The same for another mesh of the structure, whose effects are other rows.
+
+    Raises
+    ------
+    EffectError
+        The finer model does not have such an effect.
+    """
+    if not added:
+        return apply_all(finer, known, calibrated, ())
+    found = case_catalogue(finer, files)
+    own = [Added(effect=found.alike(each.effect), values=each.values) for each in added]
+    return apply_all(finer, known, calibrated, own)
+
+
+def key_of(parameter: EffectParameter) -> str:
+    """Its key in a table of a case file."""
+    return re.sub(r"[^A-Za-z0-9]+", "_", parameter.name).strip("_") or "value"
+
+
+def text_of(value: float, parameter: EffectParameter, digits: int = DIGITS) -> str:
+    """A value as a case file writes it: "93 mg"; a ratio as a bare number."""
+    if parameter.unit in {"-", ""}:
+        return f"{value:.{digits}g}"
+    units = WRITTEN.get(parameter.unit, ())
+    unit = next((name for name, size in units if abs(value) >= size), units[-1][0] if units else parameter.unit)
+    return format_quantity(value, unit, digits) if value and units else f"{value:.{digits}g} {unit}"
+
+
+def value_of(text: object, parameter: EffectParameter) -> float:
+    """SI value of what stands in a case file or on the command line.
+
+    Raises
+    ------
+    EffectError
+        No number with a fitting unit.
+    """
+    try:
+        value = read_quantity(text, _dimension(parameter))
+    except ValueError as error:
+        raise EffectError(str(error)) from None
+    if parameter.unit in LINEAR and not parameter.lower <= value <= parameter.upper:
+        lower, upper = (text_of(bound, parameter, 3) for bound in (parameter.lower, parameter.upper))
+        raise EffectError(f"is out of bounds: give a value from {lower} to {upper}")
+    return value
+
+
+def _values(given: Mapping[str, Any], effect: Effect, case: TestCase, number: int) -> NDArray[np.float64]:
+    keys = {key_of(parameter): parameter for parameter in effect.parameters}
+    for key in given:
+        if key not in keys:
+            hint = did_you_mean(key, list(keys)) or f"; it has {', '.join(keys)}"
+            raise EffectError(f'"{key}" is no parameter of "{effect.name}"{hint}')
+    for key, parameter in keys.items():
+        if key not in given:
+            example = text_of(parameter.typical, parameter, 3)
+            shown = example if parameter.unit == "-" else f'"{example}"'
+            raise EffectError(f'"{effect.name}" lacks its value: add {key} = {shown}')
+    values, source = [], case.source
+    for key, parameter in keys.items():
+        try:
+            values.append(value_of(given[key], parameter))
+        except EffectError as error:
+            if source is None:
+                raise
+            raise CaseError([source.problem(("added", number, key), str(error))]) from None
+    return np.array(values)
+
+
+def _dimension(parameter: EffectParameter) -> Dimension:
+    if parameter.unit in {"-", ""}:
+        return RATIO
+    known = next((each for each in DIMENSIONS if each.si == parameter.unit), None)
+    example = text_of(parameter.typical, parameter, 3)
+    return Dimension(known.name if known else f"a {parameter.name}", parameter.unit, example)
+
+
+def _near(wanted: str, names: Sequence[str]) -> str:
+    import difflib
+
+    by_lower = {name.casefold(): name for name in names}
+    close = difflib.get_close_matches(wanted, list(by_lower), 3, 0.5)
+    return " or ".join(f'"{by_lower[name]}"' for name in close)

@@ -1,0 +1,1 @@
+"""``stickslip compare``: a model beside measurements."""

@@ -1,0 +1,188 @@
+"""Where a model fails, in words and as a document."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from correlation.metric.misfit import AXES, Misfit, Share, configuration, shares, whole, worst, worst_cell
+from correlation.metric.peak_error import PeakError
+from study.compare.run import Compared
+
+#: A resonance fails beyond this: of some twenty, one is three off by chance [standard deviations].
+CLEAR_PEAK = 4.0
+#: Below, an error of the phase is not worth a word; static parts, and what the model lacks altogether, have none [deg].
+NO_PHASE = 0.05
+#: What is worst along each axis.
+WORDS = {axis: f"worst {axis}" for axis in AXES}
+
+
+def in_words(compared: Compared) -> str:
+    """For people: what was compared, where the model fails, by how much, and its resonances."""
+    table = compared.campaign.measurement
+    levels = ", ".join(f"{level:g}" for level in compared.campaign.levels)
+    lines = [
+        f"{side_by_side(compared.title, compared.campaign.title)}: {len(compared.campaign.sensors)} sensors, "
+        f"{levels} N, {len(np.unique(table.repeat))} repeats",
+        "",
+    ]
+    lines += _calibrated(compared)
+    for name, of in _sides(compared).items():
+        lines += [*_side(name, of), ""]
+    if compared.peaks:
+        lines += [*_peaks(compared), ""]
+    lines += ["A mean hides the few states that fail: stickslip diagnose says whether an effect is missing.", ""]
+    return "\n".join([*lines, *map(str, compared.files)])
+
+
+def document(compared: Compared) -> dict[str, Any]:
+    """The same for ``--json``; errors are of the prediction, relative and in radians."""
+    return {
+        "title": compared.title,
+        "campaign": compared.campaign.title,
+        "suspicions": [str(each) for each in compared.suspicions],
+        "calibrated": {each.name: {"factor": each.factor, "deviation": each.deviation} for each in compared.calibrated},
+        "sets": {name: _document(of) for name, of in _sides(compared).items()},
+        "resonances": [
+            {
+                "configuration": configuration(peak.free),
+                "level_n": peak.level,
+                "sensor": peak.sensor,
+                "frequency_hz": peak.frequency,
+                "frequency_deviation_hz": peak.frequency_deviation,
+                "predicted_frequency_hz": peak.predicted_frequency,
+                "frequency_error": peak.frequency_error,
+                "damping_ratio": peak.damping,
+                "damping_deviation": peak.damping_deviation,
+                "predicted_damping_ratio": peak.predicted_damping,
+                "damping_error": peak.damping_error,
+            }
+            for peak in compared.peaks
+        ],
+        "files": [str(file) for file in compared.files],
+    }
+
+
+def side_by_side(case: str, campaign: str) -> str:
+    """Titles of a case and of what was measured: once, if they are called the same."""
+    return " beside ".join(dict.fromkeys([case, campaign]))
+
+
+def _sides(compared: Compared) -> Mapping[str, Misfit]:
+    sides = {"training": compared.train}
+    return sides if compared.held is None else sides | {"held out": compared.held}
+
+
+def _document(of: Misfit) -> dict[str, Any]:
+    cell, points = worst_cell(of)
+    return {
+        **_share_document(whole(of)),
+        "n_not_found": _not_found(of),
+        "worst_cell": {
+            **_share_document(cell),
+            "configuration": configuration(bool(points.free[0])),
+            "level_n": float(points.level[0]),
+            "frequencies_hz": [float(points.frequency.min()), float(points.frequency.max())],
+            "sensor": str(points.sensor[0]),
+            "harmonic": int(points.harmonic[0]),
+        },
+        "by": {axis: [_share_document(share) for share in shares(of, axis)] for axis in AXES},
+    }
+
+
+def _share_document(share: Share) -> dict[str, Any]:
+    return {
+        "label": share.label,
+        "standard_deviations": share.deviations,
+        "whitened": share.whitened,
+        "median_amplitude_error": share.amplitude_error,
+        "median_phase_error_rad": share.phase_error,
+        "n_number": share.n_number,
+    }
+
+
+def _not_found(of: Misfit) -> int:
+    return int((~np.isfinite(of.predicted)).sum())
+
+
+def _calibrated(compared: Compared) -> list[str]:
+    if not compared.calibrated:
+        return []
+    values = ", ".join(f"{each.name} x {each.factor:.4f}" for each in compared.calibrated)
+    return [f"Calibrated on the training data: {values} (stickslip diagnose says how surely)", ""]
+
+
+def _side(name: str, of: Misfit) -> Iterator[str]:
+    all_of = whole(of)
+    mean = f"whitened {all_of.whitened:.3g} standard deviations in the mean (noise alone makes 1)"
+    yield f"{name}: {all_of.n_number} numbers, {mean}"
+    missing = _not_found(of)
+    if missing:
+        yield f"  no steady state was found at {missing} of {len(of)} points; each counts 10 standard deviations"
+    rows = [(WORDS[axis], worst(split)) for axis in AXES if len(split := shares(of, axis)) > 1]
+    width = max([len(share.label) for _, share in rows] + [len("all points")])
+    yield f"  {'':<19}  {'':<{width}}  standard deviations  median error of amplitude and phase"
+    for what, share in [("all", all_of), *rows]:
+        label = "all points" if share is all_of else share.label
+        yield f"  {what:<19}  {label:<{width}}  {share.deviations:19.3g}  {_errors(share)}"
+    cell, _ = worst_cell(of)
+    yield f"  worst of all: {cell.label}: {cell.deviations:.3g} standard deviations{_signed(cell)}"
+
+
+def _errors(share: Share) -> str:
+    if not np.isfinite(share.amplitude_error):
+        return "none stands out of the noise"
+    phase = f"{np.degrees(share.phase_error):6.2f} deg" if np.isfinite(share.phase_error) else ""
+    return f"{100 * share.amplitude_error:6.2f} %  {phase}"
+
+
+def _signed(cell: Share) -> str:
+    if not np.isfinite(cell.signed_amplitude_error):
+        return ""
+    amplitude, phase = cell.signed_amplitude_error, np.degrees(cell.signed_phase_error)
+    told = f"; there the model's amplitude is {100 * abs(amplitude):.3g} % too {'large' if amplitude > 0 else 'small'}"
+    if not abs(phase) > NO_PHASE:
+        return told
+    return f"{told} and its phase {abs(phase):.3g} deg too {'early' if phase > 0 else 'late'}"
+
+
+def _peaks(compared: Compared) -> Iterator[str]:
+    yield "Resonances, and the error of the model in % and, in brackets, in standard deviations:"
+    yield "  structure     level   frequency [Hz]     error             damping     error"
+    for peak in compared.peaks:
+        frequency = _error(peak.frequency_error, peak.frequency, peak.frequency_deviation, 3)
+        damping = _error(peak.damping_error, peak.damping, peak.damping_deviation, 1)
+        yield (
+            f"  {configuration(peak.free):<9}  {peak.level:6g} N  {peak.frequency:15.3f}  {frequency:<17}  "
+            f"{100 * peak.damping:6.3f} %  {damping}{_held(compared, peak)}"
+        )
+
+    peak, what, deviations = max(
+        (
+            (peak, what, abs(error) * value / deviation)
+            for peak in compared.peaks
+            for what, error, value, deviation in (
+                ("frequency", peak.frequency_error, peak.frequency, peak.frequency_deviation),
+                ("damping", peak.damping_error, peak.damping, peak.damping_deviation),
+            )
+            if deviation > 0 and np.isfinite(error)
+        ),
+        key=lambda each: each[2],
+        default=(compared.peaks[0], "", 0.0),
+    )
+    if deviations > CLEAR_PEAK:
+        error = peak.frequency_error if what == "frequency" else peak.damping_error
+        yield (
+            f"  worst: the {what} of the {configuration(peak.free)} structure at {peak.level:g} N is "
+            f"{100 * abs(error):.3g} % too {'high' if error > 0 else 'low'} ({deviations:.3g} standard deviations)"
+        )
+
+
+def _error(relative: float, value: float, deviation: float, digits: int) -> str:
+    if not np.isfinite(deviation) or deviation <= 0:
+        return f"{100 * relative:+.{digits}f} %"
+    return f"{100 * relative:+.{digits}f} % ({abs(relative) * value / deviation:.1f})"
+
+
+def _held(compared: Compared, peak: PeakError) -> str:
+    return "" if np.isin(peak.level, compared.train.points.level) else "  held out"

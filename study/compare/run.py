@@ -1,0 +1,232 @@
+"""``stickslip compare``: a model beside a campaign; where it fails, in numbers, tables and figures."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from casefile.table import load_case
+from correlation.campaign.measurement import Campaign, Suspicion
+from correlation.campaign.read_campaign import read_campaign
+from correlation.errors import CampaignError
+from correlation.feature.observation import Observation, followed, parted, training
+from correlation.metric.misfit import Misfit, misfit
+from correlation.metric.peak_error import PeakError, peak_errors
+from correlation.model import Model
+from correlation.noise.nuisance import Budget
+from correlation.prediction import Prediction
+from correlation.sensor_placement import with_sensors
+from diagnosis.fit.arrangement import arrange
+from diagnosis.fit.comparison import NOT_FOUND, Comparison
+from diagnosis.fit.finer_model import as_uncertain
+from diagnosis.fit.weighting import Measured, weighed
+from pipeline.output import replace_file
+from study.case.setup import TestSetup, read_test_case
+from study.case.tables import TestCase
+from study.compare.pictures import pictures
+from study.compare.repeats import require_repeats
+from study.compare.suspicions import all_suspicions
+from study.compare.table import misfit_csv
+from study.run_context import RunContext
+
+
+@dataclass(frozen=True, kw_only=True)
+class Calibrated:
+    """An accepted parameter after its calibration: a factor on the case's value, and its standard deviation [-]."""
+
+    name: str
+    factor: float
+    deviation: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Compared:
+    """A model beside measurements.
+
+    Parameters
+    ----------
+    title
+        Of the case.
+    campaign
+        What was measured.
+    model, prediction
+        What was compared, with every sensor of the campaign, and its steady states at the training data.
+    train, held
+        Misfit to the measurements that a model may be fitted to, and to those that test it; none if none is held out.
+    peaks
+        Errors of the resonances, of all levels.
+    suspicions
+        What looks wrong in the campaign.
+    calibrated
+        Accepted parameters, if they were calibrated first.
+    files
+        Written ones.
+    """
+
+    title: str
+    campaign: Campaign
+    model: Model
+    prediction: Prediction
+    train: Misfit
+    held: Misfit | None
+    peaks: tuple[PeakError, ...]
+    suspicions: tuple[Suspicion, ...]
+    calibrated: tuple[Calibrated, ...] = ()
+    files: tuple[Path, ...] = ()
+
+
+def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = False) -> Compared:
+    """Compare, and write tables and figures.
+
+    Parameters
+    ----------
+    case
+        A test case.
+    folder
+        A campaign.
+    run
+        Where to write.
+    calibrate
+        Whether the accepted parameters are fitted to the training data first.
+
+    Raises
+    ------
+    CaseError, CampaignError
+        With what is wrong in the case or the campaign.
+    """
+    assert run.output is not None
+    load_case(case, TestCase)  # what is wrong with the file itself is said first
+    with run.progress.step("campaign", expected=1):
+        campaign = read_campaign(folder)
+    require_repeats(campaign, folder)
+    setup = read_test_case(case, campaign)
+    with run.progress.step("comparison", expected=15):
+        compared = compare(setup, campaign, calibrate=calibrate)
+    for suspicion in compared.suspicions:
+        run.warn(str(suspicion))
+    title = f"{setup.title}, calibrated" if calibrate else setup.title
+    with run.progress.step("figures", expected=10):
+        drawn = pictures(compared.model, compared.train, compared.held, compared.prediction, title)
+    stem = f"{case.stem}_compare"
+    files = {run.output / f"{stem}.csv": misfit_csv(campaign, compared.train, compared.held).encode()}
+    files |= {run.output / f"{stem}_{name}.png": picture for name, picture in drawn.items()}
+    for file, content in files.items():
+        replace_file(file, content)
+    return replace(compared, files=tuple(files))
+
+
+def compare(setup: TestSetup, campaign: Campaign, *, calibrate: bool = False) -> Compared:
+    """Compare without writing anything.
+
+    Parameters
+    ----------
+    setup
+        Of a test case.
+    campaign
+        As read.
+    calibrate
+        Whether the accepted parameters are fitted to the training data first.
+
+    Raises
+    ------
+    CampaignError
+        A sensor that does not fit the model, or a campaign without repeats.
+    """
+    model = with_sensors(setup.model, campaign)
+    refined = [with_sensors(finer, campaign) for finer in setup.budget.refined]
+    setup = replace(setup, model=model, budget=replace(setup.budget, refined=refined))
+    sides, calibrated, model = _sides(setup, campaign, calibrate)
+    train, *rest = (side.misfit for side in sides)
+    return Compared(
+        title=setup.title,
+        campaign=campaign,
+        model=model,
+        prediction=sides[0].prediction,
+        train=train,
+        held=rest[0] if rest else None,
+        peaks=_peaks(sides),
+        suspicions=all_suspicions(campaign, model, sides[0].prediction),
+        calibrated=calibrated,
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Side:
+    """Training or held-out measurements beside a prediction."""
+
+    comparison: Comparison
+    prediction: Prediction
+
+    @property
+    def misfit(self) -> Misfit:
+        """By its points."""
+        of, value = self.comparison, self.prediction.value
+        weights = of.whitening
+        modes = np.zeros((len(weights.deviation), 0)) if weights.modes is None else weights.modes
+        deviation = np.sqrt(weights.deviation**2 + (modes**2).sum(axis=1))
+        predicted = of.features.of_values(value)
+        difference = (of.measured - predicted) / deviation
+        standardised = np.where(np.isfinite(predicted), difference, NOT_FOUND)
+        return misfit(of.observed, of.features, value, standardised, of.residual(self.prediction))
+
+
+def beside(
+    observed: Observation,
+    sweeps: tuple[int, ...],
+    model: Model,
+    budget: Budget,
+    before: Prediction | None = None,
+) -> Side:
+    """Measurements beside a model as it is, weighted by noise, friction histories and numerical error.
+
+    Parameters
+    ----------
+    observed, sweeps
+        Measurements, and the directions in which they were swept.
+    model
+        With their sensors.
+    budget
+        Its numerical error.
+    before
+        A prediction of the same model at other points.
+    """
+    measured = Measured.of(observed, sweeps)
+    prediction = measured.predictor.predict(model, before)
+    comparison, _ = weighed(measured, model, prediction, budget, budget.refined, fitted=False)
+    return Side(comparison=comparison, prediction=prediction)
+
+
+def _sides(setup: TestSetup, campaign: Campaign, calibrate: bool) -> tuple[list[Side], tuple[Calibrated, ...], Model]:
+    if calibrate:
+        if not setup.accepted:
+            raise CampaignError("the case accepts no parameter, so that nothing can be calibrated: add [accepted]")
+        # Effects stay as strong as the case says; the accepted parameters begin anew.
+        begin = replace(setup, calibrated={})
+        arrangement = arrange(campaign, begin.complete, setup.accepted, begin.complete_budget)
+        fit = as_uncertain(arrangement.fit, arrangement.finer)
+        held = arrangement.held.predict(fit.model, fit.prediction)
+        sides = [
+            Side(comparison=arrangement.train, prediction=fit.prediction),
+            Side(comparison=arrangement.held, prediction=held),
+        ]
+        found = zip(setup.accepted, fit.values.tolist(), fit.deviation.tolist(), strict=True)
+        calibrated = tuple(Calibrated(name=each.name, factor=a, deviation=b) for each, a, b in found)
+        return sides, calibrated, fit.model
+    model, budget = setup.complete, setup.complete_budget
+    sweeps = followed(campaign)
+    if not (campaign.held_out.levels or campaign.held_out.repeats):
+        return [beside(training(campaign), sweeps, model, budget)], (), model
+    seen, unseen = parted(campaign)
+    side = beside(seen, sweeps, model, budget)
+    return [side, beside(unseen, sweeps, model, budget, side.prediction)], (), model
+
+
+def _peaks(sides: Sequence[Side]) -> tuple[PeakError, ...]:
+    """Of the training levels from the training data, of the others from what is held out."""
+    found: dict[tuple[bool, float], PeakError] = {}
+    for side in sides:
+        of = side.comparison
+        for peak in peak_errors(of.observed, side.prediction.value, of.features, of.whitening):
+            found.setdefault((peak.free, peak.level), peak)
+    return tuple(found[key] for key in sorted(found))

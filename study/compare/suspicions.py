@@ -1,0 +1,62 @@
+"""All that looks wrong in a campaign, by itself and beside a model: said before anything is concluded from it."""
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.campaign.measurement import Campaign, Suspicion
+from correlation.feature.table import features
+from correlation.model import Model
+from correlation.prediction import Points, Prediction, Predictor
+from correlation.suspicion.jump import jump_suspicions
+from correlation.suspicion.model import conjugate_tests, suspicions_against, swapped_sensors
+from correlation.suspicion.unit import wrong_units
+from fe.dense_modes import dense_modes
+from study.case.damping import stuck_at_rest
+
+#: Resonances that a test may be meant to show, of the stuck and of the free structure.
+N_MODE = 3
+
+
+def all_suspicions(campaign: Campaign, model: Model, before: Prediction | None = None) -> tuple[Suspicion, ...]:
+    """What looks wrong.
+
+    Parameters
+    ----------
+    campaign
+        What was measured.
+    model
+        With the campaign's sensors on it.
+    before
+        States to start from, if some are there.
+    """
+    table = features(campaign)
+    names = np.array([sensor.name for sensor in campaign.sensors])
+    free = np.array([test.configuration == "free" for test in campaign.tests])
+    points = Points(
+        free=free[table.test],
+        level=table.level,
+        frequency=table.frequency,
+        sensor=names[table.sensor],
+        harmonic=table.harmonic,
+    )
+    predicted = Predictor(points=points).predict(model, before).value
+    return (
+        *campaign.suspicions,
+        *suspicions_against(campaign, model_frequencies(model)),
+        *jump_suspicions(campaign),
+        *conjugate_tests(campaign, table, predicted),
+        *swapped_sensors(campaign, table, predicted),
+        *wrong_units(campaign, points, predicted),
+    )
+
+
+def model_frequencies(model: Model) -> Float[NDArray[np.float64], " m"]:
+    """Lowest resonances, with the contacts stuck and without those of the lines [Hz]."""
+    found = []
+    for each in (model, model.free()):
+        system = each.system
+        modes = dense_modes(system.mass, stuck_at_rest(system.stiffness, system.joints))
+        frequency = np.sqrt(np.maximum(modes.lambda_, 0.0)) / (2 * np.pi)
+        found.append(frequency[frequency > 0][:N_MODE])
+    return np.concatenate(found)

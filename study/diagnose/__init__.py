@@ -1,0 +1,1 @@
+"""``stickslip diagnose``, ``add`` and ``undo``: which effect a case lacks."""

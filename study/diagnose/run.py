@@ -1,0 +1,177 @@
+"""``stickslip diagnose``: what a case lacks, in words, on a page, as files; with ``--auto`` until nothing is left."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from casefile.table import load_case
+from correlation.campaign.measurement import Campaign
+from correlation.campaign.read_campaign import read_campaign
+from correlation.errors import CampaignError
+from correlation.sensor_placement import with_sensors
+from diagnosis.decision.verdict import Finding
+from pipeline.output import replace_file
+from study.case.setup import read_test_case
+from study.case.tables import TestCase
+from study.compare.repeats import require_held_out, require_repeats
+from study.compare.suspicions import all_suspicions
+from study.console import plain
+from study.diagnose.add import add
+from study.diagnose.history import ADD, UNDO, History, Step, history_of
+from study.diagnose.record import record
+from study.diagnose.report import document, headline, in_words
+from study.diagnose.round import Round, diagnose_case, kept
+from study.run_context import RunContext
+
+#: Effects that ``--auto`` adds at most.
+MOST_ADDED = 5
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Diagnosed:
+    """What a command found.
+
+    Parameters
+    ----------
+    rounds
+        One after another; each but the last added what it named.
+    history
+        Of the case, with all that was done to it before.
+    files
+        Written ones.
+    """
+
+    rounds: tuple[Round, ...]
+    history: History
+    files: tuple[Path, ...] = ()
+
+    @property
+    def last(self) -> Round:
+        """The latest round."""
+        return self.rounds[-1]
+
+
+def run_diagnose(
+    case: Path, folder: Path, run: RunContext, *, without: Sequence[str] = (), auto: bool = False, trials: int = 0
+) -> Diagnosed:
+    """Diagnose, note it in the history of the case, and write page, figures and JSON.
+
+    Parameters
+    ----------
+    case
+        A test case; `auto` edits it.
+    folder
+        A campaign.
+    run
+        Where to write, keep and show.
+    without
+        Kinds of effects that are left out.
+    auto
+        Whether what is missing is added and the rest asked again.
+    trials
+        See `study.diagnose.round.diagnose_case`.
+
+    Raises
+    ------
+    CaseError, CampaignError, EffectError, OutputError
+        With what is wrong in the case, the campaign, the kinds or the folders.
+    """
+    assert run.output is not None
+    load_case(case, TestCase)  # what is wrong with the file itself is said first
+    with run.progress.step("campaign", expected=1):
+        campaign = read_campaign(folder)
+    diagnosed = diagnose_file(case, campaign, folder, run, without=without, auto=auto, trials=trials)
+    from study.diagnose.files import contents
+
+    with run.progress.step("page and figures", expected=10):
+        drawn = contents(diagnosed.last, diagnosed.history, case)
+    files = {run.output / name: content for name, content in drawn.items()}
+    table = run.output / f"{case.stem}_diagnosis.json"
+    diagnosed = replace(diagnosed, files=(*files, table))
+    files[table] = json.dumps(plain(full_document(diagnosed)), indent=1, ensure_ascii=False).encode()
+    for file, content in files.items():
+        replace_file(file, content)
+    return diagnosed
+
+
+def diagnose_file(
+    case: Path,
+    campaign: Campaign,
+    folder: Path,
+    run: RunContext | None = None,
+    *,
+    without: Sequence[str] = (),
+    auto: bool = False,
+    trials: int = 0,
+) -> Diagnosed:
+    """The same without files but the history of the case, and with `auto` the case itself."""
+    if not len(campaign.measurement):
+        raise CampaignError(
+            f"{folder} holds time records alone, which this command does not read: diagnose them in Python, as "
+            "docs/time_records.md shows"
+        )
+    require_held_out(campaign, folder)
+    require_repeats(campaign, folder)
+    setup = read_test_case(case, campaign)
+    if run is not None:  # before what takes minutes: it may be in vain
+        keep = kept(run.store, setup, campaign, without)
+        model = with_sensors(setup.complete, campaign)
+        for suspicion in keep("suspicions", partial(all_suspicions, campaign, model)):
+            run.warn(str(suspicion))
+    rounds: list[Round] = []
+    while True:
+        found = diagnose_case(
+            setup,
+            campaign,
+            without=without,
+            trials=trials,
+            announce=None if run is None else run.note,
+            store=None if run is None else run.store,
+            progress=None if run is None else run.progress,
+        )
+        rounds.append(found)
+        record(found, case, folder)
+        best = found.best
+        stop = found.diagnosis.verdict.finding is not Finding.MISSING or len(rounds) > MOST_ADDED
+        if not auto or stop or best is None or best.effect is None:
+            return Diagnosed(rounds=tuple(rounds), history=history_of(case))
+        add(case, best.effect.name)
+        setup = read_test_case(case, campaign)
+
+
+def full_text(diagnosed: Diagnosed) -> str:
+    """For people: what was added, and the last round."""
+    lines = []
+    for number, each in enumerate(diagnosed.rounds[:-1]):
+        lines.append(f"Round {number + 1}: {headline(each)} Added to the case.")
+    if lines:
+        lines += ["", f"Round {len(diagnosed.rounds)}:"]
+    lines += [in_words(diagnosed.last), "", *map(str, diagnosed.files)]
+    return "\n".join(lines)
+
+
+def full_document(diagnosed: Diagnosed) -> dict[str, Any]:
+    """For ``--json``."""
+    return {
+        **document(diagnosed.last),
+        "rounds": [document(each) for each in diagnosed.rounds],
+        "history": [step_document(step) for step in diagnosed.history.steps if step.what in {ADD, UNDO}],
+        "files": [str(file) for file in diagnosed.files],
+    }
+
+
+def step_document(step: Step) -> dict[str, Any]:
+    """A step of the history."""
+    return {
+        "what": step.what,
+        "when": step.when,
+        "effect": step.effect,
+        "values": {key: value for key, (value, _) in step.values.items()},
+        "calibrated": {key: value for key, (value, _) in step.calibrated.items()},
+        "errors_before": None if step.before is None else step.before.document,
+        "errors_after": None if step.after is None else step.after.document,
+        "diff": list(step.diff),
+    }

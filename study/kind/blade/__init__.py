@@ -1,0 +1,1 @@
+"""One blade, clamped at its root."""

@@ -1,0 +1,141 @@
+"""One finite-element model of a blade: what it depends on, and its clamped system."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from casefile.table import located
+from fe.assembly import assemble_compact
+from fe.boundary import Support, supported_system
+from fe.material import Material
+from fe.mesh import Mesh
+from fe.mesh_quality import check_quality
+from fe.mesher.blade import PadMesh
+from fe.mesher.mesh_rule import MeshRule
+from fe.modal import modes
+from fe.relaxed_clamp import thinned
+from fe.system import LinearSystem
+from geometry.blade import Blade
+from geometry.plain_blade import PlainBlade
+from pipeline.store import stage
+from study.kind.blade.table import ELEMENT_BY_NAME, BladeTables, mesh_any, with_thickness
+
+#: Nodes that stay physical in a reduced model, where the mesh has them.
+BOUNDARY = ("excitation", "response", "contact_positive", "contact_negative")
+
+
+@dataclass(frozen=True, kw_only=True)
+class BladeModel:
+    """All that a model of a blade depends on.
+
+    Parameters
+    ----------
+    blade, material
+        What is meshed.
+    element, through_thickness, length_ratio, length_cap, subdivisions, pads
+        How: the name of the element and the numbers of `fe.mesher.mesh_rule.MeshRule` and `fe.mesher.blade.PadMesh`.
+    drop_every
+        Thinning of the clamp; 0 for the full clamp [-].
+    n_mode
+        Fixed-interface modes [-].
+    damping_ratio
+        On the first mode [-].
+    """
+
+    blade: Blade | PlainBlade
+    material: Material
+    element: str
+    through_thickness: int
+    length_ratio: float
+    length_cap: float
+    pads: PadMesh
+    drop_every: int
+    n_mode: int
+    damping_ratio: float
+    subdivisions: int = 1
+
+    @property
+    def rule(self) -> MeshRule:
+        """The meshing rule."""
+        return MeshRule(
+            element=ELEMENT_BY_NAME[self.element],
+            through_thickness=self.through_thickness,
+            length_ratio=self.length_ratio,
+            length_cap=self.length_cap,
+            subdivisions=self.subdivisions,
+        )
+
+
+def blade_model(
+    case: BladeTables, *, element: str, through_thickness: int, drop_every: int = 0, thickness_factor: float = 1.0
+) -> BladeModel:
+    """The model that a case asks for, all its parts checked.
+
+    Parameters
+    ----------
+    case
+        As `load_case` returned it.
+    element, through_thickness, drop_every
+        As in `BladeModel`.
+    thickness_factor
+        Of the blade, as in `with_thickness` [-].
+
+    Raises
+    ------
+    CaseError
+        The blade, its material or its mesh cannot be built as the case says.
+    """
+    with located(case, "blade"):
+        blade = case.blade.blade()
+    with located(case, "material"):
+        material = case.material.material()
+    with located(case, "mesh", "pads"):
+        pads = case.mesh.pads.pads()
+    model = BladeModel(
+        blade=with_thickness(blade, thickness_factor),
+        material=material,
+        element=element,
+        through_thickness=through_thickness,
+        length_ratio=case.mesh.length_ratio,
+        length_cap=case.mesh.length_cap,
+        pads=pads,
+        drop_every=drop_every,
+        n_mode=case.reduction.modes,
+        damping_ratio=case.damping.ratio,
+    )
+    with located(case, "mesh"):
+        model.rule  # noqa: B018 - sizes that make no rule are refused before anything runs
+    return model
+
+
+@stage("mesh size")
+def mesh_size(model: BladeModel) -> int:
+    """Degrees of freedom of the whole mesh, the held ones too [-]: what work and memory depend on."""
+    return 3 * mesh_any(model.blade, model.rule, model.pads).n_node
+
+
+def clamped(model: BladeModel) -> tuple[Mesh, LinearSystem, int]:
+    """Mesh, clamped system without damping, and the number of held nodes."""
+    mesh = mesh_any(model.blade, model.rule, model.pads)
+    check_quality(mesh)
+    mass, stiffness = assemble_compact(mesh, model.material)
+    nodes = held_nodes(mesh, model.drop_every)
+    return mesh, supported_system(mesh, mass, stiffness, [Support(nodes=nodes)]), len(nodes)
+
+
+def first_frequency(model: BladeModel) -> tuple[Mesh, float, int]:
+    """Mesh, first frequency [Hz] and free degrees of freedom of a model, nothing else."""
+    mesh, system, _ = clamped(model)
+    return mesh, float(modes(system, 1).frequency[0]), system.n_dof
+
+
+def held_nodes(mesh: Mesh, drop_every: int) -> NDArray[np.int64]:
+    """Clamped nodes: all of the face set "clamp", or thinned."""
+    nodes = mesh.nodes("clamp")
+    return thinned(mesh, nodes, drop_every) if drop_every else nodes
+
+
+def boundary_rows(mesh: Mesh, system: LinearSystem) -> dict[str, NDArray[np.int64]]:
+    """Rows of excitation, response and contact nodes, by name."""
+    return {name: system.rows(mesh.node_sets[name]) for name in BOUNDARY if name in mesh.node_sets}

@@ -1,0 +1,92 @@
+"""``stickslip reduce``: CAD, mesh, Craig-Bampton model and linear response of one blade."""
+
+import importlib.metadata
+from dataclasses import dataclass
+from math import pi
+from pathlib import Path
+
+import numpy as np
+
+from casefile.table import load_case, located
+from fe.file.mesh_file import write_mesh
+from fe.mode_check import ModeCheck
+from figure.frequency_response import frequency_response_figure
+from hbsolve.dynamic_stiffness import DynamicStiffness
+from hbsolve.forced_response import forced_response
+from pipeline.output import replace_file
+from pipeline.parallel import Task, run_parallel
+from pipeline.store import stage
+from reduction.file.rom_hdf5 import save_rom
+from reduction.mode_check import check_fixed_interface_modes
+from reduction.rom import ReducedModel
+from study.kind.blade.model import BladeModel, blade_model, clamped, mesh_size
+from study.kind.blade.reduction import THICKNESS_DIRECTION, Reduction, reduce_blade, unit_force
+from study.kind.blade.solid_check import solid_check
+from study.kind.blade.table import BladeCase
+from study.run_context import RunContext
+
+#: Frequencies of the drawn response: this many, over the first three modes.
+N_POINT = 2000
+N_DRAWN = 3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reduced:
+    """What the command reports: the reduction, how many modes were asked for, their check if any, and its files."""
+
+    reduction: Reduction
+    n_mode: int
+    check: ModeCheck | None
+    files: tuple[Path, ...]
+
+
+@stage("reduced blade")
+def reduced_blade(model: BladeModel, title: str) -> Reduction:
+    """Reduce a blade and note where it comes from."""
+    provenance = {"title": title, "stickslip": importlib.metadata.version("stickslip"), "model": repr(model)}
+    return reduce_blade(model, provenance)
+
+
+@stage("check of a reduced blade")
+def checked_blade(model: BladeModel, rom: ReducedModel) -> ModeCheck:
+    """Check the fixed-interface modes of a blade's reduced model."""
+    return check_fixed_interface_modes(clamped(model)[1], rom)
+
+
+def run_reduce(path: Path, run: RunContext, *, checked: bool = False) -> Reduced:
+    """Reduce the blade of a case file and write STEP, mesh, reduced model and response.
+
+    With `checked`, its fixed-interface modes are checked too.
+    """
+    assert run.output is not None
+    case = load_case(path, BladeCase)
+    model = blade_model(case, element=case.mesh.element, through_thickness=case.mesh.elements_through_thickness)
+    with located(case, "mesh"):
+        run.store.run(mesh_size, model)
+    tasks = [
+        Task(
+            stage=reduced_blade,
+            inputs={"model": model, "title": case.title},
+            label="reduction",
+            weight=2.0,
+        ),
+        Task(stage=solid_check, inputs={"inputs": model}, label="CAD solid"),
+    ]
+    found, solid = (outcome.value for outcome in run_parallel(tasks, run.store, run.progress, "mesh and reduction"))
+    check = run.step("check of the modes").run(checked_blade, model, found.rom) if checked else None
+    files = {name: run.output / f"{path.stem}{name}" for name in (".step", ".vtu", "_rom.h5", "_response.png")}
+    replace_file(files[".step"], solid.step)
+    write_mesh(found.mesh, files[".vtu"])
+    save_rom(found.rom, files["_rom.h5"])
+    replace_file(files["_response.png"], _response_figure(found, case.title))
+    return Reduced(reduction=found, n_mode=model.n_mode, check=check, files=tuple(files.values()))
+
+
+def _response_figure(found: Reduction, title: str) -> bytes:
+    """Receptance of the tip for a force at the excitation point, over the first modes."""
+    frequency = np.linspace(0.2 * found.rom_frequency[0], 1.15 * found.rom_frequency[N_DRAWN - 1], N_POINT)
+    # The peaks are narrower than the grid: its points are joined by the resonances themselves.
+    frequency = np.union1d(frequency, found.rom_frequency[:N_DRAWN])
+    branch = forced_response(DynamicStiffness.of(found.rom), unit_force(found.rom), 2 * pi * frequency)
+    response = branch.coefficients[:, 1, found.rom.rows("response", THICKNESS_DIRECTION)[0]]
+    return frequency_response_figure(frequency, response, title=f"{title}: tip displacement for a force near the root")

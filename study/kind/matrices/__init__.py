@@ -1,0 +1,1 @@
+"""Mass and stiffness that another program wrote."""

@@ -1,0 +1,95 @@
+"""The case file of imported matrices: files, supports, retained degrees of freedom. It says ``kind = "matrices"``."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field
+
+from casefile.head import case_head
+from casefile.table import CaseModel
+from fe.file.dof_table import DIRECTIONS, LARGEST_LABEL, N_TRANSLATION
+from fe.file.imported_matrices import Units
+from fe.file.matrix_file import MatrixSource
+from study.case.joint_table import Name
+from study.kind.blade.table import DampingTable
+
+FileName = Annotated[str, Field(min_length=1, examples=["stiffness.mtx"])]
+DirectionName = Literal["x", "y", "z", "rotx", "roty", "rotz"]
+UNITS = {"m, kg, s": Units.SI, "mm, tonne, s": Units.MILLIMETRE}
+
+
+def _different(values: tuple[object, ...]) -> tuple[object, ...]:
+    for place, value in enumerate(values):
+        if value in values[:place]:
+            raise ValueError(f"{value} stands there twice: remove one")
+    return values
+
+
+Nodes = Annotated[
+    tuple[Annotated[int, Field(ge=0, le=LARGEST_LABEL, strict=True)], ...],
+    AfterValidator(_different),
+    Field(min_length=1, examples=[[1, 2, 3]]),
+]
+Directions = Annotated[
+    tuple[DirectionName, ...], AfterValidator(_different), Field(min_length=1, examples=[["x", "y", "z"]])
+]
+
+
+class FilesTable(CaseModel):
+    """The matrices, relative to the case file, and which degree of freedom each row is."""
+
+    mass: FileName
+    stiffness: FileName
+    damping: FileName | None = None
+    mass_name: str = ""
+    stiffness_name: str = ""
+    damping_name: str = ""
+    dofs: FileName | None = None
+    units: Literal["m, kg, s", "mm, tonne, s"] = "m, kg, s"
+
+    def matrix(self, name: str, folder: Path) -> MatrixSource:
+        """Where "mass", "stiffness" or "damping" stands; a folder is that of the case file."""
+        return MatrixSource(file=folder / getattr(self, name), name=getattr(self, f"{name}_name"))
+
+
+class SupportTable(CaseModel):
+    """Nodes that are held; directions that a node has not are passed over."""
+
+    nodes: Nodes
+    directions: Directions = DIRECTIONS  # type: ignore[assignment]
+
+    @property
+    def numbers(self) -> list[int]:
+        """Directions by number."""
+        return [DIRECTIONS.index(each) for each in self.directions]
+
+
+class BoundaryTable(SupportTable):
+    """Nodes that the reduced model keeps, under a name; rotations are kept as "NAME rotation"."""
+
+    name: Name
+    directions: Directions = DIRECTIONS[:N_TRANSLATION]  # type: ignore[assignment]
+
+
+class MatricesReductionTable(CaseModel):
+    """Craig-Bampton reduction."""
+
+    modes: Annotated[int, Field(ge=0, le=2000, strict=True)] = 150
+
+
+class MatricesCase(CaseModel):
+    """Matrices of another program and what is kept of them."""
+
+    kind: Annotated[Literal["matrices"], Field(examples=["matrices"])]
+    title: str = "Imported matrices"
+    files: FilesTable
+    support: tuple[SupportTable, ...] = ()
+    boundary: Annotated[tuple[BoundaryTable, ...], Field(min_length=1)]
+    reduction: MatricesReductionTable = MatricesReductionTable()
+    damping: DampingTable | None = None
+
+
+def is_matrices_case(path: Path) -> bool:
+    """Whether a file is meant as the case of matrices, by kind or table of files; one that cannot be read is none."""
+    data = case_head(path)
+    return data.get("kind") == "matrices" or isinstance(data.get("files"), dict)

@@ -1,0 +1,1 @@
+"""A part of the user's own, from a STEP or a mesh file."""

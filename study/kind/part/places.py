@@ -1,0 +1,227 @@
+"""Where the supports, points, lines and sets of a part's case are on its mesh."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Int
+from numpy.typing import NDArray
+
+from casefile.mistakes import Mistakes
+from casefile.table import at_key
+from fe.errors import BesideMesh, MeshError
+from fe.face_integral import outer_faces
+from fe.file.dof_table import N_TRANSLATION
+from fe.host_face import named_faces, station_normals
+from fe.mesh import Mesh
+from fe.station_coordinates import station_coordinates
+from fe.surface_line import line_along_edge, line_between
+from geometry.interface import ContactLine
+from study.kind.part.stages import Kept
+from study.kind.part.table import TRANSLATIONS, LineTable, PartTables
+
+#: The face set on which points lie that name none.
+SURFACE = "the surface"
+#: The node set of all that is held, while stations look for nodes that can give up their place.
+HELD = "what is held"
+#: What the tables of a case that name a boundary are called.
+NAMING = ("point", "line", "boundary")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Places:
+    """A part's mesh with what its case names.
+
+    Parameters
+    ----------
+    mesh
+        With a node set for each name that stays physical: nodes, or the pivots of stations.
+    to_nodes
+        Nodal displacements from coordinates; None where all that is kept are nodes.
+    supports
+        What is held.
+    boundary
+        What stays physical, by name.
+    lines
+        Stations with their frames, by name; of a point, its one station has no tangents (zeros) and no length.
+    """
+
+    mesh: Mesh
+    to_nodes: sp.csr_array | None
+    supports: tuple[Kept, ...]
+    boundary: dict[str, Kept]
+    lines: dict[str, ContactLine]
+
+
+def check_names(case: PartTables, known: frozenset[str], what: str) -> None:
+    """Refuse names that mean nothing, and boundary names that are there twice, before anything is computed.
+
+    Parameters
+    ----------
+    case
+        The case.
+    known
+        Sets that there are.
+    what
+        Whose they are, such as "the case names".
+
+    Raises
+    ------
+    CaseError
+        With all of them.
+    """
+    mistakes = Mistakes(case)
+
+    def check(name: str, *path: str | int) -> None:
+        with mistakes.at(), at_key(case, *path):
+            if name not in known:
+                raise MeshError(f'there is no "{name}": {what} {", ".join(sorted(known)) or "none"}')
+
+    taken: set[str] = set()
+    for table in NAMING:
+        for number, entry in enumerate(getattr(case, table)):
+            with mistakes.at(), at_key(case, table, number, "name"):
+                if entry.name in taken:
+                    raise MeshError(f'"{entry.name}" is taken: give each point, line and boundary its own')
+            taken.add(entry.name)
+            if entry.on is not None:
+                check(entry.on, table, number, "on")
+            for name in (entry.edge or ()) if isinstance(entry, LineTable) else ():
+                check(name, table, number, "edge")
+    for number, support in enumerate(case.support):
+        for name in support.on:
+            check(name, "support", number, "on")
+    if not taken:
+        with mistakes.at():
+            raise MeshError("nothing stays physical: name a [[point]], [[line]] or [[boundary]] to act and look at")
+    mistakes.raise_if_any()
+
+
+def places(case: PartTables, mesh: Mesh) -> Places:
+    """Find everything on the mesh.
+
+    Raises
+    ------
+    CaseError
+        With every mistake: points beside the part, lines that are none, sets of one name that say different things, and
+        stations too close for the mesh.
+    """
+    mistakes = Mistakes(case)
+    mesh = replace(mesh, face_sets={**mesh.face_sets, SURFACE: outer_faces(mesh)})
+    supports, boundary, lines, faces = [], {}, {}, {}
+    for number, support in enumerate(case.support):
+        with mistakes.at(), at_key(case, "support", number, "on"):
+            nodes = np.unique(np.concatenate([_nodes(mesh, name) for name in support.on]))
+            supports.append(Kept(nodes=nodes, directions=support.numbers))
+    for number, kept in enumerate(case.boundary):
+        with mistakes.at(), at_key(case, "boundary", number, "on"):
+            nodes = _nodes(mesh, kept.on)
+            boundary[kept.name] = Kept(nodes=nodes, directions=_numbers(kept.directions))
+            _check_free(kept.name, boundary[kept.name], supports)
+    for number, point in enumerate(case.point):
+        with mistakes.at(), at_key(case, "point", number, "at"):
+            faces[point.name] = point.on or SURFACE
+            lines[point.name] = _single(mesh, point.name, faces[point.name], point.at)
+    for number, table in enumerate(case.line):
+        faces[table.name] = table.on or (table.edge or ("",))[0]
+        wrong = len(mistakes.problems)
+        for key, end in (("from", table.start), ("to", table.end)):
+            if table.edge is None and end is not None:
+                with mistakes.at(), at_key(case, "line", number, key):
+                    _single(mesh, table.name, faces[table.name], end)
+        if len(mistakes.problems) > wrong:
+            continue
+        # What is wrong with all of a straight line shows at its end.
+        with mistakes.at(), at_key(case, "line", number, "to" if table.edge is None else "edge"):
+            lines[table.name] = _line(mesh, table)
+    mistakes.raise_if_any()
+    sets = {name: kept.nodes for name, kept in boundary.items()}
+    bare = replace(mesh, node_sets=sets)
+    to_nodes = None
+    if lines:
+        held = np.unique(np.concatenate([each.nodes for each in supports] or [np.zeros(0, dtype=np.int64)]))
+        stations = {name: line.stations for name, line in lines.items()}
+        with mistakes.at():
+            found = station_coordinates(replace(bare, node_sets={**sets, HELD: held}), stations, faces)
+            bare, to_nodes = replace(bare, node_sets={**sets, **_pivots(found.mesh, lines)}), found.to_nodes
+        mistakes.raise_if_any()
+        for name in lines:
+            directions = next((point.directions for point in case.point if point.name == name), TRANSLATIONS)
+            boundary[name] = Kept(nodes=bare.node_sets[name], directions=_numbers(directions))
+    kept_faces = {name: part for name, part in bare.face_sets.items() if name != SURFACE}
+    return Places(
+        mesh=replace(bare, face_sets=kept_faces),
+        to_nodes=to_nodes,
+        supports=tuple(supports),
+        boundary=boundary,
+        lines=lines,
+    )
+
+
+def _pivots(mesh: Mesh, lines: dict[str, ContactLine]) -> dict[str, NDArray[np.int64]]:
+    return {name: mesh.node_sets[name] for name in lines}
+
+
+def _check_free(name: str, kept: Kept, supports: Sequence[Kept]) -> None:
+    held = [_dofs(each) for each in supports]
+    if held and np.isin(_dofs(kept), np.concatenate(held)).all():
+        along = ", ".join(TRANSLATIONS[each] for each in kept.directions)
+        raise MeshError(
+            f'all {len(kept.nodes)} nodes of "{name}" are held along {along}: keep another set, or take what holds '
+            "them out of [[support]]"
+        )
+
+
+def _dofs(kept: Kept) -> Int[NDArray[np.int64], " k"]:
+    return np.ravel(N_TRANSLATION * kept.nodes[:, None] + np.array(kept.directions, dtype=np.int64))
+
+
+def _numbers(directions: tuple[str, ...]) -> tuple[int, ...]:
+    return tuple(TRANSLATIONS.index(each) for each in directions)
+
+
+def _nodes(mesh: Mesh, name: str) -> NDArray[np.int64]:
+    """Nodes of a set: those of a node set in its order."""
+    if name not in mesh.node_sets:
+        return mesh.nodes(name)
+    if name in mesh.face_sets:
+        alone = Mesh(points=mesh.points, cells=mesh.cells, face_sets={name: mesh.face_sets[name]})
+        if not np.array_equal(alone.nodes(name), mesh.nodes(name)):
+            raise MeshError(
+                f'two sets are called "{name}", one of nodes and one of faces, which hold different nodes: rename one'
+            )
+    return mesh.node_sets[name]
+
+
+def _single(mesh: Mesh, name: str, on: str, place: tuple[float, float, float]) -> ContactLine:
+    """One station; one beside the face is told as its user gave it, to whom a point is no station."""
+    at = np.array([place])
+    try:
+        normal = station_normals(mesh, name, named_faces(mesh, name, on), at)
+    except BesideMesh as error:
+        # To a nanometre, whose rounding no tolerance sees.
+        x, y, z = (f"{round(1e3 * each, 6) + 0.0:.12g} mm" for each in error.nearest)
+        raise MeshError(
+            f"it lies {error.distance * 1e3:.4g} mm beside the face; the nearest point there is "
+            f'["{x}", "{y}", "{z}"]: give that, or another place on the face'
+        ) from error
+    return ContactLine(
+        name=name, stations=at, normal=normal, tangents=np.zeros((1, 2, 3)), tributary_length=np.zeros(1)
+    )
+
+
+def _line(mesh: Mesh, table: LineTable) -> ContactLine:
+    start = None if table.start is None else np.array(table.start)
+    if table.edge is not None:
+        return line_along_edge(mesh, table.name, table.edge, table.stations, start)
+    assert table.on is not None
+    assert start is not None
+    assert table.end is not None
+    try:
+        return line_between(mesh, table.name, table.on, (start, np.array(table.end)), table.stations)
+    except BesideMesh as error:
+        raise MeshError(
+            f"station {error.number} of 0 to {table.stations - 1} lies {error.distance * 1e3:.4g} mm beside the face, "
+            "though both ends lie on it: give two points whose straight line stays on the face, or an edge"
+        ) from error

@@ -1,0 +1,64 @@
+"""Tables of a reduced part: named faces of its solid, and as CSV frequencies, and stations with their frames."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from geometry.interface import ContactLine
+from geometry.part import MILLIMETRES_PER_METRE
+from study.kind.part.stages import NamedFaces
+from study.reduce.comparison import ComparedReduction
+
+
+def face_lines(faces: Mapping[str, NamedFaces]) -> list[str]:
+    """A line for each name, so that faces which a loose selector took together are seen; none without names."""
+    if not faces:
+        return []
+    width = max(4, *map(len, faces))
+    return [
+        f"  {'face':{width}}   CAD faces   area [mm^2]   mean position [mm]",
+        *(
+            f"  {name:{width}} {each['n_face']:11} {each['area_mm2']:13.2f}   "
+            f"({', '.join(f'{x:.2f}' for x in each['centre_mm'])})"
+            for name, each in face_document(faces).items()
+        ),
+    ]
+
+
+def face_document(faces: Mapping[str, NamedFaces]) -> dict[str, dict[str, Any]]:
+    """The same for programs."""
+    return {
+        name: {
+            "n_face": each.n_face,
+            "area_mm2": each.area * MILLIMETRES_PER_METRE**2,
+            # Of a symmetric face the middle is round-off, whose sign would be shown.
+            "centre_mm": (np.round(each.centre * MILLIMETRES_PER_METRE, 9) + 0.0).tolist(),
+        }
+        for name, each in faces.items()
+    }
+
+
+def frequency_table(found: ComparedReduction) -> str:
+    """Full and reduced frequencies [Hz], and the estimated truncation error [-]."""
+    lines = [
+        f"{number},{full:.9g},{rom:.9g},{error:.3g}"
+        for number, (full, rom, error) in enumerate(
+            zip(found.frequency, found.rom_frequency, found.rom_error, strict=True), start=1
+        )
+    ]
+    return "\n".join(["mode,full_hz,reduced_hz,estimated_error", *lines, ""])
+
+
+def station_table(lines: Mapping[str, ContactLine]) -> str:
+    """Place, normal out of the body, tangents along and across, and tributary length of each station [m, -]."""
+    axes = "xyz"
+    head = ["name", "station", *axes]
+    head += [f"{vector}_{axis}" for vector in ("normal", "along", "across") for axis in axes]
+    rows = [",".join([*head, "length"])]
+    for name, line in lines.items():
+        for k in range(line.n_station):
+            values = [*line.stations[k], *line.normal[k], *line.tangents[k].ravel(), line.tributary_length[k]]
+            # Adding nothing makes a negative zero a plain one.
+            rows.append(",".join([f'"{name}"', str(k), *(f"{value + 0.0:.12g}" for value in values)]))
+    return "\n".join([*rows, ""])

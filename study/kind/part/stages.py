@@ -1,0 +1,231 @@
+"""The stages of a user's own part: its solid, its tetrahedra, its matrices, and their reduction."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+
+from fe.assembly import assemble_compact
+from fe.boundary import Support, supported_system, unsupported_system
+from fe.errors import SupportError
+from fe.material import Material
+from fe.mesh import Mesh
+from fe.mesher.tetrahedra import TetRule, mesh_solid
+from fe.mode_check import ModeCheck
+from fe.sparse.factor import Symmetric
+from fe.sparse.node_matrix import NodeMatrix
+from fe.sparse.upper_blocks import UpperBlocks
+from fe.station_coordinates import StationCoordinates
+from fe.stress import nodal_stress, von_mises
+from fe.system import LinearSystem
+from geometry.face_selector import FaceSelector
+from geometry.part import MILLIMETRES_PER_METRE
+from geometry.step_part import read_body, step_part
+from geometry.system_library import preflight
+from pipeline.store import stage
+from reduction.mode_check import check_fixed_interface_modes
+from reduction.rom import ReducedModel
+from study.modes.shapes import Shapes
+from study.reduce.comparison import ComparedReduction, compared_reduction
+
+#: Modes that are drawn.
+N_DRAWN = 6
+
+Nodes = Int[NDArray[np.int64], " k"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SolidSummary:
+    """What a STEP file holds.
+
+    Parameters
+    ----------
+    volume, longest
+        Of the solid, and the longest side of the box around it [m^3, m].
+    healing
+        What was mended, a clause each.
+    """
+
+    volume: float
+    longest: float
+    healing: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NamedFaces:
+    """Which faces of a solid go by one name.
+
+    Parameters
+    ----------
+    n_face
+        How many [-].
+    area
+        Of all of them [m^2].
+    centre
+        Their mean position, by area, shape (3,) [m].
+    """
+
+    n_face: int
+    area: float
+    centre: Float[NDArray[np.float64], " 3"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Kept:
+    """A set of nodes that stays physical, in some directions."""
+
+    nodes: Nodes
+    directions: tuple[int, ...]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PartReduction:
+    """A reduced part and its first modes.
+
+    Parameters
+    ----------
+    compared
+        The reduced model beside the full one.
+    shapes
+        The first modes of the reduced model, on the nodes of the mesh.
+    """
+
+    compared: ComparedReduction
+    shapes: Shapes
+
+
+@stage("solid of a STEP file")
+def solid_summary(file: Path) -> SolidSummary:
+    """Read and check the solid."""
+    preflight("cad")
+    body = read_body(file)
+    box = body.solid.BoundingBox()
+    return SolidSummary(
+        volume=float(body.solid.Volume()) / MILLIMETRES_PER_METRE**3,
+        longest=max(box.xlen, box.ylen, box.zlen) / MILLIMETRES_PER_METRE,
+        healing=body.healing,
+    )
+
+
+@stage("named faces of a STEP file")
+def named_faces(file: Path, faces: Mapping[str, Sequence[FaceSelector]]) -> dict[str, NamedFaces]:
+    """What each name has got."""
+    preflight("cad")
+    return {
+        name: NamedFaces(n_face=len(region.faces), area=region.area, centre=region.centre)
+        for name, region in step_part(file, faces).faces.items()
+    }
+
+
+@stage("tetrahedra of a STEP file")
+def step_mesh(file: Path, faces: Mapping[str, Sequence[FaceSelector]], rule: TetRule) -> Mesh:
+    """Mesh the solid; no two runs give the same mesh, so that the kept one is used from then on."""
+    preflight("cad")
+    return mesh_solid(step_part(file, faces), rule)
+
+
+@stage("matrices of a part")
+def part_matrices(mesh: Mesh, material: Material) -> tuple[NodeMatrix, UpperBlocks]:
+    """Mass and stiffness of all nodes [kg, N/m]."""
+    return assemble_compact(mesh, material)
+
+
+@stage("reduced part")
+def reduced_part(
+    mesh: Mesh,
+    material: Material,
+    matrices: tuple[Symmetric, Symmetric],
+    to_nodes: sp.csr_array | None,
+    supports: Sequence[Kept],
+    boundary: Mapping[str, Kept],
+    n_mode: int,
+    damping_ratio: float | None,
+    provenance: Mapping[str, str],
+) -> PartReduction:
+    """Hold and reduce a part, with its stations as coordinates.
+
+    Parameters
+    ----------
+    mesh, material
+        The part.
+    matrices
+        Its mass and stiffness, of nodal displacements.
+    to_nodes
+        Nodal displacements from coordinates, see `StationCoordinates`; None if nodes alone are kept.
+    supports
+        What is held; nothing if empty.
+    boundary
+        What stays physical, by name.
+    n_mode, damping_ratio, provenance
+        As in `compared_reduction`.
+
+    Raises
+    ------
+    SupportError
+        Supports that leave a rigid motion, or boundary nodes that are all held.
+    RomError
+        As `compared_reduction`.
+    """
+    place = None if to_nodes is None else StationCoordinates(mesh=mesh, to_nodes=to_nodes)
+    system = _held(mesh, matrices, place, supports)
+    rows = {name: system.rows(kept.nodes, kept.directions) for name, kept in boundary.items()}
+    free = {name: found[found >= 0] for name, found in rows.items()}
+    for name, found in free.items():
+        if not len(found):
+            raise SupportError(f'all nodes of "{name}" are held: take it out of the boundary or out of the support')
+    compared = compared_reduction(system, free, n_mode, damping_ratio, provenance)
+    if place is not None:
+        rom = replace(compared.rom, recovery=place.displacement(system, compared.rom.recovery))
+        compared = replace(compared, rom=rom)
+    return PartReduction(compared=compared, shapes=_shapes(mesh, material, compared))
+
+
+@stage("check of a reduced part")
+def checked_part(
+    mesh: Mesh,
+    matrices: tuple[Symmetric, Symmetric],
+    to_nodes: sp.csr_array | None,
+    supports: Sequence[Kept],
+    rom: ReducedModel,
+) -> ModeCheck:
+    """Check the fixed-interface modes of what `reduced_part` made of the same mesh, matrices and supports."""
+    place = None if to_nodes is None else StationCoordinates(mesh=mesh, to_nodes=to_nodes)
+    system = _held(mesh, matrices, place, supports)
+    if place is not None:
+        rom = replace(rom, recovery=place.vectors(system, rom.recovery))
+    return check_fixed_interface_modes(system, rom)
+
+
+def _held(
+    mesh: Mesh,
+    matrices: tuple[Symmetric, Symmetric],
+    place: StationCoordinates | None,
+    supports: Sequence[Kept],
+) -> LinearSystem:
+    mass, stiffness = matrices if place is None else (place.matrix(each) for each in matrices)
+    if supports:
+        held = [Support(nodes=each.nodes, directions=each.directions) for each in supports]
+        # What they leave free the boundary may hold; if it does not, the reduction says so.
+        return supported_system(mesh, mass, stiffness, held, may_move=True)
+    return unsupported_system(mesh, mass, stiffness)
+
+
+def _shapes(mesh: Mesh, material: Material, compared: ComparedReduction) -> Shapes:
+    rom = compared.rom
+    n_drawn = min(N_DRAWN, len(compared.rom_frequency))
+    found: Float[NDArray[np.float64], "node 3 m"] = np.asarray(
+        rom.displacement(rom.modes(n_drawn).mode_shapes).real, dtype=np.float64
+    )
+    displacement = np.moveaxis(found, 2, 0)
+    stress = [von_mises(nodal_stress(mesh, material, shape)) for shape in displacement]
+    return Shapes(
+        mesh=mesh,
+        n_dof=compared.n_dof,
+        frequency=compared.rom_frequency[:n_drawn],
+        displacement=displacement,
+        von_mises=np.stack(stress),
+    )

@@ -1,0 +1,1 @@
+"""Plain matrices in a file."""

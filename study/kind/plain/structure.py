@@ -1,0 +1,168 @@
+"""What the file of a structure says besides its matrices: named parts, degrees of freedom, and rows."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from correlation.errors import ModelDefinitionError
+from correlation.model import DIRECTIONS, Dof, Part
+from geometry.errors import InputError
+from reduction.errors import MatrixError
+from reduction.file.structure_file import NAMES, StructureMatrices, load_matrices
+from reduction.rom import ReducedModel
+from study.case.tables import DofTable
+
+Array = Float[NDArray[np.float64], "..."]
+Matrix = Float[NDArray[np.float64], "r r"]
+
+#: Arrays that describe the degrees of freedom, one entry each.
+DOF_ARRAYS = ("dof_body", "dof_node", "dof_direction", "dof_coordinates")
+#: Relative difference between a matrix and the sum of its parts that counts as round-off.
+ROUND_OFF = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TestStructure:
+    """A structure as a file holds it.
+
+    Parameters
+    ----------
+    matrices
+        Mass, damping, stiffness.
+    parts
+        Their named shares; none if the file has none.
+    dofs
+        r of them; none if neither file nor case tells.
+    stored
+        Rows by their names, shape (r,) or (n, r).
+    """
+
+    __test__ = False  # no test of pytest's
+
+    matrices: StructureMatrices
+    parts: tuple[Part, ...]
+    dofs: tuple[Dof, ...]
+    stored: Mapping[str, Array]
+
+
+def load_test_structure(file: Path, tables: Sequence[DofTable]) -> TestStructure:
+    """Read a structure.
+
+    Parameters
+    ----------
+    file
+        ``.npz``, ``.mat`` or ``.h5``; an ``.npz`` file may hold parts, degrees of freedom and rows as well.
+    tables
+        Degrees of freedom by the case; those of the file otherwise.
+
+    Raises
+    ------
+    MatrixError
+        The file cannot be used, or its parts do not add up.
+    ModelDefinitionError
+        Tables or arrays of another length than the matrices.
+    """
+    try:
+        matrices = load_matrices(file)
+        arrays = _arrays(file) if file.suffix.lower() == ".npz" else {}
+        parts = _parts(matrices, arrays)
+        dofs = _of_arrays(arrays, matrices.n_dof) or _of_rom(matrices.rom)
+    except InputError as error:
+        # Names the key, so that the line shown is that of the file's name.
+        raise MatrixError(f"the file cannot be used: {error}") from error
+    if tables and len(tables) != matrices.n_dof:
+        raise ModelDefinitionError(
+            f"{len(tables)} tables [[dof]] for {matrices.n_dof} degrees of freedom: write one for each"
+        )
+    r = matrices.n_dof
+    stored = {
+        name: np.asarray(array, dtype=np.float64)
+        for name, array in arrays.items()
+        if array.dtype.kind in "fiu" and array.ndim in {1, 2} and array.shape[-1] == r and not _is_matrix(name)
+    }
+    return TestStructure(
+        matrices=matrices, parts=parts, dofs=tuple(map(_of_table, tables)) if tables else dofs, stored=stored
+    )
+
+
+def _arrays(file: Path) -> dict[str, NDArray[np.generic]]:
+    with np.load(file, allow_pickle=False) as opened:
+        return {name: opened[name] for name in opened.files}
+
+
+def _is_matrix(name: str) -> bool:
+    return name in {each for group in NAMES.values() for each in group} or name.startswith(("part_", "dof_"))
+
+
+def _parts(matrices: StructureMatrices, arrays: Mapping[str, NDArray[np.generic]]) -> tuple[Part, ...]:
+    """Named shares, of which either matrix may be left out as zero."""
+    names = list(
+        dict.fromkeys(named[1] for name in arrays if (named := re.fullmatch(r"part_(.+)_(mass|stiffness)", name)))
+    )
+    zero = np.zeros_like(matrices.mass)
+    found: dict[str, list[Matrix]] = {"mass": [], "stiffness": []}
+    for kind, shares in found.items():
+        for name in names:
+            share = np.asarray(arrays.get(f"part_{name}_{kind}", zero), dtype=np.float64)
+            if share.shape != zero.shape:
+                raise MatrixError(
+                    f"part_{name}_{kind} has shape {share.shape}, the {kind} {zero.shape}: make them equal"
+                )
+            shares.append(share)
+        whole = getattr(matrices, kind)
+        if names and not np.abs(np.sum(shares, axis=0) - whole).max() <= ROUND_OFF * np.abs(whole).max():
+            raise MatrixError(f"the parts {', '.join(names)} do not add up to the {kind}: store every part, or none")
+    return tuple(
+        Part(name=name, mass=mass, stiffness=stiffness)
+        for name, mass, stiffness in zip(names, found["mass"], found["stiffness"], strict=True)
+    )
+
+
+def _of_arrays(arrays: Mapping[str, NDArray[np.generic]], r: int) -> tuple[Dof, ...]:
+    given = {name: arrays[name] for name in DOF_ARRAYS if name in arrays}
+    for name, array in given.items():
+        wanted = (r, 3) if name == "dof_coordinates" else (r,)
+        if array.shape != wanted:
+            raise ModelDefinitionError(f"{name} has shape {array.shape}: give {wanted}, one entry a degree of freedom")
+    if "dof_direction" not in given:
+        return ()
+    directions = [str(each) for each in given["dof_direction"]]
+    for number, direction in enumerate(directions):
+        if direction not in DIRECTIONS:
+            raise ModelDefinitionError(f'dof_direction[{number}] is "{direction}": give one of {", ".join(DIRECTIONS)}')
+    bodies = given.get("dof_body", np.full(r, "structure"))
+    nodes = np.asarray(given.get("dof_node", np.arange(r)), dtype=np.int64)
+    coordinates = np.asarray(given.get("dof_coordinates", np.full((r, 3), np.nan)), dtype=np.float64)
+    return tuple(
+        Dof(
+            body=str(body),
+            node=int(node),
+            direction=direction,
+            coordinates=at if np.isfinite(at).all() else None,
+        )
+        for body, node, direction, at in zip(bodies, nodes, directions, coordinates, strict=True)
+    )
+
+
+def _of_rom(rom: ReducedModel | None) -> tuple[Dof, ...]:
+    """Boundary nodes of a reduced model: the body is the first set that a degree of freedom belongs to."""
+    if rom is None:
+        return ()
+    body = dict.fromkeys(range(rom.n_boundary), "boundary")
+    for name, members in reversed(list(rom.boundary_sets.items())):
+        body |= dict.fromkeys(map(int, members), name)
+    boundary = [
+        Dof(body=body[number], node=int(node), direction="xyz"[int(axis)])
+        for number, (node, axis) in enumerate(zip(rom.boundary_node, rom.boundary_direction, strict=True))
+    ]
+    return (*boundary, *(Dof() for _ in range(rom.n_dof - rom.n_boundary)))
+
+
+def _of_table(table: DofTable) -> Dof:
+    at = None if table.coordinates is None else np.array(table.coordinates)
+    return Dof(body=table.body, node=table.node, direction=table.direction, coordinates=at)

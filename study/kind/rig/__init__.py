@@ -1,0 +1,1 @@
+"""The whole rig: blade, dampers and de-couplers."""

@@ -1,0 +1,105 @@
+"""What a rig's case says of its contacts and dead weights, as the numerical rooms take it."""
+
+from dataclasses import dataclass
+from math import degrees, tan
+
+import numpy as np
+
+from casefile.table import located
+from geometry.interface import ContactLine
+from geometry.rig import SIDES, Rig, mating_pairs
+from reduction.errors import JointError
+from reduction.joined import LinePair
+from reduction.line_contact import LineStiffness
+from study.kind.rig.table import WIDEST_GAP, PairTable, RigCase, SideWeightTable
+
+
+@dataclass(frozen=True, kw_only=True)
+class DeadWeight:
+    """The pull of a wire on a damper.
+
+    Parameters
+    ----------
+    force
+        Of the pull [N].
+    shift
+        Of its place along the damper's axis, positive away from the blade [m].
+    inclination
+        Of its direction to +z in the plane of y and z, positive towards +y [rad].
+    """
+
+    force: float
+    shift: float
+    inclination: float
+
+
+def line_pairs(case: RigCase, rig: Rig) -> list[LinePair]:
+    """The four pairs of lines with their stiffness, friction and gaps, as `reduction.joined.joined` takes them."""
+    found, common = [], case.contact
+    for name, pair in mating_pairs(rig).items():
+        own: PairTable = getattr(common, name)
+        with located(case, "contact"):
+            stiffness = LineStiffness(
+                normal=common.kn if own.kn is None else own.kn, tangential=common.kt if own.kt is None else own.kt
+            )
+        with located(case, "contact", name):
+            gaps = _gaps(own, common.crowning if own.crowning is None else own.crowning, pair.damper_line)
+        found.append(
+            LinePair(
+                name=name,
+                body=pair.damper,
+                other=pair.other,
+                line=pair.damper_line,
+                line_set=pair.damper_line.name,
+                other_set=pair.other_line.name,
+                stiffness=stiffness,
+                friction_coefficient=common.mu if own.mu is None else own.mu,
+                gaps=gaps,
+            )
+        )
+    return found
+
+
+def dead_weights(case: RigCase) -> dict[str, DeadWeight]:
+    """Pull on the damper of each side.
+
+    Raises
+    ------
+    CaseError
+        A wire beside the cylinder on which it should lie.
+    """
+    found = {}
+    half = case.damper.cylinder_length / 2
+    for side in SIDES:
+        own: SideWeightTable = getattr(case.dead_weight, side)
+        with located(case, "dead_weight", side):
+            if abs(own.shift) > half:
+                raise JointError(
+                    f"shift = {1e3 * own.shift:g} mm lies beside the damper's cylinder, on which the wire lies: give "
+                    f"{-1e3 * half:g} mm to {1e3 * half:g} mm"
+                )
+        found[side] = DeadWeight(
+            force=case.dead_weight.force if own.force is None else own.force,
+            shift=own.shift,
+            inclination=own.inclination,
+        )
+    return found
+
+
+def _gaps(table: PairTable, crowning: float, line: ContactLine) -> list[float] | None:
+    """Gap at each station of the damper's line: a straight one, and a parabola with none in the middle [m]."""
+    if not (table.uneven or crowning):
+        return None
+    distance = np.linalg.norm(line.stations - line.stations[0], axis=1)
+    along = distance / distance[-1]
+    end = table.gap_end or 0.0
+    if table.gap_angle is not None:
+        end = table.gap_start + tan(table.gap_angle) * float(distance[-1])
+        if not 0 <= end <= WIDEST_GAP:
+            raise JointError(
+                f"gap_angle = {degrees(table.gap_angle):g} deg leaves a gap of {1e6 * end:.4g} um at the damper's "
+                f"shoulder, {1e6 * table.gap_start:g} um being that at its end: it must lie between 0 um and "
+                f"{1e6 * WIDEST_GAP:g} um"
+            )
+    straight = table.gap_start + (end - table.gap_start) * along
+    return list(map(float, straight + crowning * (2 * along - 1) ** 2))

@@ -1,0 +1,149 @@
+"""Pictures of a solved rig: forces and states of its contact lines, load cells, and a film of its deflection."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Complex
+from numpy.typing import NDArray
+
+from figure.evenly import evenly
+from figure.line_forces import LineForce, line_forces_figure
+from figure.line_states import LineStates, line_states_figure
+from figure.reactions import Reaction, reactions_figure
+from geometry.errors import MissingSoftware
+from geometry.rig import SIDES, mating_pairs
+from hbsolve.fourier import samples_from_coefficients
+from pipeline.output import replace_file
+from study.kind.rig.film import rig_film
+from study.kind.rig.forces import RigForces
+from study.kind.rig.model import RigModel
+from study.run_context import RunContext
+
+#: Curves that a figure of forces can show; more would hide each other.
+MOST_CURVES = 4
+N_FRAME = 24
+#: Stations of a rig are counted from the end of the damper.
+STATION_LABEL = "station, from the damper's end"
+
+
+def most_loaded(levels: Sequence[float], peaks: Sequence[RigForces]) -> list[int]:
+    """Of each level, or some of them with the highest, the curve whose contacts come nearest to slipping as a whole."""
+    each = np.unique(levels)
+    shown = each[evenly(len(each), MOST_CURVES)]
+    ratio = [max(line.ratio for line in peak.lines.values()) for peak in peaks]
+    return [max(np.flatnonzero(np.equal(levels, level)).tolist(), key=lambda one: ratio[one]) for level in shown]
+
+
+def draw_forces(
+    stem: str,
+    title: str,
+    friction_coefficient: Mapping[str, float],
+    labels: Sequence[str],
+    peaks: Sequence[RigForces],
+    chosen: Sequence[int],
+    run: RunContext,
+) -> list[Path]:
+    """Write the figures of the highest points of some curves, see `most_loaded`; states are those of the last.
+
+    Parameters
+    ----------
+    stem, title
+        What files and figures are called.
+    friction_coefficient
+        By pair [-].
+    labels, peaks
+        Of each curve.
+    chosen
+        Places of those to show.
+    run
+        Where to.
+    """
+    assert run.output is not None
+    shown = chosen[-1]
+    forces = [
+        LineForce(
+            name=name, label=labels[one], time=peaks[one].time, tangential=line.force.tangential,
+            normal=line.force.normal,
+        )
+        for name in friction_coefficient
+        for one in chosen
+        for line in (peaks[one].lines[name],)
+    ]  # fmt: skip
+    cells = [
+        Reaction(name=body, label=labels[one], time=peaks[one].time, upper=pushed[0], lower=pushed[1])
+        for body in peaks[0].cells
+        for one in chosen
+        for pushed in (peaks[one].cells[body],)
+    ]
+    last = peaks[shown].lines
+    states = [
+        [LineStates(name=f"{side}_{other}", states=last[f"{side}_{other}"].status) for side in SIDES]
+        for other in ("blade", "decoupler")
+    ]
+    where = "at the highest point of each curve"
+    if len(chosen) < len(peaks):
+        where = (
+            f"at the highest point of {len(chosen)} of {len(peaks)} curves: of each level that with the largest |T| / N"
+        )
+    pictures = {
+        "line_forces": line_forces_figure(
+            forces, friction_coefficient=friction_coefficient, title=f"{title}: contact forces", subtitle=where
+        ),
+        "load_cells": reactions_figure(cells, title=f"{title}: forces of the arms on their load cells", subtitle=where),
+        "line_states": line_states_figure(
+            states, title=f"{title}: what the contacts do", subtitle=f"{labels[shown]}, highest point",
+            station_label=STATION_LABEL,
+        ),
+    }  # fmt: skip
+    files = []
+    for name, picture in pictures.items():
+        files.append(run.output / f"{stem}_{name}.png")
+        replace_file(files[-1], picture)
+    return files
+
+
+def draw_film(
+    stem: str,
+    title: str,
+    model: RigModel,
+    label: str,
+    angular_frequency: float,
+    displacement: Complex[NDArray[np.complex128], "harmonic node 3"],
+    forces: RigForces,
+    run: RunContext,
+) -> list[Path]:
+    """Write the film of a steady state; a machine that cannot draw has all the rest.
+
+    Parameters
+    ----------
+    stem, title
+        What file and film are called.
+    model
+        The rig.
+    label, angular_frequency
+        Of the curve, and of the state [rad/s].
+    displacement
+        Coefficients on the nodes of all bodies in their order [m].
+    forces
+        Of the state.
+    run
+        Where to.
+    """
+    assert run.output is not None
+    # The film is of the vibration: a mean displacement would be enlarged with it.
+    moving = displacement.copy()
+    moving[0] = 0.0
+    status = np.concatenate([forces.lines[name].status for name in mating_pairs(model.rig)])
+    shown = status[:, np.arange(N_FRAME) * status.shape[1] // N_FRAME]
+    subtitle = f"{label}, {angular_frequency / (2 * np.pi):.2f} Hz"
+    try:
+        content = run.step("film of the deflection").run(
+            rig_film, model, samples_from_coefficients(moving, N_FRAME), shown.T.copy(), title, subtitle
+        )
+    except MissingSoftware as error:
+        run.warn(f"there is no film: {error}")
+        return []
+    file = run.output / f"{stem}_film.gif"
+    replace_file(file, content.tobytes())
+    return [file]

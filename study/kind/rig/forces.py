@@ -1,0 +1,156 @@
+"""Forces of a rig over one period: those of each contact line, and what the load cells behind the de-couplers read."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import cos, sin
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy.typing import NDArray
+
+from geometry.rig import SIDES, Rig, mating_pairs
+from hbsolve.balance import HarmonicBalance
+from hbsolve.contact_motion import ContactMotion, contact_motion
+from hbsolve.fourier import harmonics, samples_from_coefficients
+from hbsolve.state import SteadyState
+from reduction.load_cell import ContactForce, along_line, blade_contact, decoupler_contact
+from study.kind.rig.contact import DeadWeight
+from study.kind.rig.reduction import RigReduction
+from study.kind.rig.system import RigSystem
+
+#: Held faces at the ends of the arms, and whether these rise or fall away from the blade.
+ARMS = {"cell_upper": 1.0, "cell_lower": -1.0}
+Samples = Float[NDArray[np.float64], " n"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LineMotion:
+    """What happens on one contact line over a period of n instants.
+
+    Parameters
+    ----------
+    force
+        Sums over the stations, on the body that the damper touches: T away from the damper along the line, N into the
+        body, each of shape (n,) [N].
+    status
+        0 stuck, 1 slipping, 2 separated, of each station, shape (station, n); slip in either tangent counts.
+    """
+
+    force: ContactForce
+    status: Int[NDArray[np.int64], "station n"]
+
+    @property
+    def ratio(self) -> float:
+        """Largest |T| / N of the period [-]; infinite where the line has nothing to press it."""
+        T, N = self.force
+        return float(np.max(np.abs(T) / np.where(N > 0, N, np.nan))) if (N > 0).all() else float("inf")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RigForces:
+    """A steady state of a rig.
+
+    Parameters
+    ----------
+    time
+        Share of the period, shape (n,) [-].
+    lines
+        By pair.
+    cells
+        Push of each arm on its load cell, by de-coupler: upper, then lower, shape (2, n) [N].
+    measured
+        Forces of each line as eqs 1 and 2 tell them from the arms' pushes.
+    balanced
+        The same if load cells felt all of their arm's force, and not that along the arm alone.
+    """
+
+    time: Samples
+    lines: Mapping[str, LineMotion]
+    cells: Mapping[str, Float[NDArray[np.float64], "2 n"]]
+    measured: Mapping[str, ContactForce]
+    balanced: Mapping[str, ContactForce]
+
+    @property
+    def inertia_error(self) -> dict[str, float]:
+        """What eqs 1 and 2 lose with the inertia of de-coupler and damper, by pair, see `_apart` [-]."""
+        return {name: _apart(self.balanced[name], line.force) for name, line in self.lines.items()}
+
+    @property
+    def bending_error(self) -> dict[str, float]:
+        """What they lose with the forces across the arms, which bend instead of being hinged, by pair [-]."""
+        return {name: _apart(self.measured[name], self.balanced[name]) for name in self.lines}
+
+
+def _apart(found: ContactForce, true: ContactForce) -> float:
+    """Largest difference of T or N over the period, beside the largest of both [-]."""
+    size = max(float(np.abs(each).max()) for each in true)
+    return max(float(np.abs(a - b).max()) for a, b in zip(found, true, strict=True)) / size
+
+
+def rig_forces(
+    rig: Rig,
+    reduction: RigReduction,
+    system: RigSystem,
+    weights: Mapping[str, DeadWeight],
+    balance: HarmonicBalance,
+    state: SteadyState,
+) -> RigForces:
+    """Forces of all lines and load cells in a steady state.
+
+    Parameters
+    ----------
+    rig, reduction, system, weights
+        The rig, its bodies, contacts and dead weights.
+    balance, state
+        The balance at the level of the state.
+    """
+    motions = {motion.name: motion for motion in contact_motion(balance, state)}
+    lines, cells = {}, {}
+    measured: dict[str, ContactForce] = {}
+    balanced: dict[str, ContactForce] = {}
+    for name, pair in mating_pairs(rig).items():
+        sign = float(np.sign(pair.damper_line.tangents[0, 0] @ _away(name)))
+        lines[name] = _line([motions[each] for each in system.joined.lines[name]], sign)
+    theta, alpha = rig.damper.cone_half_angle, rig.decoupler.arm_angle
+    for side, (sign, _) in SIDES.items():
+        body = f"decoupler_{side}"
+        push = {cell: -_reaction(reduction, system, body, cell, balance, state) for cell in ARMS}
+        arms = {cell: np.array([0.0, sign * cos(alpha), up * sin(alpha)]) for cell, up in ARMS.items()}
+        cells[body] = np.array([arms[cell] @ push[cell] for cell in ARMS])
+        whole = np.sum(list(push.values()), axis=0)
+        weight = weights[side].force * cos(weights[side].inclination)
+        for found, own in (
+            (measured, decoupler_contact(cells[body][0], cells[body][1], theta, alpha)),
+            (balanced, along_line(sign * whole[1], whole[2], theta)),
+        ):
+            found[f"{side}_decoupler"] = own
+            found[f"{side}_blade"] = blade_contact(own, weight, theta)
+    time = np.arange(balance.n_sample) / balance.n_sample
+    return RigForces(time=time, lines=lines, cells=cells, measured=measured, balanced=balanced)
+
+
+def _away(pair: str) -> Float[NDArray[np.float64], "3"]:
+    """Along y, from the damper to the body of a pair."""
+    side, _, other = pair.partition("_")
+    outward = SIDES[side][0]
+    return np.array([0.0, outward if other == "decoupler" else -outward, 0.0])
+
+
+def _line(motions: Sequence[ContactMotion], sign: float) -> LineMotion:
+    T = sign * np.sum([motion.force[0] for motion in motions], axis=0)
+    N = np.sum([motion.force[-1] for motion in motions], axis=0)
+    return LineMotion(
+        force=ContactForce(tangential=T, normal=N), status=np.array([motion.status.max(axis=0) for motion in motions])
+    )
+
+
+def _reaction(
+    reduction: RigReduction, system: RigSystem, body: str, cell: str, balance: HarmonicBalance, state: SteadyState
+) -> Float[NDArray[np.float64], "3 n"]:
+    """Force of a held face on a body over the period, with that at rest, shape (3, n) [N]."""
+    rows = reduction.reactions[body][cell]
+    omega = harmonics(state.angular_frequency, len(state.coefficients))
+    q = state.coefficients
+    moving = q @ rows.stiffness.T - omega[:, None] ** 2 * (q @ rows.mass.T)
+    at_rest = rows.stiffness @ system.rest.displacement
+    return np.asarray(samples_from_coefficients(moving, balance.n_sample).T + at_rest[:, None])

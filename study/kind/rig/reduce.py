@@ -1,0 +1,195 @@
+"""``stickslip reduce`` of a rig: CAD, meshes, reduced assembly, and its first modes with all contacts stuck."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from casefile.errors import CaseError
+from casefile.table import load_case, located
+from fe.dense_modes import dense_modes
+from fe.file.mesh_file import write_mesh
+from fe.mesher.whole_mesh import whole_mesh
+from fe.mode_check import ModeCheck
+from geometry.errors import GeometryError, MissingSoftware
+from pipeline.output import replace_file
+from pipeline.parallel import Task, run_parallel
+from reduction.assembly import ReducedAssembly
+from reduction.file.assembly_hdf5 import save_assembly
+from reduction.joined import LinePair, joined
+from reduction.line_contact import Tangents
+from reduction.memory_estimate import available_memory
+from study.kind.rig.contact import dead_weights, line_pairs
+from study.kind.rig.model import RigModel
+from study.kind.rig.pictures import rig_pictures, stuck_mode_pictures
+from study.kind.rig.reduction import RigReduction, by_body, checks, reduction_tasks, together
+from study.kind.rig.solid import rig_solid
+from study.kind.rig.structure import rig_test_case
+from study.kind.rig.table import RigCase, rig_model
+from study.kind.rig.tetrahedra import in_tetrahedra
+from study.run_context import RunContext
+
+#: Modes of the free blade and of the stuck rig that are reported, and stuck ones that are drawn.
+N_BLADE, N_STUCK, N_DRAWN = 3, 6, 3
+#: The CAD solids take as long as the reduction of so many thousand nodes.
+SOLID_WORK = 3.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ReducedRig:
+    """What the command reports.
+
+    Parameters
+    ----------
+    reduction
+        Meshes and reduced bodies.
+    n_mode
+        Fixed-interface modes that were asked for, of all bodies together or of each [-].
+    blade_frequency
+        Of the blade without contacts, shape (3,) [Hz].
+    stuck_frequency
+        Of the rig with all contacts stuck, shape (6,) [Hz].
+    energy_share
+        Part of each stuck mode's kinetic energy in a kind of body, "blade", "damper" or "decoupler", each of shape
+        (6,) [-].
+    checks
+        Of the fixed-interface modes of each body that is no mirror image; empty if none was asked for.
+    files
+        Written ones.
+    """
+
+    reduction: RigReduction
+    n_mode: int | Mapping[str, int]
+    blade_frequency: Float[NDArray[np.float64], " 3"]
+    stuck_frequency: Float[NDArray[np.float64], " 6"]
+    energy_share: Mapping[str, Float[NDArray[np.float64], " 6"]]
+    checks: Mapping[str, ModeCheck]
+    files: tuple[Path, ...]
+
+
+def run_reduce_rig(path: Path, run: RunContext, *, checked: bool = False) -> ReducedRig:
+    """Reduce the rig of a case file and write STEP, mesh with modes, reduced assembly, test case and pictures.
+
+    With `checked`, the fixed-interface modes of its bodies are checked too.
+
+    Raises
+    ------
+    CaseError
+        With every mistake of the case: bodies that cannot be built, do not mate or overlap, and bad meshes too.
+    """
+    assert run.output is not None
+    case = load_case(path, RigCase)
+    model = rig_model(case)
+    pairs = line_pairs(case, model.rig)
+    dead_weights(case)  # sound here, so that no later command refuses what was reduced
+    with located(case, "mesh"):
+        model = in_tetrahedra(model, run.store, run.progress)
+        step, found, check = _computed(case, model, run, checked)
+    assembly = found.assembly
+    frequency, shapes = stuck_modes(assembly, pairs, case.contact.sliding)
+    displacement = assembly.on_whole_mesh(shapes[:, :N_DRAWN])
+    files = {name: run.output / f"{path.stem}{name}" for name in (".step", ".vtu", "_rom.h5")}
+    replace_file(files[".step"], step)
+    named = {
+        f"stuck mode {k + 1}: {f:.6g} Hz": u for k, (f, u) in enumerate(zip(frequency, displacement, strict=False))
+    }
+    write_mesh(whole_mesh(found.meshes), files[".vtu"], named)
+    save_assembly(_titled(assembly, case.title), files["_rom.h5"])
+    tests = _test_case(path.stem, case, model, found, run)
+    pictures = _drawn(path.stem, case.title, model, frequency[:N_DRAWN], displacement, run)
+    return ReducedRig(
+        reduction=found,
+        n_mode=model.n_mode,
+        blade_frequency=assembly.bodies["blade"].modes(N_BLADE).frequency,
+        stuck_frequency=frequency[:N_STUCK],
+        energy_share=energy_share(assembly, shapes[:, :N_STUCK]),
+        checks=check,
+        files=(*files.values(), *tests, *pictures),
+    )
+
+
+def stuck_modes(
+    assembly: ReducedAssembly, pairs: Sequence[LinePair], tangents: Tangents
+) -> tuple[Float[NDArray[np.float64], " r"], Float[NDArray[np.float64], "r r"]]:
+    """Frequencies of the rig with all contacts closed and stuck [Hz], and mass-normalised shapes [kg^-1/2]."""
+    modes = dense_modes(assembly.mass, joined(assembly, pairs, tangents=tangents).stuck)
+    return np.sqrt(modes.lambda_.clip(min=0)) / (2 * np.pi), modes.mode_shapes
+
+
+def energy_share(
+    assembly: ReducedAssembly, shapes: Float[NDArray[np.float64], "r m"]
+) -> dict[str, Float[NDArray[np.float64], " m"]]:
+    """Parts of the kinetic energy of mass-normalised shapes, by kind of body; they add up to 1."""
+    found: dict[str, Float[NDArray[np.float64], " m"]] = {}
+    for body, rom in assembly.bodies.items():
+        own, kind = shapes[assembly.columns(body)], body.partition("_")[0]
+        found[kind] = found.get(kind, np.zeros(shapes.shape[1])) + np.einsum("rm,rm->m", own, rom.mass @ own)
+    return found
+
+
+def _computed(
+    case: RigCase, model: RigModel, run: RunContext, checked: bool
+) -> tuple[str, RigReduction, dict[str, ModeCheck]]:
+    """Text of the STEP file, the reduction, and the checks of its bodies if they are wanted."""
+    meshed = model.meshed()
+    reductions = reduction_tasks(model, meshed)
+    solid = Task(stage=rig_solid, inputs={"rig": model.rig}, label="CAD solids", weight=SOLID_WORK)
+    try:
+        *bodies, step = run_parallel(
+            [*reductions, solid], run.store, run.progress, "meshes and reduction", memory=available_memory()
+        )
+    except GeometryError as error:
+        # The dimensions are to blame, which stand in several tables: not the mesh.
+        with located(case):
+            raise error
+    check = checks(model, by_body(reductions, bodies), run.store, run.progress) if checked else {}
+    return str(step.value), together(model, meshed, reductions, bodies), check
+
+
+def _titled(assembly: ReducedAssembly, title: str) -> ReducedAssembly:
+    titled = {
+        body: replace(rom, provenance={"title": title, **rom.provenance}) for body, rom in assembly.bodies.items()
+    }
+    return ReducedAssembly(bodies=titled)
+
+
+def _test_case(stem: str, case: RigCase, model: RigModel, found: RigReduction, run: RunContext) -> list[Path]:
+    """Write what `stickslip compare` and `diagnose` take; a rig without rest under its dead weights has none."""
+    assert run.output is not None
+    try:
+        written = rig_test_case(case, model.rig, found, f"{stem}_test")
+    except CaseError as error:
+        run.warn(f"there is no test case: {error.problems[0].text}")
+        return []
+    files = [run.output / f"{stem}_test{suffix}" for suffix in (".toml", ".npz")]
+    replace_file(files[0], written.case)
+    replace_file(files[1], written.arrays)
+    return files
+
+
+def _drawn(
+    stem: str,
+    title: str,
+    model: RigModel,
+    frequency: Float[NDArray[np.float64], " m"],
+    displacement: Float[NDArray[np.float64], "m node 3"],
+    run: RunContext,
+) -> list[Path]:
+    """Write the pictures; a machine that cannot draw has all the rest."""
+    assert run.output is not None
+    bodies: dict[str, NDArray[np.uint8]] = {}
+    modes: dict[str, NDArray[np.uint8]] = {}
+    try:
+        bodies = run.step("pictures of the rig").run(rig_pictures, model, title)
+        step = run.step("pictures of stuck modes")
+        modes = step.run(stuck_mode_pictures, model, frequency, displacement, step.report)
+    except MissingSoftware as error:
+        run.warn(f"there are no pictures{' of modes' if bodies else ''}: {error}")
+    files = []
+    for name, content in {**bodies, **modes}.items():
+        files.append(run.output / f"{stem}_{name}")
+        replace_file(files[-1], content.tobytes())
+    return files

@@ -1,0 +1,186 @@
+"""From a rig's model to its reduced assembly."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.mesh import Mesh
+from fe.mode_check import ModeCheck
+from fe.reaction import Reaction
+from fe.station_coordinates import StationCoordinates
+from pipeline.parallel import Task, run_parallel
+from pipeline.progress import Progress
+from pipeline.store import Outcome, Store
+from reduction.assembly import ReducedAssembly, lowest_modes, truncated
+from reduction.memory_estimate import available_memory, mesh_memory, refuse_beyond_memory
+from reduction.rom import ReducedModel
+from study.kind.rig.body import ReducedBody, checked_body, reduced_body
+from study.kind.rig.model import BODIES, MeshedRig, RigModel, mirror_image
+from study.kind.rig.tetrahedra import in_tetrahedra
+from study.shown_step import ShownStep
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RigReduction:
+    """All bodies of a rig, reduced.
+
+    Parameters
+    ----------
+    meshes
+        By body.
+    assembly
+        The reduced bodies.
+    least_scaled_jacobian
+        By body [-].
+    reactions
+        By body and held set of nodes, over all coordinates of the assembly.
+    coordinates
+        By body, where some are no nodes': of stations between nodes, or of the disc that the shaker pushes.
+    """
+
+    meshes: Mapping[str, Mesh]
+    assembly: ReducedAssembly
+    least_scaled_jacobian: Mapping[str, float]
+    reactions: Mapping[str, Mapping[str, Reaction]]
+    coordinates: Mapping[str, StationCoordinates] = field(default_factory=dict)
+
+    @property
+    def n_dof(self) -> int:
+        """Free degrees of freedom of all bodies in full [-]."""
+        return sum(len(rom.free) for rom in self.assembly.bodies.values())
+
+    def places(self, body: str) -> Float[NDArray[np.float64], "node 3"]:
+        """Where each coordinate of a body is: nodes, or what stands in place of nodes, shape (n_node, 3) [m]."""
+        return self.coordinates[body].places if body in self.coordinates else self.meshes[body].points
+
+
+def reduce_rig(model: RigModel, store: Store, progress: Progress, title: str = "reduction of the rig") -> RigReduction:
+    """Reduce all bodies, side by side; those on the left are mirror images of those on the right.
+
+    Parameters
+    ----------
+    model
+        What is reduced.
+    store, progress, title
+        As in `run_parallel`.
+
+    Raises
+    ------
+    InvertedCell, RomError
+        As the stages raise them.
+    """
+    model = in_tetrahedra(model, store, progress)
+    meshed = model.meshed()
+    tasks = reduction_tasks(model, meshed)
+    outcomes = run_parallel(tasks, store, progress, title, memory=available_memory())
+    return together(model, meshed, tasks, outcomes)
+
+
+def reduction_tasks(model: RigModel, meshed: MeshedRig) -> list[Task]:
+    """One task for each body that is no mirror image; the sizes of the meshes tell how long each takes.
+
+    Raises
+    ------
+    RomError
+        A body that takes more memory than there is.
+    """
+    tasks = []
+    for body in BODIES:
+        if mirror_image(body) is not None:
+            continue
+        mesh, kind = meshed.meshes[body], body.partition("_")[0]
+        n_boundary = 3 * sum(len(nodes) for nodes in mesh.node_sets.values())
+        is_compact = body not in meshed.coordinates
+        memory = mesh_memory(mesh, n_boundary, model.modes_of(body), is_compact=is_compact)
+        refuse_beyond_memory(memory, f"reducing the {kind} of {3 * mesh.n_node} degrees of freedom")
+        tasks.append(
+            Task(
+                stage=reduced_body,
+                inputs={"model": model, "body": body},
+                label=f"reduction of {kind}",
+                weight=mesh.n_node / 1e3,
+                memory=memory,
+            )
+        )
+    return tasks
+
+
+def checks(model: RigModel, found: Mapping[str, ReducedBody], store: Store, progress: Progress) -> dict[str, ModeCheck]:
+    """Check the fixed-interface modes of reduced bodies, those that keep any, one after the other."""
+    return {
+        body: ShownStep(f"check of {body.partition('_')[0]}", store, progress).run(checked_body, model, body, each.rom)
+        for body, each in found.items()
+        if model.modes_of(body)
+    }
+
+
+def by_body(tasks: Sequence[Task], outcomes: Sequence[Outcome[ReducedBody]]) -> dict[str, ReducedBody]:
+    """What the tasks of `reduction_tasks` found."""
+    return {str(task.inputs["body"]): outcome.value for task, outcome in zip(tasks, outcomes, strict=True)}
+
+
+def together(
+    model: RigModel, meshed: MeshedRig, tasks: list[Task], outcomes: list[Outcome[ReducedBody]]
+) -> RigReduction:
+    """What the tasks of `reduction_tasks` found, with the mirror images, and with as many modes as were asked."""
+    found = by_body(tasks, outcomes)
+    bodies = {
+        body: found[body].rom if body in found else mirrored(found[mirror_image(body) or ""].rom, body)
+        for body in BODIES
+    }
+    if isinstance(model.n_mode, Mapping):
+        kept = {body: min(n, len(bodies[body].fixed_interface_frequency)) for body, n in model.n_mode.items()}
+        bodies = {body: truncated(rom, kept[body]) for body, rom in bodies.items()}
+    else:
+        bodies = lowest_modes(bodies, model.n_mode)
+    assembly = ReducedAssembly(bodies=bodies)
+    return RigReduction(
+        meshes=meshed.meshes,
+        assembly=assembly,
+        least_scaled_jacobian={body: found[mirror_image(body) or body].least_scaled_jacobian for body in BODIES},
+        coordinates=meshed.coordinates,
+        reactions={body: _reactions(assembly, body, found[mirror_image(body) or body].reactions) for body in BODIES},
+    )
+
+
+def _reactions(assembly: ReducedAssembly, body: str, own: Mapping[str, Reaction]) -> dict[str, Reaction]:
+    """Reactions of a body over the assembly's coordinates; a mirror image has other signs along y."""
+    rom, columns = assembly.bodies[body], assembly.columns(body)
+    rows, across = np.ones((3, 1)), np.ones(rom.n_dof)
+    if mirror_image(body) is not None:
+        rows[1], across = -1.0, _signs(rom)
+
+    def over_all(part: NDArray[np.float64]) -> NDArray[np.float64]:
+        found = np.zeros((3, assembly.n_dof))
+        # Modes that were left out are the last ones.
+        found[:, columns] = rows * part[:, : rom.n_dof] * across
+        return found
+
+    return {name: Reaction(stiffness=over_all(each.stiffness), mass=over_all(each.mass)) for name, each in own.items()}
+
+
+def mirrored(rom: ReducedModel, body: str) -> ReducedModel:
+    """The reduced model of a body's mirror image at y = 0, whose mesh has the same node numbers.
+
+    Displacements along y change their sign, on the boundary and on the mesh; the modal coordinates stay as they are.
+    """
+    boundary, full = _signs(rom), np.where(rom.free % 3 == 1, -1.0, 1.0)
+    signs = np.outer(boundary, boundary)
+    return replace(
+        rom,
+        mass=signs * rom.mass,
+        damping=signs * rom.damping,
+        stiffness=signs * rom.stiffness,
+        recovery=full[:, None] * rom.recovery * boundary,
+        provenance={**rom.provenance, "body": body},
+    )
+
+
+def _signs(rom: ReducedModel) -> Float[NDArray[np.float64], " r"]:
+    """What a reflection at y = 0 multiplies the reduced coordinates by [-]."""
+    found = np.ones(rom.n_dof)
+    found[: rom.n_boundary][rom.boundary_direction == 1] = -1.0
+    return found

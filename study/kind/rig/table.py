@@ -1,0 +1,247 @@
+"""The case file of a rig: five bodies, their contacts and dead weights. Its first keys are `schema` and `kind = "rig"`.
+
+A file with a top-level `kind`, or with a table that only a rig has, is read as that of a rig; all others as a blade's.
+"""
+
+from collections.abc import Mapping
+from math import degrees, pi
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+
+from casefile.head import case_head, other_case
+from casefile.quantity import Angle, Force, Length, Ratio, Stiffness
+from casefile.source import key_in_message
+from casefile.table import CaseModel, located
+from geometry.errors import GeometryError
+from geometry.rig import Rig
+from reduction.line_contact import Tangents
+from study.case.joint_table import FrequencySweepTable
+from study.kind.blade.table import DampingTable, ElementName, MaterialTable
+from study.kind.rig.dimensions import BladeDimensions, DamperDimensions, DecouplerDimensions
+from study.kind.rig.model import RigModel
+from study.limits.table import LimitsTable
+
+#: Tables that no blade's case has.
+OWN_TABLES = ("damper", "decoupler", "contact", "dead_weight")
+#: Sizes of elements [m]: finer ones fill any memory, coarser ones are longer than a contact line.
+FINEST, COARSEST = 1e-3, 10e-3
+#: Of ground lines [m]: wider ones are a slip of the unit, and would turn a damper by more than a linear model bears.
+WIDEST_GAP = 1e-4
+#: That gap over a line of 1 mm, the same slip.
+WIDEST_ANGLE = 0.1
+
+
+def _size(size: float) -> float:
+    if not FINEST <= size <= COARSEST:
+        raise ValueError(
+            f'must lie between "{1e3 * FINEST:g} mm" and "{1e3 * COARSEST:g} mm": "2.5 mm" is a usual value'
+        )
+    return size
+
+
+def _gap_angle(angle: float) -> float:
+    if not abs(angle) <= WIDEST_ANGLE:
+        raise ValueError(
+            f'must lie between "{-degrees(WIDEST_ANGLE):.3g} deg" and "{degrees(WIDEST_ANGLE):.3g} deg": positive '
+            "where the gap grows towards the damper's shoulder"
+        )
+    return angle
+
+
+def _inclination(angle: float) -> float:
+    if not abs(angle) < pi / 2:
+        raise ValueError('must lie between "-90 deg" and "90 deg": at 0 the wire pulls straight up')
+    return angle
+
+
+Modes = Annotated[int, Field(ge=0, le=2000, strict=True, examples=[30])]
+Positive = Annotated[Stiffness, Field(gt=0)]
+Friction = Annotated[Ratio, Field(ge=0, examples=[0.8])]
+Gap = Annotated[Length, Field(ge=0, le=WIDEST_GAP)]
+Pull = Annotated[Force, Field(gt=0)]
+GapAngle = Annotated[Angle, AfterValidator(_gap_angle), Field(examples=["0.35 deg"])]
+Inclination = Annotated[Angle, AfterValidator(_inclination)]
+
+
+class RigMeshTable(CaseModel):
+    """Elements of about one size in all bodies."""
+
+    element: ElementName = "hex20"
+    size: Annotated[Length, AfterValidator(_size), Field(examples=["2.5 mm"])]
+
+
+class BodyModes(CaseModel):
+    """Fixed-interface modes of each body."""
+
+    blade: Modes
+    damper_left: Modes
+    decoupler_left: Modes
+    damper_right: Modes
+    decoupler_right: Modes
+
+
+def _form(value: Any) -> str:
+    return "bodies" if isinstance(value, Mapping | BodyModes) else "together"
+
+
+class RigReductionTable(CaseModel):
+    """Craig-Bampton reduction: modes of all bodies together, the lowest first, or a table of each body's."""
+
+    modes: Annotated[Annotated[Modes, Tag("together")] | Annotated[BodyModes, Tag("bodies")], Discriminator(_form)] = (
+        150
+    )
+
+
+class PairTable(CaseModel):
+    """What one contact line has of its own; a gap grows evenly from the damper's end to its shoulder.
+
+    It is given at both, or at the end and by the angle between the lines.
+    """
+
+    kn: Positive | None = None
+    kt: Positive | None = None
+    mu: Friction | None = None
+    crowning: Gap | None = None
+    gap_start: Gap = 0.0
+    gap_end: Gap | None = None
+    gap_angle: GapAngle | None = None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        if self.gap_end is not None and self.gap_angle is not None:
+            raise ValueError("gap_end and gap_angle say the same twice: remove one")
+        return self
+
+    @property
+    def uneven(self) -> bool:
+        """Whether the line does not lie as drawn."""
+        return bool(self.gap_start or self.gap_end or self.gap_angle)
+
+
+class ContactTable(CaseModel):
+    """Stiffness and friction of each whole contact line; crowning leaves a gap at its ends that its middle has not."""
+
+    kn: Positive
+    kt: Positive
+    mu: Friction
+    crowning: Gap = 0.0
+    tangents: Literal["along", "both"] = "along"
+    left_blade: PairTable = PairTable()
+    left_decoupler: PairTable = PairTable()
+    right_blade: PairTable = PairTable()
+    right_decoupler: PairTable = PairTable()
+
+    @property
+    def sliding(self) -> Tangents:
+        """The tangents in which all lines slide."""
+        return Tangents(self.tangents)
+
+
+class SideWeightTable(CaseModel):
+    """What the dead weight of one side has of its own."""
+
+    force: Pull | None = None
+    shift: Length = 0.0
+    inclination: Inclination = 0.0
+
+
+class DeadWeightTable(CaseModel):
+    """What pulls the dampers up into their grooves."""
+
+    force: Pull = 55.0
+    left: SideWeightTable = SideWeightTable()
+    right: SideWeightTable = SideWeightTable()
+
+
+class RigSweepTable(FrequencySweepTable):
+    """Curves over frequency, one for each level [N] and friction history; history 1 is that of the dead weights."""
+
+    parameter: Literal["frequency"] = "frequency"
+    histories: Annotated[int, Field(ge=1, le=100, strict=True)] = 1
+    seed: Annotated[int, Field(ge=0, strict=True)] = 0
+
+
+class RigCase(CaseModel):
+    """A rig, from its dimensions to its contacts."""
+
+    kind: Annotated[Literal["rig"], Field(examples=["rig"])]
+    title: str = "Rig"
+    blade: BladeDimensions = BladeDimensions()
+    damper: DamperDimensions = DamperDimensions()
+    decoupler: DecouplerDimensions = DecouplerDimensions()
+    material: MaterialTable
+    mesh: RigMeshTable
+    reduction: RigReductionTable = RigReductionTable()
+    contact: ContactTable
+    dead_weight: DeadWeightTable = DeadWeightTable()
+    damping: DampingTable = DampingTable()
+    sweep: RigSweepTable | None = None
+    limits: LimitsTable = LimitsTable()
+
+
+def is_rig_case(path: Path) -> bool:
+    """Whether a file is meant as the case of a rig; one that cannot be read is none, and `load_case` says why."""
+    data = case_head(path)
+    # "contact" with double brackets is a list, of another case of `stickslip solve`.
+    return "kind" in data or any(isinstance(data.get(table), dict) for table in OWN_TABLES)
+
+
+def refuse_rig(path: Path, remedy: str) -> None:
+    """For commands that are not for rigs.
+
+    Parameters
+    ----------
+    path
+        A case file.
+    remedy
+        What the user should do, in the imperative.
+
+    Raises
+    ------
+    CaseError
+        It is that of a rig.
+    """
+    if is_rig_case(path):
+        raise other_case(path, "a rig", remedy)
+
+
+def rig_model(case: RigCase) -> RigModel:
+    """What is reduced, checked.
+
+    Raises
+    ------
+    CaseError
+        Bodies that cannot be built or do not mate, or a material that does not exist.
+    """
+    with located(case, "blade"):
+        blade = case.blade.blade()
+    with located(case, "damper"):
+        damper = case.damper.damper()
+    with located(case, "decoupler"):
+        decoupler = case.decoupler.decoupler()
+    with located(case, "material"):
+        material = case.material.material()
+    try:
+        rig = Rig(blade=blade, damper=damper, decoupler=decoupler, excitation_radius=case.blade.excitation_radius)
+    except GeometryError as error:
+        with located(case, *_table_at_fault(case, str(error))):
+            raise error
+    modes = case.reduction.modes
+    return RigModel(
+        rig=rig,
+        material=material,
+        element=case.mesh.element,
+        size=case.mesh.size,
+        n_mode=modes if isinstance(modes, int) else modes.model_dump(),
+    )
+
+
+def _table_at_fault(case: RigCase, message: str) -> tuple[str, ...]:
+    """The table of the file with a key that a message on bodies which do not mate speaks of."""
+    data = {} if case.source is None else case.source.data
+    for table in ("damper", "decoupler", "blade"):
+        if key_in_message(message, data.get(table), {}):
+            return (table,)
+    return ()

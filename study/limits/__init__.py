@@ -1,0 +1,1 @@
+"""``stickslip limits``: the band of responses over unknown friction history."""

@@ -1,0 +1,74 @@
+"""Whether a search for limits looks often enough: between two of its frequencies a resonance must not hide."""
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+
+from fe.dense_modes import dense_modes
+from study.case.damping import stuck_at_rest
+from study.limits.search import LimitSearch
+from study.limits.table import MOST_POINTS
+
+#: A mode counts if its own peak at the output is at least this share of the largest in the band.
+DRIVEN = 0.1
+
+
+@dataclass(frozen=True, kw_only=True)
+class NarrowResonance:
+    """A resonance with the contacts stuck, narrower than the step between frequencies of the limits; all in Hz."""
+
+    frequency: float
+    width: float
+    step: float
+    band: float
+    """From the first to the last frequency."""
+
+    def sentence(self, *, listed: bool) -> str:
+        """What to tell, and the remedy: another one where the frequencies are a list."""
+        fit = self.width / 4
+        remedy = f"take a step of {fit:.2g} Hz"
+        if listed:
+            remedy = f"give more of them there, {fit:.2g} Hz apart"
+        elif self.band / fit > MOST_POINTS:
+            remedy = f"search a narrow band there with a step of {fit:.2g} Hz"
+        return (
+            f"the limits' frequencies are {self.step:.3g} Hz apart at {self.frequency:.5g} Hz, where the resonance "
+            f"with all contacts stuck that are closed at rest is {self.width:.3g} Hz wide at half its power: limits "
+            f"hold at these frequencies alone and may pass by its top; {remedy}"
+        )
+
+
+def narrow_resonance(search: LimitSearch) -> NarrowResonance | None:
+    """The resonance within the band that its frequencies fit worst; None where all are wide enough.
+
+    Parameters
+    ----------
+    search
+        With a band of frequencies and an output; of contact forces nothing is said.
+    """
+    omega, system = np.array(search.angular_frequency), search.system
+    if search.row is None or len(omega) < 2:
+        return None
+    modes = dense_modes(system.mass, stuck_at_rest(system.stiffness, system.joints))
+    # Harmonic h drives a mode at the h-th part of its frequency.
+    own = np.sqrt(modes.lambda_.clip(min=0)) / search.harmonic
+    shapes = modes.mode_shapes
+    driven = np.abs((search.row @ shapes) * (system.dynamic[search.harmonic] @ shapes))
+    width = (
+        np.einsum("rm,rs,sm->m", shapes, system.damping, shapes) / search.harmonic
+    )  # 2 zeta omega, at half the power
+    # Without damping a resonance has no width that a step could fit.
+    inside = np.flatnonzero((own > omega[0]) & (own < omega[-1]) & (driven > 0) & (width > 0))
+    if not len(inside):
+        return None
+    own, width, peak = own[inside], width[inside], driven[inside] / (width[inside] * own[inside])
+    after = np.searchsorted(omega, own)
+    step = omega[after] - omega[after - 1]
+    share = np.where(peak >= DRIVEN * peak.max(), step / width, 0.0)
+    worst = int(np.argmax(share))
+    if share[worst] <= 1:
+        return None
+    frequency, half_power, apart = (float(each[worst]) / (2 * pi) for each in (own, width, step))
+    band = float(omega[-1] - omega[0]) / (2 * pi)
+    return NarrowResonance(frequency=frequency, width=half_power, step=apart, band=band)

@@ -1,0 +1,162 @@
+"""From a case to the search for limits that it asks for."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from math import inf, pi
+
+import numpy as np
+
+from casefile.table import CaseModel, located
+from hbsolve.errors import BalanceError
+from hbsolve.limits.loss_factor import LossFactor
+from hbsolve.limits.objective import ContactForce, Objective
+from hbsolve.limits.objective import Output as Amplitude
+from hbsolve.limits.response_limits import LimitSettings
+from study.case.joint_table import FrequencySweepTable, LevelSweepTable
+from study.limits.search import LimitSearch
+from study.limits.table import FORCES, MOST_POINTS, LimitsTable
+from study.solve.model import Output, SolveModel
+from study.solve.result import main_harmonic
+
+#: Without a step the band has so many intervals.
+INTERVALS = 50
+#: Numbers of a contact's directions, as `ContactForce` counts them.
+DIRECTION = {"tangential": 0, "second tangential": 1, "normal": -1}
+
+
+def limit_search(
+    case: CaseModel,
+    table: LimitsTable,
+    sweep: FrequencySweepTable | LevelSweepTable,
+    model: SolveModel,
+    lines: Mapping[str, Sequence[str]] | None = None,
+) -> LimitSearch:
+    """The search that a case asks for.
+
+    Parameters
+    ----------
+    case
+        Names file and line of a mistake.
+    table
+        Its [limits].
+    sweep
+        Its [sweep], for what the table leaves out.
+    model
+        What is solved; the first curve's sliders are the centre of the box.
+    lines
+        Contacts of each line, which may be bounded together.
+
+    Raises
+    ------
+    CaseError
+        An output, contact, frequency or level that there is not, or contacts whose limits cannot be searched for.
+    """
+    omega, levels = limit_points(case, table, sweep)
+    with located(case, "limits"):
+        output = None if table.objective in FORCES else _output(table, model.outputs)
+        search = LimitSearch(
+            system=model.system,
+            harmonics=model.harmonics,
+            n_sample=model.n_sample,
+            objective=_objective(table, output, model, lines or {}),
+            harmonic=main_harmonic(model.system),
+            row=None if output is None else output.row,
+            angular_frequency=omega,
+            levels=levels,
+            nominal=model.curves[0].slider,
+            reach=_reach(table),
+            settings=LimitSettings(
+                population=table.population, sample=table.samples, block=table.block, seed=table.seed
+            ),
+        )
+        try:
+            problem = search.problem()
+        except BalanceError as error:
+            raise _named(error) from error
+    # From here on nothing depends on what this process found.
+    return replace(search, nominal=problem.box.nominal, reach=problem.box.reach)
+
+
+def limit_points(
+    case: CaseModel, table: LimitsTable, sweep: FrequencySweepTable | LevelSweepTable
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Angular frequencies [rad/s] and levels [-], both ascending.
+
+    Raises
+    ------
+    CaseError
+        There are none, or too many.
+    """
+    with located(case, "limits"):
+        return tuple(2 * pi * each for each in _frequencies(table, sweep)), _levels(table, sweep)
+
+
+def _named(error: BalanceError) -> BalanceError:
+    """The system speaks of numbers; the case of its tables."""
+    return BalanceError(f"the response limits cannot be searched for: {error}")
+
+
+def _output(table: LimitsTable, outputs: Sequence[Output]) -> Output:
+    if table.output is None:
+        return outputs[0]
+    for each in outputs:
+        if each.name == table.output:
+            return each
+    names = ", ".join(f'"{each.name}"' for each in outputs)
+    raise BalanceError(f"output is none of the case's: give one of {names}")
+
+
+def _objective(
+    table: LimitsTable, output: Output | None, model: SolveModel, lines: Mapping[str, Sequence[str]]
+) -> Objective:
+    if table.objective == "loss factor":
+        return LossFactor()
+    if output is not None:
+        return Amplitude(row=output.row, harmonic=main_harmonic(model.system))
+    assert table.contact is not None
+    known = {joint.name: (joint.name,) for joint in model.system.joints} | {
+        name: tuple(each) for name, each in lines.items()
+    }
+    if table.contact not in known:
+        names = ", ".join(f'"{name}"' for name in lines or known)
+        raise BalanceError(f"contact is none of the case's: give one of {names}")
+    return ContactForce(
+        joints=known[table.contact],
+        direction=DIRECTION[table.direction or "tangential"],
+        harmonic=0 if table.objective == "static force" else main_harmonic(model.system),
+    )
+
+
+def _frequencies(table: LimitsTable, sweep: FrequencySweepTable | LevelSweepTable) -> Sequence[float]:
+    if table.frequencies is not None:
+        return table.frequencies
+    first, last, step = table.first, table.last, table.step
+    if isinstance(sweep, FrequencySweepTable):
+        first, last, step = first or sweep.first, last or sweep.last, step or sweep.step
+    elif first is None and last is None:
+        return sorted(sweep.frequencies)
+    if first is None or last is None:
+        missing = "from" if first is None else "to"
+        raise BalanceError(f"{missing} is missing, and [sweep] goes over the level: give from and to, or frequencies")
+    low, high = sorted((first, last))
+    if low == high:
+        raise BalanceError(f'from and to are both {low:g} Hz: give two ends, or frequencies = ["{low:g} Hz"]')
+    step = step or (high - low) / INTERVALS
+    count = int(np.ceil((high - low) / step * (1 - 1e-12))) + 1
+    if count > MOST_POINTS:
+        raise BalanceError(f"step = {step:g} Hz makes {count} points of each level: take at most {MOST_POINTS}")
+    return [float(each) for each in np.linspace(low, high, count)]
+
+
+def _levels(table: LimitsTable, sweep: FrequencySweepTable | LevelSweepTable) -> tuple[float, ...]:
+    if table.levels is not None:
+        return table.levels
+    if isinstance(sweep, FrequencySweepTable):
+        return tuple(sorted(sweep.levels))
+    raise BalanceError("levels are missing, and [sweep] goes over the level: give a list, such as levels = [1, 3, 5]")
+
+
+def _reach(table: LimitsTable) -> float | None:
+    if table.reach is None:
+        return inf if table.objective == "loss factor" else None
+    return inf if isinstance(table.reach, str) else table.reach

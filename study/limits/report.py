@@ -1,0 +1,112 @@
+"""What ``stickslip limits`` says: a table for people, a document for programs."""
+
+from typing import Any
+
+import numpy as np
+
+from study.limits.result import SIDES
+from study.limits.run import Limited
+
+
+def limits_document(limited: Limited) -> dict[str, Any]:
+    """The document of ``--json``."""
+    curves, limits = limited.curves, limited.curves.limits
+    last = len(limits.frequency) - 1
+    levels = []
+    for level, scale in enumerate(limits.level):
+        told: dict[str, Any] = {
+            "level": float(scale),
+            "n_sampled": int(limits.n_sampled[level].sum()),
+            "widest_ratio": _widest(curves.value[:, level]),
+        }
+        for side, name in enumerate(SIDES):
+            row, at = curves.order[side], curves.extreme(side, level)
+            told[name] = {
+                "value": None if at is None else float(curves.value[side, level, at]),
+                "frequency_hz": None if at is None else float(limits.frequency[at]),
+                "at_end": last > 0 and at in {0, last},
+                "at_jump": at is not None and bool(curves.jump[side, level, at]),
+                "n_jump": int(curves.jump[side, level].sum()),
+                "n_repaired": int(curves.repaired[side, level].sum()),
+                "n_outside": int(limits.n_outside[row, level].sum()),
+                "n_not_found": int(np.isnan(curves.value[side, level]).sum()),
+                "n_on_box": int((limits.on_bound[row, level] > 0).sum()),
+            }
+        levels.append(told)
+    return {
+        "objective": limited.objective,
+        "quantity": curves.quantity,
+        "unit": curves.unit,
+        "n_frequency": len(limits.frequency),
+        "n_slider": len(limits.nominal),
+        "reach_m": float(limits.reach),
+        "largest_residual": _largest(limits.residual),
+        "largest_realised_gain": _largest(limits.realised),
+        "levels": levels,
+        "files": [str(file) for file in limited.files],
+    }
+
+
+def limits_text(limited: Limited) -> str:
+    """The same as a table."""
+    document = limits_document(limited)
+    reach = limited.curves.limits.reach
+    box = f"at most {1e6 * reach:.4g} um from rest" if np.isfinite(reach) else "anywhere"
+    what = "highest points of both limits" if limited.curves.has_peaks else "lowest and highest point of the band"
+    n, only = document["n_frequency"], limited.curves.limits.frequency[0]
+    lines = [
+        f"{limited.curves.label}: {what} {f'over {n} frequencies' if n > 1 else f'at {only:.6g} Hz'}; "
+        f"{document['n_slider']} slider{'s' if document['n_slider'] > 1 else ''}, {box}:",
+        "",
+        f"  {'level':>8}  {'lower':>11}  {'at [Hz]':>10}  {'upper':>11}  {'at [Hz]':>10}  {'widest':>8}  "
+        f"{'jumps':>5}  {'repaired':>8}  outside of sampled",
+    ]
+    for told in document["levels"]:
+        two = [told[name] for name in SIDES]
+        shown = "  ".join(f"{_number(each['value'], 5):>11}  {_number(each['frequency_hz'], 7):>10}" for each in two)
+        sums = {key: sum(each[key] for each in two) for key in ("n_jump", "n_repaired", "n_outside")}
+        lines.append(
+            f"  {told['level']:8.4g}  {shown}  {_number(told['widest_ratio'], 4):>8}  {sums['n_jump']:5}  "
+            f"{sums['n_repaired']:8}  {sums['n_outside']} of {told['n_sampled']}"
+        )
+    lines += ["", *_remarks(document), "", *document["files"]]
+    return "\n".join(lines)
+
+
+def _remarks(document: dict[str, Any]) -> list[str]:
+    sides = [(told["level"], name, told[name]) for told in document["levels"] for name in SIDES]
+    remarks = [
+        "  widest: largest ratio of upper to lower limit at one frequency; outside: histories beyond a limit by more "
+        "than 0.1 % before repair",
+        f"  largest residual {document['largest_residual']:.1e}, largest gain of a further step "
+        f"{document['largest_realised_gain']:.1e}",
+    ]
+    for key, words in (
+        ("at_end", "lies at an end of the frequencies: there may be more beyond"),
+        ("at_jump", "lies at a jump between local optima: nothing says what is between its neighbours"),
+    ):
+        for level, name, side in sides:
+            if side[key]:
+                remarks.append(f"  level {level:g}: the {name} one {words}")
+    missing = sum(side["n_not_found"] for _, _, side in sides)
+    if missing:
+        remarks.append(f"  {missing} limits were not found: no steady state there")
+    held = sum(side["n_on_box"] for _, _, side in sides)
+    if held:
+        of = len(sides) * document["n_frequency"]
+        remarks.append(f"  at {held} of {of} limits the box holds a slider: a wider reach may give wider ones there")
+    return remarks
+
+
+def _widest(value: np.ndarray[Any, np.dtype[np.float64]]) -> float | None:
+    """Largest ratio of the limits where both are positive."""
+    there = value[0] > 0
+    return float(np.max(value[1][there] / value[0][there])) if there.any() else None
+
+
+def _largest(values: np.ndarray[Any, np.dtype[np.float64]]) -> float:
+    return float(np.nanmax(values)) if np.isfinite(values).any() else float("nan")
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "-" if value is None else f"{value:.{digits}g}"

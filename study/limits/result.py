@@ -1,0 +1,159 @@
+"""Limits as people and other programs want them: in the unit of the surface, and as CSV."""
+
+import csv
+import io
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy.typing import NDArray
+
+from hbsolve.limits.result import ResponseLimits
+from study.limits.curve import FoundLimits
+from study.limits.table import LimitsTable
+from study.solve.model import Output
+from study.solve.result import STATES, SURFACE_UNIT
+
+Real = NDArray[np.float64]
+SIDES = ("lower", "upper")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LimitCurves:
+    """Limits of what the case asks for; arrays of both sides have the lower limit first.
+
+    Parameters
+    ----------
+    limits
+        As found.
+    quantity, unit
+        What is shown, in words, and its unit.
+    has_peaks
+        Whether a level is told by the highest points of both limits, as of an amplitude; that of a static force is told
+        by its range.
+    order
+        Side of `limits` that gives the lower and the upper limit: the largest loss factor gives the lower one.
+    value
+        Shape (2, l, f) [unit].
+    sampled
+        Lowest and highest sampled state, shape (2, l, f) [unit]; NaN where there is none.
+    """
+
+    limits: ResponseLimits
+    quantity: str
+    unit: str
+    has_peaks: bool
+    order: tuple[int, int]
+    value: Float[Real, "2 l f"]
+    sampled: Float[Real, "2 l f"]
+
+    @property
+    def label(self) -> str:
+        """Of an axis."""
+        return f"{self.quantity} [{self.unit}]"
+
+    @property
+    def jump(self) -> Bool[NDArray[np.bool_], "2 l f"]:
+        """Whether a point lies on another branch of optima than a neighbour, shape (2, l, f)."""
+        return np.asarray(self.limits.jump[[*self.order]])
+
+    @property
+    def repaired(self) -> Bool[NDArray[np.bool_], "2 l f"]:
+        """Whether a sampled state led to a point, shape (2, l, f)."""
+        return np.asarray(self.limits.repaired[[*self.order]])
+
+    @property
+    def share(self) -> Float[Real, "2 l f 3"]:
+        """Shares of the period in which sliders stick, slip and are separated, shape (2, l, f, 3) [-]."""
+        return np.asarray(self.limits.share[[*self.order]])
+
+    def extreme(self, side: int, level: int) -> int | None:
+        """Frequency that tells a limit of a level; None if none was found."""
+        values = self.value[side, level]
+        if np.isnan(values).all():
+            return None
+        return int(np.nanargmax(values) if self.has_peaks or side == 1 else np.nanargmin(values))
+
+
+def limit_curves(table: LimitsTable, output: Output | None, harmonic: int, found: FoundLimits) -> LimitCurves:
+    """What a search found, in the unit of the surface.
+
+    Parameters
+    ----------
+    table
+        What was asked.
+    output
+        Whose amplitude it is; None for forces.
+    harmonic
+        Of the amplitude [-].
+    found
+        In SI.
+    """
+    limits = found.limits
+    if output is None:
+        what = "mean" if table.objective == "static force" else "amplitude"
+        return LimitCurves(
+            limits=limits,
+            quantity=f"{table.direction or 'tangential'} force of {table.contact}, {what}",
+            unit="N",
+            has_peaks=table.objective != "static force",
+            order=(0, 1),
+            value=limits.value,
+            sampled=limits.sampled,
+        )
+    unit, factor = SURFACE_UNIT[output.quantity]
+    scale = factor * (harmonic * limits.angular_frequency) ** output.derivative
+    quantity = f"{output.quantity} of {output.name}"
+    if found.amplitude is None:
+        return LimitCurves(
+            limits=limits, quantity=quantity, unit=unit, has_peaks=True, order=(0, 1), value=scale * limits.value,
+            sampled=scale * limits.sampled,
+        )  # fmt: skip
+    return LimitCurves(
+        limits=limits,
+        quantity=f"{quantity} at the extreme loss factor",
+        unit=unit,
+        has_peaks=True,
+        order=(1, 0),
+        value=scale * found.amplitude,
+        # What was sampled is the loss factor.
+        sampled=np.full(limits.value.shape, np.nan),
+    )
+
+
+def limits_csv(curves: LimitCurves) -> str:
+    """One line a level and frequency, with what is known about both limits."""
+    stream = io.StringIO()
+    write = csv.writer(stream, lineterminator="\n").writerow
+    columns = [_columns(curves, side) for side in range(len(SIDES))]
+    write(["level", "frequency [Hz]", "sampled states", *(name for each in columns for name in each)])
+    limits = curves.limits
+    for level, frequency in np.ndindex(len(limits.level), len(limits.frequency)):
+        at = level, frequency
+        bounds = [float(column[at]) for each in columns for column in each.values()]
+        known = [float(limits.level[level]), float(limits.frequency[frequency]), float(limits.n_sampled[at])]
+        write([f"{value:.10g}" for value in [*known, *bounds]])
+    return stream.getvalue()
+
+
+def _columns(curves: LimitCurves, side: int) -> dict[str, NDArray[Any]]:
+    limits, row, name = curves.limits, curves.order[side], SIDES[side]
+    found: dict[str, NDArray[Any]] = {f"{name} [{curves.unit}]": curves.value[side]}
+    if row != side:
+        found[f"{name} loss factor"] = limits.value[row]
+    found |= {
+        f"{name} sampled [{curves.unit}]": curves.sampled[side],
+        f"{name} sampled outside": limits.n_outside[row],
+        f"{name} repaired": limits.repaired[row],
+        f"{name} jump": limits.jump[row],
+        f"{name} residual": limits.residual[row],
+        f"{name} predicted gain": limits.predicted[row].max(axis=-1),
+        f"{name} realised gain": limits.realised[row].max(axis=-1),
+        f"{name} starts": limits.starts[row],
+        f"{name} spread": limits.spread[row],
+        f"{name} sliders with memory": limits.stuck[row],
+        f"{name} drift [um]": 1e6 * limits.drift[row],
+        f"{name} sliders on the box": limits.on_bound[row],
+    }
+    return found | {f"{name} {state}": limits.share[row][..., number] for number, state in enumerate(STATES)}

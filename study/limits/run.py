@@ -1,0 +1,221 @@
+"""``stickslip limits``: the band of responses that unknown friction history can produce, of a rig or a structure."""
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import nullcontext
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from casefile.errors import CaseError
+from casefile.table import CaseModel, load_case, located
+from figure.contact_states import StatePanel, contact_states_figure
+from figure.limit_band import Band, limit_band_figure
+from figure.limit_levels import LimitsByLevel, limit_levels_figure
+from hbsolve.limits.result import ResponseLimits
+from pipeline.output import replace_file
+from pipeline.process_pool import process_pool
+from pipeline.stored_tasks import StoredTasks
+from study.case.joint_table import FrequencySweepTable, LevelSweepTable, SolveCase
+from study.kind.rig.reduction import reduce_rig
+from study.kind.rig.system import no_sweep, rig_system
+from study.kind.rig.table import RigCase, is_rig_case, rig_model
+from study.limits.curve import FoundLimits, found_limits
+from study.limits.grid import narrow_resonance
+from study.limits.model import limit_points, limit_search
+from study.limits.result import SIDES, LimitCurves, limit_curves, limits_csv
+from study.limits.search import LimitSearch
+from study.limits.table import FORCES, LimitsTable
+from study.reduce.mode_count import fewer_modes_of_rig
+from study.run_context import RunContext
+from study.solve.model import SolveModel, solve_model
+from study.solve.result import DRAWN_STATES
+
+#: Columns of the figure of states that can still be read.
+MOST_LEVELS = 6
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Limited:
+    """What the command reports.
+
+    Parameters
+    ----------
+    curves
+        The limits.
+    objective
+        As the case calls it.
+    files
+        Written ones.
+    """
+
+    curves: LimitCurves
+    objective: str
+    files: tuple[Path, ...]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Asked:
+    """A case of either kind."""
+
+    case: CaseModel
+    title: str
+    table: LimitsTable
+    sweep: FrequencySweepTable | LevelSweepTable
+    model: SolveModel
+    lines: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    in_newtons: bool = False
+    """Whether a level is the amplitude of the force itself, as the rig's is."""
+
+
+def run_limits(path: Path, run: RunContext, executor: Executor | None = None) -> Limited:
+    """Search for the limits of a case file, and write tables and figures.
+
+    Parameters
+    ----------
+    path
+        Case of a rig or of `stickslip solve`.
+    run
+        Where to.
+    executor
+        Runs the tasks of the search, such as dask's; a process for each core by default. The limits are the same.
+
+    Raises
+    ------
+    CaseError
+        With every mistake of the case.
+    ComputationFailed
+        No rest under the static load, or a process that was killed.
+    """
+    assert run.output is not None
+    asked = _rig(path, run) if is_rig_case(path) else _structure(path)
+    search = limit_search(asked.case, asked.table, asked.sweep, asked.model, asked.lines)
+    narrow = narrow_resonance(search)
+    if narrow is not None:
+        run.warn(narrow.sentence(listed=asked.table.frequencies is not None))
+    found = _found(search, path.stem, run, executor)
+    output = None
+    if asked.table.objective not in FORCES:
+        output = next(each for each in asked.model.outputs if asked.table.output in {None, each.name})
+    curves = limit_curves(asked.table, output, search.harmonic, found)
+    files = {suffix: run.output / f"{path.stem}_limits.{suffix}" for suffix in ("nc", "csv")}
+    _save(curves.limits, files["nc"])
+    replace_file(files["csv"], limits_csv(curves))
+    for name, picture in _figures(curves, asked).items():
+        files[name] = run.output / f"{path.stem}_{name}.png"
+        replace_file(files[name], picture)
+    return Limited(curves=curves, objective=asked.table.objective, files=tuple(files.values()))
+
+
+def _rig(path: Path, run: RunContext) -> _Asked:
+    case = load_case(path, RigCase)
+    if case.sweep is None:
+        raise CaseError([no_sweep(case)])
+    # Before the bodies are reduced, which takes minutes.
+    limit_points(case, case.limits, case.sweep)
+    model = rig_model(case)
+    with located(case, "mesh"):
+        reduction = reduce_rig(model, run.store, run.progress)
+    for sentence in fewer_modes_of_rig(reduction.assembly, model.n_mode):
+        run.note(sentence)
+    system = rig_system(case, model.rig, reduction)
+    return _Asked(
+        case=case,
+        title=case.title,
+        table=case.limits,
+        sweep=case.sweep,
+        model=system.model,
+        lines=system.joined.lines,
+        in_newtons=True,
+    )
+
+
+def _structure(path: Path) -> _Asked:
+    case = load_case(path, SolveCase)
+    model = solve_model(case, path.parent)
+    return _Asked(case=case, title=case.title or path.stem, table=case.limits, sweep=case.sweep, model=model)
+
+
+def _found(search: LimitSearch, stem: str, run: RunContext, executor: Executor | None) -> FoundLimits:
+    """From the store, or searched for, each task kept beside the results until all are there."""
+    assert run.output is not None
+    known = run.store.kept(found_limits, search)
+    if known is not None:
+        return known.value
+    kept = StoredTasks(run.output / f".{stem}_limits.part", found_limits.key(search))
+    before = kept.n_left
+    if before:
+        run.note(f"the search goes on: {before} of its tasks were finished before, and progress is told of the rest")
+    pool = nullcontext(executor) if executor is not None else process_pool(["hbsolve.limits.search"])
+    with run.progress.step("limits") as report, pool as processes:
+        found = run.store.run(found_limits, search, kept=kept, executor=processes, report=report)
+    kept.remove()
+    return found
+
+
+def _save(limits: ResponseLimits, file: Path) -> None:
+    """Such that a reader finds the old file or the new one."""
+    with tempfile.TemporaryDirectory() as folder:
+        draft = Path(folder) / file.name
+        limits.save(draft)
+        replace_file(file, draft.read_bytes())
+
+
+def _figures(curves: LimitCurves, asked: _Asked) -> dict[str, bytes]:
+    limits, title, drawn = curves.limits, asked.title, {}
+    names = [f"{level:g} N" if asked.in_newtons else f"level {level:g}" for level in limits.level]
+    n_level, n_point = len(limits.level), len(limits.frequency)
+    if n_point > 1:
+        bands = [
+            Band(
+                label=names[level],
+                frequency=limits.frequency,
+                value=curves.value[:, level],
+                sampled=curves.sampled[:, level],
+                jump=curves.jump[:, level],
+                repaired=curves.repaired[:, level],
+            )
+            for level in range(n_level)
+        ]
+        drawn["limits"] = limit_band_figure(bands, title=f"{title}: {curves.quantity}", amplitude_label=curves.label)
+        chosen = np.unique(np.linspace(0, n_level - 1, min(n_level, MOST_LEVELS)).round().astype(int))
+        panels = [
+            [
+                StatePanel(
+                    label=f"{SIDES[side]} limit, {names[level]}",
+                    parameter=limits.frequency,
+                    states=DRAWN_STATES,
+                    share=curves.share[side, level],
+                )
+                for level in chosen
+            ]
+            for side in (1, 0)
+        ]
+        drawn["limit_states"] = contact_states_figure(
+            panels, title=f"{title}: what the contacts do at the limits", parameter_label="frequency [Hz]"
+        )
+    if n_level > 1:
+        what = "highest points" if curves.has_peaks else "range"
+        drawn["limit_levels"] = limit_levels_figure(
+            _by_level(curves),
+            title=f"{title}: {what} of both limits",
+            amplitude_label=curves.label,
+            level_label="amplitude of the force [N]" if asked.in_newtons else "level of the harmonic force",
+        )
+    return drawn
+
+
+def _by_level(curves: LimitCurves) -> LimitsByLevel:
+    limits = curves.limits
+    n_level, last = len(limits.level), len(limits.frequency) - 1
+    value, frequency = np.full((2, 2, n_level), np.nan)
+    doubtful = np.zeros((2, n_level), dtype=bool)
+    for side, level in np.ndindex(2, n_level):
+        at = curves.extreme(side, level)
+        if at is not None:
+            value[side, level] = curves.value[side, level, at]
+            frequency[side, level] = limits.frequency[at]
+            doubtful[side, level] = curves.jump[side, level, at] or (last > 0 and at in {0, last})
+    return LimitsByLevel(level=limits.level, value=value, frequency=frequency, doubtful=doubtful)

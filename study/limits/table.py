@@ -1,0 +1,84 @@
+"""The table ``[limits]`` of a case: what ``stickslip limits`` bounds, where, and how hard it searches.
+
+What it leaves out is that of ``[sweep]``.
+"""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import BeforeValidator, Field, field_validator, model_validator
+
+from casefile.quantity import Dimension, Frequency
+from casefile.table import CaseModel
+from study.case.level import Level
+
+#: Points of one level; more are a mistake in the step.
+MOST_POINTS = 2000
+
+Hertz = Annotated[Frequency, Field(gt=0, examples=["122 Hz"])]
+Name = Annotated[str, Field(min_length=1, max_length=60)]
+Number = Annotated[int, Field(strict=True, ge=1, le=100_000)]
+ObjectiveName = Literal["amplitude", "loss factor", "static force", "dynamic force"]
+FORCES = ("static force", "dynamic force")
+UNBOUNDED = "unbounded"
+
+
+#: A length as sliders are dragged.
+DRAGGED = Dimension("a length", "m", "5 um")
+
+
+def _reach(value: object) -> object:
+    if value in (None, UNBOUNDED):
+        return value
+    reach = DRAGGED.read(value)
+    if reach <= 0:
+        raise ValueError(f'must be positive: it is how far a slider may have been dragged, or "{UNBOUNDED}"')
+    return reach
+
+
+class LimitsTable(CaseModel):
+    """What is bounded over all friction histories."""
+
+    objective: ObjectiveName = "amplitude"
+    output: Name | None = None
+    contact: Name | None = None
+    direction: Literal["tangential", "second tangential", "normal"] | None = None
+    first: Annotated[Hertz | None, Field(alias="from")] = None
+    last: Annotated[Hertz | None, Field(alias="to")] = None
+    step: Hertz | None = None
+    frequencies: Annotated[tuple[Hertz, ...] | None, Field(min_length=1, examples=[["254 Hz"]])] = None
+    levels: Annotated[tuple[Level, ...] | None, Field(min_length=1)] = None
+    reach: Annotated[Literal["unbounded"] | float | None, BeforeValidator(_reach)] = None
+    population: Number = 24
+    samples: Annotated[int, Field(strict=True, ge=0, le=100_000)] = 100
+    block: Number = 15
+    seed: Annotated[int, Field(strict=True, ge=0)] = 0
+
+    @field_validator("frequencies", "levels", mode="after")
+    @classmethod
+    def _ascending(cls, values: tuple[float, ...] | None) -> tuple[float, ...] | None:
+        for place, value in enumerate(values or ()):
+            if value in (values or ())[:place]:
+                raise ValueError(f"{value:g} stands there twice: remove one")
+        return None if values is None else tuple(sorted(values))
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        given = [key for key, value in (("from", self.first), ("to", self.last), ("step", self.step)) if value]
+        if self.frequencies and given:
+            raise ValueError(f"frequencies are a list of their own: remove them, or {given[0]}")
+        return self
+
+    @model_validator(mode="after")
+    def _of_its_objective(self) -> Self:
+        if self.objective in FORCES:
+            if self.contact is None:
+                raise ValueError(f'objective = "{self.objective}" needs contact = "NAME", a contact or a contact line')
+            if self.output is not None:
+                raise ValueError(f'output has no meaning with objective = "{self.objective}": remove it')
+        elif self.contact is not None or self.direction is not None:
+            key = "contact" if self.contact is not None else "direction"
+            raise ValueError(
+                f'{key} has no meaning with objective = "{self.objective}": remove it, or take "static force" or '
+                '"dynamic force"'
+            )
+        return self

@@ -1,0 +1,1 @@
+"""``stickslip modes``: natural frequencies and mode shapes."""

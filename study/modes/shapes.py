@@ -1,0 +1,73 @@
+"""Mode shapes and their stress, of a blade or of the user's own mesh: for pictures and files."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.assembly import assemble_compact
+from fe.boundary import Support, supported_system, unsupported_system
+from fe.free_modes import free_modes
+from fe.material import Material
+from fe.mesh import Mesh
+from fe.modal import ModeSet, modes
+from fe.stress import nodal_stress, von_mises
+from fe.system import LinearSystem
+from pipeline.store import stage
+from study.kind.blade.model import BladeModel, clamped
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Shapes:
+    """Lowest modes on a mesh.
+
+    Parameters
+    ----------
+    mesh
+        The mesh.
+    n_dof
+        Free degrees of freedom [-].
+    frequency
+        Shape (m,) [Hz].
+    displacement
+        Mass-normalised, shape (m, n_node, 3) [kg^-1/2].
+    von_mises
+        Of the same shapes, shape (m, n_node) [Pa m^-1 kg^-1/2]; only its distribution means anything.
+    """
+
+    mesh: Mesh
+    n_dof: int
+    frequency: Float[NDArray[np.float64], " m"]
+    displacement: Float[NDArray[np.float64], "m node 3"]
+    von_mises: Float[NDArray[np.float64], "m node"]
+
+
+@stage("mode shapes of a blade")
+def blade_shapes(model: BladeModel, n_mode: int) -> Shapes:
+    """Compute the lowest modes of a clamped blade."""
+    mesh, system, _ = clamped(model)
+    return _shapes(mesh, model.material, system, modes(system, n_mode))
+
+
+@stage("mode shapes of a mesh")
+def mesh_shapes(mesh: Mesh, material: Material, fixed: tuple[str, ...], n_mode: int) -> Shapes:
+    """Compute the lowest modes of a mesh, held at the named sets, or free if there are none."""
+    mass, stiffness = assemble_compact(mesh, material)
+    if fixed:
+        system = supported_system(mesh, mass, stiffness, [Support(nodes=mesh.nodes(name)) for name in fixed])
+        return _shapes(mesh, material, system, modes(system, n_mode))
+    system = unsupported_system(mesh, mass, stiffness)
+    return _shapes(mesh, material, system, free_modes(system, mesh, material, n_mode))
+
+
+def _shapes(mesh: Mesh, material: Material, system: LinearSystem, found: ModeSet) -> Shapes:
+    displacement = np.moveaxis(system.on_mesh(found.mode_shapes), 2, 0)
+    stress = [von_mises(nodal_stress(mesh, material, shape)) for shape in displacement]
+    return Shapes(
+        mesh=mesh,
+        n_dof=system.n_dof,
+        frequency=found.frequency,
+        displacement=displacement,
+        von_mises=np.stack(stress),
+    )

@@ -1,0 +1,1 @@
+"""What all kinds share when they are reduced."""

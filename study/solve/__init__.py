@@ -1,0 +1,1 @@
+"""``stickslip solve``: response curves."""

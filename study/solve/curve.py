@@ -1,0 +1,78 @@
+"""One response curve as a stage: begun, continued from where it was stopped, and kept when it is done."""
+
+from collections.abc import Callable
+
+from geometry.errors import ComputationFailed
+from hbsolve.balance import HarmonicBalance
+from hbsolve.continuation.branch import ResponseBranch
+from hbsolve.continuation.path import FrequencyPath, LevelPath
+from hbsolve.continuation.response import run
+from hbsolve.continuation.step import Continuation
+from hbsolve.errors import NoSteadyState
+from pipeline.checkpoint import Checkpoint
+from pipeline.store import stage
+from reduction.jointed_system import JointedSystem
+from study.solve.model import Curve
+
+#: Share of the way from which on it tells the time left.
+WORTH_REPORTING = 0.03
+
+
+@stage("response curve", ignore=("checkpoint", "report"))
+def response_curve(
+    system: JointedSystem,
+    curve: Curve,
+    harmonics: int,
+    n_sample: int,
+    checkpoint: Checkpoint | None = None,
+    report: Callable[[float, float], None] | None = None,
+) -> ResponseBranch:
+    """Follow one curve from its first point, or from the last one that was saved.
+
+    Parameters
+    ----------
+    system
+        With its loads at level 1.
+    curve
+        What is asked for.
+    harmonics, n_sample
+        H, and samples a period, 0 for the solver's choice [-].
+    checkpoint
+        Where points are saved now and then, and found again.
+    report
+        Progress along the curve.
+
+    Raises
+    ------
+    ComputationFailed
+        No steady state at the first point.
+    """
+    continuation = continuation_of(system, curve, harmonics, n_sample)
+    done = 0.0
+
+    def share(reached: float, way: float) -> None:
+        # A curve that turns back does not undo what is done.
+        nonlocal done
+        done = max(done, min(reached, way))
+        # The first steps are short and hold the compilation: the time left would be far too long.
+        if report is not None and done > WORTH_REPORTING * way:
+            report(done, way)
+
+    try:
+        return run(
+            continuation, slider=curve.slider, report=share,
+            resumed=checkpoint.load() if checkpoint else None, save=checkpoint.offer if checkpoint else None,
+        )  # fmt: skip
+    except NoSteadyState as error:
+        raise ComputationFailed(f"{curve.label}: {error}") from error
+
+
+def continuation_of(system: JointedSystem, curve: Curve, harmonics: int, n_sample: int) -> Continuation:
+    """The continuation that a curve is made by."""
+    balance = HarmonicBalance(system=system, n_harmonic=harmonics + 1, n_sample=n_sample)
+    path: FrequencyPath | LevelPath
+    if curve.parameter == "frequency":
+        path = FrequencyPath(balance=balance.at_level(curve.fixed))
+    else:
+        path = LevelPath(balance=balance, angular_frequency=curve.fixed)
+    return Continuation(path=path, first=curve.first, last=curve.last, step=curve.step)

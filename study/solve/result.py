@@ -1,0 +1,261 @@
+"""Response curves as people and other programs want them: named outputs, peaks, netCDF and CSV."""
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import NDArray
+
+from hbsolve.balance import HarmonicBalance
+from hbsolve.continuation.branch import ResponseBranch
+from hbsolve.continuation.stop import StopReason
+from hbsolve.fourier import harmonics, samples_from_coefficients
+from hbsolve.state import SteadyState
+from reduction.jointed_system import ElasticStop, Joint, JointedSystem
+from study.solve.model import Curve, Output, SolveModel
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Unit of each quantity on the surface, and how many of it make the SI unit.
+SURFACE_UNIT = {"displacement": ("um", 1e6), "velocity": ("mm/s", 1e3), "acceleration": ("m/s^2", 1.0)}
+SI_UNIT = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
+#: Of a contact, in the columns of files, and as they are drawn.
+STATES, DRAWN_STATES = ("stick", "slip", "separated"), ("stuck", "slipping", "separated")
+#: Instants of a period that its range is read from: the highest harmonic is then off by half a percent at most.
+SAMPLE_PER_HARMONIC = 32
+#: An amplitude whose estimated error is larger than this is not to be used unawares.
+MOST_TRUNCATION = 0.05
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SolvedCurve:
+    """A curve that was asked for, and what came out.
+
+    Parameters
+    ----------
+    curve
+        What was asked.
+    branch
+        Its points.
+    """
+
+    curve: Curve
+    branch: ResponseBranch
+
+    @property
+    def parameter(self) -> Float[NDArray[np.float64], " p"]:
+        """Frequency [Hz] or level [-], whichever varies, shape (p,)."""
+        return self.branch.frequency if self.curve.parameter == "frequency" else np.asarray(self.branch.level)
+
+    def output(self, output: Output) -> Complex[NDArray[np.complex128], "p harmonic"]:
+        """Coefficients of an output at each point, shape (p, n_harmonic) [SI]."""
+        q = self.branch.coefficients @ output.row
+        omega = np.array([harmonics(float(each), q.shape[1]) for each in self.branch.angular_frequency])
+        return np.asarray(q * (1j * omega) ** output.derivative)
+
+    def half_range(self, output: Output) -> Float[NDArray[np.float64], " p"]:
+        """Half the difference of the highest and lowest value of a period, all harmonics, shape (p,) [SI]."""
+        q = self.output(output)
+        samples = samples_from_coefficients(q.T, SAMPLE_PER_HARMONIC * q.shape[1])
+        return np.asarray(np.ptp(samples, axis=0) / 2)
+
+    def state(self, balance: HarmonicBalance, point: int) -> SteadyState:
+        """One point as a steady state, whose sliders are those of the steady period."""
+        branch, slider = self.branch, self.branch.slider[point]
+        return SteadyState(
+            angular_frequency=float(branch.angular_frequency[point]),
+            level=float(branch.level[point]),
+            displacement=branch.coefficients[point] @ balance.structure.directions.T,
+            coefficients=branch.coefficients[point],
+            slider=slider,
+            multiplier=False,
+            slider_at_start=slider,
+            residual_norm=float(branch.residual_norm[point]),
+            iterations=int(branch.iterations[point]),
+        )
+
+    def error(self, name: str) -> Float[NDArray[np.float64], " p"]:
+        """truncation_error or sample_error of each point, shape (p,) [-]; not a number where it is not known."""
+        values = np.asarray(getattr(self.branch, name))
+        return values if values.size else np.full(len(self.branch.frequency), np.nan)
+
+    def peak(self, output: Output, harmonic: int) -> int:
+        """Point of the largest amplitude of a harmonic of an output."""
+        return int(np.argmax(np.abs(self.output(output)[:, harmonic])))
+
+
+def state_names(joint: Joint, names: Sequence[str] = STATES) -> dict[int, str]:
+    """Names of a joint's states by their place in `STATES`: a stop has no friction, and so neither sticks nor slips."""
+    return {0: "closed", 2: "separated"} if isinstance(joint, ElasticStop) else dict(enumerate(names))
+
+
+def main_harmonic(system: JointedSystem) -> int:
+    """The lowest harmonic that the load acts at: the one that amplitudes and phases are shown of [-]."""
+    return int(np.flatnonzero(system.dynamic.any(axis=1))[0])
+
+
+def response_dataset(model: SolveModel, curves: Sequence[SolvedCurve], title: str) -> "xr.Dataset":
+    """All curves in one dataset, point after point, with the curve that each belongs to; SI units.
+
+    Complex numbers are pairs of real and imaginary parts, since netCDF has none of its own.
+    """
+    import xarray as xr
+
+    branches = [each.branch for each in curves]
+
+    def joined(name: str) -> NDArray[Any]:
+        return np.concatenate([np.asarray(getattr(branch, name)) for branch in branches])
+
+    def errors(name: str) -> NDArray[Any]:
+        return np.concatenate([each.error(name) for each in curves])
+
+    outputs = np.concatenate([np.stack([each.output(output) for output in model.outputs], axis=2) for each in curves])
+    coefficients = joined("coefficients")
+    share = joined("contact_share").reshape(len(coefficients), len(model.system.joints), len(STATES))
+    counts = [len(branch.angular_frequency) for branch in branches]
+    return xr.Dataset(
+        {
+            "frequency": ("point", joined("angular_frequency") / (2 * np.pi), {"units": "Hz"}),
+            "level": ("point", joined("level"), {"units": "1"}),
+            "curve": ("point", np.repeat(np.arange(len(curves)), counts), {"long_name": "number of the curve"}),
+            "output_real": (("point", "harmonic", "output"), outputs.real, {"units": "SI, see output_unit"}),
+            "output_imag": (("point", "harmonic", "output"), outputs.imag, {"units": "SI, see output_unit"}),
+            "coefficient_real": (("point", "harmonic", "dof"), coefficients.real, {"units": "m"}),
+            "coefficient_imag": (("point", "harmonic", "dof"), coefficients.imag, {"units": "m"}),
+            "slider": (("point", "slider"), joined("slider"), {"units": "m"}),
+            "contact_share": (
+                ("point", "joint", "state"),
+                share,
+                {"units": "1", "long_name": "share of the period; a stop that is closed counts as stick"},
+            ),
+            "residual_norm": ("point", joined("residual_norm"), {"units": "1"}),
+            "truncation_error": ("point", errors("truncation_error"), {"units": "1"}),
+            "sample_error": ("point", errors("sample_error"), {"units": "1"}),
+            "iterations": ("point", joined("iterations")),
+        },
+        coords={
+            "harmonic": np.arange(coefficients.shape[1]),
+            "output": np.array([output.name for output in model.outputs], dtype=object),
+            "output_unit": ("output", np.array([SI_UNIT[output.quantity] for output in model.outputs], dtype=object)),
+            "joint": np.array([joint.name for joint in model.system.joints], dtype=object),
+            "state": np.array(STATES, dtype=object),
+        },
+        attrs={
+            "title": title,
+            "convention": "q(t) = Re sum_k q_k exp(i k Omega t)",
+            "curves": "; ".join(f"{number}: {each.curve.label}" for number, each in enumerate(curves)),
+            "stop_reasons": "; ".join(f"{number}: {branch.stop_reason.name}" for number, branch in enumerate(branches)),
+        },
+    )
+
+
+def response_csv(model: SolveModel, curves: Sequence[SolvedCurve]) -> str:
+    """All curves as a table, one line a point."""
+    harmonic = main_harmonic(model.system)
+    stream = io.StringIO()
+    write = csv.writer(stream, lineterminator="\n").writerow
+    head = ["curve", "frequency [Hz]", "level"]
+    for output in model.outputs:
+        unit = SURFACE_UNIT[output.quantity][0]
+        head += [
+            f"{output.name} amplitude [{unit}]",
+            f"{output.name} phase [deg]",
+            f"{output.name} half range [{unit}]",
+        ]
+    head += [f"{joint.name} {state}" for joint in model.system.joints for state in state_names(joint).values()]
+    write([*head, "truncation error", "sample error", "residual norm", "iterations"])
+    for each in curves:
+        branch = each.branch
+        columns = [branch.frequency, branch.level]
+        for output in model.outputs:
+            scale = SURFACE_UNIT[output.quantity][1]
+            q = each.output(output)[:, harmonic]
+            columns += [scale * np.abs(q), np.degrees(np.angle(q)), scale * each.half_range(output)]
+        for number, joint in enumerate(model.system.joints):
+            columns += [branch.contact_share[:, number, state] for state in state_names(joint)]
+        columns += [each.error("truncation_error"), each.error("sample_error"), branch.residual_norm]
+        for point, values in enumerate(zip(*columns, strict=True)):
+            shown = (f"{value:.10g}" for value in values)
+            write([each.curve.label, *shown, int(branch.iterations[point])])
+    return stream.getvalue()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Peak:
+    """What is said of one curve.
+
+    Parameters
+    ----------
+    label
+        Of the curve.
+    frequency, level
+        Of its highest point [Hz, -].
+    amplitude, unit
+        Of the first output there, in the unit of the surface.
+    at_end
+        Whether it is at either end of the sweep, so that the response may be larger beyond.
+    n_point
+        On the curve [-].
+    truncation_error
+        There [-]; not a number where it is not known.
+    largest_truncation_error
+        Of all its points [-].
+    stop_reason
+        In words.
+    """
+
+    label: str
+    frequency: float
+    level: float
+    amplitude: float
+    unit: str
+    at_end: bool
+    n_point: int
+    truncation_error: float
+    largest_truncation_error: float
+    stop_reason: str
+
+
+def peak_of(each: SolvedCurve, output: Output, harmonic: int) -> Peak:
+    """The highest point of a curve."""
+    unit, scale = SURFACE_UNIT[output.quantity]
+    point, branch = each.peak(output, harmonic), each.branch
+    return Peak(
+        label=each.curve.label,
+        frequency=float(branch.frequency[point]),
+        level=float(branch.level[point]),
+        amplitude=scale * float(np.abs(each.output(output)[point, harmonic])),
+        unit=unit,
+        # Elsewhere than at its last value a curve ends for a reason of its own.
+        at_end=point == 0 or (point == len(branch.frequency) - 1 and branch.stop_reason is StopReason.REACHED),
+        n_point=len(branch.frequency),
+        truncation_error=float(each.error("truncation_error")[point]),
+        largest_truncation_error=float(each.error("truncation_error").max()),
+        stop_reason=branch.stop_message,
+    )
+
+
+def truncation_warning(peaks: Sequence[Peak], kept: int) -> str:
+    """One sentence on the highest point whose estimated truncation error is largest; empty if none is too large.
+
+    Parameters
+    ----------
+    peaks
+        One for each curve.
+    kept
+        H, as the case has it [-].
+    """
+    wrong = [peak for peak in peaks if peak.truncation_error > MOST_TRUNCATION]
+    if not wrong:
+        return ""
+    worst = max(wrong, key=lambda peak: peak.truncation_error)
+    others = f", on {len(wrong)} of {len(peaks)} curves" if len(wrong) > 1 else ""
+    return (
+        f'at the highest point of the curve "{worst.label}", {worst.frequency:.5g} Hz, the truncation error is about '
+        f"{100 * worst.truncation_error:.2g} % (above {100 * MOST_TRUNCATION:g} %{others}): raise harmonics = {kept}"
+    )

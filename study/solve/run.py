@@ -1,0 +1,217 @@
+"""``stickslip solve``: response curves of a case, each kept when it is done and continued where it was stopped."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from casefile.table import load_case, located
+from figure.contact_states import StatePanel, contact_states_figure
+from figure.evenly import evenly
+from figure.hysteresis_loops import Loop, hysteresis_figure
+from figure.response_curves import DrawnCurve, response_curves_figure
+from hbsolve.balance import HarmonicBalance
+from hbsolve.contact_motion import contact_motion
+from pipeline.checkpoint import Checkpoint
+from pipeline.output import replace_file
+from reduction.jointed_system import ElasticStop, FrictionContact
+from study.case.joint_table import SolveCase
+from study.run_context import RunContext
+from study.solve.curve import response_curve
+from study.solve.model import SolveModel, solve_model
+from study.solve.result import (
+    DRAWN_STATES,
+    SURFACE_UNIT,
+    Peak,
+    SolvedCurve,
+    main_harmonic,
+    peak_of,
+    response_csv,
+    response_dataset,
+    state_names,
+    truncation_warning,
+)
+
+#: Panels that still can be read: joints and curves beyond these are left to the netCDF file.
+MOST_JOINTS, MOST_CURVES = 4, 6
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Solved:
+    """What the command reports.
+
+    Parameters
+    ----------
+    n_dof, n_joint, harmonics
+        Size of the problem [-].
+    output
+        Name of the output that the peaks are of.
+    peaks
+        One for each curve.
+    files
+        Written ones.
+    """
+
+    n_dof: int
+    n_joint: int
+    harmonics: int
+    output: str
+    peaks: tuple[Peak, ...]
+    files: tuple[Path, ...]
+
+
+def run_solve(path: Path, run: RunContext) -> Solved:
+    """Compute the curves of a case file and write tables and figures.
+
+    Raises
+    ------
+    CaseError
+        With every mistake of the case.
+    ComputationFailed
+        No steady state was found to start a curve from.
+    """
+    assert run.output is not None
+    case = load_case(path, SolveCase)
+    model = solve_model(case, path.parent)
+    with located(case, "model"):
+        # Refuses what no case key shows, such as a body that nothing holds.
+        balance = HarmonicBalance(system=model.system, n_harmonic=model.harmonics + 1, n_sample=model.n_sample)
+    return solved_curves(model, balance, path.stem, case.title or path.stem, run)[0]
+
+
+def solved_curves(
+    model: SolveModel, balance: HarmonicBalance, stem: str, title: str, run: RunContext
+) -> tuple[Solved, list[SolvedCurve]]:
+    """Compute the curves of a model and write tables and figures.
+
+    Parameters
+    ----------
+    model, balance
+        What is solved.
+    stem, title
+        What files and figures are called.
+    run
+        Where to.
+
+    Raises
+    ------
+    ComputationFailed
+        No steady state was found to start a curve from.
+    """
+    assert run.output is not None
+    curves = [_solved(model, number, stem, run) for number in range(len(model.curves))]
+    files = {"nc": run.output / f"{stem}_response.nc", "csv": run.output / f"{stem}_response.csv"}
+    replace_file(files["nc"], bytes(response_dataset(model, curves, title).to_netcdf(engine="h5netcdf")))
+    replace_file(files["csv"], response_csv(model, curves))
+    for name, picture in _figures(model, balance, curves, title).items():
+        files[name] = run.output / f"{stem}_{name}.png"
+        replace_file(files[name], picture)
+    peaks = tuple(peak_of(each, model.outputs[0], main_harmonic(model.system)) for each in curves)
+    if warning := truncation_warning(peaks, model.harmonics):
+        run.warn(warning)
+    solved = Solved(
+        n_dof=model.system.n_dof,
+        n_joint=len(model.system.joints),
+        harmonics=model.harmonics,
+        output=model.outputs[0].name,
+        peaks=peaks,
+        files=tuple(files.values()),
+    )
+    return solved, curves
+
+
+def _solved(model: SolveModel, number: int, stem: str, run: RunContext) -> SolvedCurve:
+    assert run.output is not None
+    curve = model.curves[number]
+    inputs = (model.system, curve, model.harmonics, model.n_sample)
+    checkpoint = Checkpoint(run.output / f".{stem}_curve{number}.part", response_curve.key(*inputs))
+    with run.progress.step(f"curve {number + 1} of {len(model.curves)}, {curve.label}") as report:
+        branch = run.store.run(response_curve, *inputs, checkpoint=checkpoint, report=report)
+    checkpoint.remove()
+    return SolvedCurve(curve=curve, branch=branch)
+
+
+def _figures(
+    model: SolveModel, balance: HarmonicBalance, curves: Sequence[SolvedCurve], title: str
+) -> dict[str, bytes]:
+    harmonic = main_harmonic(model.system)
+    over_frequency = curves[0].curve.parameter == "frequency"
+    label = "frequency [Hz]" if over_frequency else "level of the harmonic force"
+    drawn: dict[str, bytes] = {}
+    for number, output in enumerate(model.outputs, start=1):
+        unit, scale = SURFACE_UNIT[output.quantity]
+        family = [
+            DrawnCurve(
+                label=each.curve.label,
+                parameter=each.parameter,
+                response=scale * each.output(output)[:, harmonic],
+                group=each.curve.fixed,
+            )
+            for each in curves
+        ]
+        which = "" if harmonic == 1 else f" of harmonic {harmonic}"
+        drawn[f"response_{number}" if len(model.outputs) > 1 else "response"] = response_curves_figure(
+            family,
+            title=f"{title}: {output.quantity} of {output.name}",
+            parameter_label=label,
+            amplitude_label=f"amplitude{which} [{unit}]",
+        )
+    joints = _busiest(curves, len(model.system.joints))
+    if not joints:
+        return drawn
+    chosen = _spread(curves)
+    panels = [
+        [
+            StatePanel(
+                label=f"{model.system.joints[joint].name}, {each.curve.label}",
+                parameter=each.parameter,
+                states=tuple(state_names(model.system.joints[joint], DRAWN_STATES).values()),
+                share=each.branch.contact_share[:, joint, list(state_names(model.system.joints[joint]))],
+            )
+            for each in chosen
+        ]
+        for joint in joints
+    ]
+    which_joints = "the contacts do" if len(joints) == len(model.system.joints) else "the busiest contacts do"
+    drawn["states"] = contact_states_figure(panels, title=f"{title}: what {which_joints}", parameter_label=label)
+    which_curves = "each curve" if len(chosen) == len(curves) else f"{len(chosen)} of {len(curves)} curves"
+    drawn["loops"] = hysteresis_figure(
+        [(model.system.joints[joint].name, _loops(model, balance, chosen, joint)) for joint in joints],
+        title=f"{title}: contacts at the highest point of {which_curves}",
+    )
+    return drawn
+
+
+def _busiest(curves: Sequence[SolvedCurve], n_joint: int) -> list[int]:
+    """The joints that slip or part the most, in the order of the case."""
+    stuck = np.array(
+        [np.mean([each.branch.contact_share[:, joint, 0].mean() for each in curves]) for joint in range(n_joint)]
+    )
+    return sorted(int(joint) for joint in np.argsort(stuck, kind="stable")[:MOST_JOINTS])
+
+
+def _spread(curves: Sequence[SolvedCurve]) -> list[SolvedCurve]:
+    """At most `MOST_CURVES` of the curves, the first and the last among them."""
+    return [curves[place] for place in evenly(len(curves), MOST_CURVES)]
+
+
+def _loops(model: SolveModel, balance: HarmonicBalance, curves: Sequence[SolvedCurve], joint: int) -> list[Loop]:
+    harmonic = main_harmonic(model.system)
+    found = []
+    for each in curves:
+        point = each.peak(model.outputs[0], harmonic)
+        state = each.state(balance, point)
+        motion = contact_motion(balance.at_level(state.level), state)[joint]
+        law = model.system.joints[joint]
+        found.append(
+            Loop(
+                label=each.curve.label,
+                time=motion.time / (2 * np.pi / state.angular_frequency),
+                displacement=motion.displacement[0],
+                force=motion.force[0],
+                normal=motion.force[-1] if isinstance(law, FrictionContact) else None,
+                is_stop=isinstance(law, ElasticStop),
+            )
+        )
+    return found
