@@ -54,6 +54,8 @@ def _wrong(element: Element) -> str | None:
     if not np.allclose(element.gradient(points), slope, atol=ROUND_OFF):
         return "has a gradient that is not the derivative of its shape functions: correct gradient"
     brick, places = element.from_brick(np.arange(len(BRICK))[None])
+    if places.shape[1] != n_node:
+        return f"has {n_node} nodes, but from_brick makes cells of {places.shape[1]}: name each node's place"
     volume = np.linalg.det(np.einsum("cai,pax->cpix", BRICK[places] - 1.0, element.gradient(points))) @ weights
     if brick.any() or not np.isclose(volume.sum(), 8) or volume.min() <= 0:
         return f"fills {volume.sum() / 8:.3g} of a brick: correct from_brick, or the rule's weights"

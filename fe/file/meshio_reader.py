@@ -11,6 +11,19 @@ from fe.errors import MeshError
 FORMATS = {"vtu": "VTK unstructured grid (.vtu)", "gmsh": "Gmsh mesh (.msh)", "nastran": "Nastran bulk data (.bdf)"}
 
 
+def import_meshio() -> Any:
+    """Imported late, because it takes half a second and half the numerical work needs no file."""
+    import meshio
+    from meshio._common import num_nodes_per_cell
+    from meshio._mesh import topological_dimension
+
+    # Its table of dimensions lacks the serendipity wedge and pyramid, which it reads and writes otherwise.
+    for cell_type in num_nodes_per_cell:
+        if cell_type.startswith(("wedge", "pyramid")):
+            topological_dimension.setdefault(cell_type, 3)
+    return meshio
+
+
 def read_with_meshio(path: Path, file_format: str) -> Any:
     """Read one file as meshio's own mesh.
 
@@ -26,9 +39,7 @@ def read_with_meshio(path: Path, file_format: str) -> Any:
     MeshError
         The file cannot be read, or meshio warns that it left something out.
     """
-    # Imported here because it takes half a second and half the numerical work needs no file.
-    import meshio
-
+    meshio = import_meshio()
     said = io.StringIO()
     try:
         with warnings.catch_warnings(), contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):

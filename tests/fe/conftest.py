@@ -48,8 +48,8 @@ def _box_mesh(
     mesh = mesh_blocks([box], element)
     generator = np.random.default_rng(seed)
     noise = generator.uniform(-1, 1, (2, mesh.n_node, 3)) * np.array(size) / counts
-    if element.n_corner == 4:
-        noise /= 2  # six to a cell: they are as much thinner
+    if element.n_corner < 8:
+        noise /= 2  # several to a brick: they are as much thinner
     within = (mesh.points > 1e-9) & (mesh.points < np.array(size) - 1e-9)
     points = mesh.points + distortion * noise[0] * within
     (cells,) = mesh.cells.values()

@@ -82,7 +82,7 @@ def test_a_cell_type_that_is_no_element_is_refused_with_those_that_are() -> None
         ({"node_sets": {"tip": np.array([0, -1])}}, 'node set "tip" names node -1, but there are'),
         ({"cell_sets": {"pad": np.array([2])}}, 'cell set "pad" names cell 2, but there are 2, numbered from 0'),
         ({"face_sets": {"tip": np.array([[2, 0]])}}, 'face set "tip" names cell 2, but there are 2'),
-        ({"face_sets": {"tip": np.array([[0, 6]])}}, 'face set "tip" names local face 6, but there are [46]'),
+        ({"face_sets": {"tip": np.array([[0, 6]])}}, 'face set "tip" names local face 6, but there are [456]'),
         ({"face_sets": {"tip": np.array([0, 1, 2])}}, r'face set "tip" has shape \(3,\)'),
     ],
     ids=lambda value: value if isinstance(value, str) else "",

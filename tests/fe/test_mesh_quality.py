@@ -15,8 +15,8 @@ BRICKS = pytest.mark.parametrize("element", [HEX8, HEX20], ids=lambda element: e
 
 
 def row_of_cells(element: Element, n: int = 3) -> Mesh:
-    """Unit cubes, or tetrahedra with unit sides, along x, each with nodes of its own, the middle one in a cell set."""
-    unit = (element.nodes + 1) / 2 if element.n_corner == 8 else element.nodes
+    """Reference cells with unit sides along x, each with nodes of its own, the middle one in a cell set."""
+    unit = (element.nodes - element.nodes.min(axis=0)) / np.ptp(element.nodes, axis=0)
     points = np.concatenate([unit + np.array([k, 0, 0]) for k in range(n)])
     cells = np.arange(n * element.n_node).reshape(n, -1)
     return Mesh(points=points, cells={element.cell_type: cells}, cell_sets={"middle": np.array([n // 2])})
@@ -102,7 +102,9 @@ def test_a_collapsed_cell_is_refused(element: Element) -> None:
 
 
 def test_a_sound_mesh_passes_with_its_quality(element: Element) -> None:
-    assert check_quality(row_of_cells(element)).volume.sum() == pytest.approx(3 if element.n_corner == 8 else 3 / 6)
+    assert check_quality(row_of_cells(element)).volume.sum() == pytest.approx(
+        3 * element.rule[1].sum() / np.ptp(element.nodes, axis=0).prod()
+    )
 
 
 def test_a_regular_tetrahedron_scores_one_and_one_between_three_edges_the_root_of_a_half() -> None:

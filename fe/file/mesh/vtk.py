@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fe.errors import MeshError
 from fe.file.mesh_content import FileMesh
-from fe.file.meshio_reader import read_with_meshio
+from fe.file.meshio_reader import import_meshio, read_with_meshio
 from fe.mesh import Mesh
 
 NODE_SET, CELL_SET, FACE_SET = "node_set:", "cell_set:", "face_set:"
@@ -49,8 +49,7 @@ def read_vtu(path: Path) -> FileMesh:
 
 def write_vtu(mesh: Mesh, path: Path, point_data: Mapping[str, Float[NDArray[np.float64], "node ..."]]) -> None:
     """Write cells, sets and fields, compressed."""
-    import meshio
-
+    meshio = import_meshio()
     arrays: dict[str, NDArray[Any]] = {name: np.asarray(values) for name, values in point_data.items()}
     for name, nodes in mesh.node_sets.items():
         arrays[NODE_SET + name] = _places(mesh.n_node, nodes)

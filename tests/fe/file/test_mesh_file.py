@@ -48,8 +48,7 @@ def volume_of_set(mesh: Mesh, name: str) -> float:
 def face_centres(mesh: Mesh, name: str) -> NDArray[np.float64]:
     cells = next(iter(mesh.cells.values()))
     (element,) = (each for each in ELEMENTS.values() if each.n_node == cells.shape[1])
-    n = 4 if element.n_corner == 8 else 3
-    corners = [mesh.points[cells[cell, list(element.faces[face][:n])]] for cell, face in mesh.face_sets[name]]
+    corners = [mesh.points[cells[cell, list(element.corner_faces[face])]] for cell, face in mesh.face_sets[name]]
     centres = np.array([corner.mean(axis=0) for corner in corners])
     return centres[np.lexsort(centres.round(9).T)]
 
@@ -108,10 +107,16 @@ def test_a_hexahedron_of_the_gmsh_manual_is_read_in_its_order(tmp_path: Path) ->
 
 def test_the_node_order_is_that_of_vtk(element: Element) -> None:
     vtk = pytest.importorskip("vtkmodules.vtkCommonDataModel")
-    kinds = {"hex8": vtk.vtkHexahedron, "hex20": vtk.vtkQuadraticHexahedron, "tet10": vtk.vtkQuadraticTetra}
+    kinds = {
+        "hex8": vtk.vtkHexahedron,
+        "hex20": vtk.vtkQuadraticHexahedron,
+        "tet10": vtk.vtkQuadraticTetra,
+        "wedge15": vtk.vtkQuadraticWedge,
+    }
     cell = kinds[element.name]()
     parametric = np.reshape([cell.GetParametricCoords()[k] for k in range(3 * element.n_node)], (-1, 3))
-    np.testing.assert_array_equal(parametric, (element.nodes + 1) / 2 if element.n_corner == 8 else element.nodes)
+    low, size = element.nodes.min(axis=0), np.ptp(element.nodes, axis=0)
+    np.testing.assert_array_equal(parametric, (element.nodes - low) / size)
 
 
 def write_deck(path: Path, text: str) -> Path:
