@@ -9,7 +9,8 @@ from fe.material import STEEL
 from fe.mesher.blade import mesh_blade
 from fe.mesher.mesh_rule import MeshRule
 from fe.modal import modes
-from geometry.blade import Blade, blade_part
+from geometry.blade import Blade
+from geometry.blade_solid import blade_part
 from geometry.step_io import write_step
 from reduction.craig_bampton import craig_bampton
 from reduction.file.rom_hdf5 import load_rom, save_rom

@@ -19,7 +19,6 @@ from geometry.dimension import (
 )
 from geometry.groove import groove_problems
 from geometry.interface import N_STATION, ContactLine, straight_contact_line
-from geometry.part import Part
 
 # Of each pair the first must not exceed the second: bevels thin the edges, pads stand on the flat, the blade stands
 # inside its root block.
@@ -198,31 +197,6 @@ def contact_lines(blade: Blade, n_station: int = N_STATION) -> dict[str, Contact
             n_station=n_station,
         )
     return lines
-
-
-def blade_part(blade: Blade) -> Part:
-    """The blade as one solid with named faces, points and contact lines.
-
-    Returns
-    -------
-    A part with the faces "clamp" (the root block's two faces normal to y), "root_bottom", "tip", and on the side of
-    +y and -y "groove_positive", "groove_negative" (the cone alone) and "pad_positive", "pad_negative" (outer faces).
-
-    Raises
-    ------
-    GeometryError
-        The dimensions give no single valid solid.
-    """
-    from geometry.blade_solid import blade_faces, blade_solid
-
-    solid = blade_solid(blade)
-    return Part(
-        name="blade",
-        solid=solid,
-        faces=blade_faces(blade, solid),
-        points=named_points(blade),
-        contact_lines=contact_lines(blade),
-    )
 
 
 def _pad_problems(blade: Blade) -> Iterator[str]:

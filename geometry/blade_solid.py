@@ -2,9 +2,33 @@
 
 import numpy as np
 
-from geometry.blade import Blade
-from geometry.part import FaceRegion, Shape
+from geometry.blade import Blade, contact_lines
+from geometry.blade_points import named_points
+from geometry.part import FaceRegion, Part, Shape
 from geometry.solid import Section, block, cone_along_y, curved_faces, face_region, plane_faces, prism, single_solid
+
+
+def blade_part(blade: Blade) -> Part:
+    """The blade as one solid with named faces, points and contact lines.
+
+    Returns
+    -------
+    A part with the faces "clamp" (the root block's two faces normal to y), "root_bottom", "tip", and on the side of
+    +y and -y "groove_positive", "groove_negative" (the cone alone) and "pad_positive", "pad_negative" (outer faces).
+
+    Raises
+    ------
+    GeometryError
+        The dimensions give no single valid solid.
+    """
+    solid = blade_solid(blade)
+    return Part(
+        name="blade",
+        solid=solid,
+        faces=blade_faces(blade, solid),
+        points=named_points(blade),
+        contact_lines=contact_lines(blade),
+    )
 
 
 def blade_section(blade: Blade) -> Section:
@@ -48,7 +72,7 @@ def blade_solid(blade: Blade) -> Shape:
 
 
 def blade_faces(blade: Blade, solid: Shape) -> dict[str, FaceRegion]:
-    """Named faces of the blade's solid; see `geometry.blade.blade_part`."""
+    """Named faces of the blade's solid; see `blade_part`."""
     half_root = blade.root_thickness / 2
     found = {
         # A pad's face can lie in the same plane as the root block's: their heights tell them apart.

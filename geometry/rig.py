@@ -10,6 +10,7 @@ from geometry import blade as blade_geometry
 from geometry import damper as damper_geometry
 from geometry import decoupler as decoupler_geometry
 from geometry.blade import Blade
+from geometry.blade_solid import blade_part
 from geometry.damper import Damper
 from geometry.decoupler import Decoupler
 from geometry.dimension import SMALLEST, in_millimetres, raise_geometry_error
@@ -168,7 +169,7 @@ def rig_parts(rig: Rig) -> dict[str, Part]:
         The dimensions of a body give no single valid solid.
     """
     own = {
-        "blade": blade_geometry.blade_part(rig.blade),
+        "blade": blade_part(rig.blade),
         "damper": damper_geometry.damper_part(rig.damper),
         "decoupler": decoupler_geometry.decoupler_part(rig.decoupler),
     }

@@ -99,13 +99,8 @@ def integrate(
         raise TransientError(f"n_period = {n_period} must be a whole number of at least 1")
     if keep is not None and not 1 <= whole_number(keep, "keep", TransientError) <= n_period:
         raise TransientError(f"keep = {keep} must lie between 1 and n_period = {n_period}")
-    rows = {name: np.asarray(row, dtype=np.float64) for name, row in (outputs or {}).items()}
-    for name, row in rows.items():
-        if row.shape != (system.n_dof,):
-            raise TransientError(
-                f'the output "{name}" has shape {row.shape}: give ({system.n_dof},), a row over all DOFs'
-            )
     stepper = Stepper(system, angular_frequency, steps_per_period, start, level)
+    rows = _checked_rows(outputs or {}, system.n_dof)
     kept = n_period if keep is None else keep
     for _ in range(n_period - kept):
         stepper.advance()
@@ -138,3 +133,12 @@ def integrate(
         output_velocity=dict(zip(rows, joined["rates"], strict=True)),
         final=stepper.state,
     )
+
+
+def _checked_rows(outputs: Mapping[str, Vector], n_dof: int) -> dict[str, Vector]:
+    """Rows of the outputs as numbers; one of another size is refused."""
+    rows = {name: np.asarray(row, dtype=np.float64) for name, row in outputs.items()}
+    for name, row in rows.items():
+        if row.shape != (n_dof,):
+            raise TransientError(f'the output "{name}" has shape {row.shape}: give ({n_dof},), a row over all DOFs')
+    return rows

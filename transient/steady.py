@@ -168,21 +168,7 @@ def steady_motion(
     TransientError
         Numbers out of range, or what `transient.integrate.integrate` refuses.
     """
-    for name, value in (("tolerance", tolerance), ("step_tolerance", step_tolerance)):
-        if not 0 < real_number(value, name, TransientError) < 1:
-            raise TransientError(f"{name} = {value} must lie between 0 and 1")
-    for name, count in (
-        ("max_period", max_period),
-        ("steps_per_period", steps_per_period),
-        ("max_steps_per_period", max_steps_per_period),
-        ("acceleration", acceleration),
-    ):
-        whole_number(count, name, TransientError)
-    if max_period < 1 or acceleration < 0 or max_steps_per_period < steps_per_period:
-        raise TransientError(
-            f"max_period = {max_period} must be at least 1, acceleration = {acceleration} at least 0 and "
-            f"max_steps_per_period = {max_steps_per_period} at least steps_per_period = {steps_per_period}"
-        )
+    _check_numbers(tolerance, step_tolerance, max_period, acceleration, steps_per_period, max_steps_per_period)
     structure = modal_structure(system)
     steps, n_period, step_error = steps_per_period, 0, np.nan
     coarse: History | None = None
@@ -204,24 +190,29 @@ def steady_motion(
         if settled.multiple != 1 or step_error <= step_tolerance or 2 * steps > max_steps_per_period:
             break
         coarse, start, steps = fine, settled.start, 2 * steps
-    record = settled.record
-    return SteadyMotion(
-        angular_frequency=stepper.angular_frequency,
-        level=stepper.level,
-        steps_per_period=steps,
-        samples=record.modal_displacement @ structure.mode_shapes.T,
-        displacement=record.displacement,
-        velocity=record.velocity,
-        force=record.force,
-        slider=record.slider,
-        start=settled.start,
-        final=stepper.state,
-        n_period=n_period,
-        period_multiple=settled.multiple,
-        period_change=settled.change,
-        distance=settled.distance,
-        step_error=step_error,
-    )
+    return _motion(stepper, settled, n_period, step_error)
+
+
+def _check_numbers(
+    tolerance: float, step_tolerance: float, max_period: int, acceleration: int, steps_per_period: int,
+    max_steps_per_period: int,
+) -> None:  # fmt: skip
+    """Refuse numbers that are out of range."""
+    for name, value in (("tolerance", tolerance), ("step_tolerance", step_tolerance)):
+        if not 0 < real_number(value, name, TransientError) < 1:
+            raise TransientError(f"{name} = {value} must lie between 0 and 1")
+    for name, count in (
+        ("max_period", max_period),
+        ("steps_per_period", steps_per_period),
+        ("max_steps_per_period", max_steps_per_period),
+        ("acceleration", acceleration),
+    ):
+        whole_number(count, name, TransientError)
+    if max_period < 1 or acceleration < 0 or max_steps_per_period < steps_per_period:
+        raise TransientError(
+            f"max_period = {max_period} must be at least 1, acceleration = {acceleration} at least 0 and "
+            f"max_steps_per_period = {max_steps_per_period} at least steps_per_period = {steps_per_period}"
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -234,6 +225,28 @@ class _Settled:
     change: float
     distance: float
     n_period: int
+
+
+def _motion(stepper: Stepper, settled: _Settled, n_period: int, step_error: float) -> SteadyMotion:
+    """Period that a stepper has just gone through, after n_period of them in all."""
+    record = settled.record
+    return SteadyMotion(
+        angular_frequency=stepper.angular_frequency,
+        level=stepper.level,
+        steps_per_period=stepper.steps_per_period,
+        samples=record.modal_displacement @ stepper.structure.mode_shapes.T,
+        displacement=record.displacement,
+        velocity=record.velocity,
+        force=record.force,
+        slider=record.slider,
+        start=settled.start,
+        final=stepper.state,
+        n_period=n_period,
+        period_multiple=settled.multiple,
+        period_change=settled.change,
+        distance=settled.distance,
+        step_error=step_error,
+    )
 
 
 def _settle(stepper: Stepper, tolerance: float, max_period: int, acceleration: int) -> _Settled:

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from geometry.blade import Blade, blade_part
+from geometry.blade import Blade
+from geometry.blade_solid import blade_part
 from geometry.dimension import FLATTEST_CONE
 from geometry.errors import GeometryError
 from geometry.part import MILLIMETRES_PER_METRE, Part

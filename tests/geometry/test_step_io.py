@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geometry.blade import Blade, blade_part
+from geometry.blade import Blade
+from geometry.blade_solid import blade_part
 from geometry.errors import InputError
 from geometry.part import Part
 from geometry.plain_blade import PlainBlade, plain_blade_part

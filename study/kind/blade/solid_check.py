@@ -6,7 +6,8 @@ from pathlib import Path
 
 from fe.element import ELEMENTS, HEX20
 from fe.solid import jacobian
-from geometry.blade import Blade, blade_part
+from geometry.blade import Blade
+from geometry.blade_solid import blade_part
 from geometry.plain_blade import plain_blade_part
 from geometry.step_io import write_step
 from geometry.system_library import preflight
