@@ -6,12 +6,16 @@ because an angle has no dimension: "3 deg" is not a ratio, and 60 rpm is 1 Hz, n
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from decimal import Decimal
-from typing import Annotated
+from typing import Annotated, get_args
 
 from pydantic import BeforeValidator, Field
+from pydantic.fields import FieldInfo
 
+from casefile import plausibility
+from casefile.plausibility import Plausibility
 from correlation.campaign.unit import root_units, unit_registry
 
 NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
@@ -29,11 +33,14 @@ class Dimension:
         The SI unit that values are converted to.
     example
         How a user would write one.
+    plausibility
+        Ranges of its values, where its place is known; a value beyond all solids is refused.
     """
 
     name: str
     si: str
     example: str
+    plausibility: Plausibility | None = None
 
     def read(self, value: object) -> float:
         """SI value of what stands in a case file: `read_quantity`, as pydantic calls it."""
@@ -49,6 +56,8 @@ TIME = Dimension("a time", "s", "20 ms")
 FORCE = Dimension("a force", "N", "10 N")
 PRESSURE = Dimension("a pressure or modulus", "Pa", "210 GPa")
 DENSITY = Dimension("a density", "kg/m^3", "7800 kg/m^3")
+YOUNGS_MODULUS = Dimension("a Young's modulus", "Pa", "210 GPa", plausibility.YOUNGS_MODULUS)
+MATERIAL_DENSITY = Dimension("a density", "kg/m^3", "7800 kg/m^3", plausibility.MATERIAL_DENSITY)
 STIFFNESS = Dimension("a stiffness", "N/m", "8.5 N/um")
 CUBIC_STIFFNESS = Dimension("a cubic stiffness", "N/m^3", "2.5 N/mm^3")
 QUADRATIC_DAMPING = Dimension("a quadratic damping", "N s^2/m^2", "0.1 N*s^2/m^2")
@@ -79,7 +88,7 @@ def read_quantity(value: object, dimension: Dimension) -> float:
     Raises
     ------
     ValueError
-        No unit, an unreadable one, or one of another dimension; not a finite number.
+        No unit, an unreadable one, or one of another dimension; not a finite number; beyond what is possible.
     """
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ValueError(f'{dimension.name} is written as text with a unit, e.g. "{dimension.example}"')
@@ -98,7 +107,22 @@ def read_quantity(value: object, dimension: Dimension) -> float:
         raise ValueError(f'give a unit, e.g. "{dimension.example}"')
     # Refused before Decimal sees it: float() overflows to inf on numbers that no unit could mend.
     _finite(float(number))
-    return _finite(_si(Decimal(number), unit, dimension))
+    si = _finite(_si(Decimal(number), unit, dimension))
+    refusal = dimension.plausibility.refusal(si, value) if dimension.plausibility else ""
+    if refusal:
+        raise ValueError(refusal)
+    return si
+
+
+def dimensions(field: FieldInfo) -> Iterator[Dimension]:
+    """Dimensions of the quantities that a field of a model may hold."""
+    waiting: list[object] = [*field.metadata, field.annotation]
+    while waiting:
+        part = waiting.pop(0)
+        waiting += [*getattr(part, "__metadata__", ()), *get_args(part)]
+        found = getattr(getattr(part, "func", None), "__self__", None)
+        if isinstance(found, Dimension):
+            yield found
 
 
 def format_quantity(value: float, unit: str, digits: int = 4) -> str:
@@ -157,6 +181,8 @@ Time = Annotated[float, BeforeValidator(TIME.read), Field(examples=[TIME.example
 Force = Annotated[float, BeforeValidator(FORCE.read), Field(examples=[FORCE.example])]
 Pressure = Annotated[float, BeforeValidator(PRESSURE.read), Field(examples=[PRESSURE.example])]
 Density = Annotated[float, BeforeValidator(DENSITY.read), Field(examples=[DENSITY.example])]
+YoungsModulus = Annotated[float, BeforeValidator(YOUNGS_MODULUS.read), Field(examples=[YOUNGS_MODULUS.example])]
+MaterialDensity = Annotated[float, BeforeValidator(MATERIAL_DENSITY.read), Field(examples=[MATERIAL_DENSITY.example])]
 Stiffness = Annotated[float, BeforeValidator(STIFFNESS.read), Field(examples=[STIFFNESS.example])]
 CubicStiffness = Annotated[float, BeforeValidator(CUBIC_STIFFNESS.read), Field(examples=[CUBIC_STIFFNESS.example])]
 QuadraticDamping = Annotated[

@@ -33,6 +33,7 @@ validated in code as well.
 
 import re
 import tomllib
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -43,7 +44,7 @@ from pydantic import BaseModel, ConfigDict, PrivateAttr, ValidationError
 from casefile import toml_position, validation
 from casefile.errors import CaseError, Problem
 from casefile.source import CaseSource, key_in_message, value_at
-from geometry.errors import InputError
+from geometry.errors import InputError, InputWarning
 
 SCHEMA = 1
 
@@ -78,6 +79,11 @@ def load_case(path: str | Path, model: type[Case]) -> Case:
     -------
     The validated case; it remembers where its values stand, for `located`.
 
+    Warns
+    -----
+    InputWarning
+        A value that is possible but unusual in its place.
+
     Raises
     ------
     CaseError
@@ -96,6 +102,8 @@ def load_case(path: str | Path, model: type[Case]) -> Case:
     if problems:
         raise CaseError(problems)
     case._source = source
+    for doubt in validation.doubts(case, source):
+        warnings.warn(str(doubt), InputWarning, stacklevel=2)
     return case
 
 

@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from casefile.errors import Problem
-from casefile.quantity import Dimension
+from casefile.quantity import dimensions
 from casefile.source import CaseSource, dotted, value_at
 from casefile.toml_position import Path
 
@@ -52,6 +52,33 @@ def problems(error: ValidationError, model: type[BaseModel], source: CaseSource)
     own = [each for each in found if each["type"] != "too_short" or not _refused_within(each["loc"], places)]
     # A union reports its problem once for every branch.
     return list(dict.fromkeys(_problem(details, model, source) for details in own))
+
+
+def doubts(table: BaseModel, source: CaseSource, path: Path = ()) -> Iterator[Problem]:
+    """Values that are possible but unusual in their place, each with its line.
+
+    Parameters
+    ----------
+    table
+        A validated case, or a table of it.
+    source
+        The file that it came from.
+    path
+        Where the table stands in it.
+    """
+    for name, field in type(table).model_fields.items():
+        value, own = getattr(table, name), (*path, field.alias or name)
+        if isinstance(value, BaseModel):
+            yield from doubts(value, source, own)
+        elif isinstance(value, list | tuple):
+            for number, item in enumerate(value):
+                if isinstance(item, BaseModel):
+                    yield from doubts(item, source, (*own, number))
+        elif isinstance(value, float):
+            for plausibility in (dimension.plausibility for dimension in dimensions(field)):
+                doubt = plausibility.doubt(value, value_at(source.data, own)) if plausibility else ""
+                if doubt:
+                    yield source.problem(own, doubt)
 
 
 def did_you_mean(word: str, known: Sequence[str]) -> str:
@@ -145,12 +172,8 @@ def _example(path: Path, model: type[BaseModel], data: Any) -> str:
 
 
 def _si_unit(path: Path, model: type[BaseModel], data: Any) -> str:
-    for field in _fields_at(path, model, data):
-        for validator in field.metadata:
-            dimension = getattr(getattr(validator, "func", None), "__self__", None)
-            if isinstance(dimension, Dimension) and dimension.si:
-                return f" {dimension.si}"
-    return ""
+    found = [dimension.si for field in _fields_at(path, model, data) for dimension in dimensions(field)]
+    return f" {found[0]}" if found and found[0] else ""
 
 
 def _fields_at(path: Path, model: type[BaseModel], data: Any) -> list[FieldInfo]:

@@ -1,16 +1,17 @@
 """``stickslip modes``: from a case file or a mesh file to mode shapes."""
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
-from casefile.quantity import DENSITY, LENGTH, PRESSURE, Dimension, read_quantity
+from casefile.quantity import LENGTH, MATERIAL_DENSITY, YOUNGS_MODULUS, Dimension, read_quantity
 from casefile.table import load_case, located
 from fe.errors import SupportError
 from fe.file.mesh_file import read_mesh, write_mesh
 from fe.material import Material
 from fe.mesh import Mesh
 from figure.off_screen import require_egl
-from geometry.errors import InputError
+from geometry.errors import InputError, InputWarning
 from study.kind.blade.model import blade_model, mesh_size
 from study.kind.blade.table import BladeCase
 from study.kind.part.table import refuse_part
@@ -94,7 +95,7 @@ def _own_mesh(source: Path, own: OwnMesh) -> tuple[Mesh, Material]:
     if own.length_unit is None:
         raise InputError(f"{source} holds numbers without a unit: say which, such as --length-unit mm")
     unit = _typed("--length-unit", own.length_unit, LENGTH, number="1 ")
-    young, density = _typed("--young", own.young, PRESSURE), _typed("--density", own.density, DENSITY)
+    young, density = _typed("--young", own.young, YOUNGS_MODULUS), _typed("--density", own.density, MATERIAL_DENSITY)
     try:
         material = Material(young=young, poisson=own.poisson, density=density)
     except InputError as error:  # it names its field, which is the option
@@ -114,6 +115,10 @@ def _own_mesh(source: Path, own: OwnMesh) -> tuple[Mesh, Material]:
 
 def _typed(option: str, text: str, dimension: Dimension, number: str = "") -> float:
     try:
-        return read_quantity(number + text, dimension)
+        value = read_quantity(number + text, dimension)
     except ValueError as error:
         raise InputError(f'{option} "{text}": {error}') from None
+    doubt = dimension.plausibility.doubt(value, text) if dimension.plausibility else ""
+    if doubt:
+        warnings.warn(f'{option} "{text}": {doubt}', InputWarning, stacklevel=3)
+    return value

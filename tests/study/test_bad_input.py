@@ -169,6 +169,23 @@ def part() -> Mesh:
     return replace(mesh, node_sets={"ONE": foot[:1], "TWO": foot[:2]})
 
 
+#: A part of a mesh file: all that its case must say.
+PART = """\
+schema = 1
+kind = "mesh"
+file = "part.inp"
+length_unit = "mm"
+[material]
+young = "210 GPa"
+poisson = 0.3
+density = "7800 kg/m^3"
+[[support]]
+on = ["CLAMP"]
+[reduction]
+modes = 3
+"""
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -185,7 +202,11 @@ def part() -> Mesh:
         (["--length-unit", "mm", "--free", "--film", "7"], "--film 7 is none of the 6 modes: give 1 to 6"),
         (
             ["--length-unit", "mm", "--free", "--young", "1 mm"],
-            '--young "1 mm": "mm" makes it a length, but a pr',
+            '--young "1 mm": "mm" makes it a length, but a Young',
+        ),
+        (
+            ["--length-unit", "mm", "--free", "--density", "7800 kg/mm^3"],
+            '--density "7800 kg/mm^3": 7.8e+12 kg/m^3 is beyond any solid (0.1 to 25,000 kg/m^3); did you mean "7800 k',
         ),
         (
             ["--length-unit", "mm", "--free", "--young=-1 GPa"],
@@ -203,6 +224,21 @@ def test_what_a_mesh_file_does_not_say_must_be_said_and_make_sense(
     message = refusal("modes", "part.inp", *words)
     assert message.startswith("stickslip: " + said)
     assert message.count("\n") == 1
+
+
+@pytest.mark.parametrize("kind", ["blade", "rig", "plain", "coarse", "short rig", "part"])
+def test_a_density_beyond_all_solids_is_refused_in_every_kind_of_case(
+    refusal: Refusal, at_home: Path, case_text: dict[str, str], short_rig: str, kind: str
+) -> None:
+    texts = {**case_text, "short rig": short_rig, "part": PART}
+    text, n = re.subn(r"^density = .*$", 'density = "7800 kg/mm^3"', texts[kind], flags=re.MULTILINE)
+    assert n == 1
+    (at_home / "my.toml").write_text(text)
+    line = text[: text.index("7800 kg/mm^3")].count("\n") + 1
+    command = "table1" if "[[model]]" in text else "reduce"
+    message = refusal(command, "my.toml")
+    assert f"my.toml:{line}: material.density" in message
+    assert 'did you mean "7800 kg/m^3"?' in message
 
 
 def test_options_for_mesh_files_are_refused_with_a_case_file(

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from casefile.quantity import Angle, Density, Length, Pressure, Ratio
+from casefile.quantity import Angle, Length, MaterialDensity, Ratio, YoungsModulus
 from casefile.table import CaseModel
 from fe.element import ELEMENTS
 from fe.material import Material
@@ -73,9 +73,9 @@ BladeTable = Annotated[RigBladeTable | PlainBladeTable, Field(discriminator="kin
 class MaterialTable(CaseModel):
     """Isotropic elastic material."""
 
-    young: Pressure
+    young: YoungsModulus
     poisson: Annotated[Ratio, Field(examples=[0.3])]
-    density: Density
+    density: MaterialDensity
 
     def material(self) -> Material:
         """The material, checked."""

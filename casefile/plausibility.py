@@ -1,0 +1,97 @@
+"""Whether a value can be what its key means: a slip of a unit is refused, or found unusual, with the likely unit."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from correlation.campaign.unit import NUMBER_AND_UNIT, si_factor
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plausibility:
+    """Ranges of a quantity in its place.
+
+    Parameters
+    ----------
+    si
+        SI unit of the ranges.
+    possible
+        Least and greatest value of a solid [`si`]; beyond them a value is refused.
+    usual, usual_of
+        Least and greatest value of some materials [`si`], and these in words; beyond them a value is used, with a
+        warning.
+    shown
+        Unit of the numbers in messages.
+    confused
+        Units that are written for each other, the likeliest first.
+    """
+
+    si: str
+    possible: tuple[float, float]
+    usual: tuple[float, float]
+    usual_of: str
+    shown: str
+    confused: Sequence[str]
+
+    def refusal(self, value: float, text: object) -> str:
+        """Why a value can be none of a solid; empty if it can.
+
+        Parameters
+        ----------
+        value
+            Positive [`si`]; others are refused by those who compute with them.
+        text
+            The value as it was written.
+        """
+        if value <= 0 or self.possible[0] <= value <= self.possible[1]:
+            return ""
+        return f"{self._number(value)} {self.shown} is beyond any solid ({self._range(self.possible)})" + (
+            self._likely(value, text) or "; check its number and its unit"
+        )
+
+    def doubt(self, value: float, text: object) -> str:
+        """What is unusual about a value that is possible; empty if nothing is."""
+        if value <= 0 or self.usual[0] <= value <= self.usual[1]:
+            return ""
+        return (
+            f"{self._number(value)} {self.shown} is used, but {self.usual_of} have {self._range(self.usual)}"
+            + self._likely(value, text)
+        )
+
+    def _number(self, value: float) -> str:
+        return f"{value / si_factor(self.shown, self.si):,.6g}"
+
+    def _range(self, ends: tuple[float, float]) -> str:
+        return f"{self._number(ends[0])} to {self._number(ends[1])} {self.shown}"
+
+    def _likely(self, value: float, text: object) -> str:
+        """The same number with the unit that makes it usual, as a question."""
+        written = NUMBER_AND_UNIT.fullmatch(text) if isinstance(text, str) else None
+        if written is None:
+            return ""
+        one = value / float(written[1])
+        for unit in self.confused:
+            if self.usual[0] <= value * si_factor(unit, self.si) / one <= self.usual[1]:
+                return f'; did you mean "{written[1]} {unit}"?'
+        return ""
+
+
+#: Least: soft foams. Greatest: diamond, 1.22 TPa along <111> (McSkimin and Andreatch, J. Appl. Phys. 43, 1972).
+#: Metals: lead, 16 GPa; iridium, 528 GPa (Ashby, Materials Selection in Mechanical Design, appendix A).
+YOUNGS_MODULUS = Plausibility(
+    si="Pa",
+    possible=(1e3, 1.3e12),
+    usual=(10e9, 600e9),
+    usual_of="metals",
+    shown="GPa",
+    confused=("GPa", "MPa", "Pa", "psi"),
+)
+#: Least: aerogels. Greatest: osmium, 22,590 kg/m^3 (Arblaster, Platinum Metals Rev. 57, 2013).
+#: Metals: magnesium, 1738 kg/m^3, to osmium.
+MATERIAL_DENSITY = Plausibility(
+    si="kg/m^3",
+    possible=(0.1, 25e3),
+    usual=(1.5e3, 23e3),
+    usual_of="metals",
+    shown="kg/m^3",
+    confused=("kg/m^3", "g/cm^3", "tonne/mm^3"),
+)
