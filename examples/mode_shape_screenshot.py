@@ -10,7 +10,7 @@ from fe.mesher.mesh_rule import MeshRule
 from fe.mesher.plain_blade import mesh_plain_blade
 from fe.modal import modes
 from fe.stress import nodal_stress, von_mises
-from figure.mode_picture import mode_picture
+from figure.scene.mode_picture import mode_picture
 from geometry.plain_blade import PlainBlade
 
 bar = PlainBlade(length=0.3)  # metres: a long bar, so that beam theory is a fair judge

@@ -13,8 +13,8 @@ from fe.mesher.tetrahedra import TetRule, mesh_solid
 from fe.modal import modes
 from fe.station_coordinates import station_coordinates
 from fe.surface_line import line_along_edge
-from figure.mode_picture import mode_picture
-from figure.named_faces import named_faces_picture
+from figure.scene.mode_picture import mode_picture
+from figure.scene.named_faces import named_faces_picture
 from geometry.face_selector import FaceSelector
 from geometry.step_part import step_part
 from reduction.craig_bampton import craig_bampton

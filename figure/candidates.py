@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from figure.heading import add_heading
-from figure.look import INK, PALE, open_box, png
+from figure.style import INK, PALE, open_box, png
 
 #: Named by the verdict, fitted, and to first order alone.
 NAMED, FITTED, EXPECTED = "#c2410c", "#1f4e79", "#c3ced9"

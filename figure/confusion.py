@@ -8,7 +8,7 @@ from jaxtyping import Bool, Int
 from numpy.typing import NDArray
 
 from figure.heading import add_heading
-from figure.look import INK, PALE, png
+from figure.style import INK, PALE, png
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

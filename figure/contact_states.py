@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.evenly import evenly
-from figure.look import add_title, png
+from figure.style import add_title, png
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.limit_band import COLOURS
-from figure.look import INK, PALE, add_title, open_box, png
+from figure.style import INK, PALE, add_title, open_box, png
 
 Real = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from figure.look import add_title, open_box, png
+from figure.style import add_title, open_box, png
 
 LINE = "#0072b2"
 

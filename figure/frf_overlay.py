@@ -9,8 +9,8 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from figure.heading import add_heading
-from figure.look import INK, open_box, png
 from figure.response_curves import family_colours
+from figure.style import INK, open_box, png
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

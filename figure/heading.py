@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from figure.look import INK, PALE
+from figure.style import INK, PALE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

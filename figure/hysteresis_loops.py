@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from figure.look import add_title, open_box, png
 from figure.period_axis import Samples, closed
 from figure.response_curves import family_colours
+from figure.style import add_title, open_box, png
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
-from figure.look import INK, PALE, add_title, open_box, png
+from figure.style import INK, PALE, add_title, open_box, png
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from figure.limit_band import COLOURS
-from figure.look import PALE, add_title, open_box, png
+from figure.style import PALE, add_title, open_box, png
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

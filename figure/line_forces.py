@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from figure.heading import add_heading
-from figure.look import INK, open_box, png
 from figure.period_axis import Samples, closed, name_period, over_one_period, refuse_unequal
 from figure.response_curves import LONGEST_LEGEND, family_colours
+from figure.style import INK, open_box, png
 from geometry.errors import InputError
 
 if TYPE_CHECKING:

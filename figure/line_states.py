@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from figure.contact_states import COLOURS
 from figure.heading import add_heading
-from figure.look import INK, png
 from figure.period_axis import name_period, over_one_period
+from figure.style import INK, png
 from geometry.errors import InputError
 
 if TYPE_CHECKING:

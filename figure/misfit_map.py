@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from figure.evenly import evenly
 from figure.heading import add_heading
-from figure.look import INK, png
+from figure.style import INK, png
 
 NOTHING = "#e5e7eb"
 #: Ends of the steps of the scale [standard deviations]; below the second, noise explains it.

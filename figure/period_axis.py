@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from figure.look import INK
+from figure.style import INK
 from geometry.errors import InputError
 
 if TYPE_CHECKING:

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from figure.heading import add_heading
-from figure.look import INK, PALE, open_box, png
 from figure.period_axis import Samples, closed, name_period, over_one_period, refuse_unequal
 from figure.response_curves import LONGEST_LEGEND, family_colours
+from figure.style import INK, PALE, open_box, png
 from geometry.errors import InputError
 
 #: Lines of the two cells, apart without colour.

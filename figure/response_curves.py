@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from figure.look import add_title, open_box, png
+from figure.style import add_title, open_box, png
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from figure.heading import add_heading
-from figure.look import INK, PALE, open_box, png, three_digits
+from figure.style import INK, PALE, open_box, png, three_digits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

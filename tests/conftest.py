@@ -32,7 +32,7 @@ def pytest_itemcollected(item: pytest.Item) -> None:
 @cache
 def drawing_is_impossible() -> str:
     """Why nothing can be drawn; empty if it can."""
-    from figure.off_screen import require_egl
+    from figure.scene.off_screen import require_egl
 
     try:
         require_egl()

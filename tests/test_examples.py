@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from figure.off_screen import require_egl
+from figure.scene.off_screen import require_egl
 from geometry.errors import MissingSoftware
 
 TIMEOUT = 300  # s; a hang is an error, a slow machine is none

@@ -19,7 +19,7 @@ EXCEPTIONS = {
     "diagnosis/record/diagnose.py record_rounds",
     "fe/sparse/block_lanczos.py block_lanczos",
     "figure/misfit_map.py misfit_map_figure",
-    "figure/mode_picture.py mode_animation",
+    "figure/scene/mode_picture.py mode_animation",
     "study/command/modes.py modes",
 }
 

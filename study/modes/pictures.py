@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from figure.mode_picture import mode_animation, mode_picture
+from figure.scene.mode_picture import mode_animation, mode_picture
 from pipeline.store import stage
 from study.modes.shapes import Shapes
 

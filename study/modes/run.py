@@ -10,7 +10,7 @@ from fe.errors import SupportError
 from fe.file.mesh_file import read_mesh, write_mesh
 from fe.material import Material
 from fe.mesh import Mesh
-from figure.off_screen import require_egl
+from figure.scene.off_screen import require_egl
 from geometry.errors import InputError, InputWarning
 from study.kind.blade.model import blade_model, mesh_size
 from study.kind.blade.table import BladeCase

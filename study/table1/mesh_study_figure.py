@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from figure.look import add_title, open_box, png
+from figure.style import add_title, open_box, png
 from study.table1.study import MeshStudy, StudyRow
 
 if TYPE_CHECKING:

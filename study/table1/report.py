@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from casefile.table import load_case
-from figure.off_screen import require_egl
+from figure.scene.off_screen import require_egl
 from pipeline.output import replace_file
 from study.kind.rig.table import refuse_rig
 from study.modes.files import picture_modes

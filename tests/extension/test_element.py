@@ -19,7 +19,7 @@ from fe.face_integral import enclosed_volume, outer_faces
 from fe.file.mesh_file import read_mesh, write_mesh
 from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
-from figure.skin import skin_of
+from figure.scene.skin import skin_of
 from geometry.errors import RegistryError
 from tests.fe import (
     conftest,

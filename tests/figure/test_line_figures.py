@@ -13,13 +13,13 @@ from PIL import Image
 from fe.element import HEX8
 from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
-from figure import off_screen
-from figure.caption import Layout
-from figure.deflection_film import deflection_film
 from figure.line_forces import LineForce, line_forces_figure
 from figure.line_states import STATES, LineStates, line_states_figure
 from figure.reactions import Reaction, reactions_figure
-from figure.station_picture import StationStates
+from figure.scene import off_screen
+from figure.scene.caption import Layout
+from figure.scene.deflection_film import deflection_film
+from figure.scene.station_picture import StationStates
 from geometry.errors import InputError, MissingSoftware, OutputError
 
 DPI = 160

@@ -18,7 +18,7 @@ from fe.dense_modes import dense_modes
 from fe.face_integral import outer_faces
 from fe.file.mesh_file import read_mesh
 from fe.pressed_disc import disc_weights
-from figure import off_screen
+from figure.scene import off_screen
 from geometry.errors import MissingSoftware
 from geometry.rig import Rig, mating_pairs, named_points
 from pipeline import parallel

@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.mesh import Mesh
-from figure.named_faces import named_faces_picture
+from figure.scene.named_faces import named_faces_picture
 from pipeline.store import stage
 
 #: From the body towards the eye, in each picture.

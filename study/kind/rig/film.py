@@ -8,8 +8,8 @@ from jaxtyping import Int
 from numpy.typing import NDArray
 
 from fe.mesher.whole_mesh import whole_mesh
-from figure.deflection_film import deflection_film
-from figure.station_picture import StationStates
+from figure.scene.deflection_film import deflection_film
+from figure.scene.station_picture import StationStates
 from geometry.rig import mating_pairs
 from pipeline.store import stage
 from study.kind.rig.model import RigModel

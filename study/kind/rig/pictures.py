@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from fe.mesh import Mesh
 from fe.mesher.whole_mesh import whole_mesh
-from figure.body_picture import bodies_picture, cut_picture
-from figure.mode_picture import mode_picture
+from figure.scene.body_picture import bodies_picture, cut_picture
+from figure.scene.mode_picture import mode_picture
 from geometry.rig import Rig, mating_pairs
 from pipeline.store import stage
 from study.kind.rig.model import RigModel

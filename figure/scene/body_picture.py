@@ -9,11 +9,11 @@ import numpy as np
 
 from fe.mesh import Mesh
 from fe.mesher.whole_mesh import whole_mesh
-from figure.caption import DPI, Layout, layout_for
-from figure.cut import behind
-from figure.film import Image, save_picture
-from figure.look import INK, PALE
-from figure.mode_scene import OVERSAMPLING, TOWARDS_EYE, Scene, Vectors, View, scene, view_of
+from figure.scene.caption import DPI, Layout, layout_for
+from figure.scene.cut import behind
+from figure.scene.film import Image, save_picture
+from figure.scene.view import OVERSAMPLING, TOWARDS_EYE, Scene, Vectors, View, scene, view_of
+from figure.style import INK, PALE
 
 #: Colours of the bodies in the order in which they are given.
 COLOURS = ("#7fa6c9", "#e0903c", "#9bb48c", "#c58ba8", "#c9b458")

@@ -8,7 +8,7 @@ from jaxtyping import UInt8
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from figure.film import Image, save_indexed
+from figure.scene.film import Image, save_indexed
 
 #: Of a GIF.
 N_COLOUR = 256

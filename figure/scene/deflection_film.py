@@ -8,15 +8,15 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.mesh import Mesh
-from figure.caption import Caption, Layout, furniture, layout_for
-from figure.deflection import enlargement
-from figure.exact_gif import save_exact_gif
-from figure.film import Image, Part, file_to_write, pasted
 from figure.line_states import STATES
-from figure.look import three_digits
-from figure.mode_picture import FILM_HEIGHT
-from figure.mode_scene import scene, view_of
-from figure.station_picture import Colouring, StationStates, station_pictures
+from figure.scene.caption import Caption, Layout, furniture, layout_for
+from figure.scene.deflection import enlargement
+from figure.scene.exact_gif import save_exact_gif
+from figure.scene.film import Image, Part, file_to_write, pasted
+from figure.scene.mode_picture import FILM_HEIGHT
+from figure.scene.station_picture import Colouring, StationStates, station_pictures
+from figure.scene.view import scene, view_of
+from figure.style import three_digits
 from geometry.errors import InputError
 
 Motion = Float[NDArray[np.float64], "frame node 3"]

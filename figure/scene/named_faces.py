@@ -10,10 +10,10 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.mesh import Mesh
-from figure.body_picture import THROUGH, Marks, save_with_legend
-from figure.caption import layout_for
-from figure.mode_scene import TOWARDS_EYE, Vectors, scene, view_of
-from figure.skin import patterned_faces
+from figure.scene.body_picture import THROUGH, Marks, save_with_legend
+from figure.scene.caption import layout_for
+from figure.scene.skin import patterned_faces
+from figure.scene.view import TOWARDS_EYE, Vectors, scene, view_of
 
 Faces = Int[NDArray[np.int64], "_ 2"]
 

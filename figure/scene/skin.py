@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fe.element import Element
 from fe.face_integral import outer_faces
 from fe.mesh import Mesh
-from figure.face_pattern import FacePattern, face_pattern
+from figure.scene.face_pattern import FacePattern, face_pattern
 
 #: Facets along the side of a quadratic face: enough that a quarter circle of two elements looks round.
 FACETS = 4

@@ -10,9 +10,9 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.mesh import Mesh
-from figure.film import Image
-from figure.off_screen import pyvista_off_screen
-from figure.skin import Skin, skin_of
+from figure.scene.film import Image
+from figure.scene.off_screen import pyvista_off_screen
+from figure.scene.skin import Skin, skin_of
 
 Vectors = Float[NDArray[np.float64], "node 3"]
 

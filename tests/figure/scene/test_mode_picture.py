@@ -13,9 +13,9 @@ from fe.element import ELEMENTS, HEX8, HEX20, TET10, Element
 from fe.face_integral import outer_faces
 from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
-from figure.mode_picture import mode_animation, mode_picture
-from figure.off_screen import require_egl
-from figure.skin import skin_of
+from figure.scene.mode_picture import mode_animation, mode_picture
+from figure.scene.off_screen import require_egl
+from figure.scene.skin import skin_of
 from geometry.errors import InputError, MissingSoftware, OutputError
 
 EVERY = pytest.mark.parametrize("element", list(ELEMENTS.values()), ids=lambda element: element.name)
@@ -234,15 +234,15 @@ def test_without_egl_the_remedy_comes_before_any_import(monkeypatch: pytest.Monk
             raise OSError(f"{name}: cannot open shared object file")
         return whole(name, *rest)
 
-    monkeypatch.setattr("figure.off_screen.preflight", accept)
+    monkeypatch.setattr("figure.scene.off_screen.preflight", accept)
     monkeypatch.setattr(ctypes, "CDLL", no_egl)
     with pytest.raises(MissingSoftware, match=r"libEGL\.so\.1: install it with `apt-get .* libegl1"):
         require_egl()
 
 
 def test_egl_without_a_driver_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("figure.off_screen.preflight", accept)
+    monkeypatch.setattr("figure.scene.off_screen.preflight", accept)
     monkeypatch.setattr(ctypes, "CDLL", accept)
-    monkeypatch.setattr("figure.off_screen._n_device", no_device)
+    monkeypatch.setattr("figure.scene.off_screen._n_device", no_device)
     with pytest.raises(MissingSoftware, match="need a driver for EGL"):
         require_egl()

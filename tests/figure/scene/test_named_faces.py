@@ -10,9 +10,9 @@ from PIL import Image
 from fe.element import TET10
 from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
-from figure.body_picture import STATION_COLOUR
-from figure.named_faces import COLOURS, NODE_COLOURS, named_faces_picture
-from figure.off_screen import require_egl
+from figure.scene.body_picture import STATION_COLOUR
+from figure.scene.named_faces import COLOURS, NODE_COLOURS, named_faces_picture
+from figure.scene.off_screen import require_egl
 from geometry.errors import MissingSoftware
 
 

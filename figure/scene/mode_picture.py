@@ -12,9 +12,9 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.mesh import Mesh
-from figure.caption import HEIGHT, Caption, Layout, furniture, layout_for
-from figure.deflection import enlargement
-from figure.film import (
+from figure.scene.caption import HEIGHT, Caption, Layout, furniture, layout_for
+from figure.scene.deflection import enlargement
+from figure.scene.film import (
     Image,
     file_to_write,
     pasted,
@@ -23,7 +23,7 @@ from figure.film import (
     save_gif,
     save_picture,
 )
-from figure.mode_scene import Scene, Vectors, scene, view_of
+from figure.scene.view import Scene, Vectors, scene, view_of
 from geometry.errors import InputError
 
 Field = Literal["displacement", "von_mises"]

@@ -9,13 +9,13 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.mesh import Mesh
-from figure.caption import DPI
-from figure.cut import behind
-from figure.film import Image, Part
 from figure.line_states import STATES, refuse_unknown_states
-from figure.look import INK
-from figure.mode_scene import OVERSAMPLING, Scene, Vectors, View, scene, view_of
-from figure.off_screen import pyvista_off_screen
+from figure.scene.caption import DPI
+from figure.scene.cut import behind
+from figure.scene.film import Image, Part
+from figure.scene.off_screen import pyvista_off_screen
+from figure.scene.view import OVERSAMPLING, Scene, Vectors, View, scene, view_of
+from figure.style import INK
 from geometry.errors import InputError
 
 #: Seen beyond the outermost stations, as a part of their extent [-] and at least so far [m].

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from figure.look import INK, PALE
+from figure.style import INK, PALE
 
 #: Room above, below and to the right of the body in a picture of `HEIGHT` pixels; other sizes scale it.
 TOP, BOTTOM, RIGHT, LEFT = 128, 66, 200, 24

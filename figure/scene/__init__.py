@@ -1,0 +1,1 @@
+"""Pictures and films of meshes, drawn without a screen."""
