@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from fe.errors import MatrixFileError
 from fe.file.dof_table import N_TRANSLATION, DofTable, numbered, read_dof_table
-from fe.file.matrix_file import FileMatrix, MatrixSource, read_matrix
+from fe.file.matrix_content import FileMatrix
+from fe.file.matrix_file import MatrixSource, read_matrix
 from fe.sparse.definiteness import is_definite
 from fe.system import LinearSystem
 

@@ -26,17 +26,10 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.errors import MeshError
-from fe.file.calculix_deck import mesh_text
-from fe.file.mesh.abaqus import read_inp
-from fe.file.mesh.gmsh import read_msh, write_msh
-from fe.file.mesh.nastran import read_bdf
-from fe.file.mesh.vtk import read_vtu, write_vtu
+from fe.file.format import MESH_FORMATS, format_of, suffixes
 from fe.file.mesh_content import solid_mesh
 from fe.mesh import Mesh
 from fe.mesh_quality import check_quality
-
-READERS = {".vtu": read_vtu, ".inp": read_inp, ".msh": read_msh, ".bdf": read_bdf, ".nas": read_bdf}
-WRITTEN = (".inp", ".msh", ".vtu")
 
 
 def read_mesh(path: str | PathLike[str], length_unit_in_metre: float = 1.0) -> Mesh:
@@ -49,7 +42,7 @@ def read_mesh(path: str | PathLike[str], length_unit_in_metre: float = 1.0) -> M
     Parameters
     ----------
     path
-        File whose suffix is .vtu, .inp, .msh, .bdf or .nas.
+        File of one of the formats in `fe.file.mesh`, by its suffix: .vtu, .inp, .msh, .bdf, .nas.
     length_unit_in_metre
         Unit of the coordinates in the file [m]: 0.001 for a mesh in millimetres.
 
@@ -63,11 +56,11 @@ def read_mesh(path: str | PathLike[str], length_unit_in_metre: float = 1.0) -> M
     file = Path(path)
     if not (np.isfinite(length_unit_in_metre) and length_unit_in_metre > 0):
         raise MeshError(f"length unit {length_unit_in_metre} m must be positive: 0.001 stands for millimetres")
-    reader = READERS[_suffix(file, sorted(READERS))]
+    _refuse_suffix(file, suffixes(MESH_FORMATS))
     if not file.is_file():
         raise MeshError(f"mesh file {file} does not exist: check its path")
     try:
-        found = reader(file)
+        found = format_of(MESH_FORMATS, file).read(file)
     except OSError as error:
         raise MeshError(f"mesh file {file} cannot be opened ({error.strerror}): check that you may read it") from error
     except RecursionError as error:
@@ -89,7 +82,7 @@ def write_mesh(
     mesh
         The mesh.
     path
-        File whose suffix is .vtu, .inp or .msh; one that exists is replaced.
+        File of a format that is written, by its suffix: .vtu, .inp, .msh; one that exists is replaced.
     point_data
         Fields at the nodes by name, each (n_node,) or (n_node, 3).
 
@@ -99,35 +92,24 @@ def write_mesh(
         An unknown suffix, a field or a set name that the format cannot carry, or a file that cannot be written.
     """
     file = Path(path)
-    suffix = _suffix(file, WRITTEN)
+    _refuse_suffix(file, suffixes(MESH_FORMATS, written=True))
     fields = {} if point_data is None else dict(point_data)
     for name, values in fields.items():
         if len(values) != mesh.n_node:
             raise MeshError(
                 f'field "{name}" has {len(values)} rows, but the mesh has {mesh.n_node} nodes: give one each'
             )
-    if fields and suffix == ".inp":
-        raise MeshError(
-            f'an .inp file carries no fields, so "{next(iter(fields))}" would be lost: write {file.stem}.vtu'
-        )
+    (write,) = (each.write for each in MESH_FORMATS if each.write and file.suffix.lower() in each.suffixes)
     try:
-        if suffix == ".vtu":
-            write_vtu(mesh, file, fields)
-        elif suffix == ".msh":
-            write_msh(mesh, file, fields)
-        else:
-            # The text is complete before the file is touched: a set name that is refused leaves nothing behind.
-            text = "".join(mesh_text(mesh))
-            file.write_text(text, encoding="ascii")
+        write(mesh, file, fields)
     except OSError as error:
         raise MeshError(
             f"mesh file {file} cannot be written ({error.strerror}): choose a folder that exists and is yours"
         ) from error
 
 
-def _suffix(file: Path, suffixes: Sequence[str]) -> str:
-    suffix = file.suffix.lower()
-    if suffix not in suffixes:
-        known = ", ".join(suffixes)
-        raise MeshError(f'mesh file {file} has the suffix "{file.suffix}", which is unknown: use one of {known}')
-    return suffix
+def _refuse_suffix(file: Path, known: Sequence[str]) -> None:
+    if file.suffix.lower() not in known:
+        raise MeshError(
+            f'mesh file {file} has the suffix "{file.suffix}", which is unknown: use one of {", ".join(known)}'
+        )

@@ -3,11 +3,9 @@
 Every test of the room `fe` that takes the fixture `element` is such a test: it is run here for the wedge as well.
 """
 
-import inspect
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -21,6 +19,7 @@ from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
 from figure.scene.skin import skin_of
 from geometry.errors import RegistryError
+from tests.extension.sweep import sweeps
 from tests.fe import (
     conftest,
     test_assembly,
@@ -44,6 +43,7 @@ BoxMesher = Callable[..., Mesh]
 Uvw = NDArray[np.float64]
 
 box = conftest.box
+mesh_suffix = test_mesh_file.mesh_suffix
 
 
 @pytest.fixture(scope="module")
@@ -54,30 +54,24 @@ def element() -> Iterator[Element]:
     REGISTRY.forget(WEDGE)
 
 
-def _sweeps(module: ModuleType) -> Iterator[tuple[str, object]]:
-    """Tests that take an element and are not written for certain ones."""
-    for name, test in vars(module).items():
-        marks = [mark.args[0] for mark in getattr(test, "pytestmark", []) if mark.name == "parametrize"]
-        if name.startswith("test_") and "element" in inspect.signature(test).parameters and "element" not in marks:
-            yield f"{name}_in_{module.__name__.rpartition('.')[2]}", test
-
-
-for _module in (
-    test_assembly,
-    test_convergence,
-    test_element,
-    test_free_modes,
-    test_mesh,
-    test_mesh_file,
-    test_mesh_quality,
-    test_patch,
-    test_pressed_disc,
-    test_solid,
-    test_station_coordinates,
-    test_stress,
-    test_whole_mesh,
-):
-    globals().update(_sweeps(_module))
+globals().update(
+    sweeps(
+        "element",
+        test_assembly,
+        test_convergence,
+        test_element,
+        test_free_modes,
+        test_mesh,
+        test_mesh_file,
+        test_mesh_quality,
+        test_patch,
+        test_pressed_disc,
+        test_solid,
+        test_station_coordinates,
+        test_stress,
+        test_whole_mesh,
+    )
+)
 
 
 @pytest.mark.calculix
@@ -92,6 +86,13 @@ def test_mass_and_stiffness_of_one_distorted_cell_are_those_of_calculix(element:
 @pytest.mark.skipif(*test_calculix_witness.pytestmark[1].args, **test_calculix_witness.pytestmark[1].kwargs)
 def test_frequencies_are_those_of_calculix(body: Callable[..., Mesh], element: Element, box: BoxMesher) -> None:
     test_calculix_witness.test_matrices_and_the_first_ten_frequencies_of_two_materials_agree(body, element, box)
+
+
+def test_labels_of_faces_name_the_nodes_of_the_manual(element: Element) -> None:
+    # CalculiX CrunchiX User's Manual 2.20, "Six-node wedge element": faces S1 to S5 by their corners, from 1.
+    manual = [(1, 2, 3), (4, 5, 6), (1, 2, 5, 4), (2, 3, 6, 5), (3, 1, 4, 6)]
+    for corners, local in zip(manual, element.abaqus_faces, strict=True):
+        assert {node + 1 for node in element.corner_faces[local]} == {*corners}
 
 
 def test_nastran_bulk_data_are_read_in_its_order(element: Element, tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ References
 MSC Nastran Quick Reference Guide, DMIG.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -24,7 +24,9 @@ import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
 from fe.file.dof_table import DofTable
+from fe.file.format import MATRIX_FORMATS, FileFormat
 from fe.file.fortran_number import fortran_real
+from fe.file.matrix_content import FileMatrix
 
 _SYMMETRIC, _REAL = 6, {1, 2}
 #: Characters of a field, and of a line in a message.
@@ -41,7 +43,7 @@ class _Cards:
     entries: dict[tuple[Dof, Dof], float] = field(default_factory=dict)
 
 
-def read_dmig(path: Path) -> dict[str, tuple[sp.csr_array, DofTable]]:
+def read_dmig(path: Path) -> Mapping[str, FileMatrix]:
     """Read all square real matrices of a file, by name, on the degrees of freedom that they name.
 
     Raises
@@ -95,7 +97,7 @@ def _dof(grid: str, component: str) -> Dof:
     return int(grid), max(direction - 1, 0)
 
 
-def _matrix(cards: _Cards) -> tuple[sp.csr_array, DofTable]:
+def _matrix(cards: _Cards) -> FileMatrix:
     dofs = sorted({dof for place in cards.entries for dof in place})
     place = {dof: number for number, dof in enumerate(dofs)}
     entries = cards.entries
@@ -107,7 +109,7 @@ def _matrix(cards: _Cards) -> tuple[sp.csr_array, DofTable]:
     values = np.array(list(entries.values()), dtype=np.float64)
     matrix = sp.csr_array(sp.coo_array((values, (rows, cols)), shape=(len(dofs),) * 2))
     table = DofTable(node=np.array([node for node, _ in dofs]), direction=np.array([each for _, each in dofs]))
-    return matrix, table
+    return FileMatrix(matrix=matrix, dofs=table)
 
 
 def _cards(path: Path) -> Iterator[tuple[int, list[str]]]:
@@ -153,3 +155,14 @@ def _fields(text: str) -> list[str]:
         fields = [data[start : start + width].strip() for start in range(0, len(data), width)]
     count = 4 if wide else 8
     return (fields + [""] * count)[:count]
+
+
+MATRIX_FORMATS.register(
+    FileFormat(
+        name="dmig",
+        suffixes=(".pch", ".bdf", ".dat"),
+        recognise=lambda head: b"DMIG" in head.upper(),
+        read=read_dmig,
+        write=None,
+    )
+)

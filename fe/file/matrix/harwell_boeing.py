@@ -10,18 +10,21 @@ Duff, Grimes and Lewis, Users' Guide for the Harwell-Boeing Sparse Matrix Collec
 """
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
+from fe.file.format import MATRIX_FORMATS, FileFormat
 from fe.file.fortran_number import columns, reals
+from fe.file.matrix_content import FileMatrix, both_triangles
 
 _FORMAT = re.compile(r"\(\s*(?:\d*P\s*,?)?\s*\d*\s*[IEDFG]\s*(\d+)", re.IGNORECASE)
 
 
-def read_harwell_boeing(path: Path) -> sp.csr_array:
+def read_harwell_boeing(path: Path) -> Mapping[str, FileMatrix]:
     """Read a real assembled matrix; both halves of a symmetric one are filled.
 
     Raises
@@ -64,22 +67,13 @@ def read_harwell_boeing(path: Path) -> sp.csr_array:
     if not inside or (n_entry and not 0 <= rows.min() <= rows.max() < n_row):
         raise MatrixFileError(f'"{path}" has column starts or rows outside its {n_row} x {n_column} matrix')
     matrix = sp.csr_array(sp.csc_array((values, rows, starts), shape=(n_row, n_column)))
-    return whole(matrix) if kind[1] == "S" else matrix
+    return {"": FileMatrix(matrix=both_triangles(matrix) if kind[1] == "S" else matrix)}
 
 
 def _entries(lines: list[str], width: int, count: int) -> list[str]:
     """Entries of a block: what blanks part, since SciPy writes other widths than it announces, else by width."""
     parted = " ".join(lines).split()
     return parted if len(parted) == count else columns(lines, width)
-
-
-def whole(matrix: sp.csr_array) -> sp.csr_array:
-    """A symmetric matrix from one of its triangles."""
-    lower, upper = sp.tril(matrix, -1), sp.triu(matrix, 1)
-    if lower.nnz and upper.nnz:
-        # Some versions of ANSYS call a matrix symmetric and write both halves.
-        return matrix
-    return sp.csr_array(matrix + (lower + upper).T)
 
 
 def _check_kind(path: Path, kind: str) -> None:
@@ -94,3 +88,14 @@ def _check_kind(path: Path, kind: str) -> None:
             )
     if not re.fullmatch("[RI][SUR]A", kind):
         raise MatrixFileError(f'"{path}" is of the unknown type "{kind}": real assembled matrices (RSA) are read')
+
+
+MATRIX_FORMATS.register(
+    FileFormat(
+        name="harwell_boeing",
+        suffixes=(".hb", ".rb", ".matrix"),
+        recognise=lambda head: _FORMAT.search(head.decode("latin-1")) is not None,
+        read=read_harwell_boeing,
+        write=None,
+    )
+)

@@ -12,15 +12,16 @@ MSC Nastran Quick Reference Guide, OUTPUT4; DMAP Programmer's Guide, the same.
 
 import re
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
+from fe.file.format import MATRIX_FORMATS, FileFormat
 from fe.file.fortran_number import columns, reals
-from fe.file.matrix.harwell_boeing import whole
+from fe.file.matrix_content import FileMatrix, both_triangles
 
 _PACKED = 65536
 _SYMMETRIC = 6
@@ -33,7 +34,7 @@ _WIDTH = re.compile(r"[ED](\d+)\.", re.IGNORECASE)
 String = tuple[int, int, np.ndarray]
 
 
-def read_output4(path: Path) -> dict[str, sp.csr_array]:
+def read_output4(path: Path) -> Mapping[str, FileMatrix]:
     """Read all real matrices of a file, by name.
 
     Raises
@@ -43,8 +44,8 @@ def read_output4(path: Path) -> dict[str, sp.csr_array]:
     """
     raw = path.read_bytes()
     try:
-        binary = struct.unpack("<i", raw[:4])[0] == _HEADING or struct.unpack(">i", raw[:4])[0] == _HEADING
-        return dict(_binary(path, raw) if binary else _text(path, raw.decode("ascii").splitlines()))
+        found = _binary(path, raw) if _is_binary(raw) else _text(path, raw.decode("ascii").splitlines())
+        return {name: FileMatrix(matrix=matrix) for name, matrix in found}
     except MatrixFileError:
         raise
     except (ValueError, LookupError, struct.error, StopIteration):
@@ -52,6 +53,10 @@ def read_output4(path: Path) -> dict[str, sp.csr_array]:
             f'"{path}" ({len(raw)} bytes) is cut short, damaged or no OUTPUT4 file of 32-bit words: write it again, '
             "best as text (FORM=FORMATTED)"
         ) from None
+
+
+def _is_binary(head: bytes) -> bool:
+    return head[:4] in (struct.pack("<i", _HEADING), struct.pack(">i", _HEADING))
 
 
 def _assembled(path: Path, name: str, heading: tuple[int, int, int, int], strings: list[String]) -> sp.csr_array:
@@ -64,7 +69,7 @@ def _assembled(path: Path, name: str, heading: tuple[int, int, int, int], string
     place = (np.concatenate([[], *rows]).astype(np.int64), np.concatenate([[], *cols]).astype(np.int64))
     matrix = sp.csr_array(sp.coo_array((np.concatenate([[], *data]), place), shape=(abs(n_row), n_column)))
     matrix.eliminate_zeros()
-    return whole(matrix) if form == _SYMMETRIC else matrix
+    return both_triangles(matrix) if form == _SYMMETRIC else matrix
 
 
 def _text(path: Path, lines: list[str]) -> Iterator[tuple[str, sp.csr_array]]:
@@ -143,3 +148,14 @@ def _records(raw: bytes, order: str) -> Iterator[bytes]:
             raise ValueError(length)
         yield raw[at + 4 : at + 4 + length]
         at += 8 + length
+
+
+MATRIX_FORMATS.register(
+    FileFormat(
+        name="output4",
+        suffixes=(".op4",),
+        recognise=lambda head: _is_binary(head) or _WIDTH.search(head[:80].decode("latin-1")) is not None,
+        read=read_output4,
+        write=None,
+    )
+)

@@ -5,17 +5,20 @@ several `*ELEMENT` blocks, and knows no `*SURFACE`. Everything that is not mesh 
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.element import ELEMENTS
 from fe.errors import MeshError
+from fe.file.calculix_deck import mesh_text
+from fe.file.format import MESH_FORMATS, FileFormat
 from fe.file.mesh_content import FileMesh
+from fe.mesh import Mesh
 
 #: Labels of faces, in the order of their numbers.
 LABELS = ("S1", "S2", "S3", "S4", "S5", "S6")
@@ -98,6 +101,23 @@ def read_inp(path: Path) -> FileMesh:
     if not deck.points or not deck.blocks:
         raise deck.damaged(f"it has no {'*ELEMENT' if deck.points else '*NODE'} lines, so export the mesh with it")
     return _file_mesh(deck)
+
+
+def write_inp(mesh: Mesh, path: Path, point_data: Mapping[str, Float[NDArray[np.float64], "node ..."]]) -> None:
+    """Write nodes, elements and sets, as `fe.file.calculix_deck.mesh_text` does; a deck carries no fields.
+
+    Raises
+    ------
+    MeshError
+        A field, or a set name that a deck cannot carry.
+    """
+    if point_data:
+        raise MeshError(
+            f'an .inp file carries no fields, so "{next(iter(point_data))}" would be lost: write {path.stem}.vtu'
+        )
+    # The text is complete before the file is touched: a set name that is refused leaves nothing behind.
+    text = "".join(mesh_text(mesh))
+    path.write_text(text, encoding="ascii")
 
 
 def _blocks(path: Path) -> Iterator[_Block]:
@@ -271,3 +291,14 @@ class _Numbering:
                 f"{self._what} {labels[unknown][0]} is used but not defined, so write the file again"
             )
         return np.asarray(self._order[place])
+
+
+MESH_FORMATS.register(
+    FileFormat(
+        name="abaqus",
+        suffixes=(".inp",),
+        recognise=lambda head: head.lstrip()[:1] == b"*",
+        read=read_inp,
+        write=write_inp,
+    )
+)

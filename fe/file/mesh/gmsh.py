@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from fe.element import Element
 from fe.errors import MeshError
+from fe.file.format import MESH_FORMATS, FileFormat
 from fe.file.mesh_content import FileMesh
 from fe.file.meshio_reader import read_with_meshio
 from fe.mesh import Mesh
@@ -214,3 +215,14 @@ def _node_data(name: str, values: Float[NDArray[np.float64], "node component"]) 
     table = np.column_stack([np.arange(1, n + 1), values])
     yield ("%d" + " %.16g" * n_component + "\n") * n % tuple(table.ravel().tolist())
     yield "$EndNodeData\n"
+
+
+MESH_FORMATS.register(
+    FileFormat(
+        name="gmsh",
+        suffixes=(".msh",),
+        recognise=lambda head: head.startswith(b"$MeshFormat"),
+        read=read_msh,
+        write=write_msh,
+    )
+)

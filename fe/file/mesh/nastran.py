@@ -13,6 +13,7 @@ from jaxtyping import Int
 from numpy.typing import NDArray
 
 from fe.errors import MeshError
+from fe.file.format import MESH_FORMATS, FileFormat
 from fe.file.mesh_content import FileMesh
 from fe.file.meshio_reader import read_with_meshio
 
@@ -134,3 +135,14 @@ def _listed(fields: list[str]) -> list[int]:
         else:
             found.append(int(field))
     return found
+
+
+MESH_FORMATS.register(
+    FileFormat(
+        name="nastran",
+        suffixes=(".bdf", ".nas"),
+        recognise=lambda head: b"BEGIN BULK" in head.upper() or b"GRID" in head.upper(),
+        read=read_bdf,
+        write=None,
+    )
+)

@@ -14,6 +14,7 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.errors import MeshError
+from fe.file.format import MESH_FORMATS, FileFormat
 from fe.file.mesh_content import FileMesh
 from fe.file.meshio_reader import import_meshio, read_with_meshio
 from fe.mesh import Mesh
@@ -90,3 +91,14 @@ def _members(places: NDArray[np.int64]) -> Int[NDArray[np.int64], " k"]:
 def _faces(bits: NDArray[np.int64]) -> Int[NDArray[np.int64], "k 2"]:
     held = (bits.astype(np.int64)[:, None] >> np.arange(N_FACE)) & 1
     return np.argwhere(held)
+
+
+MESH_FORMATS.register(
+    FileFormat(
+        name="vtk",
+        suffixes=(".vtu",),
+        recognise=lambda head: b"<VTKFile" in head,
+        read=read_vtu,
+        write=write_vtu,
+    )
+)

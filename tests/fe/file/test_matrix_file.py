@@ -9,8 +9,10 @@ import scipy.io
 import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
+from fe.file.format import MATRIX_FORMATS, suffixes
 from fe.file.fortran_number import fortran_real
-from fe.file.matrix_file import FileMatrix, MatrixSource, read_matrix
+from fe.file.matrix_content import FileMatrix
+from fe.file.matrix_file import MatrixSource, read_matrix
 
 RNG = np.random.default_rng(7)
 #: Symmetric, with an empty column, a dense block and negative entries of many magnitudes.
@@ -264,7 +266,7 @@ BAD_TEXTS = [
     ("k.sti", "0 1 2.0\n", "no CalculiX matrix, or damaged"),
     ("k.mas", "1 1 one\n", "no CalculiX matrix, or damaged"),
     ("k.npz", "PK", "no sparse matrix"),
-    ("k.txt", "1", r'ends in "\.txt": give a matrix as one of \.mtx'),
+    ("k.txt", "1", r'ends in "\.txt": give a matrix as one of .*\.mtx'),
 ]
 
 
@@ -274,6 +276,20 @@ def test_a_file_that_holds_no_real_square_matrix_is_refused(tmp_path: Path, name
     (tmp_path / name).write_text(text)
     with pytest.raises(MatrixFileError, match=message):
         read(tmp_path / name)
+
+
+@pytest.fixture(params=suffixes(MATRIX_FORMATS))
+def matrix_suffix(request: pytest.FixtureRequest) -> str:
+    """Each format in turn: a new one is tested without a word here."""
+    return str(request.param)
+
+
+@pytest.mark.parametrize("content", [b"", np.random.default_rng(5).bytes(3000)], ids=["empty", "noise"])
+def test_an_empty_file_and_noise_are_refused_in_one_line(tmp_path: Path, matrix_suffix: str, content: bytes) -> None:
+    (tmp_path / f"k{matrix_suffix}").write_bytes(content)
+    with pytest.raises(MatrixFileError, match=rf"k\{matrix_suffix}") as refusal:
+        read(tmp_path / f"k{matrix_suffix}")
+    assert "\n" not in str(refusal.value)
 
 
 def test_a_sparse_vector_is_refused(tmp_path: Path) -> None:

@@ -1,0 +1,79 @@
+"""What a file format is, and the registries of mesh and matrix formats: one file each, and those from outside."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Generic, TypeAlias, TypeVar
+
+from fe.file.matrix_content import FileMatrix
+from fe.file.mesh_content import FileMesh
+from geometry.registry import Registry
+
+Content = TypeVar("Content")
+Format: TypeAlias = "FileFormat[Any]"
+#: Bytes from the beginning of a file by which formats of one suffix are told apart.
+HEAD = 4096
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FileFormat(Generic[Content]):
+    """One format of files.
+
+    Parameters
+    ----------
+    name
+        Short name ("gmsh").
+    suffixes
+        Endings of its files, lower case (".msh").
+    recognise
+        Whether the first `HEAD` bytes of a file are those of this format; asked where formats share a suffix.
+    read
+        Content of a file. A mesh format gives a `FileMesh`; a matrix format the `FileMatrix` of each name, or one of
+        the name "". A file that is damaged, or of another kind, is an `InputError` with the remedy: a `MeshError` or a
+        `MatrixFileError`.
+    write
+        For a mesh format, a function of `Mesh`, path and fields at the nodes by name, each (n_node, ...); None where
+        the format is only read.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    recognise: Callable[[bytes], bool]
+    read: Callable[[Path], Content]
+    write: Callable[..., None] | None
+
+
+def _registry(kind: str, room: str) -> Registry[Format]:
+    registry: Registry[Format]
+
+    def wrong(given: Format) -> str | None:
+        if not given.suffixes or any(suffix != suffix.lower() or suffix[:1] != "." for suffix in given.suffixes):
+            return f"has the suffixes {given.suffixes}: give lower-case ones with their dot"
+        for other in registry:
+            shared = {*given.suffixes} & {*other.suffixes}
+            if shared and given.write and other.write:
+                return f'writes {sorted(shared)[0]} files, as "{other.name}" does: give it a suffix of its own'
+        return None
+
+    facts = dict.fromkeys(FileFormat.__dataclass_fields__, "see `fe.file.format.FileFormat`")
+    registry = Registry(kind, package=f"fe.file.{room}", group=f"stickslip.{room}_formats", facts=facts, check=wrong)
+    return registry
+
+
+MESH_FORMATS: Registry[FileFormat[FileMesh]] = _registry("mesh format", "mesh")
+MATRIX_FORMATS: Registry[FileFormat[Mapping[str, FileMatrix]]] = _registry("matrix format", "matrix")
+
+
+def suffixes(formats: Registry[FileFormat[Content]], *, written: bool = False) -> list[str]:
+    """Suffixes of all formats, or of those that are written, sorted."""
+    return sorted({suffix for each in formats if each.write or not written for suffix in each.suffixes})
+
+
+def format_of(formats: Registry[FileFormat[Content]], file: Path) -> FileFormat[Content]:
+    """The format of an existing file whose suffix is one of `suffixes`: of several, the one that recognises it."""
+    found = [each for each in formats if file.suffix.lower() in each.suffixes]
+    if len(found) > 1:
+        with file.open("rb") as opened:
+            head = opened.read(HEAD)
+        found = [each for each in found if each.recognise(head)] or found
+    return found[0]

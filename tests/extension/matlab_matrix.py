@@ -1,0 +1,30 @@
+"""A matrix format from outside: the sparse matrices of a MATLAB file (.mat, up to version 7), by name."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import scipy.io
+import scipy.sparse as sp
+
+from fe.errors import MatrixFileError
+from fe.file.format import MATRIX_FORMATS, FileFormat
+from fe.file.matrix_content import FileMatrix, real_matrix
+
+
+def read(path: Path) -> Mapping[str, FileMatrix]:
+    try:
+        found = scipy.io.loadmat(path)
+    except Exception as error:  # a dozen kinds, depending on which byte is damaged
+        raise MatrixFileError(f'"{path}" is no MATLAB file up to version 7 ({error}): save it with -v7') from None
+    return {name: real_matrix(path, value) for name, value in found.items() if sp.issparse(value)}
+
+
+MATRIX_FORMATS.register(
+    FileFormat(
+        name="matlab",
+        suffixes=(".mat",),
+        recognise=lambda head: head.startswith(b"MATLAB 5.0"),
+        read=read,
+        write=None,
+    )
+)
