@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from correlation.configuration import Configuration, Tangent
 from correlation.model import Model
+from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
 from hbsolve.state import SteadyState
 
@@ -114,6 +115,7 @@ class Predictor:
     sweeps: tuple[int, ...] = ()
     linear: Configuration | None = None
 
+    @on_one_blas_thread
     def predict(self, model: Model, before: Prediction | None = None) -> Prediction:
         """Solve for all points.
 
@@ -156,6 +158,7 @@ class Predictor:
                         by_sweep[number if len(ways) > 1 else slice(None), rows] = read
         return Prediction(points=self.points, value=value, states=both[0], others=both[1], by_sweep=by_sweep)
 
+    @on_one_blas_thread
     def derivatives(
         self, model: Model, prediction: Prediction, tangents: Sequence["Tangent"]
     ) -> Complex[NDArray[np.complex128], "k p"]:

@@ -19,6 +19,7 @@ from diagnosis.localisation import Place, localise
 from diagnosis.screening import Score, screen
 from diagnosis.threshold.parametric_bootstrap import widened
 from diagnosis.threshold.thresholds import Limits, linear_limits
+from fe.blas_threads import on_one_blas_thread
 
 #: What is being done, and the share of the whole diagnosis that is done [-].
 Report = Callable[[str, float], None]
@@ -80,6 +81,7 @@ class Diagnosis:
     verdict: Verdict
 
 
+@on_one_blas_thread
 def diagnose(
     campaign: Campaign,
     base: Model,

@@ -7,6 +7,8 @@ import scipy.linalg
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from fe.blas_threads import on_one_blas_thread
+
 #: An eigenvalue this far below the highest is a rigid-body motion: a dense solve cannot tell it from zero.
 RIGID = 1e-13
 
@@ -51,6 +53,7 @@ class DenseModes:
         return np.asarray(shapes * np.sign(shapes[np.abs(shapes).argmax(axis=0), np.arange(len(self.mu))]))
 
 
+@on_one_blas_thread
 def dense_modes(mass: Float[NDArray[np.float64], "r r"], stiffness: Float[NDArray[np.float64], "r r"]) -> DenseModes:
     """All modes of a small system; the stiffness may be singular.
 

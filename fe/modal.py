@@ -7,6 +7,7 @@ import scipy.linalg
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from fe.blas_threads import on_one_blas_thread
 from fe.errors import SupportError
 from fe.sparse.block_lanczos import COLUMNS_PER_MODE, NoConvergence, block_lanczos
 from fe.sparse.factor import Symmetric
@@ -53,6 +54,7 @@ class ModeSet:
         return np.asarray(self.angular_frequency / (2 * np.pi))
 
 
+@on_one_blas_thread
 def modes(system: LinearSystem, n_mode: int, factor: Factor | None = None) -> ModeSet:
     """The lowest modes of K phi = omega^2 M phi.
 

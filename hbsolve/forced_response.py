@@ -4,6 +4,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from fe.blas_threads import on_one_blas_thread
 from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.continuation.stop import StopReason
 from hbsolve.dynamic_stiffness import DynamicStiffness, LinearModel
@@ -12,6 +13,7 @@ from hbsolve.fourier import Coefficients, harmonics
 from hbsolve.harmonic_force import HarmonicForce
 
 
+@on_one_blas_thread
 def forced_response(
     model: LinearModel, force: HarmonicForce, angular_frequency: Float[NDArray[np.float64], " p"]
 ) -> ResponseBranch:

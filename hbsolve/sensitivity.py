@@ -19,6 +19,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
+from fe.blas_threads import on_one_blas_thread
 from hbsolve.aft import JointForces
 from hbsolve.balance import HarmonicBalance, Real
 from hbsolve.condensed import Condensed
@@ -167,6 +168,7 @@ def scaled(balance: HarmonicBalance, *names: str) -> MatrixParameter:
     return MatrixParameter(**{name: getattr(balance.system, name) for name in names})
 
 
+@on_one_blas_thread
 def sensitivity(
     balance: HarmonicBalance, state: SteadyState, parameters: Sequence[Parameter]
 ) -> Complex[NDArray[np.complex128], "parameter harmonic r"]:
@@ -190,6 +192,7 @@ def sensitivity(
     return derivatives(balance, state, parameters).coefficients
 
 
+@on_one_blas_thread
 def derivatives(
     balance: HarmonicBalance, state: SteadyState, parameters: Sequence[Parameter], condensed: Condensed | None = None
 ) -> Derivatives:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from fe.blas_threads import on_one_blas_thread
 from hbsolve.aft import Start
 from hbsolve.balance import HarmonicBalance, Real
 from hbsolve.condensed import Condensed
@@ -31,6 +32,7 @@ SPREAD, STUCK_SPREAD = 0.3, 0.1
 ARC_POINTS, ARC_STEP, LOW_LEVEL = 400, 0.2, 1e-2
 
 
+@on_one_blas_thread
 def steady_state(
     balance: HarmonicBalance,
     angular_frequency: float,

@@ -2,8 +2,10 @@
 
 import os
 
+#: What NumPy's and SciPy's library reads when it is loaded; their matrices are small everywhere.
+ONE_OPENBLAS_THREAD = {"OPENBLAS_NUM_THREADS": "1"}
 #: What the libraries under NumPy, SciPy and PARDISO read when they are loaded.
-ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", **ONE_OPENBLAS_THREAD}
 
 
 def one_thread_by_default() -> None:
@@ -12,5 +14,17 @@ def one_thread_by_default() -> None:
     Reduced models have some hundred coordinates: a second thread gains nothing there, and beside other work on the
     machine threads that wait for each other took fifteen times as long.
     """
-    for name, value in ONE_THREAD.items():
+    _by_default(ONE_THREAD)
+
+
+def one_openblas_thread_by_default() -> None:
+    """One thread for NumPy and SciPy, unless the user has asked for others; MKL factorises on all cores.
+
+    For commands that work on large sparse matrices. In Python `fe.blas_threads` does the same.
+    """
+    _by_default(ONE_OPENBLAS_THREAD)
+
+
+def _by_default(threads: dict[str, str]) -> None:
+    for name, value in threads.items():
         os.environ.setdefault(name, value)

@@ -8,6 +8,7 @@ import scipy.sparse as sp
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
+from fe.blas_threads import on_one_blas_thread
 from fe.dense_modes import dense_modes
 from fe.modal import modes
 from fe.sparse.solver import Definiteness, Factor, Factorisation, factorise
@@ -53,6 +54,7 @@ class AssemblyError:
             object.__setattr__(self, name, real_array(values, name, RomError))
 
 
+@on_one_blas_thread
 def assembly_error(
     systems: Mapping[str, LinearSystem],
     assembly: ReducedAssembly,

@@ -8,6 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.allocator import give_back
+from fe.blas_threads import on_one_blas_thread
 from fe.sparse.block_lanczos import COLUMNS_PER_MODE
 from fe.sparse.node_matrix import BlockProduct
 from fe.sparse.solver import SingularMatrix, factorise
@@ -25,6 +26,7 @@ Matrix = Float[NDArray[np.float64], "r r"]
 AT_ONCE = 16
 
 
+@on_one_blas_thread
 def craig_bampton(
     system: LinearSystem,
     boundary: Mapping[str, Rows],

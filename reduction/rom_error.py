@@ -5,6 +5,7 @@ import scipy.linalg
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from fe.blas_threads import on_one_blas_thread
 from fe.dense_modes import dense_modes
 from fe.sparse.factor import Symmetric
 from fe.sparse.solver import factorise
@@ -29,6 +30,7 @@ NEW_DIRECTION = 1e-10
 DEPENDENT = 1e-12
 
 
+@on_one_blas_thread
 def rom_error(system: LinearSystem, rom: ReducedModel, n_mode: int) -> Float[NDArray[np.float64], " m"]:
     r"""Estimated relative error (f_rom - f_full) / f_full of each of the lowest frequencies.
 

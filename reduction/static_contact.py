@@ -19,6 +19,7 @@ import scipy.linalg
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
+from fe.blas_threads import on_one_blas_thread
 from reduction.array_input import real_array
 from reduction.errors import JointError
 from reduction.joint import Friction, FrictionContact
@@ -90,6 +91,7 @@ class StaticState:
         return np.asarray(np.divide(size, limit, out=unlimited, where=limit > 0))
 
 
+@on_one_blas_thread
 def static_state(
     stiffness: Matrix,
     contacts: Sequence[FrictionContact],

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from fe.blas_threads import on_one_blas_thread
 from reduction.array_input import whole_number
 from reduction.jointed_system import JointedSystem
 from transient.errors import TransientError
@@ -57,6 +58,7 @@ class Motion:
     final: TransientState
 
 
+@on_one_blas_thread
 def integrate(
     system: JointedSystem,
     angular_frequency: float,

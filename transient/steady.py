@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
+from fe.blas_threads import on_one_blas_thread
 from reduction.array_input import real_number, whole_number
 from reduction.jointed_system import JointedSystem
 from transient.anderson import Anderson
@@ -120,6 +121,7 @@ class SteadyMotion:
         return np.asarray(series, dtype=np.complex128)
 
 
+@on_one_blas_thread
 def steady_motion(
     system: JointedSystem,
     angular_frequency: float,

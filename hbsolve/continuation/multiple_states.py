@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from fe.blas_threads import on_one_blas_thread
 from hbsolve.aft import Start
 from hbsolve.balance import HarmonicBalance, Real
 from hbsolve.contact.law import FORCE
@@ -22,6 +23,7 @@ REACH = 2.0
 ARC_FIRST, ARC_LAST, ARC_POINTS = 0.05, 10.0, 400
 
 
+@on_one_blas_thread
 def steady_states(
     balance: HarmonicBalance,
     angular_frequency: float,
@@ -94,6 +96,7 @@ def _along_the_level(balance: HarmonicBalance, angular_frequency: float, sliders
             yield before.motion + share * (state.motion - before.motion)
 
 
+@on_one_blas_thread
 def history_states(
     balance: HarmonicBalance, angular_frequency: float, *, n_history: int = 20, seed: int = 0
 ) -> tuple[SteadyState, ...]:

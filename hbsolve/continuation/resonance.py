@@ -8,6 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.continuation.path import FrequencyPath
@@ -49,6 +50,7 @@ class Resonance:
         return self.state.frequency
 
 
+@on_one_blas_thread
 def resonance(
     balance: HarmonicBalance, branch: ResponseBranch, row: Row, slider: NDArray[np.float64] | None = None
 ) -> Resonance:
@@ -160,6 +162,7 @@ def _over_the_top(
     return list(points)
 
 
+@on_one_blas_thread
 def resonance_curve(
     balance: HarmonicBalance,
     levels: Sequence[float],

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance, Real
 from hbsolve.contact_motion import contact_share
 from hbsolve.continuation.branch import ResponseBranch
@@ -51,6 +52,7 @@ def begin(
     return found, continuation.state_at(found.motion, sliders)
 
 
+@on_one_blas_thread
 def run(
     continuation: Continuation,
     start: Real | None = None,

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
 from hbsolve.limits.audit import Audit
@@ -94,6 +95,7 @@ def limit_problem(
     return LimitProblem(balance=balance, objective=objective, box=box)
 
 
+@on_one_blas_thread
 def response_limits(
     problem: LimitProblem,
     angular_frequency: Sequence[float] | Frequencies,

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from fe.blas_threads import on_one_blas_thread
 from hbsolve.limits.local_search import Side
 from hbsolve.limits.point import LimitPoint, Trial
 from hbsolve.limits.problem import LimitProblem
@@ -38,6 +39,7 @@ class SampledStates:
     extreme: dict[tuple[int, Side], tuple[NDArray[np.float64], NDArray[np.float64]]]
 
 
+@on_one_blas_thread
 def sampled_states(
     problem: LimitProblem, level: float, omega: Frequencies, numbers: Sequence[int], count: int, seed: Sequence[int]
 ) -> SampledStates:

@@ -5,6 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from pipeline.blas_threads import one_openblas_thread_by_default
 from study.run_context import DEFAULTS, Answer, Options, Out, command_app
 
 app = command_app(
@@ -42,6 +43,7 @@ def modes(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Compute and draw modes."""
+    one_openblas_thread_by_default()
     from study.modes.run import OwnMesh, run_modes
     from study.shipped import BLADE
 

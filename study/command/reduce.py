@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from pipeline.blas_threads import one_openblas_thread_by_default
 from study.run_context import DEFAULTS, Answer, Options, Out, command_app
 
 if TYPE_CHECKING:
@@ -52,6 +53,7 @@ def reduce(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Reduce a blade, a rig, a part or matrices."""
+    one_openblas_thread_by_default()
     from study.kind.matrices.table import is_matrices_case
     from study.kind.part.table import part_kind
     from study.kind.rig.table import is_rig_case

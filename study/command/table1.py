@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from pipeline.blas_threads import one_openblas_thread_by_default
 from study.run_context import DEFAULTS, Answer, Options, Out, command_app
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ def table1(
     options: Options = DEFAULTS,
 ) -> Answer:
     """Run the mesh study."""
+    one_openblas_thread_by_default()
     from study.shipped import TABLE1
     from study.table1.report import write_report
 

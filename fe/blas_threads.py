@@ -1,0 +1,65 @@
+"""One BLAS thread where matrices are small.
+
+NumPy's and SciPy's OpenBLAS wake a thread per core for a few hundred coordinates, and these threads wait for each other
+in a busy loop: nothing is gained on an idle machine, and beside other work a reduction took ten times as long. MKL,
+which factorises large sparse matrices, keeps its threads.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache, wraps
+from threading import Lock
+from typing import ParamSpec, TypeVar
+
+from threadpoolctl import LibController, ThreadpoolController
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+_lock = Lock()
+#: Calls that run now, and the threads that each library had before the first of them.
+_running = 0
+_before: list[int] = []
+
+
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """Let OpenBLAS use one thread within; the number of before comes back when the last user has left."""
+    global _running, _before
+    with _lock:
+        if not _running:
+            _before = [int(library.num_threads) for library in _libraries()]
+            _set([1] * len(_before))
+        _running += 1
+    try:
+        yield
+    finally:
+        with _lock:
+            _running -= 1
+            if not _running:
+                _set(_before)
+
+
+def on_one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:
+    """Decorate a numerical entry point: all that it calls has one BLAS thread."""
+
+    @wraps(function)
+    def limited(*args: P.args, **kwargs: P.kwargs) -> R:
+        with one_blas_thread():
+            return function(*args, **kwargs)
+
+    return limited
+
+
+def _set(threads: list[int]) -> None:
+    for library, number in zip(_libraries(), threads, strict=True):
+        library.set_num_threads(number)
+
+
+@cache
+def _libraries() -> list[LibController]:
+    """Every OpenBLAS of this process; NumPy's and SciPy's, which differ, are loaded first."""
+    import numpy as np  # noqa: F401
+    import scipy.linalg  # noqa: F401
+
+    return list(ThreadpoolController().select(internal_api="openblas").lib_controllers)
