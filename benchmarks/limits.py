@@ -22,11 +22,11 @@ from limits_full_space import race  # noqa: E402
 
 from hbsolve.balance import HarmonicBalance  # noqa: E402
 from hbsolve.limits.fresh import fresh_histories  # noqa: E402
-from hbsolve.limits.objective import Output  # noqa: E402
+from hbsolve.limits.objective import OutputHarmonic  # noqa: E402
 from hbsolve.limits.problem import LimitProblem  # noqa: E402
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
-from hbsolve.limits.task import Progress  # noqa: E402
+from hbsolve.limits.task import StageProgress  # noqa: E402
 
 LEVELS = (1.0, 3.0, 5.0, 10.0)
 #: Of the first frequency with all contacts stuck: from far below the resonances to above them.
@@ -40,7 +40,7 @@ class Clock:
         self.spent: dict[str, float] = defaultdict(float)
         self.last, self.stage = time.process_time(), ""
 
-    def __call__(self, progress: Progress) -> None:
+    def __call__(self, progress: StageProgress) -> None:
         now = time.process_time()
         self.spent[self.stage] += now - self.last
         self.last, self.stage = now, progress.stage
@@ -76,7 +76,7 @@ def main() -> None:
     system = damper_system(1.0)
     first = stuck_frequencies(system.mass, system.stiffness, list(system.joints))[0]
     balance = HarmonicBalance(system=system, n_harmonic=6, n_sample=256)
-    problem = limit_problem(balance, Output(row=TIP))
+    problem = limit_problem(balance, OutputHarmonic(row=TIP))
     print(f"box: {problem.box.reach * 1e6:.2f} um; first frequency, stuck: {first / 2 / np.pi:.2f} Hz")
     # Compiles.
     response_limits(problem, [0.98 * first], [4.0], settings=LimitSettings(sample=2))

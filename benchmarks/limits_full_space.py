@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from hbsolve.aft import Start
 from hbsolve.contact.law import FORCE, PARAMETERS
 from hbsolve.continuation.path import spread
-from hbsolve.limits.local_search import Side, local_search
-from hbsolve.limits.point import LimitPoint, Trial
+from hbsolve.limits.local_search import LimitSide, local_search
+from hbsolve.limits.point import LimitPoint, TrialState
 from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.solution import forces_at, residual
@@ -36,7 +36,7 @@ class Enough(Exception):
 class FullSpace:
     """Objective and constraint over z = (motion, sliders), all in units of the box."""
 
-    def __init__(self, point: LimitPoint, trial: Trial, seconds: float, wanted: float) -> None:
+    def __init__(self, point: LimitPoint, trial: TrialState, seconds: float, wanted: float) -> None:
         self.point, self.shape, self.unit = point, trial.x.shape, point.box.reach
         self.began, self.seconds, self.wanted = time.process_time(), seconds, wanted
         self.start = np.concatenate([trial.x.ravel(), trial.w]) / self.unit
@@ -110,7 +110,7 @@ class FullSpace:
         return found
 
 
-def trust_region(point: LimitPoint, trial: Trial, seconds: float, wanted: float) -> tuple[float, float, float]:
+def trust_region(point: LimitPoint, trial: TrialState, seconds: float, wanted: float) -> tuple[float, float, float]:
     """Value, |R| relative to the linear motion, and processor time [s]."""
     space = FullSpace(point, trial, seconds, wanted)
     constraint = scipy.optimize.NonlinearConstraint(space.balance, 0, 0, jac="2-point", hess=scipy.optimize.BFGS())
@@ -127,7 +127,7 @@ def trust_region(point: LimitPoint, trial: Trial, seconds: float, wanted: float)
     return *space.best, space.spent
 
 
-def interior_point(point: LimitPoint, trial: Trial, seconds: float, _wanted: float) -> tuple[float, float, float]:
+def interior_point(point: LimitPoint, trial: TrialState, seconds: float, _wanted: float) -> tuple[float, float, float]:
     """As `trust_region`, by IPOPT with exact first derivatives."""
     import casadi
 
@@ -213,7 +213,7 @@ NEAR = 0.99
 GAIN = 0.02
 
 
-def start_of_race(problem: LimitProblem, point: LimitPoint) -> Trial | None:
+def start_of_race(problem: LimitProblem, point: LimitPoint) -> TrialState | None:
     """A state from which there is something to gain: a stuck one has no gradient."""
     rest = point.from_rest(problem.box.nominal) or point.from_anywhere(problem.box.nominal)
     random = np.random.default_rng(1)
@@ -223,7 +223,7 @@ def start_of_race(problem: LimitProblem, point: LimitPoint) -> Trial | None:
         w = problem.box.nominal + random.uniform(-1, 1, problem.box.nominal.shape) * problem.box.reach
         other = point.towards(w, rest)
         other = other and point.settle(other.x, other.w)
-        if other and local_search(point, other, Side.UPPER).value > (1 + GAIN) * other.value:
+        if other and local_search(point, other, LimitSide.UPPER).value > (1 + GAIN) * other.value:
             return other
     return None
 
@@ -238,7 +238,7 @@ def race(problem: LimitProblem, limits: ResponseLimits, row: int, at: int, secon
         print("  no start from which there is anything to gain")
         return
     began = time.process_time()
-    local = local_search(point, start, Side.UPPER).value
+    local = local_search(point, start, LimitSide.UPPER).value
     spent = time.process_time() - began
     print(f"  start of the race: {start.value * 1e6:.3f} um; local search: {local * 1e6:.3f} um in {spent:.3f} s")
     for name, method in WAYS:

@@ -26,8 +26,8 @@ from transient.bench.campaign import (
     HISTORY,
     PARAMETER_DEVIATION,
     PRELOAD_JITTER,
+    CampaignLayout,
     CampaignPoints,
-    Layout,
     Sweep,
     with_noise,
     write_campaign,
@@ -184,7 +184,7 @@ def make_rig_campaign(folder: Path, case: RigCase, *, seed: int, effect: HiddenE
         replace(sweep, readings=with_noise(sweep.readings, streams[2]))
         for sweep in sweeps(made, effect, points, streams[1])
     ]
-    write_campaign(folder, measured, points, Layout(title="Rig", sensors=SENSORS, lines=LINES, direction="y"))
+    write_campaign(folder, measured, points, CampaignLayout(title="Rig", sensors=SENSORS, lines=LINES, direction="y"))
     return made
 
 

@@ -27,7 +27,7 @@ from figure.limit_band import Band, limit_band_figure  # noqa: E402
 from figure.limit_levels import LimitsByLevel, limit_levels_figure  # noqa: E402
 from geometry.rig import SIDES  # noqa: E402
 from hbsolve.balance import HarmonicBalance  # noqa: E402
-from hbsolve.limits.objective import ContactForce, Output  # noqa: E402
+from hbsolve.limits.objective import ContactForceHarmonic, OutputHarmonic  # noqa: E402
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
 from pipeline.progress import LineProgress  # noqa: E402
@@ -104,7 +104,7 @@ def configured(case: RigCase, of: Configuration, reduction: RigReduction) -> Rig
 def amplitude_limits(system: RigSystem, frequencies: Real, samples: int) -> ResponseLimits:
     """Of the tip over frequency [Hz] and level."""
     balance = HarmonicBalance(system=system.model.system, n_harmonic=6, n_sample=256)
-    problem = limit_problem(balance, Output(row=system.model.outputs[0].row), nominal=system.rest.slider)
+    problem = limit_problem(balance, OutputHarmonic(row=system.model.outputs[0].row), nominal=system.rest.slider)
     settings = LimitSettings(population=8, sample=samples)
     return response_limits(problem, 2 * pi * frequencies, LEVELS, settings=settings)
 
@@ -130,7 +130,7 @@ def force_panels(system: RigSystem, frequency: float) -> list[ForceLimits]:
     panels = []
     for line, members in system.joined.lines.items():
         for name, (direction, harmonic) in FORCES.items():
-            force = ContactForce(joints=members, direction=direction, harmonic=harmonic)
+            force = ContactForceHarmonic(joints=members, direction=direction, harmonic=harmonic)
             problem = limit_problem(balance, force, nominal=system.rest.slider)
             settings = LimitSettings(population=4, sample=0)
             limits = response_limits(problem, [2 * pi * frequency], LEVELS, settings=settings)

@@ -24,13 +24,13 @@ from benchmarks.limits_full_space import race  # noqa: E402
 from benchmarks.rig_witness import prepared  # noqa: E402
 from hbsolve.limits.audit import audited  # noqa: E402
 from hbsolve.limits.fresh import fresh_histories  # noqa: E402
-from hbsolve.limits.local_search import Side, local_search  # noqa: E402
+from hbsolve.limits.local_search import LimitSide, local_search  # noqa: E402
 from hbsolve.limits.optimum import Best, Optimum  # noqa: E402
 from hbsolve.limits.problem import LimitProblem  # noqa: E402
 from hbsolve.limits.response_limits import LimitSettings, response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
 from hbsolve.limits.sampled import sampled_states  # noqa: E402
-from hbsolve.limits.task import Progress  # noqa: E402
+from hbsolve.limits.task import StageProgress  # noqa: E402
 from study.limits.model import limit_search  # noqa: E402
 from study.limits.table import LimitsTable  # noqa: E402
 from study.shipped import RIG  # noqa: E402
@@ -55,7 +55,7 @@ def timed(
     """Limits, and the processor time of the search and of its audit [s]."""
     audit, last = 0.0, time.process_time()
 
-    def progress(step: Progress) -> None:
+    def progress(step: StageProgress) -> None:
         nonlocal audit, last
         now = time.process_time()
         audit += (now - last) * (step.stage == "audit")
@@ -92,12 +92,12 @@ def repaired(problem: LimitProblem, limits: ResponseLimits, histories: int, seed
                 value=limits.value[k, row, at], x=limits.motion[k, row, at], w=limits.slider[k, row, at], residual=0.0
             )
             for at in numbers
-            for k, side in enumerate(Side)
+            for k, side in enumerate(LimitSide)
             if np.isfinite(limits.value[k, row, at])
         }
         mended, _, _ = audited(problem, float(level), limits.angular_frequency, numbers, best, histories, (seed, row))
         for (at, side), optimum in mended.items():
-            value[list(Side).index(side), row, at] = optimum.value
+            value[list(LimitSide).index(side), row, at] = optimum.value
     changed = np.abs(value / limits.value - 1)
     print(
         f"  repaired: {(changed > 1e-5).sum()} of {value.size} limits, by {np.nanmax(changed):.2%} at most", flush=True
@@ -116,7 +116,7 @@ def reached(problem: LimitProblem, limits: ResponseLimits, histories: int, seed:
             if not limits.upper[row, at] > WIDE * limits.lower[row, at]:
                 continue
             point = problem.at(float(limits.angular_frequency[at]), float(level))
-            for k, side in enumerate(Side):
+            for k, side in enumerate(LimitSide):
                 if (at, side) not in states.extreme:
                     continue
                 settled = point.settle(*states.extreme[at, side])

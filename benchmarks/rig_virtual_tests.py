@@ -31,7 +31,7 @@ from study.kind.rig.structure import measured_places  # noqa: E402
 from study.limits.model import limit_search  # noqa: E402
 from study.limits.table import LimitsTable  # noqa: E402
 from study.shipped import RIG  # noqa: E402
-from transient.bench.campaign import CampaignPoints, Layout, Sweep, write_campaign  # noqa: E402
+from transient.bench.campaign import CampaignLayout, CampaignPoints, Sweep, write_campaign  # noqa: E402
 from transient.bench.repeats import repeated_tests  # noqa: E402
 
 Real = NDArray[np.float64]
@@ -108,7 +108,9 @@ def main() -> None:
     points = CampaignPoints(
         levels=asked.levels, frequencies=frequencies.tolist(), free_frequencies=(), n_repeat=asked.repeats
     )
-    write_campaign(asked.folder, tests, points, Layout(title="Rig", sensors=SENSORS, lines=LINES, direction="y"))
+    write_campaign(
+        asked.folder, tests, points, CampaignLayout(title="Rig", sensors=SENSORS, lines=LINES, direction="y")
+    )
     amplitude, drift = (
         np.array([found([test for test in tests if test.level == level]) for level in asked.levels])
         for found in (

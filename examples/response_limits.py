@@ -15,7 +15,7 @@ from figure.limit_band import Band, limit_band_figure
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.fresh import fresh_histories
 from hbsolve.limits.loss_factor import paper_limits
-from hbsolve.limits.objective import ContactForce, Output
+from hbsolve.limits.objective import ContactForceHarmonic, OutputHarmonic
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
 from study.case.joint_table import SolveCase
 from study.shipped import LIMITS
@@ -28,7 +28,7 @@ SETTINGS = LimitSettings(population=8, sample=60)
 def main() -> None:
     system = solve_model(load_case(LIMITS, SolveCase), LIMITS.parent).system
     balance = HarmonicBalance(system=system, n_harmonic=4, n_sample=64)
-    problem = limit_problem(balance, Output(row=0))
+    problem = limit_problem(balance, OutputHarmonic(row=0))
     limits = response_limits(problem, 2 * np.pi * FREQUENCIES, LEVELS, settings=SETTINGS)
     fresh = fresh_histories(problem, limits, 60, seed=1)
     print(f"sliders at most {1e6 * limits.reach:.2f} um from rest; upper over lower limit, widest:")
@@ -41,7 +41,7 @@ def main() -> None:
     Path("limits.png").write_bytes(limit_band_figure(bands, title="Wedge damper", amplitude_label="blade [um]"))
     # The paper's limits, in the same box: the amplitudes where the loss factor is largest and where it is least.
     paper = paper_limits(
-        balance, Output(row=0), 2 * np.pi * FREQUENCIES, LEVELS[1:3], reach=limits.reach, settings=SETTINGS
+        balance, OutputHarmonic(row=0), 2 * np.pi * FREQUENCIES, LEVELS[1:3], reach=limits.reach, settings=SETTINGS
     )
     apart = [replace(bands[at], sampled=1e6 * paper.amplitude[:, at - 1]) for at in (1, 2)]
     title, dots = "Wedge damper: limits of the amplitude, and the paper's", "at the extreme loss factors"
@@ -51,7 +51,7 @@ def main() -> None:
     for line in ("blade", "ground"):
         for force, direction in (("T0", 0), ("N0", -1)):
             both = [f"{line} 1", f"{line} 2"]
-            problem = limit_problem(balance, ContactForce(joints=both, direction=direction))
+            problem = limit_problem(balance, ContactForceHarmonic(joints=both, direction=direction))
             held = response_limits(problem, [2 * np.pi * RESONANCE], LEVELS, settings=SETTINGS)
             left = fresh_histories(problem, held, 60, seed=2)
             escaped = max(escaped, left.share_outside(1e-3))

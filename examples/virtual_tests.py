@@ -13,12 +13,12 @@ from correlation.campaign.read_campaign import read_campaign
 from correlation.metric.band import coverage, interval_score, tightness
 from figure.limit_band import Band, limit_band_figure
 from hbsolve.balance import HarmonicBalance
-from hbsolve.limits.objective import Output
+from hbsolve.limits.objective import OutputHarmonic
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
 from study.case.joint_table import SolveCase
 from study.shipped import LIMITS
 from study.solve.model import solve_model
-from transient.bench.campaign import CampaignPoints, Layout, write_campaign
+from transient.bench.campaign import CampaignLayout, CampaignPoints, write_campaign
 from transient.bench.repeats import repeated_tests
 
 LEVELS, FREQUENCIES, REPEATS = [0.4, 1.0], np.linspace(265, 292, 7), 6
@@ -37,11 +37,11 @@ def main() -> None:
         )
     )  # fmt: skip
     points = CampaignPoints(levels=LEVELS, frequencies=FREQUENCIES.tolist(), free_frequencies=(), n_repeat=REPEATS)
-    layout = Layout(title="Wedge damper", sensors=["blade"], lines=["blade", "ground"], direction="x")
+    layout = CampaignLayout(title="Wedge damper", sensors=["blade"], lines=["blade", "ground"], direction="x")
     write_campaign(Path("campaign"), tests, points, layout)
     table = read_campaign(Path("campaign")).measurement
     balance = HarmonicBalance(system=model.system, n_harmonic=6, n_sample=128)
-    problem = limit_problem(balance, Output(row=0), reach=REACH)
+    problem = limit_problem(balance, OutputHarmonic(row=0), reach=REACH)
     settings = LimitSettings(population=8, sample=40)
     limits = response_limits(problem, 2 * np.pi * FREQUENCIES, LEVELS, settings=settings)
     bands = []

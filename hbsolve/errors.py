@@ -13,7 +13,7 @@ class ModelError(InputError):
     """Mass, damping and stiffness that describe no vibrating structure."""
 
 
-class PeakError(InputError):
+class NoPeakError(InputError):
     """A band or a set of samples that holds no resonance peak."""
 
 

@@ -25,7 +25,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from hbsolve.errors import PeakError
+from hbsolve.errors import NoPeakError
 
 Values = Float[NDArray[np.float64], " p"]
 
@@ -39,7 +39,7 @@ MAX_SCAN = 8
 
 
 @dataclass(frozen=True, kw_only=True)
-class Peak:
+class ResonancePeak:
     """A resonance peak.
 
     Parameters
@@ -62,7 +62,7 @@ class Peak:
         return self.angular_frequency / (2 * np.pi)
 
 
-def interpolated_peak(angular_frequency: Values, amplitude: Values) -> Peak:
+def interpolated_peak(angular_frequency: Values, amplitude: Values) -> ResonancePeak:
     """Highest peak of a sampled response, from the parabola of 1 / amplitude^2 in Omega^2 through three samples.
 
     Parameters
@@ -74,23 +74,23 @@ def interpolated_peak(angular_frequency: Values, amplitude: Values) -> Peak:
 
     Raises
     ------
-    PeakError
+    NoPeakError
         Fewer than three samples, or the highest is the first or last, so that nothing encloses the peak.
     """
     omega, height = np.asarray(angular_frequency), np.asarray(amplitude)
     if len(omega) < 3:
-        raise PeakError(f"{len(omega)} samples cannot enclose a peak: give at least 3")
+        raise NoPeakError(f"{len(omega)} samples cannot enclose a peak: give at least 3")
     top = _enclosed_top(omega, height)
     peak = _parabola(omega[top - 1 : top + 2], height[top - 1 : top + 2])
     if peak is None:
-        raise PeakError(
+        raise NoPeakError(
             f"the samples near {omega[top]:.6g} rad/s, {omega[top + 1] - omega[top]:.3g} rad/s apart, do not show the "
             "height of the peak: sample it more finely"
         )
     return peak
 
 
-def resonance_peak(amplitude: Callable[[Values], Values], lowest: float, highest: float) -> Peak:
+def resonance_peak(amplitude: Callable[[Values], Values], lowest: float, highest: float) -> ResonancePeak:
     """Highest peak of a response that can be computed at any frequency, by zooming until the parabola is exact.
 
     Parameters
@@ -102,11 +102,11 @@ def resonance_peak(amplitude: Callable[[Values], Values], lowest: float, highest
 
     Raises
     ------
-    PeakError
+    NoPeakError
         The band is empty, holds no peak, or the peak has no width because nothing damps it.
     """
     if not 0 <= lowest < highest:
-        raise PeakError(f"the band from {lowest:g} to {highest:g} rad/s is empty: give its lower end first")
+        raise NoPeakError(f"the band from {lowest:g} to {highest:g} rad/s is empty: give its lower end first")
     for _ in range(MAX_SCAN):
         omega = np.linspace(lowest, highest, SCAN)
         height = np.asarray(amplitude(omega))
@@ -115,10 +115,10 @@ def resonance_peak(amplitude: Callable[[Values], Values], lowest: float, highest
         if peak is not None and omega[top + 1] - omega[top] <= FINE * peak.half_power_width:
             return peak
         lowest, highest = omega[top - 1], omega[top + 1]
-    raise PeakError(f"the peak at {omega[top]:.6g} rad/s has no width: damp the mode, its height is infinite")
+    raise NoPeakError(f"the peak at {omega[top]:.6g} rad/s has no width: damp the mode, its height is infinite")
 
 
-def undamped_from_peak(peak: Peak, damping_ratio: float) -> float:
+def undamped_from_peak(peak: ResonancePeak, damping_ratio: float) -> float:
     r"""Natural frequency from the displacement peak of a damped mode.
 
     .. math:: \omega_0 = \Omega_{\mathrm{peak}} / \sqrt{1 - 2 \zeta^2}
@@ -136,11 +136,11 @@ def undamped_from_peak(peak: Peak, damping_ratio: float) -> float:
 
     Raises
     ------
-    PeakError
+    NoPeakError
         A damping ratio outside its range.
     """
     if not 0 <= damping_ratio < sqrt(0.5):
-        raise PeakError(f"damping_ratio = {damping_ratio:g} must lie in [0, 0.707): 0.002 is 0.2 %")
+        raise NoPeakError(f"damping_ratio = {damping_ratio:g} must lie in [0, 0.707): 0.002 is 0.2 %")
     return peak.angular_frequency / sqrt(1 - 2 * damping_ratio**2)
 
 
@@ -148,14 +148,14 @@ def _enclosed_top(omega: Values, height: Values) -> int:
     """Number of the highest sample, which must have a neighbour on each side."""
     top = int(height.argmax())
     if not (0 < top < len(omega) - 1 and height[top] > 0):
-        raise PeakError(
+        raise NoPeakError(
             f"there is no resonance peak between {omega[0]:.6g} and {omega[-1]:.6g} rad/s: the response is highest at "
             f"{omega[top]:.6g} rad/s, an end of the band; widen or move it"
         )
     return top
 
 
-def _parabola(omega: Values, height: Values) -> Peak | None:
+def _parabola(omega: Values, height: Values) -> ResonancePeak | None:
     """Vertex of 1 / height^2 through three samples, the middle one highest; none if it is not above zero."""
     # Both axes are scaled, so that the parabola is computed from numbers near one.
     centre, width = omega[1] ** 2, omega[2] ** 2 - omega[0] ** 2
@@ -169,7 +169,7 @@ def _parabola(omega: Values, height: Values) -> Peak | None:
     if not lowest > 0:
         return None
     vertex = sqrt(centre - slope / (2 * curvature) * width)
-    return Peak(
+    return ResonancePeak(
         angular_frequency=vertex,
         amplitude=float(height[1]) / sqrt(lowest),
         # Half power is sqrt(lowest / curvature) from the vertex in Omega^2, and d(Omega^2) = 2 Omega dOmega.

@@ -14,7 +14,7 @@ from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.continuation.path import FrequencyPath
 from hbsolve.continuation.response import frequency_response
 from hbsolve.continuation.step import Continuation
-from hbsolve.errors import NoSteadyState, PeakError
+from hbsolve.errors import NoPeakError, NoSteadyState
 from hbsolve.sensitivity import FrequencyParameter, sensitivity
 from hbsolve.state import SteadyState, slider_start
 from hbsolve.steady_state import steady_state
@@ -30,7 +30,7 @@ FINER, FINER_POINTS = (0.03, 3e-3, 3e-4), 60
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Resonance:
+class ResonantState:
     """The highest response of a branch.
 
     Parameters
@@ -53,7 +53,7 @@ class Resonance:
 @on_one_blas_thread
 def resonance(
     balance: HarmonicBalance, branch: ResponseBranch, row: Row, slider: NDArray[np.float64] | None = None
-) -> Resonance:
+) -> ResonantState:
     """The peak of a frequency response, between its points: where the exact derivative of the amplitude vanishes.
 
     Parameters
@@ -69,13 +69,13 @@ def resonance(
 
     Raises
     ------
-    PeakError
+    NoPeakError
         The response is highest at an end of the branch.
     """
     amplitude = branch.amplitude(row)
     top = int(amplitude.argmax())
     if not 0 < top < len(amplitude) - 1:
-        raise PeakError(
+        raise NoPeakError(
             f"the response is highest at {branch.frequency[top]:.6g} Hz, an end of the branch: widen its range"
         )
     points = [
@@ -91,7 +91,7 @@ def resonance(
             break
     else:
         state = steady_state(balance, points[1].angular_frequency, start=points[1].motion, slider=slider)
-    return Resonance(state=state, amplitude=state.amplitude(row))
+    return ResonantState(state=state, amplitude=state.amplitude(row))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -172,7 +172,7 @@ def resonance_curve(
     *,
     slider: NDArray[np.float64] | None = None,
     report: Callable[[float, float], None] | None = None,
-) -> tuple[Resonance, ...]:
+) -> tuple[ResonantState, ...]:
     """Peak against level: the range of the first level is given, those of the next ones follow the peak.
 
     Parameters
@@ -192,10 +192,10 @@ def resonance_curve(
 
     Raises
     ------
-    PeakError
+    NoPeakError
         A peak left its window even after that was widened.
     """
-    peaks: list[Resonance] = []
+    peaks: list[ResonantState] = []
     low, high = sorted((first, last))
     for number, level in enumerate(levels):
         for widening in range(WIDENINGS):
@@ -203,7 +203,7 @@ def resonance_curve(
                 branch = frequency_response(balance.at_level(level), low, high, slider=slider)
                 peaks.append(resonance(balance.at_level(level), branch, row, slider))
                 break
-            except PeakError:
+            except NoPeakError:
                 if widening == WIDENINGS - 1:
                     raise
                 low, high = max(low - (high - low) / 2, 0.01 * low), high + (high - low) / 2

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from hbsolve.limits.improve import improve
-from hbsolve.limits.local_search import Side
+from hbsolve.limits.local_search import LimitSide
 from hbsolve.limits.optimum import Best
 from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.sampled import sampled_states
@@ -52,7 +52,7 @@ def audited(
     best: Best,
     count: int,
     seed: Sequence[int],
-) -> tuple[Best, set[tuple[int, Side]], dict[int, Audit]]:
+) -> tuple[Best, set[tuple[int, LimitSide]], dict[int, Audit]]:
     """Sample histories at a level; returns the repaired limits, which of them were, and the counts before."""
     best, repaired = dict(best), set()
     swept = range(max(numbers[0] - RUN_IN, 0), min(numbers[-1] + RUN_IN + 1, len(omega)))
@@ -64,7 +64,7 @@ def audited(
         values = sampled.value[row][np.isfinite(sampled.value[row])]
         point = problem.at(float(omega[at]), level)
         outside = {}
-        for side in Side:
+        for side in LimitSide:
             held = best.get((at, side))
             excess = [side * point.gain(value, held.value) for value in values] if held else [np.inf] * len(values)
             outside[side] = int((np.array(excess) > OUTSIDE).sum())
@@ -76,7 +76,7 @@ def audited(
             count=len(values),
             lowest=float(values.min(initial=np.inf)),
             highest=float(values.max(initial=-np.inf)),
-            below=outside[Side.LOWER],
-            above=outside[Side.UPPER],
+            below=outside[LimitSide.LOWER],
+            above=outside[LimitSide.UPPER],
         )
     return best, repaired, audits

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hbsolve.limits.exchange import HOPELESS
 from hbsolve.limits.improve import improve
-from hbsolve.limits.local_search import GAIN, Side
+from hbsolve.limits.local_search import GAIN, LimitSide
 from hbsolve.limits.optimum import Best
 from hbsolve.limits.problem import LimitProblem
 
@@ -23,7 +23,7 @@ APART = 5e-3
 FURTHEST, WORSE = 3, 0.1
 
 
-def at_a_gap(best: Best) -> set[tuple[int, Side]]:
+def at_a_gap(best: Best) -> set[tuple[int, LimitSide]]:
     """Limits on either side of a gap between branches."""
     found = set()
     for (at, side), held in best.items():
@@ -38,8 +38,8 @@ def at_a_gap(best: Best) -> set[tuple[int, Side]]:
 
 def bridged(
     problem: LimitProblem, level: float, omega: Float[NDArray[np.float64], " f"], best: Best,
-    keys: Iterable[tuple[int, Side]],
-) -> tuple[Best, set[tuple[int, Side]]]:  # fmt: skip
+    keys: Iterable[tuple[int, LimitSide]],
+) -> tuple[Best, set[tuple[int, LimitSide]]]:  # fmt: skip
     """Try neighbours' optima at some frequencies once more; returns the limits and which of them improved."""
     best, gained = dict(best), set()
     for at, side in keys:

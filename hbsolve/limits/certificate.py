@@ -12,7 +12,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from hbsolve.limits.follow import follow
-from hbsolve.limits.local_search import Side, linear_step, local_search, moved
+from hbsolve.limits.local_search import LimitSide, linear_step, local_search, moved
 from hbsolve.limits.optimum import Best, Optimum
 from hbsolve.limits.point import LimitPoint
 from hbsolve.limits.problem import LimitProblem
@@ -72,12 +72,12 @@ class Certificate:
 
 def certificates(
     problem: LimitProblem, level: float, omega: Float[Real, " f"], numbers: Sequence[int], best: Best
-) -> dict[tuple[int, Side], Certificate]:
+) -> dict[tuple[int, LimitSide], Certificate]:
     """Certificates at the frequencies `numbers`; `best` also holds the neighbours of the first and the last."""
     found = {}
     for at in numbers:
         point = problem.at(float(omega[at]), level)
-        for side in Side:
+        for side in LimitSide:
             if (at, side) in best:
                 optimum = best[at, side]
                 # One state alone has no branches to choose from.
@@ -88,7 +88,7 @@ def certificates(
     return found
 
 
-def _certificate(point: LimitPoint, optimum: Optimum, side: Side, jump: bool) -> Certificate:
+def _certificate(point: LimitPoint, optimum: Optimum, side: LimitSide, jump: bool) -> Certificate:
     trial = point.trial(optimum.x, optimum.w, optimum.residual)
     linear = linear_step(point, trial, side)
     size = max(abs(trial.value), point.measure.least)
@@ -121,14 +121,14 @@ def _certificate(point: LimitPoint, optimum: Optimum, side: Side, jump: bool) ->
 
 def _is_one(best: Best, at: int) -> bool:
     """Whether both limits are the same to less than a jump."""
-    if any((at, side) not in best for side in Side):
+    if any((at, side) not in best for side in LimitSide):
         return False
-    lower, upper = (best[at, side].value for side in Side)
+    lower, upper = (best[at, side].value for side in LimitSide)
     return abs(upper - lower) <= JUMP * abs(upper)
 
 
 def _jumps(
-    problem: LimitProblem, point: LimitPoint, omega: Float[Real, " f"], at: int, step: int, side: Side, best: Best
+    problem: LimitProblem, point: LimitPoint, omega: Float[Real, " f"], at: int, step: int, side: LimitSide, best: Best
 ) -> bool:
     """Whether a neighbour's state does not become this one."""
     optimum, neighbour = best[at, side], best[at + step, side]

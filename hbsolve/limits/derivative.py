@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from hbsolve.limits.point import LimitPoint, Trial
+from hbsolve.limits.point import LimitPoint, TrialState
 from hbsolve.linearised import active_rows, small_matrix
 
 Real = NDArray[np.float64]
@@ -45,7 +45,7 @@ class SliderDerivative:
     high: Float[NDArray[np.float64], "n n"]
 
 
-def slider_derivative(point: LimitPoint, trial: Trial) -> SliderDerivative:
+def slider_derivative(point: LimitPoint, trial: TrialState) -> SliderDerivative:
     """Derivative of a steady state; at a kink that of one side."""
     free, table, A = trial.free, point.sliders, point.condensed.receptance
     tangent, kt = table.tangent[free], table.stiffness[free]

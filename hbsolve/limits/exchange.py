@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hbsolve.limits.follow import follow
 from hbsolve.limits.improve import improve
-from hbsolve.limits.local_search import GAIN, Side, local_search
+from hbsolve.limits.local_search import GAIN, LimitSide, local_search
 from hbsolve.limits.optimum import Best, Optimum, offer
 from hbsolve.limits.problem import LimitProblem
 
@@ -27,7 +27,7 @@ SWEEPS = 6
 
 def exchange(
     problem: LimitProblem, level: float, omega: Frequencies, numbers: Sequence[int], best: Best,
-    fresh: Iterable[tuple[int, Side]],
+    fresh: Iterable[tuple[int, LimitSide]],
 ) -> Best:  # fmt: skip
     """Hand optima to neighbours until no limit improves; only those that are `fresh` are handed on at first.
 
@@ -38,9 +38,9 @@ def exchange(
     waiting = set(fresh)
     for sweep in range(SWEEPS):
         step = 1 if sweep % 2 == 0 else -1
-        gained: set[tuple[int, Side]] = set()
+        gained: set[tuple[int, LimitSide]] = set()
         for at in sorted(own, reverse=step > 0):
-            for side in Side:
+            for side in LimitSide:
                 source = best.get((at + step, side))
                 if source is None or (at + step, side) not in waiting | gained:
                     continue
@@ -54,7 +54,14 @@ def exchange(
 
 
 def _follow(
-    problem: LimitProblem, level: float, omega: Frequencies, at: int, side: Side, step: int, source: Optimum, best: Best
+    problem: LimitProblem,
+    level: float,
+    omega: Frequencies,
+    at: int,
+    side: LimitSide,
+    step: int,
+    source: Optimum,
+    best: Best,
 ) -> float:
     """Try a neighbour's optimum at a frequency; the gain."""
     point = problem.at(float(omega[at]), level)
@@ -73,12 +80,12 @@ def _follow(
 def from_level(
     problem: LimitProblem, level: float, omega: Frequencies, numbers: Sequence[int], best: Best, other: float,
     optima: Best,
-) -> tuple[Best, set[tuple[int, Side]]]:  # fmt: skip
+) -> tuple[Best, set[tuple[int, LimitSide]]]:  # fmt: skip
     """Try the optima of another level; returns the limits and which of them improved."""
     best, gained = dict(best), set()
     for at in numbers:
         point = problem.at(float(omega[at]), level)
-        for side in Side:
+        for side in LimitSide:
             source, held = optima.get((at, side)), best.get((at, side))
             if source is None:
                 continue

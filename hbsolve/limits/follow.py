@@ -1,8 +1,8 @@
 """A limit's state at the next frequency."""
 
-from hbsolve.limits.local_search import Side, local_search
+from hbsolve.limits.local_search import LimitSide, local_search
 from hbsolve.limits.optimum import Optimum
-from hbsolve.limits.point import Trial
+from hbsolve.limits.point import TrialState
 from hbsolve.limits.problem import LimitProblem
 
 #: Steps from a frequency to the next where one fails, or makes the state worse by more than a share, and the steps of
@@ -11,8 +11,8 @@ STEPS, WORSE, SEARCH = 4, 0.05, 6
 
 
 def follow(
-    problem: LimitProblem, level: float, side: Side, optimum: Optimum, before: float, after: float
-) -> Trial | None:
+    problem: LimitProblem, level: float, side: LimitSide, optimum: Optimum, before: float, after: float
+) -> TrialState | None:
     """What an optimum at the frequency `before` becomes at the frequency `after`, not yet improved.
 
     Branches end in folds: with its sliders a lower limit may not exist any more a little further on, while with others

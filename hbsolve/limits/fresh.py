@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.limits.sampled import sampled_states
-from hbsolve.limits.task import Progress, Runner, Task
+from hbsolve.limits.task import Runner, SearchTask, StageProgress
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,7 +45,7 @@ def fresh_histories(
     seed: int,
     store: MutableMapping[str, Any] | None = None,
     executor: Executor | None = None,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Callable[[StageProgress], None] | None = None,
 ) -> FreshHistories:
     """Sample histories in the same box, swept over the frequencies of the limits.
 
@@ -66,7 +66,7 @@ def fresh_histories(
     )  # fmt: skip
     numbers = range(len(limits.angular_frequency))
     tasks = [
-        Task(
+        SearchTask(
             key=f"fresh histories, level {number}",
             call=sampled_states,
             arguments=(float(level), limits.angular_frequency, numbers, count, (seed, number, 3)),

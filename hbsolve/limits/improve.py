@@ -3,13 +3,20 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from hbsolve.limits.local_search import Side, local_search
+from hbsolve.limits.local_search import LimitSide, local_search
 from hbsolve.limits.optimum import Best, offer
 from hbsolve.limits.point import LimitPoint, Sliders
 
 
 def improve(
-    point: LimitPoint, best: Best, at: int, side: Side, x: NDArray[np.float64], w: Sliders, *, repaired: bool = False
+    point: LimitPoint,
+    best: Best,
+    at: int,
+    side: LimitSide,
+    x: NDArray[np.float64],
+    w: Sliders,
+    *,
+    repaired: bool = False,
 ) -> float:
     """Settle a state, search from it and take what is better; returns the gain, relative to what was there.
 

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from hbsolve.limits.exchange import HOPELESS
 from hbsolve.limits.improve import improve
-from hbsolve.limits.local_search import GAIN, Side
+from hbsolve.limits.local_search import GAIN, LimitSide
 from hbsolve.limits.optimum import Best
-from hbsolve.limits.point import Trial
+from hbsolve.limits.point import TrialState
 from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.sliders import SliderTable
 from hbsolve.limits.starts import random_sliders
@@ -30,9 +30,9 @@ N_RANDOM, KICKS = 12, (0.3, 1.0)
 
 
 def kicked(
-    problem: LimitProblem, level: float, omega: Float[Real, " f"], best: Best, keys: Iterable[tuple[int, Side]],
+    problem: LimitProblem, level: float, omega: Float[Real, " f"], best: Best, keys: Iterable[tuple[int, LimitSide]],
     seed: Sequence[int],
-) -> tuple[Best, set[tuple[int, Side]]]:  # fmt: skip
+) -> tuple[Best, set[tuple[int, LimitSide]]]:  # fmt: skip
     """Search again from changes of some optima; returns the limits and which of them improved."""
     best, gained = dict(best), set()
     random = np.random.default_rng(seed)
@@ -68,7 +68,7 @@ def turned(table: SliderTable, nominal: Sliders, w: Sliders, random: np.random.G
 
 
 def _random_kick(
-    problem: LimitProblem, best: Best, at: int, side: Side, trial: Trial, random: np.random.Generator
+    problem: LimitProblem, best: Best, at: int, side: LimitSide, trial: TrialState, random: np.random.Generator
 ) -> Sliders:
     table, n = problem.sliders, len(problem.sliders.tangent)
     length = np.abs(trial.cone.high - trial.cone.low)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from hbsolve.limits.derivative import SliderDerivative, slider_derivative
 from hbsolve.limits.linear_program import best_step
-from hbsolve.limits.point import HASTY, LimitPoint, Trial
+from hbsolve.limits.point import HASTY, LimitPoint, TrialState
 
 Real = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ MAX_STEP = 20
 NARROW = 0.05
 
 
-class Side(IntEnum):
+class LimitSide(IntEnum):
     """Which limit."""
 
     LOWER = -1
@@ -80,7 +80,7 @@ class LinearStep:
         return share * self.length, float(self.cost @ share)
 
 
-def linear_step(point: LimitPoint, trial: Trial, side: Side) -> LinearStep:
+def linear_step(point: LimitPoint, trial: TrialState, side: LimitSide) -> LinearStep:
     """The linear programme at a steady state."""
     derivative = slider_derivative(point, trial)
     free, n = derivative.free, len(derivative.free)
@@ -102,14 +102,14 @@ def linear_step(point: LimitPoint, trial: Trial, side: Side) -> LinearStep:
     )
 
 
-def moved(point: LimitPoint, trial: Trial, linear: LinearStep, step: Float[Real, " n"]) -> Trial | None:
+def moved(point: LimitPoint, trial: TrialState, linear: LinearStep, step: Float[Real, " n"]) -> TrialState | None:
     """The steady state after a step, started from where the derivative predicts it, else from where it was."""
     w = trial.w.copy()
     w[linear.derivative.free] += step
     return point.settle(trial.x + linear.derivative.motion @ step, w) or point.settle(trial.x, w, HASTY)
 
 
-def local_search(point: LimitPoint, trial: Trial, side: Side, max_step: int = MAX_STEP) -> Trial:
+def local_search(point: LimitPoint, trial: TrialState, side: LimitSide, max_step: int = MAX_STEP) -> TrialState:
     """The best state that steps from a settled one reach."""
     radius, small = RADIUS, 0
     for _ in range(max_step):

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed, Recovery
 from hbsolve.errors import BalanceError
-from hbsolve.limits.objective import Output
+from hbsolve.limits.objective import OutputHarmonic
 from hbsolve.limits.response_limits import limit_problem, response_limits
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.sampling import complex_from_real
@@ -141,7 +141,7 @@ class PaperLimits:
 
 def paper_limits(
     balance: HarmonicBalance,
-    output: Output,
+    output: OutputHarmonic,
     angular_frequency: Sequence[float] | Real,
     levels: Sequence[float] | Real,
     *,

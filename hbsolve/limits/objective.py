@@ -103,7 +103,7 @@ class LinearMeasure:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Output:
+class OutputHarmonic:
     """Amplitude of one harmonic of a displacement, or its mean [m].
 
     Parameters
@@ -156,7 +156,7 @@ class Output:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ContactForce:
+class ContactForceHarmonic:
     """The mean or the amplitude of a contact force, of one contact or summed over several, such as a line [N].
 
     Parameters

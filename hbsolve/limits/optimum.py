@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from hbsolve.limits.local_search import Side
-from hbsolve.limits.point import Trial
+from hbsolve.limits.local_search import LimitSide
+from hbsolve.limits.point import TrialState
 
 #: A state takes the place of another if it is better by this share.
 BETTER = 1e-6
@@ -46,10 +46,10 @@ class Optimum:
 
 
 #: By number of the frequency and side, of one level.
-Best: TypeAlias = dict[tuple[int, Side], Optimum]
+Best: TypeAlias = dict[tuple[int, LimitSide], Optimum]
 
 
-def offer(best: Best, at: int, side: Side, trial: Trial | None, *, repaired: bool = False) -> float:
+def offer(best: Best, at: int, side: LimitSide, trial: TrialState | None, *, repaired: bool = False) -> float:
     """Take a state where it is better than what is there; returns the gain, relative to what was there."""
     if trial is None:
         return 0.0
@@ -74,5 +74,7 @@ def offer(best: Best, at: int, side: Side, trial: Trial | None, *, repaired: boo
 
 def is_open(best: Best, at: int) -> bool:
     """Whether there is more than one value at a frequency: between both limits, or between ends of local searches."""
-    values = np.concatenate([(best[at, side].value, *best[at, side].starts) for side in Side if (at, side) in best])
+    values = np.concatenate(
+        [(best[at, side].value, *best[at, side].starts) for side in LimitSide if (at, side) in best]
+    )
     return bool(np.ptp(values) > CLOSED * np.abs(values).max())

@@ -32,7 +32,7 @@ TRIES, LEAST_SHARE, SHORTER, LONGER = 12, 0.02, 0.4, 2.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Trial:
+class TrialState:
     """One steady state.
 
     Parameters
@@ -95,18 +95,18 @@ class LimitPoint:
 
     scale: float = 0.0
 
-    def trial(self, x: Real, w: Sliders, residual: float) -> Trial:
+    def trial(self, x: Real, w: Sliders, residual: float) -> TrialState:
         """A motion that is known to be a steady state."""
         # Copied: compiled code takes read-only arrays, such as those of a result, for another type.
         x, w = np.array(x), np.array(w)
         forces = forces_at(self.balance, self.condensed.angular_frequency, x, _start(w), JACOBIAN)
         return self._trial(x, w, residual, forces, cone(x, self.sliders, self.balance.sampling.evaluate))
 
-    def _trial(self, x: Real, w: Sliders, residual: float, forces: JointForces, interval: Cone) -> Trial:
+    def _trial(self, x: Real, w: Sliders, residual: float, forces: JointForces, interval: Cone) -> TrialState:
         value = self.measure.value(self.balance.level, x, forces.coefficients)
-        return Trial(x=x, w=w, value=value, residual=residual, forces=forces, cone=interval)
+        return TrialState(x=x, w=w, value=value, residual=residual, forces=forces, cone=interval)
 
-    def solve(self, x: Real, w: Sliders, hopeless: float = HASTY) -> Trial | None:
+    def solve(self, x: Real, w: Sliders, hopeless: float = HASTY) -> TrialState | None:
         """Newton's method from a motion nearby; none where it fails."""
         balance, tolerance = self.balance, TOLERANCE * self.scale
         first, count = balance.joint_of_direction
@@ -117,7 +117,7 @@ class LimitPoint:
         )  # fmt: skip
         return self._trial(found, w, norm / self.scale, forces, interval) if norm <= tolerance else None
 
-    def settle(self, x: Real, w: Sliders, hopeless: float = PATIENT) -> Trial | None:
+    def settle(self, x: Real, w: Sliders, hopeless: float = PATIENT) -> TrialState | None:
         """As `solve` from the nearest state in the box; dragged sliders then start where they end, if the box has it.
 
         Afterwards each slider is free, or slips, or is dragged from a bound of the box.
@@ -134,7 +134,7 @@ class LimitPoint:
             trial = self.solve(trial.x, moved, hopeless)
         return trial
 
-    def towards(self, w: Sliders, known: Trial, tries: int = TRIES) -> Trial | None:
+    def towards(self, w: Sliders, known: TrialState, tries: int = TRIES) -> TrialState | None:
         """Homotopy from a known state to other sliders: the last state on the way that was reached."""
         share, step, reached = 0.0, 1.0, known
         while share < 1 and tries and step > LEAST_SHARE:
@@ -147,7 +147,7 @@ class LimitPoint:
                 reached, share, step = trial, target, LONGER * step
         return reached if share > 0 else None
 
-    def from_rest(self, w: Sliders) -> Trial | None:
+    def from_rest(self, w: Sliders) -> TrialState | None:
         """Newton's method along a ramp of the level."""
         start = _start(w)
         for guess in (self.linear, 0 * self.linear):
@@ -156,7 +156,7 @@ class LimitPoint:
                 return self.trial(x, w, norm / self.scale)
         return None
 
-    def from_anywhere(self, w: Sliders) -> Trial | None:
+    def from_anywhere(self, w: Sliders) -> TrialState | None:
         """With all that `steady_state` tries."""
         try:
             state = steady_state(self.balance, self.condensed.angular_frequency, slider=w)

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from hbsolve.limits.follow import follow
 from hbsolve.limits.improve import improve
-from hbsolve.limits.local_search import Side, local_search
+from hbsolve.limits.local_search import LimitSide, local_search
 from hbsolve.limits.optimum import Best, offer
-from hbsolve.limits.point import LimitPoint, Trial
+from hbsolve.limits.point import LimitPoint, TrialState
 from hbsolve.limits.problem import LimitProblem
 
 Sliders = Float[NDArray[np.float64], " s"]
@@ -37,7 +37,7 @@ def first_limits(
     for at in numbers:
         point = problem.at(float(angular_frequency[at]), level)
         count = N_BEST_AT_END if at in (0, len(angular_frequency) - 1) else N_BEST
-        for side in Side:
+        for side in LimitSide:
             for trial in _distinct([*up[at], *down[at]], side, count):
                 improve(point, best, at, side, trial.x, point.box.clip(trial.carried))
             held = best.get((at - 1, side))
@@ -54,9 +54,9 @@ def _swept(
     angular_frequency: Float[NDArray[np.float64], " f"],
     numbers: Sequence[int],
     starts: Sequence[Sliders],
-) -> dict[int, list[Trial]]:
+) -> dict[int, list[TrialState]]:
     """States of the members at frequencies in this order, each from where it was at the one before."""
-    found: dict[int, list[Trial]] = {}
+    found: dict[int, list[TrialState]] = {}
     members = list(starts)
     motions: list[NDArray[np.float64] | None] = [None] * len(members)
     for at in numbers:
@@ -74,7 +74,7 @@ def _swept(
     return found
 
 
-def _from_others(point: LimitPoint, w: Sliders, solved: Sequence[Trial]) -> Trial | None:
+def _from_others(point: LimitPoint, w: Sliders, solved: Sequence[TrialState]) -> TrialState | None:
     """From a member that is solved, else from rest."""
     if solved:
         nearest = min(solved, key=lambda trial: float(np.linalg.norm(trial.w - w)))
@@ -82,8 +82,8 @@ def _from_others(point: LimitPoint, w: Sliders, solved: Sequence[Trial]) -> Tria
     return point.from_rest(w) or point.from_anywhere(w)
 
 
-def _distinct(solved: Sequence[Trial], side: Side, count: int) -> list[Trial]:
-    found: list[Trial] = []
+def _distinct(solved: Sequence[TrialState], side: LimitSide, count: int) -> list[TrialState]:
+    found: list[TrialState] = []
     for trial in sorted(solved, key=lambda trial: -side * trial.value):
         if all(abs(trial.value - other.value) > SAME * abs(other.value) for other in found):
             found.append(trial)

@@ -16,14 +16,14 @@ from hbsolve.errors import BalanceError
 from hbsolve.limits.audit import Audit
 from hbsolve.limits.box import slider_box
 from hbsolve.limits.certificate import RADII, Certificate
-from hbsolve.limits.local_search import Side
+from hbsolve.limits.local_search import LimitSide
 from hbsolve.limits.objective import Objective
 from hbsolve.limits.optimum import Best
 from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.limits.search import Key, Search
 from hbsolve.limits.starts import starting_sliders
-from hbsolve.limits.task import Progress, Runner
+from hbsolve.limits.task import Runner, StageProgress
 from reduction.array_input import real_array, whole_number
 
 Frequencies = Float[NDArray[np.float64], " f"]
@@ -104,7 +104,7 @@ def response_limits(
     settings: LimitSettings | None = None,
     store: MutableMapping[str, Any] | None = None,
     executor: Executor | None = None,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Callable[[StageProgress], None] | None = None,
 ) -> ResponseLimits:
     """Largest and smallest value of the objective over all slider states of the box, at each frequency and level.
 
@@ -190,7 +190,7 @@ def _result(
         kind = kinds.get(name, np.float64)
         arrays[name] = np.full(size, np.nan) if kind is np.float64 else np.zeros(size, dtype=kind)
     for level in range(len(levels)):
-        for row, side in enumerate(Side):
+        for row, side in enumerate(LimitSide):
             for at in range(len(omega)):
                 key = at, side
                 if key not in best[level]:

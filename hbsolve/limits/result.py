@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
-from hbsolve.limits.local_search import Side
+from hbsolve.limits.local_search import LimitSide
 from hbsolve.netcdf import write_netcdf
 from hbsolve.state import SteadyState
 from hbsolve.steady_state import steady_state
@@ -111,7 +111,7 @@ class ResponseLimits:
         """The upper limit, shape (l, f)."""
         return np.asarray(self.value[1])
 
-    def state(self, balance: HarmonicBalance, side: Side, level: int, frequency: int) -> SteadyState:
+    def state(self, balance: HarmonicBalance, side: LimitSide, level: int, frequency: int) -> SteadyState:
         """The steady state at a limit, by the numbers of level and frequency.
 
         Raises
@@ -119,7 +119,7 @@ class ResponseLimits:
         BalanceError
             There is no such limit, or the balance is another one.
         """
-        row = list(Side).index(Side(side))
+        row = list(LimitSide).index(LimitSide(side))
         if not (0 <= level < len(self.level) and 0 <= frequency < len(self.angular_frequency)):
             raise BalanceError(
                 f"there is no limit at level {level} and frequency {frequency}: there are {len(self.level)} levels and "

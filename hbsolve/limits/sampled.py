@@ -12,8 +12,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
-from hbsolve.limits.local_search import Side
-from hbsolve.limits.point import LimitPoint, Trial
+from hbsolve.limits.local_search import LimitSide
+from hbsolve.limits.point import LimitPoint, TrialState
 from hbsolve.limits.problem import LimitProblem
 from hbsolve.limits.starts import N_KIND, random_sliders
 
@@ -36,7 +36,7 @@ class SampledStates:
     """
 
     value: Float[NDArray[np.float64], "f n"]
-    extreme: dict[tuple[int, Side], tuple[NDArray[np.float64], NDArray[np.float64]]]
+    extreme: dict[tuple[int, LimitSide], tuple[NDArray[np.float64], NDArray[np.float64]]]
 
 
 @on_one_blas_thread
@@ -46,16 +46,16 @@ def sampled_states(
     """Sample random histories at the frequencies `numbers`, half of them swept up and half down."""
     random = np.random.default_rng(seed)
     value = np.full((len(numbers), count), np.nan)
-    extreme: dict[tuple[int, Side], Trial] = {}
+    extreme: dict[tuple[int, LimitSide], TrialState] = {}
     for way in (0, 1):
-        carried: dict[int, Trial] = {}
+        carried: dict[int, TrialState] = {}
         waiting = {number: random_sliders(problem.sliders, problem.box, random, number) for number in range(count)}
         order = range(len(numbers)) if way == 0 else range(len(numbers) - 1, -1, -1)
         for row in order:
             at = numbers[row]
             point = problem.at(float(omega[at]), level)
             over = problem.at(float(omega[at]), level * random.uniform(*OVERSHOOT))
-            last: Trial | None = None
+            last: TrialState | None = None
             for number in range(way, count, 2):
                 trial = _next(problem, point, over, carried.get(number), waiting[number], last, random)
                 if trial is None:
@@ -64,7 +64,7 @@ def sampled_states(
                 waiting[number] = problem.box.clip(trial.carried)
                 carried[number] = last = trial
                 value[row, number] = trial.value
-                for side in Side:
+                for side in LimitSide:
                     if (at, side) not in extreme or side * (trial.value - extreme[at, side].value) > 0:
                         extreme[at, side] = trial
     return SampledStates(
@@ -76,11 +76,11 @@ def _next(
     problem: LimitProblem,
     point: LimitPoint,
     over: LimitPoint,
-    before: Trial | None,
+    before: TrialState | None,
     w: NDArray[np.float64],
-    last: Trial | None,
+    last: TrialState | None,
     random: np.random.Generator,
-) -> Trial | None:
+) -> TrialState | None:
     """The state of one history at its next frequency."""
     trial = None if before is None else point.solve(before.x, w)
     if before is not None and random.random() < EVENT:

@@ -19,13 +19,13 @@ from hbsolve.limits.bridge import FURTHEST, at_a_gap, bridged
 from hbsolve.limits.certificate import Certificate, certificates
 from hbsolve.limits.exchange import exchange, from_level
 from hbsolve.limits.kick import kicked
-from hbsolve.limits.local_search import GAIN, Side
+from hbsolve.limits.local_search import GAIN, LimitSide
 from hbsolve.limits.optimum import Best, is_open
 from hbsolve.limits.population import first_limits
-from hbsolve.limits.task import Runner, Task
+from hbsolve.limits.task import Runner, SearchTask
 
 Frequencies = Float[NDArray[np.float64], " f"]
-Key = tuple[int, Side]
+Key = tuple[int, LimitSide]
 
 #: Rounds in which blocks hand optima across their edges.
 ROUNDS = 8
@@ -173,8 +173,8 @@ class Search:
 
     def _task(
         self, name: str, level: int, call: Callable[..., Any], arguments: tuple[Any, ...], numbers: range
-    ) -> Task:
-        return Task(
+    ) -> SearchTask:
+        return SearchTask(
             key=f"{name}; level {level}, frequencies {numbers.start} to {numbers.stop - 1}",
             call=call,
             arguments=(self.levels[level], *arguments),

@@ -9,7 +9,7 @@ from hbsolve.limits.problem import LimitProblem
 
 
 @dataclass(frozen=True, kw_only=True)
-class Progress:
+class StageProgress:
     """How far a search is.
 
     Parameters
@@ -26,7 +26,7 @@ class Progress:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Task:
+class SearchTask:
     """One call that a store may already hold the result of."""
 
     key: str
@@ -68,18 +68,18 @@ class Runner:
     token: str
     store: MutableMapping[str, Any]
     executor: Executor | None
-    progress: Callable[[Progress], None]
+    progress: Callable[[StageProgress], None]
 
-    def __call__(self, stage: str, tasks: Sequence[Task]) -> list[Any]:
+    def __call__(self, stage: str, tasks: Sequence[SearchTask]) -> list[Any]:
         """Results of the tasks of one stage, in order."""
         missing = [task for task in tasks if task.key not in self.store]
         done = len(tasks) - len(missing)
-        self.progress(Progress(stage=stage, done=done, of=len(tasks)))
+        self.progress(StageProgress(stage=stage, done=done, of=len(tasks)))
         if self.executor is None:
             for task in missing:
                 self.store[task.key] = run_task(self.token, self.problem, task.call, task.arguments)
                 done += 1
-                self.progress(Progress(stage=stage, done=done, of=len(tasks)))
+                self.progress(StageProgress(stage=stage, done=done, of=len(tasks)))
         else:
             sent = {
                 self.executor.submit(run_task, self.token, self.problem, task.call, task.arguments): task
@@ -88,5 +88,5 @@ class Runner:
             for future in as_completed(sent):
                 self.store[sent[future].key] = future.result()
                 done += 1
-                self.progress(Progress(stage=stage, done=done, of=len(tasks)))
+                self.progress(StageProgress(stage=stage, done=done, of=len(tasks)))
         return [self.store[task.key] for task in tasks]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from geometry.errors import ComputationFailed
 from hbsolve.errors import NoSteadyState
 from hbsolve.limits.loss_factor import LossFactor, paper_limits
-from hbsolve.limits.objective import Output
+from hbsolve.limits.objective import OutputHarmonic
 from hbsolve.limits.response_limits import response_limits
 from hbsolve.limits.result import ResponseLimits
 from pipeline.store import stage
@@ -73,7 +73,7 @@ def found_limits(
         assert search.row is not None
         assert search.reach is not None
         paper = paper_limits(
-            problem.balance, Output(row=search.row, harmonic=search.harmonic),
+            problem.balance, OutputHarmonic(row=search.row, harmonic=search.harmonic),
             search.angular_frequency, search.levels, nominal=search.nominal, reach=search.reach, **options,
         )  # fmt: skip
         return FoundLimits(limits=paper.loss_factor, amplitude=paper.amplitude)

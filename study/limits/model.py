@@ -9,8 +9,7 @@ import numpy as np
 from casefile.table import CaseModel, located
 from hbsolve.errors import BalanceError
 from hbsolve.limits.loss_factor import LossFactor
-from hbsolve.limits.objective import ContactForce, Objective
-from hbsolve.limits.objective import Output as Amplitude
+from hbsolve.limits.objective import ContactForceHarmonic, Objective, OutputHarmonic
 from hbsolve.limits.response_limits import LimitSettings
 from study.case.joint_table import FrequencySweepTable, LevelSweepTable
 from study.limits.search import LimitSearch
@@ -20,7 +19,7 @@ from study.solve.result import main_harmonic
 
 #: Without a step the band has so many intervals.
 INTERVALS = 50
-#: Numbers of a contact's directions, as `ContactForce` counts them.
+#: Numbers of a contact's directions, as `ContactForceHarmonic` counts them.
 DIRECTION = {"tangential": 0, "second tangential": 1, "normal": -1}
 
 
@@ -112,7 +111,7 @@ def _objective(
     if table.objective == "loss factor":
         return LossFactor()
     if output is not None:
-        return Amplitude(row=output.row, harmonic=main_harmonic(model.system))
+        return OutputHarmonic(row=output.row, harmonic=main_harmonic(model.system))
     assert table.contact is not None
     known = {joint.name: (joint.name,) for joint in model.system.joints} | {
         name: tuple(each) for name, each in lines.items()
@@ -120,7 +119,7 @@ def _objective(
     if table.contact not in known:
         names = ", ".join(f'"{name}"' for name in lines or known)
         raise BalanceError(f"contact is none of the case's: give one of {names}")
-    return ContactForce(
+    return ContactForceHarmonic(
         joints=known[table.contact],
         direction=DIRECTION[table.direction or "tangential"],
         harmonic=0 if table.objective == "static force" else main_harmonic(model.system),

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from hbsolve.limits.task import Progress
+from hbsolve.limits.task import StageProgress
 
 #: Where the stages end, as measured on the wedge damper with 100 histories: what is handed on between frequencies and
 #: levels has no number of tasks that is known beforehand, and so moves within its share.
@@ -29,7 +29,7 @@ class SearchProgress:
         self._done = 0.0
         self._computed = False
 
-    def __call__(self, progress: Progress) -> None:
+    def __call__(self, progress: StageProgress) -> None:
         """See `hbsolve.limits.response_limits`."""
         names = list(END)
         number = names.index(progress.stage)

@@ -29,7 +29,7 @@ from diagnosis.fit.refit import Refit
 from diagnosis.localisation import Place
 from transient.bench.beam import BeamParameters
 from transient.bench.campaign import CampaignPoints
-from transient.bench.effect import KINDS, Effect
+from transient.bench.effect import KINDS, PlantedEffect
 from transient.bench.hidden_effect import PlantedTruth, make_campaign
 
 NO_GROUPS = Groups(same=0.9, pairs={frozenset(("cubic at tip", "spring at tip")): 0.95})
@@ -155,7 +155,7 @@ def test_an_effect_is_left_out_with_the_kinds_of_its_group() -> None:
 
 
 def truth(kind: str, place: str, strength: float = 1.0, parameters: BeamParameters | None = None) -> Any:
-    effect = Effect(kind=kind, place=place, strength=strength)
+    effect = PlantedEffect(kind=kind, place=place, strength=strength)
     return SimpleNamespace(effect=effect, parameters=parameters or BeamParameters())
 
 

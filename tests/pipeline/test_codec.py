@@ -13,7 +13,7 @@ from scipy import sparse
 
 from casefile.errors import Problem
 from fe.system import LinearSystem
-from hbsolve.limits.local_search import Side
+from hbsolve.limits.local_search import LimitSide
 from pipeline.codec import JSON, NPZ, Codec
 from reduction.rom import ReducedModel
 
@@ -96,9 +96,9 @@ def test_a_dataclass_of_the_product_is_rebuilt_and_a_foreign_name_is_refused(tmp
 
 
 def test_sets_and_enums_of_the_product_come_back_as_they_were(tmp_path: Path) -> None:
-    value = {(3, Side.LOWER), (4, Side.UPPER)}, {(3, Side.UPPER): (1.5, np.inf)}
+    value = {(3, LimitSide.LOWER), (4, LimitSide.UPPER)}, {(3, LimitSide.UPPER): (1.5, np.inf)}
     NPZ.save(value, tmp_path)
     back = NPZ.load(tmp_path)
     assert back == value
     # An integer would be equal to the side, and yet no side.
-    assert all(isinstance(key[1], Side) for part in back for key in part)
+    assert all(isinstance(key[1], LimitSide) for part in back for key in part)

@@ -14,7 +14,7 @@ from casefile.errors import CaseError
 from casefile.table import load_case
 from geometry.rig import SIDES, mating_pairs
 from hbsolve.balance import HarmonicBalance
-from hbsolve.limits.objective import ContactForce
+from hbsolve.limits.objective import ContactForceHarmonic
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
 from hbsolve.steady_state import steady_state
 from pipeline import parallel
@@ -199,7 +199,7 @@ def test_gaps_that_a_rigid_motion_of_the_damper_absorbs_change_no_limit(store: P
 def normal_force_limits(system: RigSystem) -> np.ndarray:
     """Of the mean normal force on the left line of the blade, above the resonance, with one harmonic [N]."""
     balance = HarmonicBalance(system=system.model.system, n_harmonic=2, n_sample=32)
-    force = ContactForce(joints=system.joined.lines["left_blade"], direction=-1)
+    force = ContactForceHarmonic(joints=system.joined.lines["left_blade"], direction=-1)
     problem = limit_problem(balance, force, nominal=system.rest.slider, reach=2e-6)
     limits = response_limits(problem, [2 * np.pi * 260], [0.1], settings=LimitSettings(population=2, sample=0))
     return limits.value.ravel()

@@ -18,7 +18,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from transient.bench.beam import Beam, BeamParameters
-from transient.bench.effect import Effect, plant
+from transient.bench.effect import PlantedEffect, plant
 from transient.bench.sweep import TOLERANCE, Readings, SweptBench
 
 #: Standard deviations of the specimen's parameters, relative to its drawing [-].
@@ -61,7 +61,7 @@ TESTS: Mapping[str, str] = {"jointed": "stepped", "free": "free"}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Layout:
+class CampaignLayout:
     """What a campaign's files call its sensors.
 
     Parameters
@@ -87,7 +87,7 @@ class Layout:
         return tuple(f"{line}_{component}" for line in self.lines for component in COMPONENTS)
 
 
-BEAM_LAYOUT = Layout()
+BEAM_LAYOUT = CampaignLayout()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,7 +164,7 @@ def random_parameters(random: np.random.Generator) -> BeamParameters:
 def sweeps(
     beam: Beam,
     parameters: BeamParameters,
-    effect: Effect,
+    effect: PlantedEffect,
     points: CampaignPoints,
     random: np.random.Generator,
     *,
@@ -220,7 +220,7 @@ def with_noise(readings: Readings, random: np.random.Generator) -> Readings:
 
 
 def write_campaign(
-    folder: Path, measured: Sequence[Sweep], points: CampaignPoints, layout: Layout = BEAM_LAYOUT
+    folder: Path, measured: Sequence[Sweep], points: CampaignPoints, layout: CampaignLayout = BEAM_LAYOUT
 ) -> None:
     """Write campaign.toml, stepped.csv and, if the specimen was measured free too, free.csv."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -242,7 +242,7 @@ def write_campaign(
     (folder / "campaign.toml").write_text(_manifest(points, layout, tests), encoding="utf-8")
 
 
-def _point_lines(head: str, readings: Readings, number: int, layout: Layout) -> Iterator[str]:
+def _point_lines(head: str, readings: Readings, number: int, layout: CampaignLayout) -> Iterator[str]:
     for sensors, harmonics, values, unit in (
         (layout.sensors, MOTION_HARMONICS, readings.motion[number], "m"),
         (layout.forces, FORCE_HARMONICS, readings.force[number], "N"),
@@ -253,7 +253,7 @@ def _point_lines(head: str, readings: Readings, number: int, layout: Layout) -> 
                 yield f"{head},{sensor},{harmonic},{value.real:.9e},{value.imag:.9e},{unit}"
 
 
-def _manifest(points: CampaignPoints, layout: Layout, tests: Mapping[str, str]) -> str:
+def _manifest(points: CampaignPoints, layout: CampaignLayout, tests: Mapping[str, str]) -> str:
     sensors = [
         f'[[sensor]]\nname = "{name}"\nquantity = "displacement"\ndirection = "{layout.direction}"\nplace = "{name}"\n'
         for name in layout.sensors

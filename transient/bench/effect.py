@@ -40,7 +40,7 @@ STOP_GAP = 20e-6
 
 
 @dataclass(frozen=True, kw_only=True)
-class Effect:
+class PlantedEffect:
     """One hidden effect.
 
     Parameters
@@ -75,7 +75,7 @@ class Effect:
             raise TransientError(f'the strength {self.strength} of "{self.kind}" must be finite and not negative')
 
 
-def plant(beam: Beam, parameters: BeamParameters, effect: Effect) -> tuple[JointedSystem, JointedSystem]:
+def plant(beam: Beam, parameters: BeamParameters, effect: PlantedEffect) -> tuple[JointedSystem, JointedSystem]:
     """The jointed and the free specimen with the effect in them.
 
     The stop belongs to the rig of the contacts and is taken away with it.
@@ -93,7 +93,7 @@ def plant(beam: Beam, parameters: BeamParameters, effect: Effect) -> tuple[Joint
     return _on_structure(jointed, effect, row), _on_structure(free, effect, row)
 
 
-def _on_structure(system: JointedSystem, effect: Effect, row: Row) -> JointedSystem:
+def _on_structure(system: JointedSystem, effect: PlantedEffect, row: Row) -> JointedSystem:
     square = effect.strength * np.outer(row, row)
     match effect.kind:
         case "mass":
@@ -108,7 +108,7 @@ def _on_structure(system: JointedSystem, effect: Effect, row: Row) -> JointedSys
             return replace(system, joints=[*system.joints, damper])
 
 
-def _line_parameters(parameters: BeamParameters, effect: Effect) -> BeamParameters:
+def _line_parameters(parameters: BeamParameters, effect: PlantedEffect) -> BeamParameters:
     def changed(line: tuple[float, float]) -> tuple[float, float]:
         added = (effect.strength, 0.0) if effect.place == "left" else (0.0, effect.strength)
         return line[0] + added[0], line[1] + added[1]

@@ -12,7 +12,7 @@ import numpy as np
 
 from transient.bench.beam import BeamParameters, random_stations, reduced_beam
 from transient.bench.campaign import CampaignPoints, random_parameters, sweeps, with_noise, write_campaign
-from transient.bench.effect import KINDS, NOTHING, SIGNED, UNITS, Effect
+from transient.bench.effect import KINDS, NOTHING, SIGNED, UNITS, PlantedEffect
 from transient.errors import TransientError
 
 STRENGTHS = Path(__file__).with_name("strength.toml")
@@ -47,7 +47,7 @@ class PlantedTruth:
     """
 
     seed: int
-    effect: Effect
+    effect: PlantedEffect
     unit: str
     unit_strength: float
     parameters: BeamParameters
@@ -72,13 +72,13 @@ def unit_strengths() -> dict[str, dict[str, float]]:
 
 def random_effect(
     random: np.random.Generator, kind: str | None = None, place: str | None = None, strength: float | None = None
-) -> Effect:
+) -> PlantedEffect:
     """An effect, with what is not given drawn: kinds and places alike often, strength log-uniform in 1 to 4 units."""
     # As many numbers whatever is given, so that a seed always means the same.
     which, where, size, sign = random.uniform(size=4)
     kind = [*KINDS][int(which * len(KINDS))] if kind is None else kind
     if kind == NOTHING:
-        return Effect(kind=NOTHING)
+        return PlantedEffect(kind=NOTHING)
     if kind not in KINDS:
         raise TransientError(f'the effect "{kind}" is none of {", ".join([*KINDS, NOTHING])}')
     place = KINDS[kind][int(where * len(KINDS[kind]))] if place is None else place
@@ -86,7 +86,7 @@ def random_effect(
         strength = unit_strengths()[kind][place] * float(STRONGEST**size)
         if kind in SIGNED and sign < 0.5:
             strength = -strength
-    return Effect(kind=kind, place=place, strength=float(strength))
+    return PlantedEffect(kind=kind, place=place, strength=float(strength))
 
 
 def make_campaign(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fe.damping import rayleigh_damping
 from fe.mesh import Mesh
 from fe.modal import modes
-from hbsolve.continuation.peak import Peak, resonance_peak, undamped_from_peak
+from hbsolve.continuation.peak import ResonancePeak, resonance_peak, undamped_from_peak
 from hbsolve.dynamic_stiffness import DynamicStiffness
 from hbsolve.forced_response import forced_response
 from hbsolve.harmonic_force import HarmonicForce
@@ -94,7 +94,7 @@ def reduce_blade(model: BladeModel, provenance: Mapping[str, str] | None = None)
     )
 
 
-def first_peak(rom: ReducedModel, frequency: float) -> Peak:
+def first_peak(rom: ReducedModel, frequency: float) -> ResonancePeak:
     """Peak of the tip's harmonic-balance response to a force at the excitation point, near a frequency [Hz]."""
     structure = DynamicStiffness.of(rom)
     force = unit_force(rom)

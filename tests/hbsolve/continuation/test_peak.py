@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from hbsolve.continuation.peak import interpolated_peak, resonance_peak, undamped_from_peak
 from hbsolve.dynamic_stiffness import DynamicStiffness
-from hbsolve.errors import PeakError
+from hbsolve.errors import NoPeakError
 
 
 def single(omega: np.ndarray, omega0: float = 50.0, zeta: float = 0.002) -> np.ndarray:
@@ -72,24 +72,24 @@ def test_neighbour_modes_bias_the_peak_as_stated(row: int, column: int) -> None:
 
 
 def test_bands_and_samples_without_a_peak_are_refused() -> None:
-    with pytest.raises(PeakError, match="no resonance peak between 60 and 90 rad/s: the response is highest at 60"):
+    with pytest.raises(NoPeakError, match="no resonance peak between 60 and 90 rad/s: the response is highest at 60"):
         resonance_peak(single, 60.0, 90.0)
-    with pytest.raises(PeakError, match="band from 9 to 3 rad/s is empty"):
+    with pytest.raises(NoPeakError, match="band from 9 to 3 rad/s is empty"):
         resonance_peak(single, 9.0, 3.0)
-    with pytest.raises(PeakError, match="2 samples cannot enclose a peak"):
+    with pytest.raises(NoPeakError, match="2 samples cannot enclose a peak"):
         interpolated_peak(np.array([1.0, 2.0]), np.array([1.0, 2.0]))
-    with pytest.raises(PeakError, match="highest at 3 rad/s, an end of the band"):
+    with pytest.raises(NoPeakError, match="highest at 3 rad/s, an end of the band"):
         interpolated_peak(np.array([1.0, 2.0, 3.0]), np.array([1.0, 2.0, 3.0]))
-    with pytest.raises(PeakError, match="do not show the height of the peak"):
+    with pytest.raises(NoPeakError, match="do not show the height of the peak"):
         interpolated_peak(np.array([1.0, 2.0, 3.0]), np.array([1.0, 1.0 + 1e-9, 0.01]))
 
 
 def test_an_undamped_peak_has_no_height() -> None:
-    with pytest.raises(PeakError, match="peak at 50 rad/s has no width: damp the mode"):
+    with pytest.raises(NoPeakError, match="peak at 50 rad/s has no width: damp the mode"):
         resonance_peak(lambda omega: single(omega + 1e-13, zeta=0.0), 10.0, 95.0)
 
 
 def test_a_damping_ratio_without_a_peak_is_refused() -> None:
     peak = interpolated_peak(np.array([40.0, 50.0, 60.0]), single(np.array([40.0, 50.0, 60.0])))
-    with pytest.raises(PeakError, match=r"damping_ratio = 0\.71 must lie in"):
+    with pytest.raises(NoPeakError, match=r"damping_ratio = 0\.71 must lie in"):
         undamped_from_peak(peak, 0.71)

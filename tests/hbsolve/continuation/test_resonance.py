@@ -6,7 +6,7 @@ import pytest
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.resonance import resonance, resonance_curve
 from hbsolve.continuation.response import frequency_response
-from hbsolve.errors import PeakError
+from hbsolve.errors import NoPeakError
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import CubicSpring, ElasticStop, JenkinsElement, Joint, JointedSystem
 
@@ -125,11 +125,11 @@ def test_no_neighbour_of_a_peak_is_higher() -> None:
 @pytest.mark.parametrize(("first", "last", "end"), [(0.5, 0.9, "0.143239 Hz"), (1.1, 1.4, "0.17507 Hz")])
 def test_a_branch_that_rises_to_its_end_has_no_peak(first: float, last: float, end: str) -> None:
     balance = oscillator(damping=0.01)
-    with pytest.raises(PeakError, match=f"highest at {end}, an end of the branch: widen its range"):
+    with pytest.raises(NoPeakError, match=f"highest at {end}, an end of the branch: widen its range"):
         resonance(balance, frequency_response(balance, first, last), 0)
 
 
 def test_a_response_without_a_peak_is_refused_after_widening() -> None:
     """Overdamped: the response falls from Omega = 0 on."""
-    with pytest.raises(PeakError, match="an end of the branch"):
+    with pytest.raises(NoPeakError, match="an end of the branch"):
         resonance_curve(oscillator(damping=3.0), [1.0], 0, 0.5, 1.0)

@@ -8,8 +8,8 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.bridge import at_a_gap
 from hbsolve.limits.certificate import certificates
 from hbsolve.limits.kick import MOST_TURNS, kicked, turned
-from hbsolve.limits.local_search import Side, local_search
-from hbsolve.limits.objective import Output
+from hbsolve.limits.local_search import LimitSide, local_search
+from hbsolve.limits.objective import OutputHarmonic
 from hbsolve.limits.optimum import Best, Optimum, is_open
 from hbsolve.limits.response_limits import limit_problem
 from hbsolve.limits.sliders import SliderTable
@@ -37,7 +37,7 @@ def test_lines_are_turned_about_their_nominal_place_in_all_combinations() -> Non
 
 def test_a_kick_leads_to_a_basin_that_no_step_leads_to(wedge: JointedSystem) -> None:
     balance = HarmonicBalance(system=wedge, n_harmonic=2, n_sample=32)
-    problem = limit_problem(balance, Output(row=0), reach=8e-6)
+    problem = limit_problem(balance, OutputHarmonic(row=0), reach=8e-6)
     omega, level = 2 * np.pi * 284.0, 0.4
     point = problem.at(omega, level)
     rest = point.from_rest(problem.box.nominal)
@@ -45,16 +45,16 @@ def test_a_kick_leads_to_a_basin_that_no_step_leads_to(wedge: JointedSystem) -> 
     reached = point.towards(problem.box.nominal + 8e-6 * np.array([-1, -1, -1, 1]), rest)
     settled = reached and point.settle(reached.x, reached.w)
     assert settled
-    end = local_search(point, settled, Side.UPPER)
-    best: Best = {(0, Side.UPPER): Optimum(value=end.value, x=end.x, w=end.w, residual=0.0)}
+    end = local_search(point, settled, LimitSide.UPPER)
+    best: Best = {(0, LimitSide.UPPER): Optimum(value=end.value, x=end.x, w=end.w, residual=0.0)}
     found, gained = kicked(problem, level, np.array([omega]), best, sorted(best), (0,))
-    assert gained == {(0, Side.UPPER)}
+    assert gained == {(0, LimitSide.UPPER)}
     # 6.0 um where the search alone ends at 5.0 um, whichever of the corners of the box it starts from but one.
-    assert found[0, Side.UPPER].value > 1.15 * end.value
+    assert found[0, LimitSide.UPPER].value > 1.15 * end.value
 
 
 def test_a_gap_lies_between_limits_of_which_one_does_not_become_the_other() -> None:
-    side = Side.UPPER
+    side = LimitSide.UPPER
     best: Best = {
         (0, side): optimum(1.0, after=1.0),
         (1, side): optimum(1.01, before=1.008, after=1.01),
@@ -69,15 +69,15 @@ def test_a_gap_lies_between_limits_of_which_one_does_not_become_the_other() -> N
 
 def test_one_state_alone_is_no_jump_and_not_open(wedge: JointedSystem) -> None:
     balance = HarmonicBalance(system=wedge, n_harmonic=2, n_sample=32)
-    problem = limit_problem(balance, Output(row=0))
+    problem = limit_problem(balance, OutputHarmonic(row=0))
     omega, level = 2 * np.pi * 284.0 * np.array([0.90, 0.91]), 1e-3
     best: Best = {}
     for at, each in enumerate(omega):
         trial = problem.at(float(each), level).from_rest(problem.box.nominal)
         assert trial is not None
-        for side in Side:
+        for side in LimitSide:
             best[at, side] = Optimum(value=trial.value, x=trial.x, w=trial.w, residual=0.0)
     # A neighbour whose state comes from elsewhere: followed, it is far off.
-    best[1, Side.UPPER] = replace(best[1, Side.UPPER], w=best[1, Side.UPPER].w + 3e-5)
+    best[1, LimitSide.UPPER] = replace(best[1, LimitSide.UPPER], w=best[1, LimitSide.UPPER].w + 3e-5)
     assert not is_open(best, 0)
     assert not any(each.jump for each in certificates(problem, level, omega, [0], best).values())

@@ -6,23 +6,23 @@ import pytest
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.derivative import slider_derivative
 from hbsolve.limits.loss_factor import LossFactor
-from hbsolve.limits.objective import ContactForce, Objective, Output
-from hbsolve.limits.point import LimitPoint, Trial
+from hbsolve.limits.objective import ContactForceHarmonic, Objective, OutputHarmonic
+from hbsolve.limits.point import LimitPoint, TrialState
 from hbsolve.limits.response_limits import limit_problem
 from reduction.jointed_system import JointedSystem
 
 LEVEL, SHARE = 0.6, 0.97
 OBJECTIVES = [
-    Output(row=0),
-    Output(row=np.array([0.3, 1.0, 0.0, -2.0]), harmonic=2),
-    Output(row=1, harmonic=0),
-    ContactForce(joints=["blade 1", "ground 2"], direction=0, harmonic=0),
-    ContactForce(joints=["ground 1"], direction=-1, harmonic=1),
+    OutputHarmonic(row=0),
+    OutputHarmonic(row=np.array([0.3, 1.0, 0.0, -2.0]), harmonic=2),
+    OutputHarmonic(row=1, harmonic=0),
+    ContactForceHarmonic(joints=["blade 1", "ground 2"], direction=0, harmonic=0),
+    ContactForceHarmonic(joints=["ground 1"], direction=-1, harmonic=1),
     LossFactor(),
 ]
 
 
-def partly_sliding(system: JointedSystem, objective: Objective) -> tuple[LimitPoint, Trial]:
+def partly_sliding(system: JointedSystem, objective: Objective) -> tuple[LimitPoint, TrialState]:
     """A state in which some sliders stick, well inside their intervals, while others slip or lift off."""
     balance = HarmonicBalance(system=system, n_harmonic=4, n_sample=128)
     problem = limit_problem(balance, objective, reach=1e-5)

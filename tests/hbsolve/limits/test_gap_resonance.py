@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from hbsolve.balance import HarmonicBalance
-from hbsolve.limits.objective import Output
+from hbsolve.limits.objective import OutputHarmonic
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
 from reduction.jointed_system import FrictionContact, JointedSystem, along
 
@@ -49,7 +49,7 @@ def between_gaps(friction_limit: float) -> HarmonicBalance:
 
 def tops(friction_limit: float) -> tuple[np.ndarray, np.ndarray]:
     """Angular frequency and height of the upper limit's highest point at each level."""
-    problem = limit_problem(between_gaps(friction_limit), Output(row=0))
+    problem = limit_problem(between_gaps(friction_limit), OutputHarmonic(row=0))
     found = response_limits(problem, OMEGA, LEVELS, settings=LimitSettings(population=2, sample=0))
     return found.angular_frequency[found.upper.argmax(axis=1)], found.upper.max(axis=1)
 

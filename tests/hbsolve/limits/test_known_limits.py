@@ -5,7 +5,7 @@ import pytest
 import scipy.optimize
 
 from hbsolve.balance import HarmonicBalance
-from hbsolve.limits.objective import Output
+from hbsolve.limits.objective import OutputHarmonic
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
 from reduction.jointed_system import JenkinsElement, JointedSystem
 
@@ -77,7 +77,7 @@ def test_patterns_of_open_contacts_give_the_closed_form(wedge: JointedSystem) ->
 
 @pytest.mark.parametrize("seed", range(4))
 def test_the_unbounded_lower_limit_is_the_closed_form(balance: HarmonicBalance, seed: int) -> None:
-    problem = limit_problem(balance, Output(row=0), reach=np.inf)
+    problem = limit_problem(balance, OutputHarmonic(row=0), reach=np.inf)
     omega = 2 * np.pi * STUCK * SHARES
     limits = response_limits(problem, omega, LEVELS, settings=LimitSettings(seed=seed))
     receptance = limits.lower / np.array(LEVELS)[:, None]
@@ -87,7 +87,7 @@ def test_the_unbounded_lower_limit_is_the_closed_form(balance: HarmonicBalance, 
 
 
 def test_an_audit_finds_what_agreeing_starts_miss_and_says_so(balance: HarmonicBalance) -> None:
-    problem = limit_problem(balance, Output(row=0), reach=np.inf)
+    problem = limit_problem(balance, OutputHarmonic(row=0), reach=np.inf)
     omega = 2 * np.pi * STUCK * SHARES
     # Of seeds 0 to 11, four start in the wrong basins alone; 6 is one of them.
     seed = 6
@@ -101,7 +101,7 @@ def test_an_audit_finds_what_agreeing_starts_miss_and_says_so(balance: HarmonicB
 
 
 def test_no_slider_state_of_a_grid_lies_outside_the_limits(balance: HarmonicBalance) -> None:
-    problem = limit_problem(balance, Output(row=0), reach=4e-6)
+    problem = limit_problem(balance, OutputHarmonic(row=0), reach=4e-6)
     omega, level = 2 * np.pi * STUCK * 0.97, 0.4
     limits = response_limits(problem, [omega], [level])
     point = problem.at(omega, level)
@@ -133,7 +133,7 @@ def test_friction_holds_one_mass_anywhere_within_its_limit_over_the_stiffness() 
         harmonic_force=[[0], [1.0]],
     )
     balance = HarmonicBalance(system=system, n_harmonic=2, n_sample=32)
-    problem = limit_problem(balance, Output(row=0, harmonic=0), reach=np.inf)
+    problem = limit_problem(balance, OutputHarmonic(row=0, harmonic=0), reach=np.inf)
     omega, force = 30.0, 1e-4
     limits = response_limits(problem, [omega], [force])
     # The vibration takes its part of the limit: kt |x_1| = 6e-5 N of 3 N.

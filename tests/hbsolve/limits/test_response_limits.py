@@ -13,9 +13,9 @@ from hbsolve.contact_motion import contact_motion
 from hbsolve.energy import energy_balance
 from hbsolve.errors import BalanceError
 from hbsolve.limits.fresh import fresh_histories
-from hbsolve.limits.local_search import Side
+from hbsolve.limits.local_search import LimitSide
 from hbsolve.limits.loss_factor import LossFactor, paper_limits
-from hbsolve.limits.objective import ContactForce, Output
+from hbsolve.limits.objective import ContactForceHarmonic, OutputHarmonic
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
 from hbsolve.limits.result import ResponseLimits, load_limits
 from reduction.jointed_system import JointedSystem
@@ -32,7 +32,7 @@ def balance(wedge: JointedSystem) -> HarmonicBalance:
 
 @pytest.fixture(scope="module")
 def limits(balance: HarmonicBalance) -> ResponseLimits:
-    return response_limits(limit_problem(balance, Output(row=0)), OMEGA, LEVELS, settings=QUICK)
+    return response_limits(limit_problem(balance, OutputHarmonic(row=0)), OMEGA, LEVELS, settings=QUICK)
 
 
 def same(one: ResponseLimits, other: ResponseLimits) -> None:
@@ -44,15 +44,15 @@ def test_every_limit_is_a_steady_state_in_the_box(balance: HarmonicBalance, limi
     assert (limits.residual <= 1e-9).all()
     assert (np.abs(limits.slider - limits.nominal) <= limits.reach * (1 + 1e-12)).all()
     assert (np.abs(limits.multiplier) <= 1).all()
-    for side in Side:
+    for side in LimitSide:
         state = limits.state(balance, side, 1, 3)
-        row = list(Side).index(side)
+        row = list(LimitSide).index(side)
         # Solved again from its motion, to Newton's tolerance.
         assert state.amplitude(0) == pytest.approx(limits.value[row, 1, 3], rel=1e-7)
 
 
 def test_histories_that_had_no_part_in_the_search_stay_inside(balance: HarmonicBalance, limits: ResponseLimits) -> None:
-    fresh = fresh_histories(limit_problem(balance, Output(row=0)), limits, 60, seed=9)
+    fresh = fresh_histories(limit_problem(balance, OutputHarmonic(row=0)), limits, 60, seed=9)
     assert np.isfinite(fresh.value).mean() > 0.95
     assert fresh.share_outside(1e-3) == 0.0
     # They fill a good part of the band where there is one, so they would see limits that are too narrow.
@@ -62,7 +62,9 @@ def test_histories_that_had_no_part_in_the_search_stay_inside(balance: HarmonicB
 def test_a_larger_box_is_never_narrower(balance: HarmonicBalance) -> None:
     upper, lower = [], []
     for reach in (1e-6, 3e-6, 1e-5):
-        found = response_limits(limit_problem(balance, Output(row=0), reach=reach), OMEGA[:3], [0.4], settings=QUICK)
+        found = response_limits(
+            limit_problem(balance, OutputHarmonic(row=0), reach=reach), OMEGA[:3], [0.4], settings=QUICK
+        )
         upper.append(found.upper[0])
         lower.append(found.lower[0])
     # Searches end where a step gains less than 1e-4.
@@ -79,7 +81,7 @@ def test_certified_steps_gain_next_to_nothing(limits: ResponseLimits) -> None:
 
 
 def test_stopped_search_goes_on_where_it_stopped(balance: HarmonicBalance, limits: ResponseLimits) -> None:
-    problem, store = limit_problem(balance, Output(row=0)), {}
+    problem, store = limit_problem(balance, OutputHarmonic(row=0)), {}
     calls: list[str] = []
 
     class Stopped(RuntimeError):
@@ -105,7 +107,7 @@ def test_processes_find_the_same_limits(balance: HarmonicBalance, limits: Respon
     stages = []
     with ProcessPoolExecutor(1) as executor:
         found = response_limits(
-            limit_problem(balance, Output(row=0)), OMEGA, LEVELS, settings=QUICK, executor=executor,
+            limit_problem(balance, OutputHarmonic(row=0)), OMEGA, LEVELS, settings=QUICK, executor=executor,
             progress=stages.append,
         )  # fmt: skip
     same(found, limits)
@@ -123,10 +125,10 @@ def test_saved_limits_come_back(limits: ResponseLimits, tmp_path: Path) -> None:
 def test_limits_of_a_line_force_are_reached_by_its_state(balance: HarmonicBalance) -> None:
     names = ["blade 1", "blade 2"]
     for direction, harmonic in ((0, 0), (-1, 0), (0, 1), (-1, 1)):
-        force = ContactForce(joints=names, direction=direction, harmonic=harmonic)
+        force = ContactForceHarmonic(joints=names, direction=direction, harmonic=harmonic)
         found = response_limits(limit_problem(balance, force), OMEGA[3:5], [0.4], settings=QUICK)
         assert (found.lower <= found.upper).all()
-        for row, side in enumerate(Side):
+        for row, side in enumerate(LimitSide):
             motions = contact_motion(balance.at_level(0.4), found.state(balance, side, 0, 1))
             total = sum(motion.force[direction] for motion in motions if motion.name in names)
             wave = np.fft.rfft(total) / len(total)
@@ -151,7 +153,7 @@ def test_a_gap_field_that_a_rigid_motion_of_the_damper_absorbs_changes_no_limit(
     found = []
     for system, nominal in ((wedge, np.zeros(4)), (shifted, np.array([each.tangents[0] @ motion for each in gaps]))):
         balance = HarmonicBalance(system=system, n_harmonic=4, n_sample=64)
-        problem = limit_problem(balance, Output(row=0), nominal=nominal)
+        problem = limit_problem(balance, OutputHarmonic(row=0), nominal=nominal)
         found.append(response_limits(problem, OMEGA[2:5], [0.4], settings=QUICK))
     # Both searches make the same steps, up to round-off that Newton's tolerance of 1e-9 bounds and kinks enlarge.
     np.testing.assert_allclose(found[1].value, found[0].value, rtol=1e-3)
@@ -161,7 +163,7 @@ def test_a_gap_field_that_a_rigid_motion_of_the_damper_absorbs_changes_no_limit(
 def test_the_loss_factor_is_that_of_the_energies(balance: HarmonicBalance) -> None:
     problem = limit_problem(balance, LossFactor())
     found = response_limits(problem, OMEGA[2:5], [0.4], settings=QUICK)
-    for row, side in enumerate(Side):
+    for row, side in enumerate(LimitSide):
         state = found.state(balance, side, 0, 1)
         eta = energy_balance(balance.at_level(0.4), state).loss_factor
         # The springs' energy counts here in the harmonics that are kept.
@@ -169,7 +171,7 @@ def test_the_loss_factor_is_that_of_the_energies(balance: HarmonicBalance) -> No
 
 
 def test_the_papers_limits_lie_within_those_of_the_amplitude(balance: HarmonicBalance) -> None:
-    output = Output(row=0)
+    output = OutputHarmonic(row=0)
     reach = limit_problem(balance, output).box.reach
     amplitude = response_limits(limit_problem(balance, output), OMEGA, [0.4], settings=QUICK)
     paper = paper_limits(balance, output, OMEGA, [0.4], reach=reach, settings=QUICK)
@@ -189,7 +191,7 @@ def test_the_papers_limits_lie_within_those_of_the_amplitude(balance: HarmonicBa
     ],
 )
 def test_bad_curves_are_refused(balance: HarmonicBalance, change: dict[str, Any], says: str) -> None:
-    problem = limit_problem(balance, Output(row=0))
+    problem = limit_problem(balance, OutputHarmonic(row=0))
     given = {"angular_frequency": [10.0], "levels": [1.0]} | change
     with pytest.raises(BalanceError, match=says):
         response_limits(problem, **given)
@@ -197,14 +199,14 @@ def test_bad_curves_are_refused(balance: HarmonicBalance, change: dict[str, Any]
 
 def test_bad_problems_are_refused(balance: HarmonicBalance) -> None:
     with pytest.raises(BalanceError, match="degree of freedom 4 does not exist"):
-        limit_problem(balance, Output(row=4))
+        limit_problem(balance, OutputHarmonic(row=4))
     with pytest.raises(BalanceError, match="harmonic 4 is none of 0 to 3"):
-        limit_problem(balance, Output(row=0, harmonic=4))
+        limit_problem(balance, OutputHarmonic(row=0, harmonic=4))
     with pytest.raises(BalanceError, match='"pad" is no friction contact'):
-        limit_problem(balance, ContactForce(joints=["pad"], direction=0))
+        limit_problem(balance, ContactForceHarmonic(joints=["pad"], direction=0))
     with pytest.raises(BalanceError, match="no direction 1"):
-        limit_problem(balance, ContactForce(joints=["blade 1"], direction=1))
+        limit_problem(balance, ContactForceHarmonic(joints=["blade 1"], direction=1))
     with pytest.raises(BalanceError, match="reach = -1 m must be positive"):
-        limit_problem(balance, Output(row=0), reach=-1.0)
+        limit_problem(balance, OutputHarmonic(row=0), reach=-1.0)
     with pytest.raises(BalanceError, match="population = 0 must be 1"):
         LimitSettings(population=0)

@@ -22,7 +22,7 @@ from transient.bench.beam import (
     station_shares,
     stuck_angular_frequencies,
 )
-from transient.bench.effect import Effect, plant
+from transient.bench.effect import PlantedEffect, plant
 
 DRAWN = BeamParameters()
 
@@ -92,7 +92,7 @@ def test_the_flanks_slide_alike_and_close_oppositely() -> None:
 
 def test_a_small_mass_shifts_the_free_frequency_as_rayleighs_quotient_says() -> None:
     beam, mass = reduced_beam(), 1e-5
-    _, free = plant(beam, DRAWN, Effect(kind="mass", place="tip", strength=mass))
+    _, free = plant(beam, DRAWN, PlantedEffect(kind="mass", place="tip", strength=mass))
     before = free_angular_frequencies(beam, DRAWN)[0]
     after = free_angular_frequencies(replace(beam, mass=free.mass), DRAWN)[0]
     # First mode of a cantilever: phi(L)^2 = 4 / (beam mass). The next order is the square of the shift, 1e-9.

@@ -7,7 +7,7 @@ import pytest
 
 from correlation.campaign.read_campaign import read_campaign
 from reduction.jointed_system import FrictionContact, JenkinsElement, JointedSystem
-from transient.bench.campaign import CampaignPoints, Layout, write_campaign
+from transient.bench.campaign import CampaignLayout, CampaignPoints, write_campaign
 from transient.bench.repeats import random_history, repeated_tests
 from transient.equilibrium import equilibrium, quasi_static
 from transient.errors import TransientError
@@ -93,7 +93,9 @@ def test_repeats_of_a_stuck_mass_agree_but_for_the_force_that_their_history_left
         static.append(one.readings.force[0, 0, 0].real)
     assert np.ptp(static) > 1.0
     points = CampaignPoints(levels=[level], frequencies=frequencies, free_frequencies=(), n_repeat=3)
-    write_campaign(tmp_path, tests[0], points, Layout(title="Pad", sensors=["mass"], lines=["pad"], direction="x"))
+    write_campaign(
+        tmp_path, tests[0], points, CampaignLayout(title="Pad", sensors=["mass"], lines=["pad"], direction="x")
+    )
     assert {file.name for file in tmp_path.iterdir()} == {"campaign.toml", "stepped.csv"}
     campaign = read_campaign(tmp_path)
     assert [each.name for each in campaign.tests] == ["stepped"]
