@@ -15,7 +15,7 @@ PerCell = Float[NDArray[np.float64], " cell"]
 
 #: Cells at a time: 47 points x 9 entries x 8 bytes a hex20 keep a chunk near 70 MB, whatever the mesh.
 CHUNK = 20_000
-#: det J may not fall below this part of its mean: zero, with room for the round-off of a collapsed corner.
+#: det J may not fall below this part of its mean: zero, with a margin for the round-off of a collapsed corner.
 COLLAPSED = 1e-9
 #: Cell numbers that a refusal lists before it only counts.
 LISTED = 8

@@ -19,7 +19,7 @@ Rows = Float[NDArray[np.float64], "3 n"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Reaction:
+class SupportReaction:
     """Force of the supports of one set of nodes on a body, along x, y and z.
 
     Parameters
@@ -37,7 +37,7 @@ def reaction(
     mass: Symmetric,
     nodes: Int[NDArray[np.int64], " k"],
     free: Int[NDArray[np.int64], " n"],
-) -> Reaction:
+) -> SupportReaction:
     """Rows of the reaction of a set of held nodes.
 
     Parameters
@@ -53,4 +53,4 @@ def reaction(
     for direction in range(3):
         picked[direction, 3 * nodes + direction] = 1.0
     # The matrices are symmetric: rows of the held are columns of them.
-    return Reaction(stiffness=(stiffness @ picked.T)[free].T, mass=(mass @ picked.T)[free].T)
+    return SupportReaction(stiffness=(stiffness @ picked.T)[free].T, mass=(mass @ picked.T)[free].T)

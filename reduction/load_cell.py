@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 Force = NDArray[Any] | complex
 
 
-class ContactForce(NamedTuple):
+class LineReaction(NamedTuple):
     """Of one contact line."""
 
     tangential: NDArray[Any]
@@ -38,7 +38,7 @@ class ContactForce(NamedTuple):
     """N [N]."""
 
 
-def decoupler_contact(r3: Force, r4: Force, theta: float, alpha: float) -> ContactForce:
+def decoupler_contact(r3: Force, r4: Force, theta: float, alpha: float) -> LineReaction:
     """Forces between damper and de-coupler from those of the load cells, eq. 1.
 
     Parameters
@@ -54,7 +54,7 @@ def decoupler_contact(r3: Force, r4: Force, theta: float, alpha: float) -> Conta
     return along_line(along, up, theta)
 
 
-def blade_contact(decoupler: ContactForce, dead_weight: Force, theta: float) -> ContactForce:
+def blade_contact(decoupler: LineReaction, dead_weight: Force, theta: float) -> LineReaction:
     """Forces between damper and blade from those between damper and de-coupler, eq. 2.
 
     Parameters
@@ -72,9 +72,9 @@ def blade_contact(decoupler: ContactForce, dead_weight: Force, theta: float) -> 
     return along_line(along, np.asarray(up), theta)
 
 
-def along_line(along: NDArray[Any], up: NDArray[Any], theta: float) -> ContactForce:
+def along_line(along: NDArray[Any], up: NDArray[Any], theta: float) -> LineReaction:
     """Parts along a contact line and normal to it, of a force with parts along the damper's axis and up [N]."""
-    return ContactForce(
+    return LineReaction(
         tangential=np.asarray(along * cos(theta) - up * sin(theta)),
         normal=np.asarray(along * sin(theta) + up * cos(theta)),
     )

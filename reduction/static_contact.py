@@ -2,7 +2,7 @@ r"""Rest under static loads, with contacts that press and may open, and that do 
 
 .. math:: K q + \sum_i N_i n_i + \sum_i k_t t_i (t_i q) = f, \qquad N_i = \max(k_n (n_i q - g_i), 0)
 
-A contact that is pressed in this state has its N_i as pre-load in what follows, one that is open the gap that is left;
+A contact that is pressed in this state has its N_i as preload in what follows, one that is open the gap that is left;
 motion is then reckoned from here, under the load f - K q that the contacts balance where their sliders begin at
 -T / k_t.
 
@@ -49,7 +49,7 @@ class StaticState:
     Parameters
     ----------
     contacts
-        Seen from here: with pre-loads and gaps of this state.
+        Seen from here: with preloads and gaps of this state.
     displacement
         q, shape (r,) [m].
     load
@@ -105,7 +105,7 @@ def static_state(
     stiffness
         K without contacts, shape (r, r) [N/m].
     contacts
-        Unloaded: their pre-loads are zero, their gaps those of the bodies before the load.
+        Unloaded: their preloads are zero, their gaps those of the bodies before the load.
     load
         f, shape (r,) [N].
     lines
@@ -114,12 +114,12 @@ def static_state(
     Raises
     ------
     JointError
-        A contact that has a pre-load, no rest (a body that the closed contacts do not hold), or a line that opens all
+        A contact that has a preload, no rest (a body that the closed contacts do not hold), or a line that opens all
         along.
     """
     pressed = [each.name for each in contacts if each.preload]
     if pressed:
-        raise JointError(f'contact "{pressed[0]}" has a pre-load, which the static solution shall find: leave it out')
+        raise JointError(f'contact "{pressed[0]}" has a preload, which the static solution shall find: leave it out')
     rows = np.array([each.normal for each in contacts]).reshape(-1, len(stiffness))
     k_n = np.array([each.normal_stiffness for each in contacts])
     gap = np.array([each.gap for each in contacts])

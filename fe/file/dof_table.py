@@ -29,7 +29,7 @@ Rows = Int[NDArray[np.int64], " n"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class DofTable:
+class DofLabels:
     """Node and direction of each row of a matrix; arrays are copied and read-only.
 
     Parameters
@@ -107,9 +107,9 @@ class DofTable:
         return np.concatenate([np.zeros(0, dtype=np.int64), *found])
 
 
-def numbered(n_dof: int) -> DofTable:
+def numbered(n_dof: int) -> DofLabels:
     """What stands in for a missing table: row k is node k in direction x."""
-    return DofTable(node=np.arange(n_dof), direction=np.zeros(n_dof, dtype=np.int64))
+    return DofLabels(node=np.arange(n_dof), direction=np.zeros(n_dof, dtype=np.int64))
 
 
 def direction_number(name: str) -> int:
@@ -126,7 +126,7 @@ def direction_number(name: str) -> int:
     return number
 
 
-def read_dof_table(path: Path | str) -> DofTable:
+def read_dof_table(path: Path | str) -> DofLabels:
     """Read which degree of freedom each row is.
 
     Parameters
@@ -162,7 +162,7 @@ def read_dof_table(path: Path | str) -> DofTable:
         raise MatrixFileError(f'"{path}" has the row {counted[first]} {what}: number the rows without gaps')
     ordered = sorted(found)
     try:
-        return DofTable(node=np.array([n for _, n, _ in ordered]), direction=np.array([d for _, _, d in ordered]))
+        return DofLabels(node=np.array([n for _, n, _ in ordered]), direction=np.array([d for _, _, d in ordered]))
     except MatrixFileError as error:
         raise MatrixFileError(f'"{path}": {error}') from None
 

@@ -43,7 +43,7 @@ class FileFormat(Generic[Content]):
     write: Callable[..., None] | None
 
 
-def _registry(kind: str, room: str) -> Registry[Format]:
+def _registry(kind: str, folder: str) -> Registry[Format]:
     registry: Registry[Format]
 
     def wrong(given: Format) -> str | None:
@@ -56,7 +56,9 @@ def _registry(kind: str, room: str) -> Registry[Format]:
         return None
 
     facts = dict.fromkeys(FileFormat.__dataclass_fields__, "see `fe.file.format.FileFormat`")
-    registry = Registry(kind, package=f"fe.file.{room}", group=f"stickslip.{room}_formats", facts=facts, check=wrong)
+    registry = Registry(
+        kind, package=f"fe.file.{folder}", group=f"stickslip.{folder}_formats", facts=facts, check=wrong
+    )
     return registry
 
 

@@ -11,7 +11,7 @@ from jaxtyping import Int
 from numpy.typing import NDArray
 
 from fe.errors import MatrixFileError
-from fe.file.dof_table import N_TRANSLATION, DofTable, numbered, read_dof_table
+from fe.file.dof_table import N_TRANSLATION, DofLabels, numbered, read_dof_table
 from fe.file.matrix_content import FileMatrix
 from fe.file.matrix_file import MatrixSource, read_matrix
 from fe.sparse.definiteness import is_definite
@@ -50,7 +50,7 @@ class ImportedMatrices:
     mass: sp.csr_array
     damping: sp.csr_array
     stiffness: sp.csr_array
-    dofs: DofTable
+    dofs: DofLabels
 
     def system(self, held: Rows) -> "ImportedSystem":
         """The matrices on what the supports leave free.
@@ -169,7 +169,7 @@ def _read(name: str, source: MatrixSource) -> FileMatrix:
 
 def _on_one_table(
     sources: dict[str, MatrixSource], found: dict[str, FileMatrix], dofs: Path | None
-) -> tuple[dict[str, sp.csr_array], DofTable]:
+) -> tuple[dict[str, sp.csr_array], DofLabels]:
     named = {name: each.dofs for name, each in found.items() if each.dofs is not None}
     if named and (len(named) < len(found) or dofs is not None):
         raise MatrixFileError(
@@ -197,10 +197,10 @@ def _on_one_table(
     return {name: each.matrix for name, each in found.items()}, table
 
 
-def _united(found: dict[str, FileMatrix], tables: Sequence[DofTable]) -> tuple[dict[str, sp.csr_array], DofTable]:
+def _united(found: dict[str, FileMatrix], tables: Sequence[DofLabels]) -> tuple[dict[str, sp.csr_array], DofLabels]:
     """All matrices on the degrees of freedom that any of them names: cards leave out rows of zeros."""
     pairs = np.unique(np.concatenate([np.stack([each.node, each.direction], axis=1) for each in tables]), axis=0)
-    table = DofTable(node=pairs[:, 0], direction=pairs[:, 1])
+    table = DofLabels(node=pairs[:, 0], direction=pairs[:, 1])
     matrices = {}
     for name, each in found.items():
         assert each.dofs is not None
@@ -211,7 +211,7 @@ def _united(found: dict[str, FileMatrix], tables: Sequence[DofTable]) -> tuple[d
     return matrices, table
 
 
-def _check_symmetric(file: Path, name: str, matrix: sp.csr_array, table: DofTable) -> None:
+def _check_symmetric(file: Path, name: str, matrix: sp.csr_array, table: DofLabels) -> None:
     skew = sp.coo_array(matrix - matrix.T)
     if not skew.nnz or np.abs(skew.data).max() <= ASYMMETRY * np.abs(matrix.data).max():
         return
@@ -242,7 +242,7 @@ def _check_definite(mass: sp.csr_array, stiffness: sp.csr_array) -> None:
         )
 
 
-def _in_si(matrix: sp.csr_array, table: DofTable, units: Units) -> sp.csr_array:
+def _in_si(matrix: sp.csr_array, table: DofLabels, units: Units) -> sp.csr_array:
     """A quadratic form of displacements in the file's length and of rotations, N times that length, in joules."""
     length = units.value
     per_metre = np.where(table.direction < N_TRANSLATION, 1 / length, 1.0)

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
-from fe.file.dof_table import DofTable
+from fe.file.dof_table import DofLabels
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -24,7 +24,7 @@ class FileMatrix:
     """
 
     matrix: sp.csr_array
-    dofs: DofTable | None = None
+    dofs: DofLabels | None = None
 
 
 def real_matrix(path: Path, matrix: Any) -> FileMatrix:

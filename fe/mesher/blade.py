@@ -86,7 +86,7 @@ def mesh_blade(blade: Blade, rule: MeshRule, pads: PadMesh | None = None, layer:
             f"root_thickness = {blade.root_thickness * 1e3:g} mm leaves no metal beside the blade's thickness of "
             f"{blade.thickness * 1e3:g} mm to mesh: give a thicker root block"
         )
-    layout = _Layout(blade, rule, pads or PadMesh(), layer)
+    layout = _BladeBlocks(blade, rule, pads or PadMesh(), layer)
     blocks = [*layout.planform(), *layout.root_layers(), *layout.pads()]
     return mesh_body(
         blocks,
@@ -100,7 +100,7 @@ def mesh_blade(blade: Blade, rule: MeshRule, pads: PadMesh | None = None, layer:
 PlanMap = Callable[[Lattice, Lattice], tuple[Lattice, Lattice]]
 
 
-class _Layout:
+class _BladeBlocks:
     """The blocks, from a plan in x and z that is extruded through the thickness."""
 
     def __init__(self, blade: Blade, rule: MeshRule, pads: PadMesh, layer: float | None) -> None:

@@ -104,7 +104,7 @@ def mesh_decoupler(
     MeshError
         The contact stations are not on corner nodes.
     """
-    layout = _Layout(decoupler, cells or DecouplerMesh())
+    layout = _DecouplerBlocks(decoupler, cells or DecouplerMesh())
     return mesh_body(
         [*layout.pad(), *layout.plate(), *layout.arms()],
         element,
@@ -115,7 +115,7 @@ def mesh_decoupler(
     )
 
 
-class _Layout:
+class _DecouplerBlocks:
     """The blocks, column by column across the width."""
 
     def __init__(self, decoupler: Decoupler, cells: DecouplerMesh) -> None:

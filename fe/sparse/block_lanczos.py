@@ -27,8 +27,8 @@ TRIAL = 3
 #: cube, with its pairs of modes, for eight), and the basis takes a tenth less memory than it would freely. Where that
 #: were more memory than this [byte], there are two columns a mode, or the least that will do, for up to a tenth more
 #: solves.
-ROOM, MEMORY = 13, 5e8
-#: Blocks beyond the modes that a restart keeps, and new ones that there is room for in any case.
+SPACIOUS, MEMORY = 13, 5e8
+#: Blocks beyond the modes that a restart keeps, and new ones that the basis can take in any case.
 SPARE, NEW = 4, 3
 #: Before giving up.
 MAX_RESTART = 100
@@ -64,8 +64,8 @@ def block_lanczos(
     block
         Columns in a block, by default fewer for few modes.
     max_basis
-        Columns of Q at which a restart compresses them, by default as `basis_columns` says; room for some blocks beyond
-        the modes is always taken.
+        Columns of Q at which a restart compresses them, by default as `basis_columns` says; it always holds some blocks
+        more than the modes.
     seed
         Of the random columns: two runs with one seed agree to the last bit.
 
@@ -85,10 +85,7 @@ def block_lanczos(
     """
     block = block or default_block(n_mode)
     kept, n_fresh = n_mode + SPARE * block, first_fresh(block)
-    product = mass if isinstance(mass, BlockProduct) else BlockProduct(mass)
-    basis = KrylovBasis(factor, product, basis_columns(mass.shape[0], n_mode, block, max_basis), seed)
-    give_back()  # the copies that the product with the mass was made of
-    basis.refresh(block)
+    basis = _first_basis(factor, mass, block, basis_columns(mass.shape[0], n_mode, block, max_basis), seed)
     settled = np.zeros(n_mode)
     trial_end, next_test, n_restart = 0, kept, 0
     while True:
@@ -115,13 +112,24 @@ def block_lanczos(
         elif is_tried and error.max() <= TOLERANCE:
             break
         else:
-            # About one mode converges a column, so that few tests are enough.
-            unconverged = int(np.count_nonzero(error > (TOLERANCE if trial_end else SETTLED)))
-            next_test = basis.n_solved + min(max(unconverged, basis.width), 6 * basis.width)
+            next_test = basis.n_solved + _until_next_test(error > (TOLERANCE if trial_end else SETTLED), basis.width)
         if basis.size == mass.shape[0]:
             break
     order = np.argsort(1 / theta)
     return 1 / theta[order], basis.taken(coordinates[:, order])
+
+
+def _first_basis(factor: Factor, mass: Symmetric | BlockProduct, block: int, max_basis: int, seed: int) -> KrylovBasis:
+    product = mass if isinstance(mass, BlockProduct) else BlockProduct(mass)
+    basis = KrylovBasis(factor, product, max_basis, seed)
+    give_back()  # the copies that the product with the mass was made of
+    basis.refresh(block)
+    return basis
+
+
+def _until_next_test(is_open: NDArray[np.bool_], width: int) -> int:
+    """Solutions until the modes are looked at again: about one converges per column, so that few tests are enough."""
+    return min(max(int(np.count_nonzero(is_open)), width), 6 * width)
 
 
 def default_block(n_mode: int) -> int:
@@ -137,5 +145,5 @@ def first_fresh(block: int) -> int:
 def basis_columns(n: int, n_mode: int, block: int, most: int | None = None) -> int:
     """Columns of Q at which a restart compresses them, for n degrees of freedom [-]; `most` is the user's limit."""
     least = n_mode + SPARE * block + NEW * (block + first_fresh(block))
-    free = max(2 * n_mode, min(2 * n_mode + ROOM * block, int(MEMORY / (8 * n))))
+    free = max(2 * n_mode, min(2 * n_mode + SPACIOUS * block, int(MEMORY / (8 * n))))
     return max(most or free, least)

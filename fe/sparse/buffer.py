@@ -1,4 +1,4 @@
-"""Memory for rows of numbers side by side, kept from one use to the next: fresh memory costs as much as a product."""
+"""Memory for rows of numbers side by side, reused: fresh memory costs as much as a product."""
 
 import numpy as np
 from jaxtyping import Float
@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 from fe.sparse.vector_code import LINE
 
 
-class Room:
-    """Room for as many numbers as have ever been asked for."""
+class Buffer:
+    """A buffer as large as has ever been asked for."""
 
     def __init__(self) -> None:
         self._numbers = np.empty(0)

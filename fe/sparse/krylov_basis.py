@@ -51,11 +51,11 @@ class KrylovBasis:
 
     @property
     def is_full(self) -> bool:
-        """Whether W has no room in Q."""
+        """Whether Q cannot take W."""
         return self.size + self.width > self._vectors.shape[1]
 
     def reserve(self, capacity: int) -> None:
-        """Make room for Q to grow to so many columns, W included."""
+        """Let Q grow to so many columns, W included."""
         n, old = len(self._vectors), self._vectors
         if min(capacity, n) > old.shape[1]:
             self._vectors = np.empty((n, min(capacity, n)), order="F")

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.compiled import compiled
-from fe.sparse.buffer import Room
+from fe.sparse.buffer import Buffer
 from fe.sparse.vector_code import SHORT_SIZE, SIZE, groups
 from fe.sparse.vector_sum import put_sparse_row
 
@@ -34,13 +34,13 @@ class SparseProduct:
         self._start = np.asarray(matrix.indptr, dtype=np.int64)
         self._column = np.ascontiguousarray(matrix.indices, dtype=np.int32)
         self._values = np.ascontiguousarray(matrix.data, dtype=np.float64)
-        self._room = Room()
+        self._buffer = Buffer()
 
     def into(self, product: Float[Matrix, "n k"], columns: Float[Matrix, "n k"]) -> None:
         """Put the product with columns into a matrix of their shape; both are in Fortran order."""
         matrix = self._start, self._column, self._values
         for some, lanes in groups(columns.shape[1]):
-            rows = self._room.rows(len(columns), len(lanes))
+            rows = self._buffer.rows(len(columns), len(lanes))
             piece = np.empty((PIECE * self._direction, len(lanes)))
             # Turned, they are in the order of memory, even one column alone: machine code is made for the order.
             _multiply(*matrix, columns[:, some].T, product[:, some].T, rows, piece, lanes, lanes * self._direction)

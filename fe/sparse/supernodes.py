@@ -12,14 +12,14 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.compiled import compiled
-from fe.sparse.buffer import Room
+from fe.sparse.buffer import Buffer
 from fe.sparse.vector_code import ROWS, SHORT_SIZE, SIZE, TALLEST, groups
 from fe.sparse.vector_tile import solve_lower, solve_upper, subtract_product, subtract_transposed_product
 
 Matrix = NDArray[np.float64]
 
 
-class Layout(NamedTuple):
+class SupernodeLayout(NamedTuple):
     """Where the columns, the rows and the tiles of each supernode begin; its first rows are those of its columns."""
 
     column: Int[NDArray[np.int64], " s+1"]
@@ -34,7 +34,7 @@ def pack(
     row_start: Int[NDArray[np.int32], " s+1"],
     value_start: Int[NDArray[np.int32], " s+1"],
     row: Int[NDArray[np.int32], " r"],
-) -> tuple[Layout, int]:
+) -> tuple[SupernodeLayout, int]:
     """Cut supernodes into tiles, in the memory that they are in.
 
     Parameters
@@ -57,7 +57,7 @@ def pack(
     columns, rows, first = (each.astype(np.int64) for each in (column, row_start, value_start))
     # What comes next is looked up ahead of its turn, after the last one too.
     padded = np.append(row, np.zeros(TALLEST, dtype=np.int32))
-    layout = Layout(columns, rows, np.empty(len(column) - 1, dtype=np.int64), padded)
+    layout = SupernodeLayout(columns, rows, np.empty(len(column) - 1, dtype=np.int64), padded)
     largest = int(np.max(np.diff(columns) * np.diff(rows), initial=0))
     return layout, int(_pack(values, layout, first, np.empty(largest)))
 
@@ -73,9 +73,11 @@ class Supernodes:
         P: row k of the factor is row order[k] of A, shape (n,).
     """
 
-    def __init__(self, values: Float[Matrix, " x"], layout: Layout, order: Int[NDArray[np.int32], " n"]) -> None:
+    def __init__(
+        self, values: Float[Matrix, " x"], layout: SupernodeLayout, order: Int[NDArray[np.int32], " n"]
+    ) -> None:
         self._values, self._layout, self._order = values, layout, order
-        self._room = Room()
+        self._buffer = Buffer()
 
     @property
     def work(self) -> tuple[float, float]:
@@ -91,7 +93,11 @@ class Supernodes:
         """Solve A x = b for several right-hand sides; both are in Fortran order."""
         for some, lanes in groups(right_hand_side.shape[1]):
             # Turned, they are in the order of memory, even one column alone: machine code is made for the order.
-            b, x, work = right_hand_side[:, some].T, solution[:, some].T, self._room.rows(len(self._order), len(lanes))
+            b, x, work = (
+                right_hand_side[:, some].T,
+                solution[:, some].T,
+                self._buffer.rows(len(self._order), len(lanes)),
+            )
             _solve(self._values, self._layout, self._order, b, x, work, lanes)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from reduction.joint import FrictionContact
-from reduction.load_cell import ContactForce, blade_contact, decoupler_contact
+from reduction.load_cell import LineReaction, blade_contact, decoupler_contact
 from reduction.static_contact import static_state
 
 THETA, ALPHA = np.deg2rad(8.53), np.deg2rad(45.0)
@@ -40,14 +40,14 @@ def test_arms_that_balance_known_contact_forces_give_them_back() -> None:
 
 def test_seen_from_the_blade_the_decoupler_comes_back() -> None:
     # The balance of the damper does not know which of its sides is which.
-    there = ContactForce(tangential=np.array([3.0, -2.0]), normal=np.array([30.0, 25.0]))
+    there = LineReaction(tangential=np.array([3.0, -2.0]), normal=np.array([30.0, 25.0]))
     back = blade_contact(blade_contact(there, 54.9, THETA), 54.9, THETA)
     np.testing.assert_allclose(np.array(back), np.array(there), atol=1e-13)
 
 
 def test_without_friction_each_side_has_half_of_the_weight_over_the_cosine() -> None:
     half = 54.9 / 2 / np.cos(THETA)
-    beyond = blade_contact(ContactForce(np.array(0.0), np.array(half)), 54.9, THETA)
+    beyond = blade_contact(LineReaction(np.array(0.0), np.array(half)), 54.9, THETA)
     np.testing.assert_allclose(beyond.normal, half, rtol=1e-14)
     np.testing.assert_allclose(beyond.tangential, 0, atol=1e-14)
 
@@ -73,5 +73,5 @@ def test_a_rigid_damper_at_rest_in_its_grooves_obeys_them(softer: float) -> None
     rest = static_state(np.zeros((2, 2)), contacts, np.array([0.0, weight]))
     T, N = [float(each[0]) for each in rest.tangential], rest.normal
     assert T[0] < -0.1  # friction has its part
-    beyond = blade_contact(ContactForce(np.array(T[0]), np.array(N[0])), weight, THETA)
+    beyond = blade_contact(LineReaction(np.array(T[0]), np.array(N[0])), weight, THETA)
     np.testing.assert_allclose([beyond.tangential, beyond.normal], [T[1], N[1]], rtol=1e-11)

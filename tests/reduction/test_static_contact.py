@@ -230,7 +230,7 @@ def test_a_pre_load_is_refused() -> None:
     feet = block(np.array([-1.0, 1.0]))
     pressed = contact("tight", feet[0].normal, feet[0].tangents)
     object.__setattr__(pressed, "preload", 3.0)
-    with pytest.raises(JointError, match=r'contact "tight" has a pre-load, which the static solution shall find'):
+    with pytest.raises(JointError, match=r'contact "tight" has a preload, which the static solution shall find'):
         static_state(np.zeros((3, 3)), [feet[1], pressed], pressed_at(0.0, 10.0))
 
 

@@ -215,7 +215,7 @@ Change = Callable[[str], str]
             'mass = "no.mtx"',
             'beam.toml:5: files.mass = "no.mtx": there is no such file: check its name and folder, which count from',
         ),
-        ('mass = "m.mtx"', 'mass = "dofs.csv"', 'mass = "dofs.csv": ends in ".csv": give a matrix as one of .mtx'),
+        ('mass = "m.mtx"', 'mass = "dofs.csv"', 'mass = "dofs.csv": ends in ".csv": give a matrix as one of'),
         ('mass = "m.mtx"', 'mass = "odd.mtx"', 'mass = "odd.mtx": holds a matrix of 2 x 3: it must be square'),
         ('mass = "m.mtx"', 'mass = "small.mtx"', 'mass = "small.mtx": the mass has 2 rows, but'),
         (

@@ -23,7 +23,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
-from fe.file.dof_table import DofTable
+from fe.file.dof_table import DofLabels
 from fe.file.format import MATRIX_FORMATS, FileFormat
 from fe.file.fortran_number import fortran_real
 from fe.file.matrix_content import FileMatrix
@@ -108,7 +108,7 @@ def _matrix(cards: _Cards) -> FileMatrix:
     cols = [place[column] for _, column in entries]
     values = np.array(list(entries.values()), dtype=np.float64)
     matrix = sp.csr_array(sp.coo_array((values, (rows, cols)), shape=(len(dofs),) * 2))
-    table = DofTable(node=np.array([node for node, _ in dofs]), direction=np.array([each for _, each in dofs]))
+    table = DofLabels(node=np.array([node for node, _ in dofs]), direction=np.array([each for _, each in dofs]))
     return FileMatrix(matrix=matrix, dofs=table)
 
 

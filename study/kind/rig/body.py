@@ -9,7 +9,7 @@ from fe.boundary import Support, supported_system, unsupported_system
 from fe.mesh import Mesh
 from fe.mesh_quality import check_quality
 from fe.mode_check import ModeCheck
-from fe.reaction import Reaction, reaction
+from fe.reaction import SupportReaction, reaction
 from fe.sparse.factor import Symmetric
 from fe.station_coordinates import StationCoordinates
 from fe.system import LinearSystem
@@ -37,7 +37,7 @@ class ReducedBody:
 
     rom: ReducedModel
     least_scaled_jacobian: float
-    reactions: Mapping[str, Reaction]
+    reactions: Mapping[str, SupportReaction]
 
 
 @stage("reduced body of a rig")
@@ -63,7 +63,7 @@ def reduced_body(model: RigModel, body: str) -> ReducedBody:
         rom=rom,
         least_scaled_jacobian=float(quality.scaled_jacobian.min()),
         reactions={
-            name: Reaction(stiffness=each.stiffness @ rom.recovery, mass=each.mass @ rom.recovery)
+            name: SupportReaction(stiffness=each.stiffness @ rom.recovery, mass=each.mass @ rom.recovery)
             for name, each in reactions.items()
         },
     )

@@ -13,7 +13,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import ContactMotion, contact_motion
 from hbsolve.fourier import harmonics, samples_from_coefficients
 from hbsolve.state import SteadyState
-from reduction.load_cell import ContactForce, along_line, blade_contact, decoupler_contact
+from reduction.load_cell import LineReaction, along_line, blade_contact, decoupler_contact
 from study.kind.rig.contact import DeadWeight
 from study.kind.rig.reduction import RigReduction
 from study.kind.rig.system import RigSystem
@@ -36,7 +36,7 @@ class LineMotion:
         0 stuck, 1 slipping, 2 separated, of each station, shape (station, n); slip in either tangent counts.
     """
 
-    force: ContactForce
+    force: LineReaction
     status: Int[NDArray[np.int64], "station n"]
 
     @property
@@ -67,8 +67,8 @@ class RigForces:
     time: Samples
     lines: Mapping[str, LineMotion]
     cells: Mapping[str, Float[NDArray[np.float64], "2 n"]]
-    measured: Mapping[str, ContactForce]
-    balanced: Mapping[str, ContactForce]
+    measured: Mapping[str, LineReaction]
+    balanced: Mapping[str, LineReaction]
 
     @property
     def inertia_error(self) -> dict[str, float]:
@@ -81,7 +81,7 @@ class RigForces:
         return {name: _apart(self.measured[name], self.balanced[name]) for name in self.lines}
 
 
-def _apart(found: ContactForce, true: ContactForce) -> float:
+def _apart(found: LineReaction, true: LineReaction) -> float:
     """Largest difference of T or N over the period, beside the largest of both [-]."""
     size = max(float(np.abs(each).max()) for each in true)
     return max(float(np.abs(a - b).max()) for a, b in zip(found, true, strict=True)) / size
@@ -106,8 +106,8 @@ def rig_forces(
     """
     motions = {motion.name: motion for motion in contact_motion(balance, state)}
     lines, cells = {}, {}
-    measured: dict[str, ContactForce] = {}
-    balanced: dict[str, ContactForce] = {}
+    measured: dict[str, LineReaction] = {}
+    balanced: dict[str, LineReaction] = {}
     for name, pair in mating_pairs(rig).items():
         sign = float(np.sign(pair.damper_line.tangents[0, 0] @ _away(name)))
         lines[name] = _line([motions[each] for each in system.joined.lines[name]], sign)
@@ -140,7 +140,7 @@ def _line(motions: Sequence[ContactMotion], sign: float) -> LineMotion:
     T = sign * np.sum([motion.force[0] for motion in motions], axis=0)
     N = np.sum([motion.force[-1] for motion in motions], axis=0)
     return LineMotion(
-        force=ContactForce(tangential=T, normal=N), status=np.array([motion.status.max(axis=0) for motion in motions])
+        force=LineReaction(tangential=T, normal=N), status=np.array([motion.status.max(axis=0) for motion in motions])
     )
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fe.mesh import Mesh
 from fe.mode_check import ModeCheck
-from fe.reaction import Reaction
+from fe.reaction import SupportReaction
 from fe.station_coordinates import StationCoordinates
 from pipeline.parallel import Task, run_parallel
 from pipeline.progress import Progress
@@ -44,7 +44,7 @@ class RigReduction:
     meshes: Mapping[str, Mesh]
     assembly: ReducedAssembly
     least_scaled_jacobian: Mapping[str, float]
-    reactions: Mapping[str, Mapping[str, Reaction]]
+    reactions: Mapping[str, Mapping[str, SupportReaction]]
     coordinates: Mapping[str, StationCoordinates] = field(default_factory=dict)
 
     @property
@@ -146,7 +146,7 @@ def together(
     )
 
 
-def _reactions(assembly: ReducedAssembly, body: str, own: Mapping[str, Reaction]) -> dict[str, Reaction]:
+def _reactions(assembly: ReducedAssembly, body: str, own: Mapping[str, SupportReaction]) -> dict[str, SupportReaction]:
     """Reactions of a body over the assembly's coordinates; a mirror image has other signs along y."""
     rom, columns = assembly.bodies[body], assembly.columns(body)
     rows, across = np.ones((3, 1)), np.ones(rom.n_dof)
@@ -159,7 +159,10 @@ def _reactions(assembly: ReducedAssembly, body: str, own: Mapping[str, Reaction]
         found[:, columns] = rows * part[:, : rom.n_dof] * across
         return found
 
-    return {name: Reaction(stiffness=over_all(each.stiffness), mass=over_all(each.mass)) for name, each in own.items()}
+    return {
+        name: SupportReaction(stiffness=over_all(each.stiffness), mass=over_all(each.mass))
+        for name, each in own.items()
+    }
 
 
 def mirrored(rom: ReducedModel, body: str) -> ReducedModel:

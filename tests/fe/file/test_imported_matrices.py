@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from fe.calculix_run import find_ccx
 from fe.errors import MatrixFileError
-from fe.file.dof_table import DofTable, numbered, read_dof_table
+from fe.file.dof_table import DofLabels, numbered, read_dof_table
 from fe.file.imported_matrices import ImportedMatrices, Units, read_matrices
 from fe.file.matrix_file import MatrixSource
 from fe.modal import DENSE, modes
@@ -313,7 +313,7 @@ def test_a_table_that_does_not_name_every_row_is_refused(tmp_path: Path, name: s
 
 
 def test_nodes_and_directions_that_no_row_has_are_refused() -> None:
-    dofs = DofTable(node=np.array([4, 4]), direction=np.array([0, 3]))
+    dofs = DofLabels(node=np.array([4, 4]), direction=np.array([0, 3]))
     with pytest.raises(MatrixFileError, match="node 4 has no degree of freedom y, z: it has x, rotx"):
         dofs.rows([4], [1, 2])
     with pytest.raises(MatrixFileError, match="node 5 has no degree of freedom x: no row belongs to it"):
