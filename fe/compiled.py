@@ -1,14 +1,22 @@
-"""Compiling a function to machine code, kept on disk until any of the compiled code changes.
+"""Compiling a function to machine code, stored on disk until any of the compiled code changes.
 
-numba keeps compiled functions by the file that holds them, and does not see a change in what they call from another
-file. Here they are kept in a folder whose name is a hash over all files of the room that compile or define what
+numba stores compiled functions by the file that holds them, and does not see a change in what they call from another
+file. Here they are stored in a folder whose name is a hash over all files of the room that compile or define what
 compiled functions exchange, so that stale machine code cannot be found.
+
+Compiling takes up to minutes, once: a line on the logger `stickslip`, which Python writes to standard error unless
+the user says otherwise, says so when it begins. Damaged files are compiled again, and a full disk stores nothing.
 """
 
+import atexit
 import hashlib
+import logging
+import multiprocessing
 import os
+import shutil
 import tempfile
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -17,24 +25,100 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 #: A file that holds one of these takes part in compiled code.
 MARKS = (b"fe.compiled", b"NamedTuple", b"import intrinsic", b"fe.sparse.vector_code")
+#: How long the compiled code of a room takes, on one core of 2024, where that is long.
+DURATION = {"fe": "about 15 seconds", "hbsolve": "about 2 minutes"}
+#: Where processes of this run find the folder that is removed at its end.
+PASSING = "STICKSLIP_PASSING_FOLDER"
+#: What the user can do about a folder.
+REMEDY = "set NUMBA_CACHE_DIR to a folder that can be written and has some 50 MB free"
+
+log = logging.getLogger("stickslip")
 
 
 def compiled(function: F) -> F:
     """Compile on the first call; without bounds checks, so array shapes are the caller's care."""
     import numba
 
+    room = function.__module__.partition(".")[0]
     config: Any = numba.config
-    before, config.CACHE_DIR = config.CACHE_DIR, str(_folder(function.__module__.partition(".")[0]))
+    before, config.CACHE_DIR = config.CACHE_DIR, str(_folder(room).path)
     try:
         machine: Any = numba.njit(cache=True, error_model="numpy")(function)
     finally:
         config.CACHE_DIR = before
+    machine._cache = _StoredCode(machine._cache, room)
     return cast(F, machine)
 
 
+class _StoredCode:
+    """numba's store of one function, which may be empty, damaged or full.
+
+    Parameters
+    ----------
+    store
+        numba's own.
+    room
+        The package of the function.
+    """
+
+    def __init__(self, store: Any, room: str) -> None:
+        self._store, self._room = store, room
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._store, name)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Machine code for arguments of these types; None, which has it compiled, if there is none that can be read."""
+        try:
+            found = self._store.load_overload(sig, target_context)
+        except Exception:  # a file that a power cut left empty or in part raises whatever its pieces mean
+            _say_once("damaged", f"compiled code in {_folder(self._room).path} is damaged and is compiled again")
+            found = None
+            self._attempt(self._store.flush)
+        if found is None:
+            _say_that_it_compiles(self._room)
+        return found
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Store machine code, if the disk takes it."""
+        self._attempt(lambda: self._store.save_overload(sig, data))
+
+    def _attempt(self, write: Callable[[], None]) -> None:
+        try:
+            write()
+        except OSError as error:
+            where = _folder(self._room).path
+            _say_once("full", f"compiled code cannot be stored in {where} ({error.strerror}): {REMEDY}, "
+                              "otherwise every run compiles it again")  # fmt: skip
+
+
+def _say_that_it_compiles(room: str) -> None:
+    folder = _folder(room)
+    # Processes of a pool begin together: the one that finds the folder empty speaks for all.
+    is_child = multiprocessing.parent_process() is not None
+    if room not in DURATION or (is_child and any(folder.path.rglob("*.nbi"))):
+        return
+    kept = f"every run does so, because no folder for it can be written: {REMEDY}" if folder.passes else (
+        f"stored in {folder.path}")  # fmt: skip
+    _say_once(room, f"compiling the package {room} once, {DURATION[room]}; {kept}")
+
+
 @cache
-def _folder(room: str) -> Path:
-    """Where compiled code is kept: numba's folder if the user named one, else the user's cache, else a passing one."""
+def _say_once(subject: str, sentence: str) -> None:  # noqa: ARG001  # what is said once
+    log.warning("stickslip: %s", sentence)
+
+
+@dataclass(frozen=True)
+class _Folder:
+    """Where the compiled code of a room is, and whether it ends with this run."""
+
+    path: Path
+    passes: bool
+
+
+@cache
+def _folder(room: str) -> _Folder:
+    """Numba's folder if the user named one, else the user's cache, else one that is removed at the end of the run."""
     from platformdirs import user_cache_path
 
     digest = hashlib.sha256()
@@ -48,6 +132,18 @@ def _folder(room: str) -> Path:
         folder = folder / digest.hexdigest()[:16]
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
-            return folder
+            return _Folder(folder, passes=False)
     except OSError:
-        return Path(tempfile.mkdtemp(prefix="stickslip-compiled-"))
+        folder = Path(_passing_folder()) / digest.hexdigest()[:16]
+        folder.mkdir(exist_ok=True)
+        return _Folder(folder, passes=True)
+
+
+def _passing_folder() -> str:
+    """A folder for this process and those that it starts."""
+    if PASSING not in os.environ:
+        owner, folder = os.getpid(), tempfile.mkdtemp(prefix="stickslip-compiled-")
+        os.environ[PASSING] = folder
+        # A forked process inherits what is done at the end, but not the folder.
+        atexit.register(lambda: shutil.rmtree(folder, ignore_errors=True) if os.getpid() == owner else None)
+    return os.environ[PASSING]

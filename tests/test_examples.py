@@ -49,7 +49,9 @@ def test_an_example_runs_and_is_short(path: Path, tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, str(path)], cwd=tmp_path, capture_output=True, text=True, timeout=timeout, check=False
     )
-    assert (done.returncode, done.stderr) == (0, "")
+    # Where machine code is not stored yet, a line says that it is compiled.
+    said = [line for line in done.stderr.splitlines() if "compiling" not in line]
+    assert (done.returncode, said) == (0, [])
     assert done.stdout
     # What it says that it wrote is there.
     assert all((tmp_path / word).is_file() for word in done.stdout.replace(",", " ").split() if word.endswith(".png"))

@@ -1,0 +1,108 @@
+"""Compiled code is stored; what a power cut or a full disk does to it is mended, and waiting for it is announced."""
+
+import importlib.util
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+#: A small function of a room whose compilation is announced, in a process of its own: what is loaded stays loaded.
+SCRIPT = """
+import sys
+sys.path.insert(0, {folder!r})
+import kernel
+from fe.compiled import compiled, DURATION
+DURATION["kernel"] = "about a second"
+machine = compiled(kernel.twice)
+assert machine(2.0) == 4.0
+print(sum(machine.stats.cache_hits.values()))
+"""
+
+
+class Runner:
+    """Runs a script with a store of compiled code of its own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.store = folder / "store"
+        (folder / "kernel.py").write_text("def twice(x):\n    return 2 * x\n")
+        self.script = SCRIPT.format(folder=str(folder))
+
+    def __call__(self, **environment: str) -> tuple[str, str]:
+        done = subprocess.run(
+            [sys.executable, "-c", self.script],
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=False,
+            env={**os.environ, "NUMBA_CACHE_DIR": str(self.store), **environment},
+        )
+        assert done.returncode == 0, done.stderr
+        return done.stdout.strip(), done.stderr
+
+    def files(self, suffix: str) -> list[Path]:
+        found = list(self.store.rglob(f"*.{suffix}"))
+        assert found
+        return found
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Runner:
+    return Runner(tmp_path)
+
+
+def test_a_compilation_is_announced_once_and_where_it_is_stored(run: Runner) -> None:
+    hits, said = run()
+    assert (hits, said.count("\n")) == ("0", 1)
+    assert "about a second" in said
+    assert str(run.store) in said
+    assert run() == ("1", "")
+
+
+@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+@pytest.mark.parametrize("left", [0, 0.5])
+def test_a_file_that_a_power_cut_left_is_compiled_again(run: Runner, suffix: str, left: float) -> None:
+    run()
+    for file in run.files(suffix):
+        file.write_bytes(file.read_bytes()[: int(left * file.stat().st_size)])
+    hits, said = run()
+    assert hits == "0"
+    assert "damaged" in said
+    assert str(run.store) in said
+    assert run() == ("1", "")
+
+
+def test_where_no_folder_can_be_written_the_remedy_is_named_and_nothing_stays(run: Runner, tmp_path: Path) -> None:
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    run.store.write_text("a file where a folder should be")
+    hits, said = run(TMPDIR=str(temporary))
+    assert hits == "0"
+    assert "every run" in said
+    assert "NUMBA_CACHE_DIR" in said
+    assert list(temporary.iterdir()) == []
+
+
+FULL = """
+import numba.core.caching
+
+def full(*_):
+    raise OSError(28, "No space left on device")
+
+numba.core.caching.IndexDataCacheFile.save = full
+"""
+
+
+def test_on_a_full_disk_the_code_runs_and_the_folder_is_named(run: Runner) -> None:
+    run.script = FULL + run.script
+    hits, said = run()
+    assert hits == "0"
+    for words in ("No space left on device", str(run.store), "NUMBA_CACHE_DIR"):
+        assert words in said
+
+
+def test_the_rooms_that_announce_are_there() -> None:
+    from fe.compiled import DURATION
+
+    assert all(importlib.util.find_spec(room) for room in DURATION)
