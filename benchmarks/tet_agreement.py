@@ -71,7 +71,7 @@ def from_tetwild(model: RigModel, size: float) -> Bodies:
         spent = time.perf_counter() - start
         faces = LINES[body.partition("_")[0]]
         lines = {name: line.stations for name, line in part.contact_lines.items() if name in faces}
-        place = station_coordinates(mesh, lines, faces, held=HELD[body.partition("_")[0]])
+        place = station_coordinates(mesh, lines, faces, fixed=HELD[body.partition("_")[0]])
         if body == "blade":
             place = with_excitation(place, model.rig)
         area = max(abs(face_areas(mesh, mesh.face_sets[name]).sum() / part.faces[name].area - 1) for name in part.faces)

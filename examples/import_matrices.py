@@ -33,7 +33,7 @@ Path("dofs.csv").write_text(f"dof,node,direction\n{rows}", encoding="utf-8")
 files = MatrixSource(file=Path("mass.mtx")), MatrixSource(file=Path("stiffness.hb"))
 beam = read_matrices(*files, dofs=Path("dofs.csv"), units=Units.MILLIMETRE)
 clamp, tip = beam.dofs.rows([1], range(6)), beam.dofs.rows([n + 1], [2])
-free = beam.system(held=clamp)
+free = beam.system(fixed=clamp)
 rom = craig_bampton(free.linear, {"tip": free.row[tip]}, n_mode=8)
 modes, roots = rom.modes(3), np.array([1.875104069, 4.694091133, 7.854757438])  # cosh b cos b = -1
 exact = (roots / length) ** 2 * np.sqrt(EI / line_mass) / (2 * np.pi)

@@ -32,7 +32,7 @@ part = step_part(Path(__file__).parent / "parts" / "screw.step", faces)
 mesh = mesh_solid(part, TetRule(size=3.5e-3, near={"slot": 2e-3}))
 # The rim under the head may rub on a plate: eight stations of it stay physical, wherever the nodes are.
 rim = line_along_edge(mesh, "rim", ("seat", "shank"), n_station=8)
-place = station_coordinates(mesh, {"rim": rim.stations}, {"rim": "seat"}, held=["tip"])
+place = station_coordinates(mesh, {"rim": rim.stations}, {"rim": "seat"}, fixed=["tip"])
 mass, stiffness = assemble_compact(mesh, STEEL)
 held = [Support(nodes=mesh.nodes("tip"))]
 system = supported_system(mesh, place.matrix(mass), place.matrix(stiffness), held)

@@ -31,7 +31,7 @@ FREE_MOTION = 1e-10
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Support:
-    """Nodes that are held still in the given directions.
+    """Nodes that are fixed still in the given directions.
 
     Parameters
     ----------
@@ -118,16 +118,16 @@ def supported_system(
         if np.size(nodes) and not 0 <= np.min(nodes) <= np.max(nodes) < mesh.n_node:
             bad = np.max(nodes) if np.max(nodes) >= mesh.n_node else np.min(nodes)
             raise SupportError(f"a support names node {bad}, but the mesh has the nodes 0 to {mesh.n_node - 1}")
-    held = np.zeros((mesh.n_node, 3), dtype=bool)
+    fixed = np.zeros((mesh.n_node, 3), dtype=bool)
     for support in supports:
         for direction in support.directions:
-            held[support.nodes, direction] = True
+            fixed[support.nodes, direction] = True
     grounded = np.zeros((mesh.n_node, 3))
     for spring in springs:
         np.add.at(grounded, spring.nodes, np.asarray(spring.stiffness))
     if not may_move:
-        _refuse_rigid_motion(mesh, stiffness, held, grounded)
-    free = np.flatnonzero(~held.ravel())
+        _refuse_rigid_motion(mesh, stiffness, fixed, grounded)
+    free = np.flatnonzero(~fixed.ravel())
     if not free.size:
         raise SupportError("the supports hold every degree of freedom of the mesh: leave some nodes to move")
     if grounded.any():
@@ -143,7 +143,7 @@ def supported_system(
 
 
 def unsupported_system(mesh: Mesh, mass: Symmetric, stiffness: Symmetric) -> LinearSystem:
-    """All degrees of freedom of a mesh, held by nothing; arguments as in `supported_system`."""
+    """All degrees of freedom of a mesh, fixed by nothing; arguments as in `supported_system`."""
     n = 3 * mesh.n_node
     return LinearSystem(
         mass=mass, damping=sp.csr_array((n, n)), stiffness=stiffness, free=np.arange(n), n_node=mesh.n_node
@@ -175,11 +175,11 @@ def _plus_diagonal(matrix: Symmetric, added: Float[NDArray[np.float64], " n"]) -
 def _refuse_rigid_motion(
     mesh: Mesh,
     stiffness: Symmetric,
-    held: NDArray[np.bool_],
+    fixed: NDArray[np.bool_],
     grounded: Float[NDArray[np.float64], "node 3"],
 ) -> None:
     # Whether a motion is resisted is a matter of geometry alone: a soft spring holds as a stiff one does.
-    resisting = held | (grounded > 0)
+    resisting = fixed | (grounded > 0)
     # Rows of one node couple as a block, so the graph of the x rows is the graph of the bodies.
     graph = stiffness.graph() if isinstance(stiffness, UpperBlocks) else stiffness.tocsr()[::3][:, ::3]
     n_body, body_of_node = connected_components(graph, directed=False)
@@ -188,8 +188,8 @@ def _refuse_rigid_motion(
         if resisting[nodes].all():
             continue
         if len(nodes) == 1:
-            raise SupportError(f"node {nodes[0]} belongs to no cell and is not held: remove it from the mesh")
-        # About the centre of what is held, a motion that the supports leave is a rotation alone more often than not.
+            raise SupportError(f"node {nodes[0]} belongs to no cell and is not fixed: remove it from the mesh")
+        # About the centre of what is fixed, a motion that the supports leave is a rotation alone more often than not.
         where = nodes[resisting[nodes].any(axis=1)]
         motions = rigid_motions(mesh.points[nodes], mesh.points[where].mean(axis=0) if where.size else None)
         resisted = np.einsum("nik,ni,nil->kl", motions, resisting[nodes].astype(np.float64), motions)

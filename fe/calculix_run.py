@@ -50,7 +50,7 @@ def run_frequency(
     Raises
     ------
     InputError
-        CalculiX is not installed, or it failed; the message quotes what it said.
+        CalculiX is not installed, or it failed; the message quotes its output.
     """
     with tempfile.TemporaryDirectory(prefix="ccx-") as folder:
         deck = Path(folder) / f"{JOB}.inp"
@@ -71,7 +71,7 @@ def run_matrices(mesh: Mesh, materials: Material | Mapping[str, Material]) -> tu
     Raises
     ------
     InputError
-        CalculiX is not installed, or it failed; the message quotes what it said.
+        CalculiX is not installed, or it failed; the message quotes its output.
     """
     with tempfile.TemporaryDirectory(prefix="ccx-") as folder:
         deck = Path(folder) / f"{JOB}.inp"
@@ -103,8 +103,8 @@ def _run(deck: Path, result: Path) -> None:
     if done.returncode or not result.is_file() or not result.stat().st_size:
         lines = (done.stdout + done.stderr).splitlines()
         start = next((k for k, line in enumerate(lines) if "*ERROR" in line), max(len(lines) - 3, 0))
-        said = " ".join(" ".join(lines[start : start + 3]).split())
-        raise InputError(f"CalculiX stopped with code {done.returncode} ({said}): check mesh, materials and supports")
+        output = " ".join(" ".join(lines[start : start + 3]).split())
+        raise InputError(f"CalculiX stopped with code {done.returncode} ({output}): check mesh, materials and supports")
 
 
 def _eigenvalues(path: Path) -> Float[NDArray[np.float64], " mode"]:

@@ -19,7 +19,7 @@ PLACES = (0.5, 0.3, 0.7, 0.1, 0.9)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ModeCheck:
-    r"""What can be said of modes afterwards.
+    r"""What is known of modes afterwards.
 
     Parameters
     ----------

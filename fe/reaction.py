@@ -1,6 +1,6 @@
 r"""What supports push back with.
 
-With the free displacements q and the held ones at rest, the forces of the supports on the body are
+With the free displacements q and the fixed ones at rest, the forces of the supports on the body are
 
 .. math:: R = K_{sf} q + M_{sf} \ddot q ,
 
@@ -38,19 +38,19 @@ def reaction(
     nodes: Int[NDArray[np.int64], " k"],
     free: Int[NDArray[np.int64], " n"],
 ) -> SupportReaction:
-    """Rows of the reaction of a set of held nodes.
+    """Rows of the reaction of a set of fixed nodes.
 
     Parameters
     ----------
     stiffness, mass
         Of the whole mesh, before supports, shape (3 n_node, 3 n_node) [N/m, kg].
     nodes
-        Held in all directions.
+        Fixed in all directions.
     free
         Free degrees of freedom of the mesh, which the rows are over.
     """
     picked = np.zeros((3, stiffness.shape[0]))
     for direction in range(3):
         picked[direction, 3 * nodes + direction] = 1.0
-    # The matrices are symmetric: rows of the held are columns of them.
+    # The matrices are symmetric: rows of the fixed are columns of them.
     return SupportReaction(stiffness=(stiffness @ picked.T)[free].T, mass=(mass @ picked.T)[free].T)

@@ -72,7 +72,7 @@ class StationCoordinates:
 
 
 def station_coordinates(
-    mesh: Mesh, stations: Mapping[str, Places], faces: Mapping[str, str], held: Iterable[str] = ()
+    mesh: Mesh, stations: Mapping[str, Places], faces: Mapping[str, str], fixed: Iterable[str] = ()
 ) -> StationCoordinates:
     """Make stations coordinates.
 
@@ -84,7 +84,7 @@ def station_coordinates(
         By name of their line, shape (n_station, 3) [m].
     faces
         Face set on which the stations of each line lie, by the name of the line.
-    held
+    fixed
         Sets of nodes that will be fixed, whose nodes cannot give up their place.
 
     Raises
@@ -92,7 +92,7 @@ def station_coordinates(
     MeshError
         A station on no face, no node for it, or more stations on a face than its shape functions can tell apart.
     """
-    taken = {int(node) for name in (*mesh.node_sets, *held) for node in mesh.nodes(name)}
+    taken = {int(node) for name in (*mesh.node_sets, *fixed) for node in mesh.nodes(name)}
     weights = [
         station_weights(mesh, name, named_faces(mesh, name, faces[name]), places) for name, places in stations.items()
     ]
@@ -118,7 +118,7 @@ def at_nodes(mesh: Mesh) -> StationCoordinates:
 
 
 def with_mean(
-    place: StationCoordinates, name: str, weights: Float[NDArray[np.float64], " node"], held: Iterable[str] = ()
+    place: StationCoordinates, name: str, weights: Float[NDArray[np.float64], " node"], fixed: Iterable[str] = ()
 ) -> StationCoordinates:
     """Make a weighted mean of nodes a coordinate of its own, so that a force on it is spread by the same weights.
 
@@ -130,25 +130,25 @@ def with_mean(
         Of the node set of its pivot; one of that name is replaced.
     weights
         Of the nodes; they sum to one [-].
-    held
+    fixed
         Sets of nodes that will be fixed, whose nodes cannot give up their place.
 
     Raises
     ------
     MeshError
-        All nodes that count are held or named.
+        All nodes that count are fixed or named.
     """
     mesh = place.mesh
     sets = {other: nodes for other, nodes in mesh.node_sets.items() if other != name}
     taken = {int(node) for nodes in sets.values() for node in nodes}
-    taken |= {int(node) for one in held for node in mesh.nodes(one)}
+    taken |= {int(node) for one in fixed for node in mesh.nodes(one)}
     # The three directions are alike in T.
     own = sp.csr_array(sp.csr_array(weights[None]) @ place.to_nodes[::3, ::3])
     size = np.abs(own.toarray()[0])
     size[list(taken)] = 0
     pivot = np.array([size.argmax()])
     if size[pivot[0]] < SMALL * np.abs(weights).max():
-        raise MeshError(f'no node can give up its place to "{name}", for those that count are held or named')
+        raise MeshError(f'no node can give up its place to "{name}", for those that count are fixed or named')
     to_nodes = place.to_nodes @ _to_nodes(own, pivot, own[:, pivot].toarray())
     return StationCoordinates(mesh=replace(mesh, node_sets={**sets, name: pivot}), to_nodes=sp.csr_array(to_nodes))
 
@@ -164,7 +164,7 @@ def _pivots(weights: sp.csr_array, taken: set[int], labels: Sequence[str]) -> In
     if size[station, column].min() < SMALL:
         worst = int(size[station, column].argmin())
         raise MeshError(
-            f"no node can give up its place to {labels[worst]}, for those around it are held, named or given to "
+            f"no node can give up its place to {labels[worst]}, for those around it are fixed, named or given to "
             "others: mesh with smaller cells there"
         )
     return np.asarray(nodes[column])

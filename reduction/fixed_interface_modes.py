@@ -1,4 +1,4 @@
-"""Fixed-interface modes: how the interior vibrates while the boundary is held."""
+"""Fixed-interface modes: how the interior vibrates while the boundary is fixed."""
 
 import numpy as np
 from jaxtyping import Float
@@ -32,7 +32,7 @@ def fixed_interface_modes(
     Raises
     ------
     RomError
-        The interior can still move as a rigid body while the boundary is held.
+        The interior can still move as a rigid body while the boundary is fixed.
     """
     try:
         return lowest_eigenpairs(stiffness, mass, n_mode, factor)
@@ -43,6 +43,6 @@ def fixed_interface_modes(
 def loose_interior(n_interior: int) -> str:
     """The sentence for an interior of n degrees of freedom that its boundary does not hold."""
     return (
-        f"the {n_interior} interior degrees of freedom can still move as a rigid body while the boundary is held: "
+        f"the {n_interior} interior degrees of freedom can still move as a rigid body while the boundary is fixed: "
         "add supports, or boundary degrees of freedom at three nodes that are not in line"
     )

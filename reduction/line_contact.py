@@ -20,7 +20,7 @@ class Tangents(Enum):
     """In which tangents a contact slides."""
 
     ALONG = "along"
-    """Along the line, the plane of vibration; the second tangent is held by k_t."""
+    """Along the line, the plane of vibration; the second tangent is sprung by k_t."""
     BOTH = "both"
     """In both."""
 

@@ -72,9 +72,9 @@ def reduction_memory(matrix: Symmetric, n_boundary: int, n_mode: int, *, is_comp
     matrix
         Its stiffness, shape (n, n).
     n_boundary, n_mode
-        Degrees of freedom that are kept, and fixed-interface modes [-].
+        Degrees of freedom that are retained, and fixed-interface modes [-].
     is_compact
-        Whether the kept ones are all those of some nodes, so that a half-stored matrix stays one.
+        Whether the retained ones are all those of some nodes, so that a half-stored matrix stays one.
     """
     if isinstance(matrix, UpperBlocks):
         n_entry, width, copies = matrix.nnz, NODE * _level_width(matrix.graph()), COMPACT_COPY
@@ -94,7 +94,7 @@ def mesh_memory(mesh: Mesh, n_boundary: int, n_mode: int, *, is_compact: bool = 
     n_boundary, n_mode
         As in `reduction_memory`.
     is_compact
-        Whether what is kept are nodes of the mesh, in all directions, and no stations between them.
+        Whether what is retained are nodes of the mesh, in all directions, and no stations between them.
     """
     ends, columns = [], []
     for cells in mesh.cells.values():

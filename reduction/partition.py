@@ -1,4 +1,4 @@
-"""Splitting degrees of freedom into the boundary, which is kept, and the interior, which is condensed."""
+"""Splitting degrees of freedom into the boundary, which is retained, and the interior, which is condensed."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ class Partition:
     Parameters
     ----------
     boundary
-        Rows of the system that are kept, in the order in which the boundary sets first name them, shape (b,) [-].
+        Rows of the system that are retained, in the order in which the boundary sets first name them, shape (b,) [-].
     interior
         All other rows, ascending, shape (i,) [-].
     boundary_sets
@@ -36,7 +36,7 @@ class Partition:
 
 
 def partition(system: LinearSystem, boundary: Mapping[str, Rows]) -> Partition:
-    """Split the rows of a system; a degree of freedom that several sets name is kept once and shared.
+    """Split the rows of a system; a degree of freedom that several sets name is retained once and shared.
 
     Parameters
     ----------
@@ -54,11 +54,11 @@ def partition(system: LinearSystem, boundary: Mapping[str, Rows]) -> Partition:
         _check(name, np.asarray(rows), system.n_dof)
     named = np.concatenate([np.zeros(0, dtype=np.int64), *(np.asarray(rows).ravel() for rows in boundary.values())])
     _, first = np.unique(named, return_index=True)
-    kept = named[np.sort(first)]
+    retained = named[np.sort(first)]
     place = np.full(system.n_dof, -1)
-    place[kept] = np.arange(len(kept))
+    place[retained] = np.arange(len(retained))
     return Partition(
-        boundary=kept,
+        boundary=retained,
         interior=np.flatnonzero(place < 0),
         boundary_sets={name: place[np.asarray(rows).ravel()] for name, rows in boundary.items()},
     )

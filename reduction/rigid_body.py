@@ -1,4 +1,4 @@
-"""A body that contact alone holds: how stiffly its six rigid-body motions are held, and which one is not."""
+"""A body that contact alone holds: how stiffly its six rigid-body motions are resisted, and which one is not."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -96,8 +96,8 @@ def rigid_body(
     mass, stiffness = assembly.mass[own, own], assembly.stiffness[own, own]
     # Physical coordinates alone: modal ones have squared frequencies for stiffness, and stay at rest.
     kept = slice(assembly.bodies[body].n_boundary)
-    held = float(np.abs(stiffness[kept, kept] @ motion[own][kept]).max(initial=0.0))
-    if held > SUPPORTED * float(np.abs(stiffness[kept, kept]).max(initial=0.0)):
+    resisting = float(np.abs(stiffness[kept, kept] @ motion[own][kept]).max(initial=0.0))
+    if resisting > SUPPORTED * float(np.abs(stiffness[kept, kept]).max(initial=0.0)):
         raise RomError(f"{body} is supported: ask for the rigid-body motions of a body that contact alone holds")
     inertia = motion[own].T @ mass @ motion[own]
     # m times the vector to the centre stands as a cross product in the coupling of translations and rotations.

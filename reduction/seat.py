@@ -47,8 +47,8 @@ def seated(bodies: Joined, motions: Mapping[str, Float[Real, "r 6"]]) -> Joined:
     normals = np.array([each.normal for each in bodies.contacts])
     for motion in motions.values():
         approach = normals @ motion
-        held = np.abs(approach).max(axis=1, initial=0.0) > 0
-        gaps[held] = seated_gaps(approach[held], gaps[held])
+        is_touched = np.abs(approach).max(axis=1, initial=0.0) > 0
+        gaps[is_touched] = seated_gaps(approach[is_touched], gaps[is_touched])
     contacts = tuple(replace(each, gap=float(gap)) for each, gap in zip(bodies.contacts, gaps, strict=True))
     return replace(bodies, contacts=contacts)
 

@@ -52,13 +52,13 @@ class ImportedMatrices:
     stiffness: sp.csr_array
     dofs: DofLabels
 
-    def system(self, held: Rows) -> "ImportedSystem":
+    def system(self, fixed: Rows) -> "ImportedSystem":
         """The matrices on what the supports leave free.
 
         Parameters
         ----------
-        held
-            Rows that supports hold, shape (k,) [-].
+        fixed
+            Rows that supports fix, shape (k,) [-].
 
         Raises
         ------
@@ -70,9 +70,9 @@ class ImportedMatrices:
         turning = self.dofs.direction >= N_TRANSLATION
         # A linear system has three directions a node: rotations belong to nodes of their own, behind the others.
         mesh_dof = N_TRANSLATION * (place + len(label) * turning) + self.dofs.direction % N_TRANSLATION
-        free = np.setdiff1d(np.arange(self.dofs.n_dof), held)
+        free = np.setdiff1d(np.arange(self.dofs.n_dof), fixed)
         if not len(free):
-            raise MatrixFileError("the supports hold every degree of freedom of the matrices: leave some free")
+            raise MatrixFileError("the supports fix every degree of freedom of the matrices: leave some free")
         free = free[np.argsort(mesh_dof[free])]
         self._check_carried(free)
         matrices = {name: getattr(self, name)[free][:, free] for name in ("mass", "damping", "stiffness")}
@@ -93,13 +93,13 @@ class ImportedMatrices:
         loose = free[np.asarray(abs(self.stiffness).sum(axis=1)).ravel()[free] == 0]
         if len(loose):
             raise MatrixFileError(
-                f"{self._named(loose)} no stiffness: hold what the model does not use by a support, as AUTOSPC does"
+                f"{self._named(loose)} no stiffness: fix what the model does not use by a support, as AUTOSPC does"
             )
         light = free[self.mass.diagonal()[free] <= 0]
         if len(light):
             raise MatrixFileError(
                 f"{self._named(light)} no mass: write a consistent mass matrix (Nastran: PARAM,COUPMASS,1; ANSYS: "
-                "LUMPM,OFF), or hold it by a support"
+                "LUMPM,OFF), or fix it by a support"
             )
 
     def _named(self, rows: Rows) -> str:
@@ -117,7 +117,7 @@ class ImportedSystem:
         What can be reduced; node k of it is the k-th label in ascending order, and rotations follow on nodes of their
         own.
     row
-        Row of it for each row of the files, -1 where it is held, shape (n,) [-].
+        Row of it for each row of the files, -1 where it is fixed, shape (n,) [-].
     """
 
     linear: LinearSystem

@@ -41,15 +41,15 @@ def read_matrix(source: MatrixSource) -> FileMatrix:
     known = suffixes(MATRIX_FORMATS)
     if path.suffix.lower() not in known:
         raise MatrixFileError(f'"{path}" ends in "{path.suffix}": give a matrix as one of {", ".join(known)}')
-    held = format_of(MATRIX_FORMATS, path).read(path)
-    if source.name and {*held} == {""}:
+    matrices = format_of(MATRIX_FORMATS, path).read(path)
+    if source.name and {*matrices} == {""}:
         raise MatrixFileError(f'"{path}" holds one matrix without a name: remove the name "{source.name}"')
-    found = held[source.name] if source.name in held else next(iter(held.values()), None)
+    found = matrices[source.name] if source.name in matrices else next(iter(matrices.values()), None)
     if found is None:
         raise MatrixFileError(f'"{path}" holds no matrix: write it again')
-    if source.name not in held and (source.name or len(held) > 1):
+    if source.name not in matrices and (source.name or len(matrices) > 1):
         wanted = f'no matrix "{source.name}"' if source.name else "several matrices"
-        raise MatrixFileError(f'"{path}" holds {wanted}: name one of {", ".join(held)}')
+        raise MatrixFileError(f'"{path}" holds {wanted}: name one of {", ".join(matrices)}')
     _check(path, found)
     return found
 

@@ -1,4 +1,4 @@
-"""meshio kept in bounds: what it prints becomes a refusal, and it cannot end the program."""
+"""meshio as a reader that cannot end the program: what it prints becomes a refusal."""
 
 import contextlib
 import io
@@ -40,24 +40,24 @@ def read_with_meshio(path: Path, file_format: str) -> Any:
         The file cannot be read, or meshio warns that it left something out.
     """
     meshio = import_meshio()
-    said = io.StringIO()
+    output = io.StringIO()
     try:
-        with warnings.catch_warnings(), contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
+        with warnings.catch_warnings(), contextlib.redirect_stderr(output), contextlib.redirect_stdout(output):
             # numpy only warns where a text file ends in the middle of its numbers.
             warnings.filterwarnings("error", message=".*string or file could not be read")
             found = getattr(meshio, file_format).read(str(path))
     # Damaged files raise anything from AssertionError to zlib.error, and some readers leave through SystemExit.
     except (Exception, SystemExit) as error:
         raise _refusal(path, file_format, f"{type(error).__name__} {error}".strip()) from error
-    if said.getvalue().strip():
-        raise _refusal(path, file_format, said.getvalue())
+    if output.getvalue().strip():
+        raise _refusal(path, file_format, output.getvalue())
     return found
 
 
 def _refusal(path: Path, file_format: str, reason: str) -> MeshError:
     # One line, without the frames and colours of a terminal message.
-    said = " ".join(reason.split())[:200].rstrip(" .:")
+    output = " ".join(reason.split())[:200].rstrip(" .:")
     return MeshError(
-        f"mesh file {path} cannot be read as {FORMATS[file_format]} ({said}): "
+        f"mesh file {path} cannot be read as {FORMATS[file_format]} ({output}): "
         "it may be cut short or damaged, so write it again"
     )

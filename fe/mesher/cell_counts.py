@@ -1,4 +1,4 @@
-"""Whether numbers of elements can be meshed with; said by field."""
+"""Whether numbers of elements can be meshed with; refused by the name of the field."""
 
 from collections.abc import Iterable, Mapping
 

@@ -100,9 +100,9 @@ def raw_tetrahedra(
             ) from error
         result = Path(folder) / "cells.npz"
         if not result.is_file():
-            said = " ".join(done.stderr.split())[-200:]
+            output = " ".join(done.stderr.split())[-200:]
             raise MeshError(
-                f"the solid could not be filled with tetrahedra (code {done.returncode}: {said}): check that it is "
+                f"the solid could not be filled with tetrahedra (code {done.returncode}: {output}): check that it is "
                 "closed, and give another element size"
             )
         with np.load(result) as found:

@@ -13,7 +13,7 @@ from fe.sparse.vector_code import LANES
 
 
 def warm() -> None:
-    """Solve with the smallest factor for as many right-hand sides as `LANES` has; the machine code is kept on disk."""
+    """Solve with the smallest factor for as many right-hand sides as `LANES` has; the code is stored on disk."""
     one, start, only = np.ones(1), np.array([0, 1], dtype=np.int32), np.zeros(1, dtype=np.int32)
     upper = Upper(start, only, np.eye(3), 3)
     lower_columns(upper)

@@ -24,7 +24,7 @@ class Definiteness(Enum):
 
 
 class SingularMatrix(ArithmeticError):
-    """The matrix is singular, or not positive definite where it was said to be."""
+    """The matrix is singular, or not positive definite where it was declared to be."""
 
 
 class Symmetric(Protocol):

@@ -105,7 +105,7 @@ def factorise(
     TooLarge
         CHOLMOD was asked for by name, or nothing else is there but SuperLU, and its 32 bits do not count the factor.
     SingularMatrix
-        A pivot vanished; PARDISO and CHOLMOD also notice a negative one in a matrix said to be positive definite.
+        A pivot vanished; PARDISO and CHOLMOD also notice a negative one in a matrix declared positive definite.
         Round-off may hide either in a large matrix, so this is no proof of the contrary.
     """
     check_symmetric(matrix)

@@ -244,6 +244,6 @@ def test_supports_that_hold_everything_are_refused(box: BoxMesher) -> None:
 def test_a_node_of_no_cell_is_named_unless_it_is_held(box: BoxMesher) -> None:
     mesh = box(HEX8, size=SIZE)
     mesh = replace(mesh, points=np.vstack([mesh.points, [5, 5, 5]]))
-    with pytest.raises(SupportError, match="node 64 belongs to no cell and is not held: remove it"):
+    with pytest.raises(SupportError, match="node 64 belongs to no cell and is not fixed: remove it"):
         held(mesh, [Support(nodes=mesh.nodes("x0"))])
     assert held(mesh, [Support(nodes=np.append(mesh.nodes("x0"), 64))]).n_dof == 3 * 48

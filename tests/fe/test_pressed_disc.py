@@ -101,7 +101,7 @@ def test_as_a_coordinate_it_changes_no_frequency_and_carries_the_force(element: 
     mesh = box(element, counts=(4, 4, 3), size=SIZE, distortion=0.2)
     mass, stiffness = assemble(mesh, STEEL)
     weights, support = on_top(mesh), [Support(nodes=mesh.nodes("x0"))]
-    place = with_mean(at_nodes(mesh), "pushed", weights, held=["x0"])
+    place = with_mean(at_nodes(mesh), "pushed", weights, fixed=["x0"])
     before = supported_system(mesh, mass, stiffness, support)
     after = supported_system(mesh, place.matrix(mass), place.matrix(stiffness), support)
     # The condition number of the stiffness, some 1e4, times round-off, squared by the two products.
@@ -122,7 +122,7 @@ def test_a_disc_beside_the_body_or_on_a_held_face_is_refused(box: BoxMesher) -> 
     with pytest.raises(MeshError, match=r"the disc of 10 mm radius .* cells there are too large for it"):
         disc_weights(mesh, outer_faces(mesh), CENTRE, UP, 0.01)
     with pytest.raises(MeshError, match='no node can give up its place to "pushed"'):
-        with_mean(at_nodes(mesh), "pushed", on_top(mesh), held=["z1"])
+        with_mean(at_nodes(mesh), "pushed", on_top(mesh), fixed=["z1"])
 
 
 def test_what_was_called_so_before_is_replaced_and_other_names_are_kept(box: BoxMesher) -> None:

@@ -88,7 +88,7 @@ def supported(element: Element, box: BoxMesher, distortion: float = 0.2) -> tupl
 
 def test_the_change_of_variables_leaves_the_frequencies_as_they_are(element: Element, box: BoxMesher) -> None:
     mesh, mass, stiffness = supported(element, box)
-    stations = station_coordinates(mesh, {"line": LINE[[1, 3, 5]]}, {"line": "z1"}, held=["x0"])
+    stations = station_coordinates(mesh, {"line": LINE[[1, 3, 5]]}, {"line": "z1"}, fixed=["x0"])
     support = [Support(nodes=mesh.nodes("x0"))]
     before = supported_system(mesh, mass, stiffness, support)
     after = supported_system(mesh, stations.matrix(mass), stations.matrix(stiffness), support)
@@ -113,7 +113,7 @@ def test_the_change_of_variables_leaves_the_frequencies_as_they_are(element: Ele
 def test_a_spring_on_a_station_coordinate_is_a_spring_on_its_face(element: Element, box: BoxMesher) -> None:
     mesh, mass, stiffness = supported(element, box)
     places, spring = LINE[[1, 3, 5]], 1e10
-    stations = station_coordinates(mesh, {"line": places}, {"line": "z1"}, held=["x0"])
+    stations = station_coordinates(mesh, {"line": places}, {"line": "z1"}, fixed=["x0"])
     support = [Support(nodes=mesh.nodes("x0"))]
     weights = sp.kron(station_weights(mesh, "line", mesh.face_sets["z1"], places), sp.eye_array(3))
     on_faces = sp.csr_array(stiffness + spring * weights.T @ weights)
@@ -190,7 +190,7 @@ def test_pivots_are_neither_held_nor_named_nor_shared(box: BoxMesher) -> None:
     weights = station_weights(mesh, "line", mesh.face_sets["z1"], LINE)
     named = int(weights[[3]].indices[np.abs(weights[[3]].data).argmax()])
     mesh = replace(mesh, node_sets={"sensor": np.array([named])})
-    stations = station_coordinates(mesh, {"line": LINE[1:]}, {"line": "z1"}, held=["x0"])
+    stations = station_coordinates(mesh, {"line": LINE[1:]}, {"line": "z1"}, fixed=["x0"])
     pivots = stations.mesh.node_sets["line"]
     assert len(set(pivots.tolist())) == 6
     assert not np.isin(pivots, [named, *mesh.nodes("x0")]).any()

@@ -236,7 +236,7 @@ Change = Callable[[str], str]
         ("nodes = [16]", f"nodes = [{'9' * 5000}]", "beam.toml: it holds a number of thousands of digits"),
         ("nodes = [16]", "nodes = [16, 16]", "16 stands there twice"),
         ('"mm, tonne, s"', '"mm, kg, s"', "units"),
-        ('[[boundary]]\nname = "middle"\nnodes = [16]\n', "", "can still move as a rigid body while the boundary is h"),
+        ('[[boundary]]\nname = "middle"\nnodes = [16]\n', "", "can still move as a rigid body while the boundary is f"),
         ('kind = "matrices"', 'kind = "matrix"', 'beam.toml:2: kind = "matrix": must be "matrices"'),
         ('mass = "m.mtx"', 'mass = "m.mtx"\nmass_name = "M"', 'holds one matrix without a name: remove the name "M"'),
         ("modes = 12", "modes = -1", "reduction.modes"),

@@ -89,8 +89,8 @@ def _members(places: NDArray[np.int64]) -> Int[NDArray[np.int64], " k"]:
 
 
 def _faces(bits: NDArray[np.int64]) -> Int[NDArray[np.int64], "k 2"]:
-    held = (bits.astype(np.int64)[:, None] >> np.arange(N_FACE)) & 1
-    return np.argwhere(held)
+    is_inside = (bits.astype(np.int64)[:, None] >> np.arange(N_FACE)) & 1
+    return np.argwhere(is_inside)
 
 
 MESH_FORMATS.register(

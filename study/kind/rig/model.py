@@ -95,7 +95,7 @@ def with_excitation(place: StationCoordinates, rig: Rig) -> StationCoordinates:
     weights = disc_weights(
         place.mesh, outer_faces(place.mesh), centre, np.array([0.0, 1.0, 0.0]), rig.excitation_radius
     )
-    return with_mean(place, "excitation", weights, held=HELD["blade"])
+    return with_mean(place, "excitation", weights, fixed=HELD["blade"])
 
 
 def mirror_image(body: str) -> str | None:

@@ -59,7 +59,7 @@ def body_tetrahedra(rig: Rig, body: str, size: float) -> StationCoordinates:
         if name not in part.faces and name != "excitation":
             places[name], on[name] = point[None], SURFACE
     whole = replace(mesh, face_sets={**mesh.face_sets, SURFACE: outer_faces(mesh)})
-    found = station_coordinates(whole, places, on, held=HELD[kind])
+    found = station_coordinates(whole, places, on, fixed=HELD[kind])
     found = replace(found, mesh=replace(found.mesh, face_sets=mesh.face_sets))
     return with_excitation(found, rig) if body == "blade" else found
 

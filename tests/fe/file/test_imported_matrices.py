@@ -237,7 +237,7 @@ def test_what_carries_no_or_negative_stiffness_or_mass_is_refused_by_name(tmp_pa
     read = read_matrices(**write(tmp_path, np.eye(3), np.diag([1.0, -2.0, 1.0])))
     with pytest.raises(MatrixFileError, match="node 1 x has a stiffness of -2 on the diagonal: check its sign"):
         read.system(nothing)
-    with pytest.raises(MatrixFileError, match="hold every degree of freedom"):
+    with pytest.raises(MatrixFileError, match="fix every degree of freedom"):
         read.system(np.arange(3))
 
 
