@@ -20,7 +20,7 @@ A case is a pydantic model that derives from `CaseModel`; its quantities are the
 
 and the file, whose first line is the version of its form::
 
-    schema = 1
+    schema = 2
     [blade]
     length = "250 mm"
     [[mesh]]
@@ -46,7 +46,12 @@ from casefile.errors import CaseError, Problem
 from casefile.source import CaseSource, key_in_message, value_at
 from geometry.errors import InputError, InputWarning
 
-SCHEMA = 1
+SCHEMA = 2
+#: What was schema 1 is written anew by hand: its tables have moved.
+FROM_SCHEMA_1 = (
+    'write "schema = 2", put what describes the structure under [structure] with its kind, call [[contact]] [[joint]] '
+    "and [[output]] [[sensor]], and move harmonics and samples from [sweep] to [harmonics] (docs/case.md)"
+)
 
 
 class CaseModel(BaseModel):
@@ -71,7 +76,7 @@ def load_case(path: str | Path, model: type[Case]) -> Case:
     Parameters
     ----------
     path
-        A TOML file whose first key is ``schema = 1``.
+        A TOML file whose first key is ``schema = 2``.
     model
         What the file must hold.
 
@@ -217,6 +222,8 @@ def _schema_problems(source: CaseSource) -> list[Problem]:
     found = source.data["schema"]
     if found == SCHEMA and type(found) is int:
         return []
+    if found == 1 and type(found) is int:
+        return [source.problem(("schema",), f"a case of an earlier form, which is no longer read: {FROM_SCHEMA_1}")]
     remedy = f'this version of stickslip reads "{wanted}"'
     if type(found) is int and found > SCHEMA:
         remedy = f"a later form of case files; {remedy}: install a later stickslip, or rewrite the file"

@@ -156,6 +156,9 @@ class Model:
     pressed_together
         Groups of `preloads` that one screw sets: from one assembly to the next they differ by one factor. All others
         differ by themselves.
+    suspension
+        Stiffness that holds the structure when its contacts are taken away for a test, shape (r, r) [N/m]; none by
+        default.
     shift
         By how much the true frequency of a test is above its label, by configuration, "jointed" or "free"; none by
         default [-].
@@ -177,6 +180,7 @@ class Model:
     places: Mapping[str, Row] = field(default_factory=dict)
     dead_weights: Mapping[str, DeadWeight] = field(default_factory=dict)
     pressed_together: tuple[tuple[str, ...], ...] = ()
+    suspension: Matrix | None = None
     shift: Mapping[str, float] = field(default_factory=dict)
     n_harmonic: int = 8
     n_sample: int = 0
@@ -295,12 +299,15 @@ class Model:
         return replace(changed.with_system(static_load=self.system.static + (ratio - 1) * static), dead_weights=weights)
 
     def free(self) -> "Model":
-        """The same structure without the contacts of its lines, and without the static load that balances them."""
+        """The same structure without the contacts of its lines and the static load that balances them, suspended."""
         members = {name for line in self.lines.values() for name in line}
         joints = [joint for joint in self.system.joints if joint.name not in members]
         sensors = tuple(each for each in self.sensors if isinstance(each, Sensor))
-        system = replace(self.system, joints=joints, static_load=np.zeros(self.system.n_dof))
-        return replace(self, system=system, sensors=sensors, lines={}, dead_weights={}, pressed_together=())
+        stiffness = self.system.stiffness if self.suspension is None else self.system.stiffness + self.suspension
+        system = replace(self.system, joints=joints, stiffness=stiffness, static_load=np.zeros(self.system.n_dof))
+        return replace(
+            self, system=system, sensors=sensors, lines={}, dead_weights={}, pressed_together=(), suspension=None
+        )
 
     def with_system(self, **changes: Any) -> "Model":
         """Other matrices, joints or loads."""

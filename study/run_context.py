@@ -95,6 +95,14 @@ class RunContext:
         sys.stderr.write(f"stickslip: warning: {sentence}\n")
 
 
+def silent_run() -> RunContext:
+    """A run that stores, shows and writes nothing."""
+    from pipeline.progress import SilentProgress
+    from pipeline.store import Store
+
+    return RunContext(output=None, store=Store(None), progress=SilentProgress(), json=False, quiet=True)
+
+
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class Options:

@@ -35,18 +35,20 @@ NAME, FINER = "beam", "beam_finer"
 HEAD = f"""\
 # A cantilever of steel, 300 x 20 x 10 mm, between two lines of three frictional contacts on inclined flanks.
 # It is the beam of the virtual test bench as an engineer would model it: the parameters are those of the drawing.
-schema = 1
+schema = 2
 title = "Beam with two contact lines"
 
-[model]
+[structure]
+kind = "plain"
 # M, C ({100 * DAMPING_RATIO:g} % Rayleigh), K, what each degree of freedom is, and the rows that are named below
 """
 FINER_HEAD = f"""\
 # The beam of {NAME}.toml with twice the elements and more harmonics.
-schema = 1
+schema = 2
 title = "Beam with two contact lines, finer"
 
-[model]
+[structure]
+kind = "plain"
 """
 
 
@@ -107,7 +109,7 @@ def _text(model: Model, file: str) -> str:
     for sensor in model.sensors:
         if isinstance(sensor, LineSensor):
             of = f'line = "{sensor.line}"\ncomponent = "{sensor.component}"'
-            tables.append(f'[[line_sensor]]\nname = "{sensor.name}"\n{of}\n')
+            tables.append(f'[[sensor]]\nname = "{sensor.name}"\n{of}\n')
     for line in model.lines:
         gap = f'gap = ["0 um", "{5e5 * GAP:g} um", "{1e6 * GAP:g} um"]\n' if line == "right" else ""
         tables.append(

@@ -18,7 +18,7 @@ from diagnosis.effect.catalogue import Catalogue, Extra, catalogue
 from diagnosis.effect.own_effect import installed_effects
 from diagnosis.fit.arrangement import Added
 from diagnosis.fit.calibration_parameter import Accepted
-from study.case.tables import TestCase
+from study.case.tables import Case, StructureTable
 
 #: Units that a value is written in, by its SI unit, with the SI value of one.
 WRITTEN = {
@@ -73,7 +73,9 @@ def find_effect(found: Catalogue, name: str) -> Effect:
     raise EffectError(f'there is no effect "{name}"; {remedy}')
 
 
-def added_effects(case: TestCase, model: Model, files: Sequence[Path], mistakes: Mistakes) -> tuple[Added, ...]:
+def added_effects(
+    case: Case[StructureTable], model: Model, files: Sequence[Path], mistakes: Mistakes
+) -> tuple[Added, ...]:
     """Effects of a case's ``[[added]]`` tables with their values; mistakes are noted with their lines.
 
     Parameters
@@ -169,7 +171,7 @@ def value_of(text: object, parameter: EffectParameter) -> float:
     return value
 
 
-def _values(given: Mapping[str, Any], effect: Effect, case: TestCase, number: int) -> NDArray[np.float64]:
+def _values(given: Mapping[str, Any], effect: Effect, case: Case[StructureTable], number: int) -> NDArray[np.float64]:
     keys = {key_of(parameter): parameter for parameter in effect.parameters}
     for key in given:
         if key not in keys:

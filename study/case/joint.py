@@ -1,12 +1,11 @@
-"""From the contacts of a case to the joints of its structure."""
+"""From a table ``[[joint]]`` of a case to joints, one for each station of its places."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
-from casefile.table import CaseModel, located
+from casefile.table import located
 from reduction.errors import JointError
-from reduction.file.structure_file import StructureMatrices
 from reduction.jointed_system import (
     CubicSpring,
     ElasticStop,
@@ -16,37 +15,27 @@ from reduction.jointed_system import (
     Joint,
     QuadraticDamper,
 )
-from study.case.joint_table import (
-    ContactTable,
-    CubicTable,
-    FrictionTable,
-    JenkinsTable,
-    QuadraticDamperTable,
-    StopTable,
-)
-from study.case.old_place import Row, rows
+from study.case.joint_table import CubicTable, FrictionTable, JenkinsTable, QuadraticDamperTable, StopTable
+from study.case.place import PlaceFinder, Row
+from study.case.tables import Case, StructureTable
 
 
-def contact_joints(
-    case: CaseModel, tables: Sequence[ContactTable], number: int, structure: StructureMatrices
-) -> list[Joint]:
-    """Joints of one table of a case, one for each station of its places.
+def joints_of_table(case: Case[StructureTable], number: int, finder: PlaceFinder) -> list[Joint]:
+    """Joints of one table.
 
     Parameters
     ----------
     case
         Names file and line of a mistake.
-    tables
-        What the case lists under "contact".
     number
-        Of the table.
-    structure
-        What they act on.
+        Of the table among ``[[joint]]``.
+    finder
+        What its places are looked up in.
     """
-    table = tables[number]
+    table = case.joint[number]
     if isinstance(table, FrictionTable):
-        return _friction_contacts(case, number, table, structure)
-    directions = rows(table, structure)
+        return _friction_contacts(case, number, table, finder)
+    directions = finder.rows(table)
     make: Callable[[str, Row], Joint]
     if isinstance(table, JenkinsTable):
         stiffness, limit = table.tangential_stiffness, table.limit_force
@@ -77,14 +66,16 @@ def contact_joints(
     return [make(name, row) for name, row in zip(names, directions, strict=True)]
 
 
-def _friction_contacts(case: CaseModel, number: int, table: FrictionTable, structure: StructureMatrices) -> list[Joint]:
+def _friction_contacts(
+    case: Case[StructureTable], number: int, table: FrictionTable, finder: PlaceFinder
+) -> list[Joint]:
     places = {"tangent": table.tangent, "second_tangent": table.second_tangent, "normal": table.normal}
     labels, found = [], []
     for label, place in places.items():
         if place is not None:
-            with located(case, "contact", number, label):
+            with located(case, "joint", number, label):
                 labels.append(label)
-                found.append(rows(place, structure))
+                found.append(finder.rows(place))
     counts = {len(each) for each in found}
     if len(counts) > 1:
         listed = ", ".join(f"{label} {len(each)}" for label, each in zip(labels, found, strict=True))

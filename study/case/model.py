@@ -1,36 +1,34 @@
-"""From the tables of a test case to a test model: structure, contacts, loads at 1 N, sensors."""
+"""From the tables of a case and its structure to a model: joints, loads and sensors on the matrices."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from casefile.errors import CaseError
 from casefile.mistakes import Mistakes
 from casefile.table import located
 from correlation.errors import ModelDefinitionError
 from correlation.model import DeadWeight, LineSensor, Model, Sensor
 from reduction.errors import JointError
-from reduction.jointed_system import Friction, FrictionContact, Joint, JointedSystem
-from study.case.damping import case_damping
-from study.case.joint import contact_joints
-from study.case.place import Whereabouts
-from study.case.tables import LineTable, TestCase
-from study.kind.plain.structure import TestStructure, load_test_structure
+from reduction.jointed_system import Friction, FrictionContact, JointedSystem
+from study.case.joint import joints_of_table
+from study.case.joint_table import LineTable
+from study.case.place import PlaceFinder
+from study.case.structure import Structure
+from study.case.tables import Case, LineSensorTable, MotionSensorTable, StructureTable
 
 Row = NDArray[np.float64]
 
 
-def model_of_case(case: TestCase, folder: Path) -> Model:
-    """The model of a case.
+def model_of_case(case: Case[StructureTable], structure: Structure) -> Model:
+    """The model of a case as its drawing says it: nothing calibrated, no effect added.
 
     Parameters
     ----------
     case
         As `casefile.table.load_case` returned it.
-    folder
-        That of the case file, which the structure's file is relative to.
+    structure
+        That its ``[structure]`` describes.
 
     Raises
     ------
@@ -38,86 +36,91 @@ def model_of_case(case: TestCase, folder: Path) -> Model:
         With every mistake.
     """
     mistakes = Mistakes(case)
-    structure: TestStructure | None = None
-    with mistakes.at("model"):
-        structure = load_test_structure(folder / case.model.file, case.dof)
-    if structure is None:
-        raise CaseError(mistakes.problems)
-    where = Whereabouts(structure=structure.matrices, dofs=structure.dofs, stored=structure.stored)
-    _check_names(case, mistakes)
-    for number, place in enumerate(case.place):
-        with mistakes.at("place", number):
-            # What stands at a place that is a mistake is no further one.
-            where.places[place.name] = np.zeros(structure.matrices.n_dof)
-            where.places[place.name] = where.row(place)
-    joints: list[Joint] = []
-    lines: dict[str, tuple[str, ...]] = {}
-    static = np.zeros(structure.matrices.n_dof)
+    finder = PlaceFinder(
+        matrices=structure.matrices, dofs=structure.dofs, stored=structure.stored, places=dict(structure.places)
+    )
+    _check_names(case, structure, mistakes)
+    _find_places(case, finder, mistakes)
+    joints, lines = list(structure.joints), dict(structure.lines)
+    static = np.zeros(structure.matrices.n_dof) if structure.static_load is None else structure.static_load.copy()
     for number, line in enumerate(case.line):
         with mistakes.at("line", number):
-            contacts = _contacts(line, where)
+            contacts = _contacts(line, finder)
             joints += contacts
             lines[line.name] = tuple(contact.name for contact in contacts)
             if line.balanced_preload:
                 static += np.sum([contact.preload * contact.normal for contact in contacts], axis=0)
-    for number in range(len(case.contact)):
-        with mistakes.at("contact", number):
-            joints += contact_joints(case, case.contact, number, structure.matrices)
-    harmonic = _loads(case, where, static, mistakes)
-    sensors = _sensors(case, where, mistakes)
-    weights = _dead_weights(case, where, mistakes)
+    for number in range(len(case.joint)):
+        with mistakes.at("joint", number):
+            joints += joints_of_table(case, number, finder)
+    harmonic = _loads(case, structure, finder, static, mistakes)
+    sensors = _sensors(case, structure, finder, lines, mistakes)
+    weights = _dead_weights(case, structure, finder, lines, mistakes)
     together = _pressed_together(case, mistakes)
     mistakes.raise_if_any()
-    matrices, damping = structure.matrices, structure.matrices.damping
-    with mistakes.at("damping"):
-        damping = _damping(case, structure, joints)
+    damping = structure.matrices.damping
+    if structure.damped is not None:
+        with mistakes.at("structure", "damping"):
+            damping = structure.damped(joints)
     mistakes.raise_if_any()
-    with located(case):
+    with located(case, "structure"):
         system = JointedSystem(
-            mass=matrices.mass,
+            mass=structure.matrices.mass,
             damping=damping,
-            stiffness=matrices.stiffness,
+            stiffness=structure.matrices.stiffness,
             joints=joints,
             static_load=static,
             harmonic_force=harmonic,
         )
+    with located(case):
         return Model(
             system=system,
             sensors=tuple(sensors),
             parts=structure.parts,
             dofs=structure.dofs,
             lines=lines,
-            places=where.places,
+            places=finder.places,
             dead_weights=weights,
             pressed_together=together,
+            suspension=structure.suspension,
             n_harmonic=case.harmonics.highest + 1,
-            n_sample=case.harmonics.samples or 0,
+            n_sample=case.harmonics.n_sample,
         )
 
 
-def _check_names(case: TestCase, mistakes: Mistakes) -> None:
-    names = {
-        "place": [table.name for table in case.place],
-        "line": [table.name for table in case.line],
-        "dead_weight": [table.name for table in case.dead_weight],
-        "sensor": [table.name for table in case.sensor],
-        "line_sensor": [table.name for table in case.line_sensor],
+def _check_names(case: Case[StructureTable], structure: Structure, mistakes: Mistakes) -> None:
+    own = {
+        "place": structure.places,
+        "line": structure.lines,
+        "dead_weight": structure.dead_weights,
+        "sensor": (),
+        "joint": [joint.name for joint in structure.joints],
     }
-    for kinds in (("place",), ("line", "dead_weight"), ("sensor", "line_sensor")):
-        taken: dict[str, str] = {}
-        for kind in kinds:
-            for number, name in enumerate(names[kind]):
-                if name in taken:
-                    with mistakes.at(kind, number):
-                        raise ModelDefinitionError(f'name = "{name}" is taken by {taken[name]}: give each its own')
-                taken[name] = f"{kind}[{number}]"
+    for tables in (("place",), ("line", "dead_weight"), ("sensor",), ("joint",)):
+        taken = {name: f"the structure's own {table}" for table in tables for name in own[table]}
+        for table in tables:
+            for number, entry in enumerate(getattr(case, table)):
+                if entry.name in taken:
+                    with mistakes.at(table, number):
+                        raise ModelDefinitionError(
+                            f'name = "{entry.name}" is taken by {taken[entry.name]}: give each its own'
+                        )
+                taken[entry.name] = f"{table}[{number}]"
 
 
-def _contacts(line: LineTable, where: Whereabouts) -> list[FrictionContact]:
-    normals = where.all_rows(line.normal)
-    tangents = [where.all_rows(line.tangent)]
+def _find_places(case: Case[StructureTable], finder: PlaceFinder, mistakes: Mistakes) -> None:
+    for number, place in enumerate(case.place):
+        with mistakes.at("place", number):
+            # What stands at a place that is a mistake is no further one.
+            finder.places[place.name] = np.zeros(finder.matrices.n_dof)
+            finder.places[place.name] = finder.row(place)
+
+
+def _contacts(line: LineTable, finder: PlaceFinder) -> list[FrictionContact]:
+    normals = finder.all_rows(line.normal)
+    tangents = [finder.all_rows(line.tangent)]
     if line.second_tangent is not None:
-        tangents.append(where.all_rows(line.second_tangent))
+        tangents.append(finder.all_rows(line.second_tangent))
     n = len(normals)
     for name, rows in zip(("tangent", "second_tangent"), tangents, strict=False):
         if len(rows) != n:
@@ -154,44 +157,66 @@ def _contacts(line: LineTable, where: Whereabouts) -> list[FrictionContact]:
     ]
 
 
-def _loads(case: TestCase, where: Whereabouts, static: Row, mistakes: Mistakes) -> NDArray[np.complex128]:
-    """Harmonic forces at 1 N; constant ones are added to `static`."""
-    n = where.structure.n_dof
-    harmonic = np.zeros((max(load.harmonic for load in case.load) + 1, n), dtype=np.complex128)
+def _loads(
+    case: Case[StructureTable], structure: Structure, finder: PlaceFinder, static: Row, mistakes: Mistakes
+) -> NDArray[np.complex128]:
+    """Harmonic forces at level 1, the case's in place of the structure's; constant ones are added to `static`."""
     for number, constant in enumerate(case.static_load):
         with mistakes.at("static_load", number):
-            static += constant.force * where.row(constant)
+            static += constant.force * finder.row(constant)
+    if not case.load:
+        none = np.zeros((2, finder.matrices.n_dof), dtype=np.complex128)
+        return none if structure.harmonic_force is None else structure.harmonic_force
+    highest = case.harmonics.highest
+    harmonic = np.zeros((max(load.harmonic for load in case.load) + 1, finder.matrices.n_dof), dtype=np.complex128)
     for number, load in enumerate(case.load):
         with mistakes.at("load", number):
-            if load.harmonic > case.harmonics.highest:
+            if load.harmonic > highest:
+                loses = "keeps the mean alone and loses" if highest == 0 else "loses"
                 raise JointError(
-                    f"harmonic = {load.harmonic} is not kept: harmonics.highest is {case.harmonics.highest}; raise it"
+                    f"harmonic = {load.harmonic}: harmonics.highest = {highest} {loses} this load; take at least "
+                    f"{load.harmonic}; 5 or more show what friction does"
                 )
-            harmonic[load.harmonic] += load.amplitude * np.exp(1j * load.phase) * where.row(load)
+            harmonic[load.harmonic] += load.amplitude * np.exp(1j * load.phase) * finder.row(load)
     if not mistakes.problems and not harmonic.any():
         with mistakes.at("load", 0):
             raise JointError("amplitude: all harmonic loads cancel or are zero, so that nothing vibrates: give one")
     return harmonic
 
 
-def _sensors(case: TestCase, where: Whereabouts, mistakes: Mistakes) -> list[Sensor | LineSensor]:
+def _sensors(
+    case: Case[StructureTable],
+    structure: Structure,
+    finder: PlaceFinder,
+    lines: dict[str, tuple[str, ...]],
+    mistakes: Mistakes,
+) -> list[Sensor | LineSensor]:
+    if not case.sensor:
+        return list(structure.sensors)
     sensors: list[Sensor | LineSensor] = []
     for number, table in enumerate(case.sensor):
         with mistakes.at("sensor", number):
-            sensors.append(Sensor(name=table.name, row=where.row(table), quantity=table.quantity, gain=table.gain))
-    lines = [line.name for line in case.line]
-    for number, each in enumerate(case.line_sensor):
-        with mistakes.at("line_sensor", number):
-            if each.line not in lines:
-                raise ModelDefinitionError(
-                    f'line = "{each.line}" is none of the case: there are {", ".join(lines) or "none"}'
-                )
-            sensors.append(LineSensor(name=each.name, line=each.line, component=each.component, gain=each.gain))
+            if isinstance(table, MotionSensorTable):
+                sensors.append(Sensor(name=table.name, row=finder.row(table), quantity=table.quantity, gain=table.gain))
+            else:
+                sensors.append(_line_sensor(table, lines))
     return sensors
 
 
-def _dead_weights(case: TestCase, where: Whereabouts, mistakes: Mistakes) -> dict[str, DeadWeight]:
-    found, lines = {}, [line.name for line in case.line]
+def _line_sensor(table: LineSensorTable, lines: dict[str, tuple[str, ...]]) -> LineSensor:
+    if table.line not in lines:
+        raise ModelDefinitionError(f'line = "{table.line}" is none of the case: there are {", ".join(lines) or "none"}')
+    return LineSensor(name=table.name, line=table.line, component=table.component, gain=table.gain)
+
+
+def _dead_weights(
+    case: Case[StructureTable],
+    structure: Structure,
+    finder: PlaceFinder,
+    lines: dict[str, tuple[str, ...]],
+    mistakes: Mistakes,
+) -> dict[str, DeadWeight]:
+    found = dict(structure.dead_weights)
     for number, table in enumerate(case.dead_weight):
         with mistakes.at("dead_weight", number):
             for line in table.presses:
@@ -199,20 +224,20 @@ def _dead_weights(case: TestCase, where: Whereabouts, mistakes: Mistakes) -> dic
                     raise ModelDefinitionError(
                         f'presses: "{line}" is no line of the case: there are {", ".join(lines) or "none"}'
                     )
-            found[table.name] = DeadWeight(row=table.force * where.row(table), lines=table.presses)
+            found[table.name] = DeadWeight(row=table.force * finder.row(table), lines=table.presses)
     return found
 
 
-def _pressed_together(case: TestCase, mistakes: Mistakes) -> tuple[tuple[str, ...], ...]:
+def _pressed_together(case: Case[StructureTable], mistakes: Mistakes) -> tuple[tuple[str, ...], ...]:
     """Lines by what presses them."""
     found: dict[str, list[str]] = {}
-    weighed = {line: weight.name for weight in case.dead_weight for line in weight.presses}
+    pressing = {line: weight.name for weight in case.dead_weight for line in weight.presses}
     for number, line in enumerate(case.line):
         if line.pressed_by is not None:
             with mistakes.at("line", number):
-                if line.name in weighed:
+                if line.name in pressing:
                     raise ModelDefinitionError(
-                        f'pressed_by = "{line.pressed_by}": dead weight "{weighed[line.name]}" presses this line; '
+                        f'pressed_by = "{line.pressed_by}": dead weight "{pressing[line.name]}" presses this line; '
                         "remove one of them"
                     )
                 if line.pressed_by in {weight.name for weight in case.dead_weight}:
@@ -221,17 +246,3 @@ def _pressed_together(case: TestCase, mistakes: Mistakes) -> tuple[tuple[str, ..
                     )
                 found.setdefault(line.pressed_by, []).append(line.name)
     return tuple(tuple(lines) for lines in found.values())
-
-
-def _damping(case: TestCase, structure: TestStructure, joints: Sequence[Joint]) -> NDArray[np.float64]:
-    table, matrices = case.damping, structure.matrices
-    if table is None:
-        return matrices.damping
-    by_ratio = table.by_ratio
-    if by_ratio is not None:
-        return case_damping(by_ratio, matrices, joints)
-    if matrices.has_damping and not table.replace:
-        raise JointError(
-            "a file that holds damping of its own meets [damping]: add replace = true, or remove the table"
-        )
-    return np.asarray((table.mass_factor or 0.0) * matrices.mass + (table.stiffness_factor or 0.0) * matrices.stiffness)

@@ -1,32 +1,50 @@
-"""Where lines, sensors and loads of a test case act: places of ``stickslip solve``, and three more ways to say them.
+"""Where joints, loads, sensors and effects of a case act: a row over the structure's degrees of freedom.
 
-``body``, ``node`` and ``direction`` name a degree of freedom of the table, ``row`` names rows that the file of the
-structure stores, ``place`` a place of the case.
+A place says where in one of six ways. ``dof`` counts degrees of freedom from 0 (``other`` makes it relative),
+``weights`` gives the row itself. ``at`` names a boundary set of a reduced model, with a ``direction``; it stands for
+one row per station, or for that of one ``station``. ``node`` names a node of the table of degrees of freedom, ``row`` a
+row that the structure stores by name, ``place`` a named place of the case or of its structure.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from pydantic import Field, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from casefile.table import CaseModel
 from casefile.validation import did_you_mean
 from correlation.errors import ModelDefinitionError
 from correlation.model import Dof
+from reduction.errors import JointError
 from reduction.file.structure_file import StructureMatrices
-from study.case.old_place import DofNumber, PlaceTable, Row, rows
+from reduction.jointed_system import along, between
+from reduction.rom import ReducedModel
 
-Direction = Literal["x", "y", "z", "rx", "ry", "rz"] | tuple[float, float, float]
+Row = Float[NDArray[np.float64], " r"]
+DofNumber = Annotated[int, Field(ge=0, strict=True, examples=[3])]
+Axis = Literal["x", "y", "z", "rx", "ry", "rz"]
+Direction = Axis | tuple[float, float, float]
+
 WAYS = ("dof", "weights", "at", "node", "row", "place")
+#: Keys that go with each way.
+COMPANIONS = {
+    "dof": {"other"},
+    "weights": set[str](),
+    "at": {"other_at", "station", "direction"},
+    "node": {"body", "direction"},
+    "row": set[str](),
+    "place": set[str](),
+}
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 #: Names of many listed in a message.
 MOST_LISTED = 12
 
 
-class TestPlaceTable(CaseModel):
+class PlaceTable(CaseModel):
     """One way of saying where, and which way."""
 
     dof: DofNumber | None = None
@@ -37,7 +55,7 @@ class TestPlaceTable(CaseModel):
     station: Annotated[int, Field(ge=0, strict=True)] | None = None
     body: str | None = None
     node: Annotated[int, Field(strict=True)] | None = None
-    direction: Annotated[Direction | None, Field(examples=["z"])] = None
+    direction: Annotated[Direction | None, Field(examples=["x"])] = None
     row: Annotated[str | None, Field(examples=["tip"])] = None
     place: str | None = None
 
@@ -47,60 +65,71 @@ class TestPlaceTable(CaseModel):
         if len(ways) != 1:
             found = f"{' and '.join(ways)} are given" if ways else "says nowhere where"
             raise ValueError(f"{found}: give one of {', '.join(WAYS)}")
-        if self.body is not None and self.node is None:
-            raise ValueError(f'body = "{self.body}" goes with node and direction: give them')
-        if self.node is not None:
-            if not isinstance(self.direction, str):
-                raise ValueError(f'node = {self.node} needs one of its directions, e.g. direction = "z"')
-            if (self.other, self.other_at, self.station) != (None, None, None):
-                raise ValueError("other, other_at and station do not go with node: write the row as weights")
-        elif self.row is not None or self.place is not None:
-            if (self.other, self.other_at, self.station, self.direction) != (None, None, None, None):
-                raise ValueError("a row or a place is complete: remove other, other_at, station and direction")
-        else:
-            if isinstance(self.direction, str) and self.direction not in {"x", "y", "z"}:
-                raise ValueError(f'direction = "{self.direction}" goes with node alone: give "x", "y", "z" or a vector')
-            try:
-                self.solve_place()
-            except ValidationError as error:
-                raise ValueError(error.errors()[0]["msg"].removeprefix("Value error, ")) from None
+        (way,) = ways
+        for key in ("other", "other_at", "station", "body", "direction"):
+            if getattr(self, key) is not None and key not in COMPANIONS[way]:
+                goes = " or ".join(each for each in WAYS if key in COMPANIONS[each])
+                raise ValueError(f"{key} = {getattr(self, key)} goes with {goes}, not with {way}: remove one of them")
+        if self.node is not None and not isinstance(self.direction, str):
+            raise ValueError(f'node = {self.node} needs one of its directions, e.g. direction = "z"')
+        if self.at is not None:
+            self._check_direction()
+        if self.weights is not None and not any(self.weights.values()):
+            raise ValueError("its weights are empty or all zero: give at least one, e.g. weights = {3 = 1.0, 5 = -1.0}")
         return self
 
-    def solve_place(self) -> PlaceTable:
-        """The same as a place of ``stickslip solve``, which checks it."""
-        given = {name: getattr(self, name) for name in PlaceTable.model_fields if getattr(self, name) is not None}
-        return PlaceTable(**given)
+    def _check_direction(self) -> None:
+        if self.direction is None:
+            raise ValueError(f'at = "{self.at}" needs a direction, e.g. direction = "x" or [0.6, 0.0, 0.8]')
+        if isinstance(self.direction, str) and self.direction not in AXES:
+            raise ValueError(f'direction = "{self.direction}" goes with node alone: give "x", "y", "z" or a vector')
+        if isinstance(self.direction, tuple) and not any(self.direction):
+            raise ValueError("direction = [0, 0, 0] points nowhere: give three components, e.g. [0.6, 0.0, 0.8]")
+
+
+def listed(value: Any) -> Any:
+    """One entry counts as a list of one."""
+    return value if isinstance(value, list | tuple) else [value]
+
+
+#: One place, or a list of them.
+Places = Annotated[tuple[PlaceTable, ...], BeforeValidator(listed), Field(min_length=1)]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Whereabouts:
-    """What the rows of a case are looked up in.
+class PlaceFinder:
+    """What the places of a case are looked up in.
 
     Parameters
     ----------
-    structure
-        Matrices, and the reduced model if they come from one.
+    matrices
+        Of the structure, and the reduced model if they come from one.
     dofs
         What each degree of freedom is, r of them.
     stored
-        Rows that the file of the structure holds, shape (r,) or (n, r), by name.
+        Rows that the structure stores, shape (r,) or (n, r), by name.
     places
-        Of the case, by name.
+        Of the structure and of the case, by name.
     """
 
-    structure: StructureMatrices
+    matrices: StructureMatrices
     dofs: Sequence[Dof]
     stored: Mapping[str, NDArray[np.float64]]
     places: dict[str, Row] = field(default_factory=dict)
 
-    def rows(self, place: TestPlaceTable) -> list[Row]:
-        """Row of each station that a place stands for.
+    def rows(self, place: PlaceTable) -> list[Row]:
+        """Row of each station that a place stands for; one row for all but ``at`` and ``row``.
 
         Raises
         ------
         ModelDefinitionError, JointError, RomError
-            A name, number or direction that the structure does not have.
+            A name, number, direction or station that the structure does not have.
         """
+        n_dof = self.matrices.n_dof
+        if place.dof is not None:
+            return [between(n_dof, place.dof, place.other)]
+        if place.weights is not None:
+            return [along(n_dof, place.weights)]
         if place.node is not None:
             return [self._of_node(place)]
         if place.row is not None:
@@ -111,49 +140,69 @@ class Whereabouts:
                     f'place = "{place.place}" is none of the case{_known(place.place, [*self.places])}'
                 )
             return [self.places[place.place]]
-        return rows(place.solve_place(), self.structure)
+        return self._at_stations(place)
 
-    def row(self, place: TestPlaceTable) -> Row:
-        """Mean over the stations of a place."""
+    def row(self, place: PlaceTable) -> Row:
+        """Mean over the stations of a place: what a sensor follows, and how a load is shared."""
         return np.asarray(np.mean(self.rows(place), axis=0))
 
-    def all_rows(self, places: Sequence[TestPlaceTable]) -> Float[NDArray[np.float64], "n r"]:
+    def all_rows(self, places: Sequence[PlaceTable]) -> Float[NDArray[np.float64], "n r"]:
         """Rows of all stations of several places, one after the other."""
         return np.array([row for place in places for row in self.rows(place)])
 
-    def _of_node(self, place: TestPlaceTable) -> Row:
-        same = [
-            number
-            for number, dof in enumerate(self.dofs)
-            if dof.node == place.node and place.body in {None, dof.body} and dof.direction != "modal"
-        ]
-        found = [number for number in same if self.dofs[number].direction == place.direction]
+    def _at_stations(self, place: PlaceTable) -> list[Row]:
+        rom = self.matrices.rom
+        assert place.at is not None
+        if rom is None:
+            raise JointError(
+                f'at = "{place.at}" names a boundary of a reduced model, but the structure is plain matrices: give '
+                "dof or weights"
+            )
+        found = _station_rows(place, rom, place.at)
+        if place.other_at is not None:
+            against = _station_rows(place, rom, place.other_at)
+            if len(against) != len(found):
+                raise JointError(
+                    f'at = "{place.at}" has {len(found)} stations but other_at = "{place.other_at}" {len(against)}: '
+                    "name two sets that face each other, station by station"
+                )
+            found = [row - other for row, other in zip(found, against, strict=True)]
+        if place.station is None:
+            return found
+        if place.station >= len(found):
+            raise JointError(
+                f'station = {place.station} does not exist: boundary set "{place.at}" has stations 0 to '
+                f"{len(found) - 1}"
+            )
+        return [found[place.station]]
+
+    def _of_node(self, place: PlaceTable) -> Row:
+        moving = [(n, dof) for n, dof in enumerate(self.dofs) if dof.direction != "modal"]
+        moving = [(n, dof) for n, dof in moving if place.body in {None, dof.body}]
+        same = [(number, dof) for number, dof in moving if dof.node == place.node]
+        found = [number for number, dof in same if dof.direction == place.direction]
         where = f"node = {place.node}" if place.body is None else f'body = "{place.body}", node = {place.node}'
         if not same:
-            nodes = sorted(
-                {dof.node for dof in self.dofs if dof.direction != "modal" and place.body in {None, dof.body}}
-            )
-            listed = f"nodes {nodes[0]} to {nodes[-1]}" if nodes else "none"
+            nodes = sorted({dof.node for _, dof in moving})
+            there = f"nodes {nodes[0]} to {nodes[-1]}" if nodes else "none"
             bodies = ", ".join(sorted({f'"{dof.body}"' for dof in self.dofs if dof.direction != "modal"}))
             raise ModelDefinitionError(
-                f"{where} is no node of the structure: it has {listed}; bodies: {bodies or 'none'}"
+                f"{where} is no node of the structure: it has {there}; bodies: {bodies or 'none'}"
             )
         if not found:
-            has = ", ".join(self.dofs[number].direction for number in same)
+            has = ", ".join(dof.direction for _, dof in same)
             raise ModelDefinitionError(f'direction = "{place.direction}" is not kept at {where}: it has {has}')
         if len(found) > 1:
             raise ModelDefinitionError(
                 f"{where} stands for degrees of freedom {found[0]} and {found[1]}: give the body, too"
             )
-        row = np.zeros(self.structure.n_dof)
+        row = np.zeros(self.matrices.n_dof)
         row[found[0]] = 1.0
         return row
 
     def _stored(self, name: str) -> NDArray[np.float64]:
         if name not in self.stored:
-            raise ModelDefinitionError(
-                f'row = "{name}" is not in the file of the structure{_known(name, [*self.stored])}'
-            )
+            raise ModelDefinitionError(f'row = "{name}" is not stored with the structure{_known(name, [*self.stored])}')
         return self.stored[name]
 
 
@@ -163,3 +212,20 @@ def _known(name: str, known: Sequence[str]) -> str:
         return hint or ": there are none"
     more = ", ..." if len(known) > MOST_LISTED else ""
     return f": there are {', '.join(known[:MOST_LISTED])}{more}"
+
+
+def _station_rows(place: PlaceTable, rom: ReducedModel, name: str) -> list[Row]:
+    assert place.direction is not None
+    components = AXES[place.direction] if isinstance(place.direction, str) else place.direction
+    unit = np.array(components) / np.linalg.norm(components)
+    axes = [axis for axis in range(3) if unit[axis]]
+    columns = [rom.rows(name, axis) for axis in axes]
+    if len({len(column) for column in columns}) != 1:
+        raise JointError(
+            f'boundary set "{name}" keeps its directions at {" and ".join(str(len(column)) for column in columns)} '
+            "nodes: give a direction along one axis"
+        )
+    return [
+        along(rom.n_dof, {int(column[station]): unit[axis] for axis, column in zip(axes, columns, strict=True)})
+        for station in range(len(columns[0]))
+    ]

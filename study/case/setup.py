@@ -1,11 +1,10 @@
-"""From a test case to a test model, its accepted parameters and its numerical error; all mistakes are said at once."""
+"""All that a case says, as the numerical rooms take it: a model, its calibration parameters and its numerical error."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from casefile.mistakes import Mistakes
-from casefile.table import load_case
 from correlation.campaign.measurement import Campaign
 from correlation.errors import ModelDefinitionError
 from correlation.model import Model
@@ -15,20 +14,22 @@ from diagnosis.effect.catalogue import Catalogue, campaign_catalogue
 from diagnosis.fit.arrangement import Added
 from diagnosis.fit.calibration_parameter import Accepted, accepted
 from study.case.added import added_effects, apply_all, apply_by_name, own_effects
+from study.case.kind import OpenCase, open_case
 from study.case.model import model_of_case
-from study.case.tables import TestCase
+from study.case.structure import Structure
+from study.run_context import RunContext, silent_run
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class TestSetup:
-    """All that a test case says.
+class Setup:
+    """A model beside its test set-up.
 
     Parameters
     ----------
     title
         Of the case.
     model
-        Structure, contacts, loads at a level of 1 N, sensors: as drawn, without what was calibrated or added.
+        Structure, joints, loads at level 1, sensors: as drawn, without what was calibrated or added.
     accepted
         What every fit calibrates, with its priors.
     budget
@@ -40,10 +41,8 @@ class TestSetup:
     added
         Effects that were found missing, with their values.
     calibrated
-        Factors on the accepted parameters, by name [-].
+        Factors on the calibration parameters, by name [-].
     """
-
-    __test__ = False  # no test of pytest's
 
     title: str
     model: Model
@@ -73,15 +72,41 @@ class TestSetup:
         return campaign_catalogue(campaign, self.model, without=without, extra=own_effects(self.effects))
 
 
-def read_test_case(path: Path | str, campaign: Campaign | None = None) -> TestSetup:
-    """Read a test case and make its model.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ReadCase:
+    """A case, the structure that its kind made, and the model on it.
+
+    Parameters
+    ----------
+    opened
+        The case as its file says it.
+    structure
+        Of its kind.
+    setup
+        What the numerical rooms take.
+    """
+
+    opened: OpenCase
+    structure: Structure
+    setup: Setup
+
+    @property
+    def model(self) -> Model:
+        """The model with calibrated factors and added effects."""
+        return self.setup.complete
+
+
+def read_case(path: Path | str | OpenCase, campaign: Campaign | None = None, run: RunContext | None = None) -> ReadCase:
+    """Read a case and make its model.
 
     Parameters
     ----------
     path
-        As ``docs/compare.md`` describes it.
+        Of the case file, as ``docs/case.md`` describes it; or the case itself.
     campaign
         Whose sensors the model has as well.
+    run
+        Where the stages of the structure are stored and shown; nowhere by default.
 
     Raises
     ------
@@ -90,35 +115,57 @@ def read_test_case(path: Path | str, campaign: Campaign | None = None) -> TestSe
     CampaignError
         A sensor of the campaign that does not fit the model.
     """
-    path = Path(path)
-    case = load_case(path, TestCase)
-    own = model_of_case(case, path.parent)
+    opened = path if isinstance(path, OpenCase) else open_case(path)
+    run = run or silent_run()
+    structure = opened.kind.structure(opened, run)
+    own = model_of_case(opened.case, structure)
     model = own if campaign is None else with_sensors(own, campaign)
+    return ReadCase(opened=opened, structure=structure, setup=_setup(opened, own, model, run))
+
+
+def require_loads(read: ReadCase) -> ReadCase:
+    """The same case, which vibrates.
+
+    Raises
+    ------
+    CaseError
+        It has no harmonic load, so that it says nothing of any measurement.
+    """
+    if not read.model.system.dynamic.any():
+        raise read.opened.lacks(
+            "load", "table [[load]] is missing, so that nothing vibrates: add one, with dof = 0 or a place"
+        )
+    return read
+
+
+def _setup(opened: OpenCase, own: Model, model: Model, run: RunContext) -> Setup:
+    """The set-up of a model; `own` has the sensors of the case alone."""
+    case, folder = opened.case, opened.folder
     mistakes = Mistakes(case)
     for number, file in enumerate(case.effects.files):
         with mistakes.at("effects"):
-            if not (path.parent / file).is_file():
+            if not (folder / file).is_file():
                 raise ModelDefinitionError(
-                    f'files[{number}]: there is no file "{path.parent / file}": check its name and folder'
+                    f'files[{number}]: there is no file "{folder / file}": check its name and folder'
                 )
     refined = []
     for file in case.numerical_error.refined:
         with mistakes.at("numerical_error"):
-            refined.append(_refined(path.parent / file, path, own))
+            refined.append(_refined(folder / file, opened.path, own, run))
     known: tuple[Accepted, ...] = ()
     with mistakes.at("accepted"):
         known = accepted(model, deviation=case.accepted.deviation, finer=refined)
     mistakes.raise_if_any()
-    files = tuple(path.parent / file for file in case.effects.files)
+    files = tuple(folder / file for file in case.effects.files)
     added = added_effects(case, model, files, mistakes)
     for name in case.calibrated.factors:
         with mistakes.at("calibrated"):
             if name not in {each.name for each in known}:
-                raise ModelDefinitionError(f"{name} is calibrated, but is no accepted parameter here: remove it")
+                raise ModelDefinitionError(f"{name} is calibrated, but is no calibration parameter here: remove it")
     mistakes.raise_if_any()
     error = case.numerical_error
-    setup = TestSetup(
-        title=case.title or path.stem,
+    setup = Setup(
+        title=opened.title,
         model=model,
         accepted=known,
         budget=Budget(frequency=error.frequency, compliance=error.compliance, shares=error.shares, refined=refined),
@@ -134,10 +181,11 @@ def read_test_case(path: Path | str, campaign: Campaign | None = None) -> TestSe
     return setup
 
 
-def _refined(file: Path, own: Path, model: Model) -> Model:
+def _refined(file: Path, own: Path, model: Model, run: RunContext) -> Model:
     if file.resolve() == own.resolve():
         raise ModelDefinitionError(f'refined: "{file}" is this case itself: name one with a finer mesh, or remove it')
-    finer = model_of_case(load_case(file, TestCase), file.parent)
+    opened = open_case(file)
+    finer = model_of_case(opened.case, opened.kind.structure(opened, run))
     missing = [each.name for each in model.sensors if each.name not in {other.name for other in finer.sensors}]
     if missing:
         raise ModelDefinitionError(f'refined: "{file}" has no sensor "{missing[0]}": give both cases the same sensors')

@@ -9,13 +9,13 @@ from study.run_context import DEFAULTS, Answer, Options, command_app
 
 app = command_app(
     "add",
-    """Writes an effect into a test case, with the strength that the last `stickslip diagnose` of this case found and
+    """Writes an effect into a case, with the strength that the last `stickslip diagnose` of this case found and
     the accepted parameters calibrated beside it. Comments and layout of the file stay. Each step is noted in
     CASE.history.json, and `stickslip undo` takes it back.""",
     examples=['stickslip add "mass at tip"', 'stickslip add mass at tip --case beam.toml --value "93 mg"'],
 )
 
-Case = Annotated[Path | None, Parameter(help="Test case; the one of this folder by default.")]
+Case = Annotated[Path | None, Parameter(help="Case file; the one of this folder by default.")]
 
 
 @app.default
@@ -39,7 +39,6 @@ def add(
     from study.diagnose.report import step_in_words
     from study.diagnose.run import step_document
 
-    del options
     file = case if case is not None else find_case(Path())
-    step = add_effect(file, named(effect), value)
+    step = add_effect(file, named(effect), value, options.open())
     return Answer(document={"case": str(file), **step_document(step)}, text=step_in_words(step, file))

@@ -12,18 +12,18 @@ app = command_app(
     "compare",
     """A model beside a measurement campaign: where it fails, by how much, in words, tables and figures.
 
-    Reads a test case (structure, contact lines, sensors, loads, priors) and a campaign folder, checks the measurements
+    Reads a case (structure, contact lines, sensors, loads, priors) and a campaign folder, checks the measurements
     for what looks wrong, predicts every point, and weighs the differences by noise, friction histories and numerical
     error. Writes a CSV of all points, maps of the misfit (level, frequency, sensor, harmonic) and measured beside
     predicted responses. With --calibrate the accepted parameters are fitted to the training data first.
-    Every key stands in docs/compare.md, the campaign folder in docs/campaign.md.""",
+    Every key stands in docs/case.md, the campaign folder in docs/campaign.md.""",
     examples=["stickslip compare beam.toml campaign --out compared", "stickslip compare beam.toml campaign --json"],
 )
 
 
 @app.default
 def compare(
-    case: Annotated[Path, Parameter(help="Test case.")],
+    case: Annotated[Path, Parameter(help="Case file.")],
     campaign: Annotated[Path, Parameter(help="Folder with campaign.toml.")],
     /,
     *,

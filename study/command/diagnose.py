@@ -28,7 +28,7 @@ app = command_app(
 
 @app.default
 def diagnose(
-    case: Annotated[Path, Parameter(help="Test case.")],
+    case: Annotated[Path, Parameter(help="Case file.")],
     campaign: Annotated[Path, Parameter(help="Folder with campaign.toml.")],
     /,
     *,

@@ -15,7 +15,7 @@ app = command_app(
     SOURCE is a case file (.toml; without one, the rig's blade) or a mesh (.inp, .msh, .vtu, .bdf, .nas) of 8- or
     20-node hexahedra or 10-node tetrahedra with named sets. A mesh file needs its length unit, and what holds it.
     Writes a picture of each mode, the von Mises stress of the first, a film, and a VTU file with all modes for
-    ParaView. The modes of a rig or of a part's case are drawn by `stickslip reduce`.""",
+    ParaView. The modes of a rig or of a part are drawn by `stickslip reduce`.""",
     examples=[
         "stickslip modes --out modes",
         "stickslip modes part.inp --length-unit mm --fix CLAMP",
@@ -48,13 +48,4 @@ def modes(
     from study.shipped import BLADE
 
     own = OwnMesh(length_unit=length_unit, young=young, poisson=poisson, density=density, fixed=fix, free=free)
-    shapes, files = run_modes(source or BLADE, own, n_modes, film, options.open(out))
-    lines = [f"{shapes.n_dof} degrees of freedom", ""]
-    lines += [f"  mode {number:3}  {frequency:12.4f} Hz" for number, frequency in enumerate(shapes.frequency, start=1)]
-    lines += ["", *map(str, files)]
-    document = {
-        "n_dof": shapes.n_dof,
-        "frequency_hz": [float(frequency) for frequency in shapes.frequency],
-        "files": [str(file) for file in files],
-    }
-    return Answer(document=document, text="\n".join(lines))
+    return run_modes(source or BLADE, own, n_modes, film, options.open(out))

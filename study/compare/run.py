@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from casefile.table import load_case
 from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.campaign.read_campaign import read_campaign
 from correlation.errors import CampaignError
@@ -22,8 +21,8 @@ from diagnosis.fit.comparison import NOT_FOUND, Comparison
 from diagnosis.fit.finer_model import as_uncertain
 from diagnosis.fit.weighting import Measured, weighed
 from pipeline.output import replace_file
-from study.case.setup import TestSetup, read_test_case
-from study.case.tables import TestCase
+from study.case.kind import open_case
+from study.case.setup import Setup, read_case, require_loads
 from study.compare.pictures import pictures
 from study.compare.repeats import require_repeats
 from study.compare.suspicions import all_suspicions
@@ -82,7 +81,7 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
     Parameters
     ----------
     case
-        A test case.
+        A case file.
     folder
         A campaign.
     run
@@ -96,11 +95,11 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
         With what is wrong in the case or the campaign.
     """
     assert run.output is not None
-    load_case(case, TestCase)  # what is wrong with the file itself is said first
+    opened = open_case(case)  # what is wrong with the file itself is said first
     with run.progress.step("campaign", expected=1):
         campaign = read_campaign(folder)
     require_repeats(campaign, folder)
-    setup = read_test_case(case, campaign)
+    setup = require_loads(read_case(opened, campaign, run)).setup
     with run.progress.step("comparison", expected=15):
         compared = compare(setup, campaign, calibrate=calibrate)
     for suspicion in compared.suspicions:
@@ -116,13 +115,13 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
     return replace(compared, files=tuple(files))
 
 
-def compare(setup: TestSetup, campaign: Campaign, *, calibrate: bool = False) -> Compared:
+def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Compared:
     """Compare without writing anything.
 
     Parameters
     ----------
     setup
-        Of a test case.
+        Of a case.
     campaign
         As read.
     calibrate
@@ -197,7 +196,7 @@ def beside(
     return Side(comparison=comparison, prediction=prediction)
 
 
-def _sides(setup: TestSetup, campaign: Campaign, calibrate: bool) -> tuple[list[Side], tuple[Calibrated, ...], Model]:
+def _sides(setup: Setup, campaign: Campaign, calibrate: bool) -> tuple[list[Side], tuple[Calibrated, ...], Model]:
     if calibrate:
         if not setup.accepted:
             raise CampaignError("the case accepts no parameter, so that nothing can be calibrated: add [accepted]")

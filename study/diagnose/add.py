@@ -5,14 +5,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from casefile.table import load_case
+from casefile.table import SCHEMA
 from correlation.campaign.measurement import Campaign
 from correlation.campaign.read_campaign import read_campaign
 from diagnosis.effect.candidate import EffectError
 from geometry.errors import InputError
 from study.case.added import case_catalogue, find_effect, key_of, value_of
-from study.case.setup import TestSetup, read_test_case
-from study.case.tables import TestCase
+from study.case.kind import open_case
+from study.case.setup import Setup, read_case
 from study.diagnose.edit import Written, difference, edited, taken_back
 from study.diagnose.history import (
     ADD,
@@ -27,23 +27,26 @@ from study.diagnose.history import (
     write_beside,
 )
 from study.diagnose.table import read_values
+from study.run_context import RunContext
 
 
 class LoopError(InputError):
     """A step that cannot be taken, or taken back."""
 
 
-def add(case: Path, name: str, values: Sequence[str] = ()) -> Step:
+def add(case: Path, name: str, values: Sequence[str] = (), run: RunContext | None = None) -> Step:
     """Write an effect into a case.
 
     Parameters
     ----------
     case
-        A test case.
+        A case file.
     name
         Of the effect.
     values
         One for each of its parameters; by default those of the last diagnosis, which also calibrates all else.
+    run
+        Where the structure is stored.
 
     Returns
     -------
@@ -58,9 +61,9 @@ def add(case: Path, name: str, values: Sequence[str] = ()) -> Step:
     CaseError, OutputError
         A case that cannot be read or written.
     """
-    load_case(case, TestCase)
+    open_case(case)
     text, history = read_text(case), history_of(case)
-    step = _given(case, history, name, values) if values else _diagnosed(case, history, text, name)
+    step = _given(case, history, name, values, run) if values else _diagnosed(case, history, text, name, run)
     added = {each: read_values(of) for each, of in step.pop("added").items()}
     added[step["effect"]] = read_values(step["values"])
     new = edited(text, added, read_values(step["calibrated"]), str(case))
@@ -81,7 +84,7 @@ def undo(case: Path) -> Step:
     Parameters
     ----------
     case
-        A test case.
+        A case file.
 
     Returns
     -------
@@ -130,7 +133,7 @@ def named(words: Sequence[str]) -> str:
 
 
 def find_case(folder: Path) -> Path:
-    """The one test case of a folder.
+    """The one case of a folder, or the one that has a history.
 
     Raises
     ------
@@ -146,23 +149,23 @@ def find_case(folder: Path) -> Path:
     if len(found) == 1:
         return found[0]
     listed = ", ".join(file.name for file in found)
-    raise LoopError(f"there is {listed or 'no test case'} in {folder.resolve()}: name the case with --case")
+    raise LoopError(f"there is {listed or 'no case'} in {folder.resolve()}: name the case with --case")
 
 
-def _diagnosed(case: Path, history: History, text: str, name: str) -> dict[str, Any]:
+def _diagnosed(case: Path, history: History, text: str, name: str, run: RunContext | None) -> dict[str, Any]:
     """What the last diagnosis would write."""
     key = case_key(text)
     told = next((each for each in reversed(history.steps) if each.what == DIAGNOSIS and each.case_key == key), None)
     if told is None:
         why = "the case was edited since its last diagnosis" if history.last_diagnosis else "it has no diagnosis"
-        _checked(case, history, name)
+        _checked(case, history, name, run)
         raise LoopError(
             f'{case}: {why}, from which to take the strength of "{name}": run stickslip diagnose, or give --value'
         )
     wanted = " ".join(name.split()).casefold()
     found = next((each for each in told.candidates if each["effect"].casefold() == wanted), None)
     if found is None:
-        effect = _checked(case, history, name)
+        effect = _checked(case, history, name, run)
         raise LoopError(
             f'{case}: the last diagnosis did not fit "{effect}", as others explain the measurements far better: give '
             "its strength with --value"
@@ -178,9 +181,9 @@ def _diagnosed(case: Path, history: History, text: str, name: str) -> dict[str, 
     }
 
 
-def _given(case: Path, history: History, name: str, texts: Sequence[str]) -> dict[str, Any]:
+def _given(case: Path, history: History, name: str, texts: Sequence[str], run: RunContext | None) -> dict[str, Any]:
     """What the user says."""
-    setup = _setup(case, history)
+    setup = _setup(case, history, run)
     effect = find_effect(case_catalogue(setup.model, setup.effects), name)
     if len(texts) != len(effect.parameters):
         listed = ", ".join(key_of(parameter) for parameter in effect.parameters)
@@ -196,9 +199,9 @@ def _given(case: Path, history: History, name: str, texts: Sequence[str]) -> dic
     return {"effect": effect.name, "values": noted, "added": {}, "calibrated": {}}
 
 
-def _checked(case: Path, history: History, name: str) -> str:
+def _checked(case: Path, history: History, name: str, run: RunContext | None) -> str:
     """The name of an effect of the case, as the catalogue writes it; one that is there already is refused."""
-    setup = _setup(case, history)
+    setup = _setup(case, history, run)
     effect = find_effect(case_catalogue(setup.model, setup.effects), name)
     if effect.name in [each.effect.name for each in setup.added]:
         raise LoopError(
@@ -208,13 +211,13 @@ def _checked(case: Path, history: History, name: str) -> str:
     return effect.name
 
 
-def _setup(case: Path, history: History) -> TestSetup:
+def _setup(case: Path, history: History, run: RunContext | None) -> Setup:
     """The case, with the sensors of the campaign that it was diagnosed with if that is still there."""
     told = history.last_diagnosis
     campaign: Campaign | None = None
     if told is not None and (Path(told.campaign) / "campaign.toml").is_file():
         campaign = read_campaign(Path(told.campaign))
-    return read_test_case(case, campaign)
+    return read_case(case, campaign, run).setup
 
 
 def _saved(case: Path, history: History, step: Step, text: str) -> Step:
@@ -230,12 +233,12 @@ def _saved(case: Path, history: History, step: Step, text: str) -> Step:
 
 
 def _case(file: Path) -> dict[str, Any] | None:
-    """What a file says; none if it is no test case."""
+    """What a file says; none if it is no case."""
     try:
         data = tomllib.loads(file.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError):
         return None
-    return data if isinstance(data.get("model"), dict) and {"schema", "load"} <= data.keys() else None
+    return data if data.get("schema") == SCHEMA and isinstance(data.get("structure"), dict) else None
 
 
 def _refined(case: dict[str, Any]) -> list[str]:

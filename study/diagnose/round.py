@@ -23,7 +23,7 @@ from pipeline import fingerprint
 from pipeline.progress import Progress, SilentProgress
 from pipeline.store import Store
 from study.case.added import own_effects
-from study.case.setup import TestSetup
+from study.case.setup import Setup
 from study.compare.run import Side
 from study.diagnose.history import Errors
 from study.diagnose.progress import phases
@@ -51,7 +51,7 @@ class Round:
         Of this round.
     """
 
-    setup: TestSetup
+    setup: Setup
     campaign: Campaign
     diagnosis: Diagnosis
     drawn: Refit
@@ -68,7 +68,7 @@ class Round:
 
 
 def diagnose_case(
-    setup: TestSetup,
+    setup: Setup,
     campaign: Campaign,
     *,
     without: Sequence[str] = (),
@@ -129,7 +129,7 @@ def diagnose_case(
 
 
 def bootstrap(
-    setup: TestSetup,
+    setup: Setup,
     campaign: Campaign,
     without: Sequence[str],
     trials: int,
@@ -175,7 +175,7 @@ def remembered(keep: Keep) -> Keep:
     return look
 
 
-def beside(setup: TestSetup, campaign: Campaign) -> TestSetup:
+def beside(setup: Setup, campaign: Campaign) -> Setup:
     """A case with the sensors of a campaign, and its added effects as they are at the campaign's levels."""
     model = with_sensors(setup.model, campaign)
     refined = [with_sensors(finer, campaign) for finer in setup.budget.refined]
@@ -210,7 +210,7 @@ def as_drawn(arrangement: Arrangement, model: Model) -> Refit:
     return unchanged(replace(arrangement, fit=fit))
 
 
-def kept(store: Store, setup: TestSetup, campaign: Campaign, without: Sequence[str]) -> Keep:
+def kept(store: Store, setup: Setup, campaign: Campaign, without: Sequence[str]) -> Keep:
     """What looks steps up in a store, under a fingerprint of all that they depend on; limits only judge them."""
     if store.folder is None:
         return computed
@@ -223,12 +223,12 @@ def kept(store: Store, setup: TestSetup, campaign: Campaign, without: Sequence[s
     return keep
 
 
-def holds(store: Store, setup: TestSetup, campaign: Campaign, without: Sequence[str], name: str) -> bool:
+def holds(store: Store, setup: Setup, campaign: Campaign, without: Sequence[str], name: str) -> bool:
     """Whether a step of a round is in a store, and sound."""
     return store.folder is not None and store.holds(step, _key(setup, campaign, without), name, dict)
 
 
-def _key(setup: TestSetup, campaign: Campaign, without: Sequence[str]) -> str:
+def _key(setup: Setup, campaign: Campaign, without: Sequence[str]) -> str:
     inputs = {"setup": replace(setup, title=""), "campaign": campaign, "without": without}
     return fingerprint.key("diagnosis", _content(inputs), __name__)
 

@@ -7,15 +7,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from casefile.table import load_case
 from correlation.campaign.measurement import Campaign
 from correlation.campaign.read_campaign import read_campaign
 from correlation.errors import CampaignError
 from correlation.sensor_placement import with_sensors
 from diagnosis.decision.verdict import Finding
 from pipeline.output import replace_file
-from study.case.setup import read_test_case
-from study.case.tables import TestCase
+from study.case.kind import open_case
+from study.case.setup import read_case, require_loads
 from study.compare.repeats import require_held_out, require_repeats
 from study.compare.suspicions import all_suspicions
 from study.console import plain
@@ -62,7 +61,7 @@ def run_diagnose(
     Parameters
     ----------
     case
-        A test case; `auto` edits it.
+        A case file; `auto` edits it.
     folder
         A campaign.
     run
@@ -80,7 +79,7 @@ def run_diagnose(
         With what is wrong in the case, the campaign, the kinds or the folders.
     """
     assert run.output is not None
-    load_case(case, TestCase)  # what is wrong with the file itself is said first
+    open_case(case)  # what is wrong with the file itself is said first
     with run.progress.step("campaign", expected=1):
         campaign = read_campaign(folder)
     diagnosed = diagnose_file(case, campaign, folder, run, without=without, auto=auto, trials=trials)
@@ -115,7 +114,7 @@ def diagnose_file(
         )
     require_held_out(campaign, folder)
     require_repeats(campaign, folder)
-    setup = read_test_case(case, campaign)
+    setup = require_loads(read_case(case, campaign, run)).setup
     if run is not None:  # before what takes minutes: it may be in vain
         keep = kept(run.store, setup, campaign, without)
         model = with_sensors(setup.complete, campaign)
@@ -138,8 +137,8 @@ def diagnose_file(
         stop = found.diagnosis.verdict.finding is not Finding.MISSING or len(rounds) > MOST_ADDED
         if not auto or stop or best is None or best.effect is None:
             return Diagnosed(rounds=tuple(rounds), history=history_of(case))
-        add(case, best.effect.name)
-        setup = read_test_case(case, campaign)
+        add(case, best.effect.name, run=run)
+        setup = require_loads(read_case(case, campaign, run)).setup
 
 
 def full_text(diagnosed: Diagnosed) -> str:

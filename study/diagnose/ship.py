@@ -9,7 +9,7 @@ from diagnosis.threshold.thresholds import Limits
 from pipeline.output import replace_file
 from pipeline.progress import LineProgress, Progress
 from pipeline.store import Store, default_folder
-from study.case.setup import read_test_case
+from study.case.setup import read_case
 from study.diagnose.round import beside, bootstrap, kept
 from study.diagnose.thresholds import SHIPPED, layout, layout_key
 
@@ -32,7 +32,7 @@ def ship(case: Path, folder: Path, trials: int, store: Store, progress: Progress
         Of all shipped limits; those of other layouts stay.
     """
     campaign = read_campaign(folder)
-    setup = beside(read_test_case(case, campaign), campaign)
+    setup = beside(read_case(case, campaign).setup, campaign)
     without = tuple(sorted(setup.without))
     limits = bootstrap(setup, campaign, without, trials, kept(store, setup, campaign, without), store, progress, None)
     of = layout(setup, campaign, setup.candidates(campaign, without))

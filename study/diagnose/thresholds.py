@@ -16,7 +16,7 @@ from diagnosis.threshold.thresholds import Limits
 from pipeline.parallel import Task, run_parallel
 from pipeline.progress import Progress
 from pipeline.store import Store
-from study.case.setup import TestSetup
+from study.case.setup import Setup
 from study.diagnose.steps import chance
 from study.shipped import CASES
 
@@ -24,7 +24,7 @@ from study.shipped import CASES
 SHIPPED = CASES / "limits.json"
 
 
-def layout(setup: TestSetup, campaign: Campaign, candidates: Catalogue) -> dict[str, Any]:
+def layout(setup: Setup, campaign: Campaign, candidates: Catalogue) -> dict[str, Any]:
     """What the limits depend on: tests, sensors, what is held out, the kind of model, the candidates; no values.
 
     Parameters
@@ -121,7 +121,7 @@ def is_measured(key: str, n_trial: int, store: Store) -> bool:
     return all(store.holds(chance, key, seed, **ignored) for seed in range(n_trial))
 
 
-def limits_for(setup: TestSetup, campaign: Campaign, without: Sequence[str]) -> Limits | None:
+def limits_for(setup: Setup, campaign: Campaign, without: Sequence[str]) -> Limits | None:
     """Limits of a layout; none lets the diagnosis reckon them by the linear theory.
 
     Parameters

@@ -1,6 +1,6 @@
 """From a case to the search for limits that it asks for."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from math import inf, pi
 
@@ -11,7 +11,7 @@ from hbsolve.errors import BalanceError
 from hbsolve.limits.loss_factor import LossFactor
 from hbsolve.limits.objective import ContactForceHarmonic, Objective, OutputHarmonic
 from hbsolve.limits.response_limits import LimitSettings
-from study.case.joint_table import FrequencySweepTable, LevelSweepTable
+from study.case.sweep import FrequencySweepTable, LevelSweepTable
 from study.limits.search import LimitSearch
 from study.limits.table import FORCES, MOST_POINTS, LimitsTable
 from study.solve.model import Output, SolveModel
@@ -28,7 +28,6 @@ def limit_search(
     table: LimitsTable,
     sweep: FrequencySweepTable | LevelSweepTable,
     model: SolveModel,
-    lines: Mapping[str, Sequence[str]] | None = None,
 ) -> LimitSearch:
     """The search that a case asks for.
 
@@ -42,8 +41,6 @@ def limit_search(
         Its [sweep], for what the table leaves out.
     model
         What is solved; the first curve's sliders are the centre of the box.
-    lines
-        Contacts of each line, which may be bounded together.
 
     Raises
     ------
@@ -57,7 +54,7 @@ def limit_search(
             system=model.system,
             harmonics=model.harmonics,
             n_sample=model.n_sample,
-            objective=_objective(table, output, model, lines or {}),
+            objective=_objective(table, output, model),
             harmonic=main_harmonic(model.system),
             row=None if output is None else output.row,
             angular_frequency=omega,
@@ -96,28 +93,26 @@ def _named(error: BalanceError) -> BalanceError:
 
 
 def _output(table: LimitsTable, outputs: Sequence[Output]) -> Output:
-    if table.output is None:
+    if table.sensor is None:
         return outputs[0]
     for each in outputs:
-        if each.name == table.output:
+        if each.name == table.sensor:
             return each
     names = ", ".join(f'"{each.name}"' for each in outputs)
-    raise BalanceError(f"output is none of the case's: give one of {names}")
+    raise BalanceError(f"sensor is none of the case's: give one of {names}")
 
 
-def _objective(
-    table: LimitsTable, output: Output | None, model: SolveModel, lines: Mapping[str, Sequence[str]]
-) -> Objective:
+def _objective(table: LimitsTable, output: Output | None, model: SolveModel) -> Objective:
     if table.objective == "loss factor":
         return LossFactor()
     if output is not None:
         return OutputHarmonic(row=output.row, harmonic=main_harmonic(model.system))
     assert table.contact is not None
     known = {joint.name: (joint.name,) for joint in model.system.joints} | {
-        name: tuple(each) for name, each in lines.items()
+        name: tuple(each) for name, each in model.lines.items()
     }
     if table.contact not in known:
-        names = ", ".join(f'"{name}"' for name in lines or known)
+        names = ", ".join(f'"{name}"' for name in model.lines or known)
         raise BalanceError(f"contact is none of the case's: give one of {names}")
     return ContactForceHarmonic(
         joints=known[table.contact],

@@ -1,16 +1,13 @@
 """``stickslip limits``: the band of responses that unknown friction history can produce, of a rig or a structure."""
 
 import tempfile
-from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from casefile.errors import CaseError
-from casefile.table import CaseModel, load_case, located
 from figure.contact_states import StatePanel, contact_states_figure
 from figure.limit_band import Band, limit_band_figure
 from figure.limit_levels import LimitsByLevel, limit_levels_figure
@@ -18,19 +15,16 @@ from hbsolve.limits.result import ResponseLimits
 from pipeline.output import replace_file
 from pipeline.process_pool import process_pool
 from pipeline.stored_tasks import StoredTasks
-from study.case.joint_table import FrequencySweepTable, LevelSweepTable, SolveCase
-from study.kind.rig.reduction import reduce_rig
-from study.kind.rig.system import no_sweep, rig_system
-from study.kind.rig.table import RigCase, is_rig_case, rig_model
+from study.case.kind import open_case
+from study.case.setup import read_case
 from study.limits.curve import FoundLimits, found_limits
 from study.limits.grid import narrow_resonance
 from study.limits.model import limit_points, limit_search
 from study.limits.result import SIDES, LimitCurves, limit_curves, limits_csv
 from study.limits.search import LimitSearch
-from study.limits.table import FORCES, LimitsTable
-from study.reduce.mode_count import fewer_modes_of_rig
+from study.limits.table import FORCES
 from study.run_context import RunContext
-from study.solve.model import SolveModel, solve_model
+from study.solve.model import require_sweep, solve_model
 from study.solve.result import DRAWN_STATES
 
 #: Columns of the figure of states that can still be read.
@@ -56,27 +50,13 @@ class Limited:
     files: tuple[Path, ...]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Asked:
-    """A case of either kind."""
-
-    case: CaseModel
-    title: str
-    table: LimitsTable
-    sweep: FrequencySweepTable | LevelSweepTable
-    model: SolveModel
-    lines: Mapping[str, Sequence[str]] = field(default_factory=dict)
-    in_newtons: bool = False
-    """Whether a level is the amplitude of the force itself, as the rig's is."""
-
-
 def run_limits(path: Path, run: RunContext, executor: Executor | None = None) -> Limited:
     """Search for the limits of a case file, and write tables and figures.
 
     Parameters
     ----------
     path
-        Case of a rig or of `stickslip solve`.
+        Case file.
     run
         Where to.
     executor
@@ -90,52 +70,27 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
         No rest under the static load, or a process that was killed.
     """
     assert run.output is not None
-    asked = _rig(path, run) if is_rig_case(path) else _structure(path)
-    search = limit_search(asked.case, asked.table, asked.sweep, asked.model, asked.lines)
+    opened = open_case(path)
+    case = opened.case
+    sweep, table = require_sweep(opened), case.limits
+    limit_points(case, table, sweep)  # before a structure is reduced, which takes minutes
+    model = solve_model(read_case(opened, run=run))
+    search = limit_search(case, table, sweep, model)
     narrow = narrow_resonance(search)
     if narrow is not None:
-        run.warn(narrow.sentence(listed=asked.table.frequencies is not None))
+        run.warn(narrow.sentence(listed=table.frequencies is not None))
     found = _found(search, path.stem, run, executor)
     output = None
-    if asked.table.objective not in FORCES:
-        output = next(each for each in asked.model.outputs if asked.table.output in {None, each.name})
-    curves = limit_curves(asked.table, output, search.harmonic, found)
+    if table.objective not in FORCES:
+        output = next(each for each in model.outputs if table.sensor in {None, each.name})
+    curves = limit_curves(table, output, search.harmonic, found)
     files = {suffix: run.output / f"{path.stem}_limits.{suffix}" for suffix in ("nc", "csv")}
     _save(curves.limits, files["nc"])
     replace_file(files["csv"], limits_csv(curves))
-    for name, picture in _figures(curves, asked).items():
+    for name, picture in _figures(curves, opened.title, in_newtons=model.in_newtons).items():
         files[name] = run.output / f"{path.stem}_{name}.png"
         replace_file(files[name], picture)
-    return Limited(curves=curves, objective=asked.table.objective, files=tuple(files.values()))
-
-
-def _rig(path: Path, run: RunContext) -> _Asked:
-    case = load_case(path, RigCase)
-    if case.sweep is None:
-        raise CaseError([no_sweep(case)])
-    # Before the bodies are reduced, which takes minutes.
-    limit_points(case, case.limits, case.sweep)
-    model = rig_model(case)
-    with located(case, "mesh"):
-        reduction = reduce_rig(model, run.store, run.progress)
-    for sentence in fewer_modes_of_rig(reduction.assembly, model.n_mode):
-        run.note(sentence)
-    system = rig_system(case, model.rig, reduction)
-    return _Asked(
-        case=case,
-        title=case.title,
-        table=case.limits,
-        sweep=case.sweep,
-        model=system.model,
-        lines=system.joined.lines,
-        in_newtons=True,
-    )
-
-
-def _structure(path: Path) -> _Asked:
-    case = load_case(path, SolveCase)
-    model = solve_model(case, path.parent)
-    return _Asked(case=case, title=case.title or path.stem, table=case.limits, sweep=case.sweep, model=model)
+    return Limited(curves=curves, objective=table.objective, files=tuple(files.values()))
 
 
 def _found(search: LimitSearch, stem: str, run: RunContext, executor: Executor | None) -> FoundLimits:
@@ -163,9 +118,9 @@ def _save(limits: ResponseLimits, file: Path) -> None:
         replace_file(file, draft.read_bytes())
 
 
-def _figures(curves: LimitCurves, asked: _Asked) -> dict[str, bytes]:
-    limits, title, drawn = curves.limits, asked.title, {}
-    names = [f"{level:g} N" if asked.in_newtons else f"level {level:g}" for level in limits.level]
+def _figures(curves: LimitCurves, title: str, *, in_newtons: bool) -> dict[str, bytes]:
+    limits, drawn = curves.limits, {}
+    names = [f"{level:g} N" if in_newtons else f"level {level:g}" for level in limits.level]
     n_level, n_point = len(limits.level), len(limits.frequency)
     if n_point > 1:
         bands = [
@@ -202,7 +157,7 @@ def _figures(curves: LimitCurves, asked: _Asked) -> dict[str, bytes]:
             _by_level(curves),
             title=f"{title}: {what} of both limits",
             amplitude_label=curves.label,
-            level_label="amplitude of the force [N]" if asked.in_newtons else "level of the harmonic force",
+            level_label="amplitude of the force [N]" if in_newtons else "level of the harmonic force",
         )
     return drawn
 

@@ -39,7 +39,7 @@ class LimitsTable(CaseModel):
     """What is bounded over all friction histories."""
 
     objective: ObjectiveName = "amplitude"
-    output: Name | None = None
+    sensor: Name | None = None
     contact: Name | None = None
     direction: Literal["tangential", "second tangential", "normal"] | None = None
     first: Annotated[Hertz | None, Field(alias="from")] = None
@@ -73,8 +73,8 @@ class LimitsTable(CaseModel):
         if self.objective in FORCES:
             if self.contact is None:
                 raise ValueError(f'objective = "{self.objective}" needs contact = "NAME", a contact or a contact line')
-            if self.output is not None:
-                raise ValueError(f'output has no meaning with objective = "{self.objective}": remove it')
+            if self.sensor is not None:
+                raise ValueError(f'sensor has no meaning with objective = "{self.objective}": remove it')
         elif self.contact is not None or self.direction is not None:
             key = "contact" if self.contact is not None else "direction"
             raise ValueError(

@@ -5,23 +5,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from casefile.quantity import LENGTH, MATERIAL_DENSITY, YOUNGS_MODULUS, Dimension, read_quantity
-from casefile.table import load_case, located
 from fe.errors import SupportError
-from fe.file.mesh_file import read_mesh, write_mesh
+from fe.file.mesh_file import read_mesh
 from fe.material import Material
 from fe.mesh import Mesh
 from figure.scene.off_screen import require_egl
 from geometry.errors import InputError, InputWarning
-from study.kind.blade.model import blade_model, mesh_size
-from study.kind.blade.table import BladeCase
-from study.kind.part.table import refuse_part
-from study.kind.rig.table import refuse_rig
-from study.modes.files import picture_modes
-from study.modes.shapes import Shapes, blade_shapes, mesh_shapes
-from study.run_context import RunContext
-
-#: Six modes and their stress take about this long for each 10,000 degrees of freedom, until a run knows better [s].
-MODE_SECONDS = 0.8
+from study.case.kind import open_case
+from study.modes.report import MODE_SECONDS, write_modes
+from study.modes.shapes import mesh_shapes
+from study.run_context import Answer, RunContext
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,9 +29,7 @@ class OwnMesh:
     free: bool
 
 
-def run_modes(
-    source: Path, own: OwnMesh, n_mode: int, film_of: int | None, run: RunContext
-) -> tuple[Shapes, list[Path]]:
+def run_modes(source: Path, own: OwnMesh, n_mode: int, film_of: int | None, run: RunContext) -> Answer:
     """Compute the modes and write pictures, a film and a VTU file that holds all modes.
 
     Parameters
@@ -57,38 +48,30 @@ def run_modes(
     InputError
         What is asked cannot be done; one sentence.
     """
-    assert run.output is not None
     require_egl()
     if n_mode < 1:
         raise InputError(f"--n-modes {n_mode} is no number of modes: give 1 or more")
     if film_of is not None and not 1 <= film_of <= n_mode:
         raise InputError(f"--film {film_of} is none of the {n_mode} modes: give 1 to {n_mode}")
     if source.suffix == ".toml":
-        refuse_part(source, f"`stickslip reduce {source}` computes and draws its modes")
-        refuse_rig(source, f"`stickslip reduce {source}` computes and draws its modes, with all contacts stuck")
-        case = load_case(source, BladeCase)
-        model = blade_model(case, element=case.mesh.element, through_thickness=case.mesh.elements_through_thickness)
+        opened = open_case(source)
+        if isinstance(opened.kind.modes, str):
+            raise opened.lacks(
+                "structure", f"`stickslip modes` draws no case of {opened.kind.summary}: {opened.kind.modes}"
+            )
         if own.fixed or own.free or own.length_unit is not None:
             raise InputError(
                 f"--fix, --free and --length-unit are for mesh files, but {source} is a case file, which says all that "
                 "itself: leave them out"
             )
-        with located(case, "mesh"):
-            n_dof = run.store.run(mesh_size, model)
-        shapes = run.step("modes", expected=MODE_SECONDS * n_dof / 1e4).run(blade_shapes, model, n_mode)
-    else:
-        mesh, material = _own_mesh(source, own)
-        try:
-            step = run.step("modes", expected=MODE_SECONDS * 3 * mesh.n_node / 1e4)
-            shapes = step.run(mesh_shapes, mesh, material, own.fixed, n_mode)
-        except SupportError as error:
-            raise SupportError(f"{source} with --fix {' --fix '.join(own.fixed)}: {error}") from None
-    moving = None if film_of is None else film_of - 1
-    files = [file for file, _ in picture_modes(shapes, source.stem, run, moving)]
-    result = run.output / f"{source.stem}_modes.vtu"
-    fields = {f"mode {k + 1}: {f:.6g} Hz": shapes.displacement[k] for k, f in enumerate(shapes.frequency)}
-    write_mesh(shapes.mesh, result, fields)
-    return shapes, [*files, result]
+        return opened.kind.modes(opened, run, n_mode, film_of)
+    mesh, material = _own_mesh(source, own)
+    try:
+        step = run.step("modes", expected=MODE_SECONDS * 3 * mesh.n_node / 1e4)
+        shapes = step.run(mesh_shapes, mesh, material, own.fixed, n_mode)
+    except SupportError as error:
+        raise SupportError(f"{source} with --fix {' --fix '.join(own.fixed)}: {error}") from None
+    return write_modes(shapes, source.stem, film_of, run)
 
 
 def _own_mesh(source: Path, own: OwnMesh) -> tuple[Mesh, Material]:

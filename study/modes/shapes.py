@@ -1,4 +1,4 @@
-"""Mode shapes and their stress, of a blade or of the user's own mesh: for pictures and files."""
+"""Mode shapes and their stress, for pictures and files."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,6 @@ from fe.modal import ModeSet, modes
 from fe.stress import nodal_stress, von_mises
 from fe.system import LinearSystem
 from pipeline.store import stage
-from study.kind.blade.model import BladeModel, clamped
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -43,25 +42,19 @@ class Shapes:
     von_mises: Float[NDArray[np.float64], "m node"]
 
 
-@stage("mode shapes of a blade")
-def blade_shapes(model: BladeModel, n_mode: int) -> Shapes:
-    """Compute the lowest modes of a clamped blade."""
-    mesh, system, _ = clamped(model)
-    return _shapes(mesh, model.material, system, modes(system, n_mode))
-
-
 @stage("mode shapes of a mesh")
 def mesh_shapes(mesh: Mesh, material: Material, fixed: tuple[str, ...], n_mode: int) -> Shapes:
     """Compute the lowest modes of a mesh, held at the named sets, or free if there are none."""
     mass, stiffness = assemble_compact(mesh, material)
     if fixed:
         system = supported_system(mesh, mass, stiffness, [Support(nodes=mesh.nodes(name)) for name in fixed])
-        return _shapes(mesh, material, system, modes(system, n_mode))
+        return shapes_of(mesh, material, system, modes(system, n_mode))
     system = unsupported_system(mesh, mass, stiffness)
-    return _shapes(mesh, material, system, free_modes(system, mesh, material, n_mode))
+    return shapes_of(mesh, material, system, free_modes(system, mesh, material, n_mode))
 
 
-def _shapes(mesh: Mesh, material: Material, system: LinearSystem, found: ModeSet) -> Shapes:
+def shapes_of(mesh: Mesh, material: Material, system: LinearSystem, found: ModeSet) -> Shapes:
+    """Modes of a system on its mesh, with their stress."""
     displacement = np.moveaxis(system.on_mesh(found.mode_shapes), 2, 0)
     stress = [von_mises(nodal_stress(mesh, material, shape)) for shape in displacement]
     return Shapes(

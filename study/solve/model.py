@@ -1,25 +1,22 @@
-"""From a case of ``stickslip solve`` to a jointed system; what is wrong with it is said at once, with file and line."""
+"""What `stickslip solve` and `limits` compute of a case: a system, what they show of it, and curves."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from math import pi
-from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
 from numpy.typing import NDArray
 
-from casefile.errors import CaseError
-from casefile.mistakes import Mistakes
-from geometry.errors import InputError
-from reduction.errors import JointError, MatrixError
-from reduction.file.structure_file import StructureMatrices, load_matrices
-from reduction.jointed_system import Joint, JointedSystem
-from study.case.damping import case_damping
-from study.case.joint import contact_joints
-from study.case.joint_table import FrequencySweepTable, SolveCase
-from study.case.old_place import Row, mean_row
+from casefile.table import located
+from correlation.model import DERIVATIVE, Sensor
+from reduction.errors import JointError
+from reduction.jointed_system import JointedSystem
+from study.case.kind import OpenCase
+from study.case.setup import ReadCase, require_loads
+from study.case.sweep import FrequencySweepTable, LevelSweepTable
 
-#: Derivatives in time of each quantity that an output may show.
-DERIVATIVE = {"displacement": 0, "velocity": 1, "acceleration": 2}
+Row = Float[NDArray[np.float64], " r"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -88,7 +85,11 @@ class SolveModel:
     curves
         In the order of the case.
     harmonics, n_sample
-        H, and samples a period [-].
+        H, and samples per period [-].
+    lines
+        Joints of each contact line, by name.
+    in_newtons
+        Whether a level is the amplitude of the force itself [N].
     """
 
     system: JointedSystem
@@ -96,124 +97,96 @@ class SolveModel:
     curves: tuple[Curve, ...]
     harmonics: int
     n_sample: int
+    lines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    in_newtons: bool = False
 
 
-def solve_model(case: SolveCase, folder: Path) -> SolveModel:
-    """Read the structure and put joints, loads and outputs on it.
-
-    Parameters
-    ----------
-    case
-        As `casefile.table.load_case` returned it.
-    folder
-        That of the case file, which the structure's file is relative to.
+def require_sweep(opened: OpenCase) -> FrequencySweepTable | LevelSweepTable:
+    """The sweep of a case.
 
     Raises
     ------
     CaseError
-        With every mistake that can be seen without computing a curve.
+        It has none.
     """
-    mistakes = Mistakes(case)
-    structure = None
-    with mistakes.at("model"):
-        structure = _structure(folder / case.model.file)
-    _check_harmonics(case, mistakes)
-    if structure is None:
-        raise CaseError(mistakes.problems)
-    joints: list[Joint] = []
-    for number in range(len(case.contact)):
-        with mistakes.at("contact", number):
-            joints += contact_joints(case, case.contact, number, structure)
-    _check_names(case, mistakes)
-    static, harmonic = _loads(case, structure, mistakes)
-    outputs = []
-    for number, each in enumerate(case.output):
-        with mistakes.at("output", number):
-            outputs.append(Output(name=each.name, row=mean_row(each, structure), quantity=each.quantity))
-    mistakes.raise_if_any()
-    damping = structure.damping
-    if case.damping is not None:
-        with mistakes.at("damping"):
-            damping = case_damping(case.damping, structure, joints)
-    mistakes.raise_if_any()
-    system = JointedSystem(
-        mass=structure.mass,
-        damping=damping,
-        stiffness=structure.stiffness,
-        joints=joints,
-        static_load=static,
-        harmonic_force=harmonic,
+    sweep: FrequencySweepTable | LevelSweepTable | None = opened.case.sweep
+    if sweep is None:
+        raise opened.lacks(
+            "sweep",
+            "there is no [sweep], which says what to solve: add one, e.g. with "
+            'from = "100 Hz", to = "120 Hz", levels = [1, 3]',
+        )
+    return sweep
+
+
+def solve_model(read: ReadCase) -> SolveModel:
+    """What a case asks for, with what was calibrated and added.
+
+    Raises
+    ------
+    CaseError
+        The case lacks a sweep, a load or a sensor that shows a motion.
+    """
+    opened, model = require_loads(read).opened, read.model
+    sweep = require_sweep(opened)
+    outputs = tuple(
+        Output(name=each.name, row=each.gain * each.row, quantity=each.quantity)
+        for each in model.sensors
+        if isinstance(each, Sensor)
     )
+    if not outputs:
+        raise opened.lacks(
+            "sensor", "table [[sensor]] is missing, so that nothing is shown: add one, with a name and a place"
+        )
+    in_newtons = not opened.case.load and read.structure.harmonic_force is not None
     return SolveModel(
-        system=system,
-        outputs=tuple(outputs),
-        curves=_curves(case),
-        harmonics=case.sweep.harmonics,
-        n_sample=case.sweep.n_sample,
+        system=model.system,
+        outputs=outputs,
+        curves=_curves(read, sweep, "N" if in_newtons else ""),
+        harmonics=opened.case.harmonics.highest,
+        n_sample=opened.case.harmonics.n_sample,
+        lines=model.lines,
+        in_newtons=in_newtons,
     )
 
 
-def _structure(file: Path) -> StructureMatrices:
-    try:
-        return load_matrices(file)
-    except InputError as error:
-        # Names the key, so that the line shown is that of the file's name.
-        raise MatrixError(f"the file cannot be used: {error}") from error
-
-
-def _check_harmonics(case: SolveCase, mistakes: Mistakes) -> None:
-    kept = case.sweep.harmonics
-    number, load = max(enumerate(case.load), key=lambda pair: pair[1].harmonic)
-    if load.harmonic > kept:
-        loses = "keeps the mean alone and loses" if kept == 0 else "loses"
-        with mistakes.at("sweep"):
-            raise JointError(
-                f"harmonics = {kept} {loses} load[{number}], which acts at harmonic {load.harmonic}: take at least "
-                f"{load.harmonic}; 5 or more show what friction does"
-            )
-
-
-def _check_names(case: SolveCase, mistakes: Mistakes) -> None:
-    for kind, tables in (("contact", case.contact), ("output", case.output)):
-        names = [table.name for table in tables]
-        for number, name in enumerate(names):
-            if name in names[:number]:
-                with mistakes.at(kind, number):
-                    raise JointError(f'name = "{name}" is taken by {kind}[{names.index(name)}]: give each its own')
-
-
-def _loads(case: SolveCase, structure: StructureMatrices, mistakes: Mistakes) -> tuple[Row, NDArray[np.complex128]]:
-    static = np.zeros(structure.n_dof)
-    harmonic = np.zeros((max(load.harmonic for load in case.load) + 1, structure.n_dof), dtype=np.complex128)
-    for number, constant in enumerate(case.static_load):
-        with mistakes.at("static_load", number):
-            static += constant.force * mean_row(constant, structure)
-    for number, load in enumerate(case.load):
-        with mistakes.at("load", number):
-            harmonic[load.harmonic] += load.amplitude * np.exp(1j * load.phase) * mean_row(load, structure)
-    if not mistakes.problems and not harmonic.any():
-        with mistakes.at("load", 0):
-            raise JointError("amplitude: all harmonic loads cancel or are zero, so that nothing vibrates: give one")
-    return static, harmonic
-
-
-def _curves(case: SolveCase) -> tuple[Curve, ...]:
-    sweep = case.sweep
-    if isinstance(sweep, FrequencySweepTable):
-        first, last = 2 * pi * sweep.first, 2 * pi * sweep.last
-        step = None if sweep.step is None else 2 * pi * sweep.step
+def _curves(read: ReadCase, sweep: FrequencySweepTable | LevelSweepTable, unit: str) -> tuple[Curve, ...]:
+    if isinstance(sweep, LevelSweepTable):
         return tuple(
-            Curve(parameter="frequency", first=first, last=last, fixed=level, step=step, label=f"level {level:g}")
-            for level in sweep.levels
+            Curve(
+                parameter="level",
+                first=sweep.first,
+                last=sweep.last,
+                fixed=2 * pi * each,
+                step=sweep.step,
+                label=f"{each:g} Hz",
+            )
+            for each in sweep.frequencies
         )
     return tuple(
         Curve(
-            parameter="level",
-            first=sweep.first,
-            last=sweep.last,
-            fixed=2 * pi * each,
-            step=sweep.step,
-            label=f"{each:g} Hz",
+            parameter="frequency",
+            first=2 * pi * sweep.first,
+            last=2 * pi * sweep.last,
+            fixed=level,
+            step=None if sweep.step is None else 2 * pi * sweep.step,
+            label=(f"{level:g} {unit}" if unit else f"level {level:g}")
+            + (f", history {number}" if sweep.histories > 1 else ""),
+            slider=slider,
         )
-        for each in sweep.frequencies
+        for level in sweep.levels
+        for number, slider in enumerate(_histories(read, sweep), start=1)
     )
+
+
+def _histories(read: ReadCase, sweep: FrequencySweepTable) -> list[Row] | list[None]:
+    """Where the sliders begin: at rest, and where friction histories left them."""
+    if read.structure.histories is not None:
+        return read.structure.histories(sweep.histories, sweep.seed)
+    if sweep.histories > 1:
+        with located(read.opened.case, "sweep"):
+            raise JointError(
+                f"histories = {sweep.histories} begin from rest under dead weights, which a case of "
+                f"{read.opened.kind.summary} does not have: remove histories, or find the band with `stickslip limits`"
+            )
+    return [None]

@@ -2,16 +2,19 @@
 
 from typing import Any
 
+from study.case.kind import Extras
 from study.solve.run import Solved
 
 
-def solve_document(solved: Solved) -> dict[str, Any]:
-    """The document of ``--json``."""
+def solve_document(solved: Solved, extras: Extras | None = None) -> dict[str, Any]:
+    """The document of ``--json``, with what the kind of the case adds."""
+    added = dict(extras.document) if extras else {}
+    of_curves = added.pop("curves", [{} for _ in solved.peaks])
     return {
-        "n_dof": solved.n_dof,
-        "n_joint": solved.n_joint,
-        "harmonics": solved.harmonics,
-        "output": solved.output,
+        "n_dof": solved.model.system.n_dof,
+        "n_joint": len(solved.model.system.joints),
+        "harmonics": solved.model.harmonics,
+        "output": solved.model.outputs[0].name,
         "curves": [
             {
                 "label": peak.label,
@@ -24,19 +27,23 @@ def solve_document(solved: Solved) -> dict[str, Any]:
                 "peak_truncation_error": peak.truncation_error,
                 "truncation_error": peak.largest_truncation_error,
                 "stop_reason": peak.stop_reason,
+                **more,
             }
-            for peak in solved.peaks
+            for peak, more in zip(solved.peaks, of_curves, strict=True)
         ],
-        "files": [str(file) for file in solved.files],
+        **added,
+        "files": [str(file) for file in (*solved.files, *(extras.files if extras else ()))],
     }
 
 
-def solve_text(solved: Solved) -> str:
+def solve_text(solved: Solved, extras: Extras | None = None) -> str:
     """The same as a table."""
+    model = solved.model
     width = max(len(peak.label) for peak in solved.peaks)
-    lines = [
-        f"{solved.n_dof} degrees of freedom, {solved.n_joint} joints, harmonics 0 to {solved.harmonics}; "
-        f"highest points of {solved.output}:",
+    lines = [extras.text] if extras and extras.text else []
+    lines += [
+        f"{model.system.n_dof} degrees of freedom, {len(model.system.joints)} joints, "
+        f"harmonics 0 to {model.harmonics}; highest points of {model.outputs[0].name}:",
         "",
         f"  {'curve':<{width}}  frequency [Hz]     level  amplitude [{solved.peaks[0].unit}]  points  "
         "truncation error at the peak",
@@ -48,4 +55,5 @@ def solve_text(solved: Solved) -> str:
             f"  {peak.n_point:6}  {peak.truncation_error:28.1e}{'  at the end of the sweep' if peak.at_end else ''}"
         )
     lines += ["", *(f"  {peak.label}: {peak.stop_reason}" for peak in solved.peaks), "", *map(str, solved.files)]
+    lines += map(str, extras.files if extras else ())
     return "\n".join(lines)

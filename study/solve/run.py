@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from casefile.table import load_case, located
+from casefile.table import located
 from figure.contact_states import StatePanel, contact_states_figure
 from figure.evenly import evenly
 from figure.hysteresis_loops import Loop, hysteresis_figure
@@ -16,10 +16,11 @@ from hbsolve.contact_motion import contact_motion
 from pipeline.checkpoint import Checkpoint
 from pipeline.output import replace_file
 from reduction.jointed_system import ElasticStop, FrictionContact
-from study.case.joint_table import SolveCase
+from study.case.kind import Extras, open_case
+from study.case.setup import read_case
 from study.run_context import RunContext
 from study.solve.curve import response_curve
-from study.solve.model import SolveModel, solve_model
+from study.solve.model import SolveModel, require_sweep, solve_model
 from study.solve.result import (
     DRAWN_STATES,
     SURFACE_UNIT,
@@ -39,55 +40,53 @@ MOST_JOINTS, MOST_CURVES = 4, 6
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Solved:
-    """What the command reports.
+    """What the command computed.
 
     Parameters
     ----------
-    n_dof, n_joint, harmonics
-        Size of the problem [-].
-    output
-        Name of the output that the peaks are of.
+    model, balance
+        What was solved.
+    curves
+        In the order of the case.
     peaks
         One for each curve.
     files
         Written ones.
     """
 
-    n_dof: int
-    n_joint: int
-    harmonics: int
-    output: str
+    model: SolveModel
+    balance: HarmonicBalance
+    curves: tuple[SolvedCurve, ...]
     peaks: tuple[Peak, ...]
     files: tuple[Path, ...]
 
 
-def run_solve(path: Path, run: RunContext) -> Solved:
-    """Compute the curves of a case file and write tables and figures.
+def run_solve(path: Path, run: RunContext) -> tuple[Solved, Extras | None]:
+    """Compute the curves of a case file and write tables and figures; and what its kind adds to them.
 
     Raises
     ------
     CaseError
-        With every mistake of the case.
+        With every mistake of the case, or what it lacks.
     ComputationFailed
         No steady state was found to start a curve from.
     """
-    assert run.output is not None
-    case = load_case(path, SolveCase)
-    model = solve_model(case, path.parent)
-    with located(case, "model"):
+    opened = open_case(path)
+    require_sweep(opened)  # before what takes minutes
+    read = read_case(opened, run=run)
+    with located(opened.case, "structure"):
         # Refuses what no case key shows, such as a body that nothing holds.
-        balance = HarmonicBalance(system=model.system, n_harmonic=model.harmonics + 1, n_sample=model.n_sample)
-    return solved_curves(model, balance, path.stem, case.title or path.stem, run)[0]
+        solved = solved_curves(solve_model(read), path.stem, opened.title, run)
+    extend = opened.kind.solved
+    return solved, None if extend is None else extend(read, solved, run)
 
 
-def solved_curves(
-    model: SolveModel, balance: HarmonicBalance, stem: str, title: str, run: RunContext
-) -> tuple[Solved, list[SolvedCurve]]:
+def solved_curves(model: SolveModel, stem: str, title: str, run: RunContext) -> Solved:
     """Compute the curves of a model and write tables and figures.
 
     Parameters
     ----------
-    model, balance
+    model
         What is solved.
     stem, title
         What files and figures are called.
@@ -96,10 +95,13 @@ def solved_curves(
 
     Raises
     ------
+    BalanceError
+        A system that cannot be balanced.
     ComputationFailed
         No steady state was found to start a curve from.
     """
     assert run.output is not None
+    balance = HarmonicBalance(system=model.system, n_harmonic=model.harmonics + 1, n_sample=model.n_sample)
     curves = [_solved(model, number, stem, run) for number in range(len(model.curves))]
     files = {"nc": run.output / f"{stem}_response.nc", "csv": run.output / f"{stem}_response.csv"}
     replace_file(files["nc"], bytes(response_dataset(model, curves, title).to_netcdf(engine="h5netcdf")))
@@ -110,15 +112,7 @@ def solved_curves(
     peaks = tuple(peak_of(each, model.outputs[0], main_harmonic(model.system)) for each in curves)
     if warning := truncation_warning(peaks, model.harmonics):
         run.warn(warning)
-    solved = Solved(
-        n_dof=model.system.n_dof,
-        n_joint=len(model.system.joints),
-        harmonics=model.harmonics,
-        output=model.outputs[0].name,
-        peaks=peaks,
-        files=tuple(files.values()),
-    )
-    return solved, curves
+    return Solved(model=model, balance=balance, curves=tuple(curves), peaks=peaks, files=tuple(files.values()))
 
 
 def _solved(model: SolveModel, number: int, stem: str, run: RunContext) -> SolvedCurve:

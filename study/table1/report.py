@@ -4,12 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from casefile.head import case_head, other_case
 from casefile.table import load_case
 from figure.scene.off_screen import require_egl
 from pipeline.output import replace_file
-from study.kind.rig.table import refuse_rig
+from study.kind.blade.modes import blade_shapes
 from study.modes.files import picture_modes
-from study.modes.shapes import Shapes, blade_shapes
+from study.modes.shapes import Shapes
 from study.run_context import RunContext
 from study.table1.case import Table1Case
 from study.table1.csv_table import csv_table
@@ -41,7 +42,8 @@ def write_report(cases: Sequence[Path], run: RunContext) -> Report:
     assert run.output is not None
     require_egl()  # before anything is computed: the page needs its pictures
     for path in cases:
-        refuse_rig(path, "table1 studies the mesh of a blade alone; give the case of one, with its [[model]] tables")
+        if "structure" in case_head(path):
+            raise other_case(path, "one structure", "give a mesh study, with [[model]] tables")
     loaded = [(path, load_case(path, Table1Case)) for path in cases]
     found = [(path, run_study(case, run, f"{case.title}: models")) for path, case in loaded]
     if found[0][1].worst_error > AIM:

@@ -176,6 +176,7 @@ def row_inputs(case: Table1Case, asked: ModelTable | PredictionTable) -> BladeMo
     relaxed = isinstance(asked, ModelTable) and asked.root == "relaxed"
     return blade_model(
         case,
+        case,
         element=asked.element,
         through_thickness=asked.elements_through_thickness,
         drop_every=case.root.drop_every if relaxed else 0,

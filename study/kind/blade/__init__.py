@@ -1,1 +1,54 @@
 """One blade, clamped at its root."""
+
+from study.case.kind import CASE_KINDS, CaseKind, OpenCase
+from study.case.structure import Structure
+from study.kind.blade.table import BladeStructureTable
+from study.run_context import Answer, RunContext
+
+
+def structure(opened: OpenCase, run: RunContext) -> Structure:
+    """Reduce the blade unless that was done before."""
+    from study.kind.blade.reduce import blade_structure
+
+    return blade_structure(opened, run)
+
+
+def reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
+    """Write STEP, mesh, the reduced model and the response of its tip."""
+    from study.kind.blade.reduce import reduce_blade_case
+    from study.reduce.report import frequency_document, frequency_lines
+
+    reduced = reduce_blade_case(opened, run, checked=checked)
+    found = reduced.reduction
+    lines = [
+        *frequency_lines(found, reduced.n_mode, reduced.check),
+        "",
+        f"  first, from the peak of the harmonic-balance response: {found.peak_natural:.5f} Hz",
+        "",
+        *map(str, reduced.files),
+    ]
+    document = {
+        **frequency_document(found, reduced.check),
+        "hb_peak_hz": found.peak_natural,
+        "files": [str(file) for file in reduced.files],
+    }
+    return Answer(document=document, text="\n".join(lines))
+
+
+def modes(opened: OpenCase, run: RunContext, n_mode: int, film_of: int | None) -> Answer:
+    """Draw the mode shapes of the whole blade."""
+    from study.kind.blade.modes import blade_modes
+
+    return blade_modes(opened, run, n_mode, film_of)
+
+
+CASE_KINDS.register(
+    CaseKind(
+        name="blade",
+        summary="a blade",
+        table=BladeStructureTable,
+        structure=structure,
+        reduce=reduce,
+        modes=modes,
+    )
+)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from casefile.table import located
+from casefile.table import CaseModel, located
 from fe.assembly import assemble_compact
 from fe.boundary import Support, supported_system
 from fe.material import Material
@@ -68,7 +68,13 @@ class BladeModel:
 
 
 def blade_model(
-    case: BladeTables, *, element: str, through_thickness: int, drop_every: int = 0, thickness_factor: float = 1.0
+    case: CaseModel,
+    table: BladeTables,
+    *path: str,
+    element: str,
+    through_thickness: int,
+    drop_every: int = 0,
+    thickness_factor: float = 1.0,
 ) -> BladeModel:
     """The model that a case asks for, all its parts checked.
 
@@ -76,6 +82,8 @@ def blade_model(
     ----------
     case
         As `load_case` returned it.
+    table, path
+        Its tables of the blade, and where they stand in it.
     element, through_thickness, drop_every
         As in `BladeModel`.
     thickness_factor
@@ -86,25 +94,25 @@ def blade_model(
     CaseError
         The blade, its material or its mesh cannot be built as the case says.
     """
-    with located(case, "blade"):
-        blade = case.blade.blade()
-    with located(case, "material"):
-        material = case.material.material()
-    with located(case, "mesh", "pads"):
-        pads = case.mesh.pads.pads()
+    with located(case, *path, "blade"):
+        blade = table.blade.blade()
+    with located(case, *path, "material"):
+        material = table.material.material()
+    with located(case, *path, "mesh", "pads"):
+        pads = table.mesh.pads.pads()
     model = BladeModel(
         blade=with_thickness(blade, thickness_factor),
         material=material,
         element=element,
         through_thickness=through_thickness,
-        length_ratio=case.mesh.length_ratio,
-        length_cap=case.mesh.length_cap,
+        length_ratio=table.mesh.length_ratio,
+        length_cap=table.mesh.length_cap,
         pads=pads,
         drop_every=drop_every,
-        n_mode=case.reduction.modes,
-        damping_ratio=case.damping.ratio,
+        n_mode=table.reduction.modes,
+        damping_ratio=table.damping.ratio,
     )
-    with located(case, "mesh"):
+    with located(case, *path, "mesh"):
         model.rule  # noqa: B018 - sizes that make no rule are refused before anything runs
     return model
 

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from casefile.table import load_case, located
+from casefile.table import located
+from correlation.model import Sensor
 from fe.file.mesh_file import write_mesh
 from fe.mode_check import ModeCheck
 from figure.frequency_response import frequency_response_figure
@@ -19,15 +20,20 @@ from pipeline.store import stage
 from reduction.file.rom_hdf5 import save_rom
 from reduction.mode_check import check_fixed_interface_modes
 from reduction.rom import ReducedModel
+from study.case.kind import OpenCase
+from study.case.structure import Structure
 from study.kind.blade.model import BladeModel, blade_model, clamped, mesh_size
 from study.kind.blade.reduction import THICKNESS_DIRECTION, Reduction, reduce_blade, unit_force
 from study.kind.blade.solid_check import solid_check
-from study.kind.blade.table import BladeCase
+from study.kind.blade.table import BladeStructureTable
+from study.reduce.structure import reduced_structure
 from study.run_context import RunContext
 
 #: Frequencies of the drawn response: this many, over the first three modes.
 N_POINT = 2000
 N_DRAWN = 3
+#: What a case calls the nodes that stay physical and are looked at.
+PLACES = {"response": "tip", "excitation": "excitation"}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,33 +59,57 @@ def checked_blade(model: BladeModel, rom: ReducedModel) -> ModeCheck:
     return check_fixed_interface_modes(clamped(model)[1], rom)
 
 
-def run_reduce(path: Path, run: RunContext, *, checked: bool = False) -> Reduced:
-    """Reduce the blade of a case file and write STEP, mesh, reduced model and response.
+def reduce_blade_case(opened: OpenCase, run: RunContext, *, checked: bool = False) -> Reduced:
+    """Reduce the blade of a case and write STEP, mesh, reduced model and response.
 
     With `checked`, its fixed-interface modes are checked too.
     """
     assert run.output is not None
-    case = load_case(path, BladeCase)
-    model = blade_model(case, element=case.mesh.element, through_thickness=case.mesh.elements_through_thickness)
-    with located(case, "mesh"):
-        run.store.run(mesh_size, model)
-    tasks = [
-        Task(
-            stage=reduced_blade,
-            inputs={"model": model, "title": case.title},
-            label="reduction",
-            weight=2.0,
-        ),
-        Task(stage=solid_check, inputs={"inputs": model}, label="CAD solid"),
-    ]
+    model, title, stem = model_of_case(opened, run), opened.title, opened.path.stem
+    tasks = [_reduction(model, title), Task(stage=solid_check, inputs={"inputs": model}, label="CAD solid")]
     found, solid = (outcome.value for outcome in run_parallel(tasks, run.store, run.progress, "mesh and reduction"))
     check = run.step("check of the modes").run(checked_blade, model, found.rom) if checked else None
-    files = {name: run.output / f"{path.stem}{name}" for name in (".step", ".vtu", "_rom.h5", "_response.png")}
+    files = {name: run.output / f"{stem}{name}" for name in (".step", ".vtu", "_rom.h5", "_response.png")}
     replace_file(files[".step"], solid.step)
     write_mesh(found.mesh, files[".vtu"])
     save_rom(found.rom, files["_rom.h5"])
-    replace_file(files["_response.png"], _response_figure(found, case.title))
+    replace_file(files["_response.png"], _response_figure(found, title))
     return Reduced(reduction=found, n_mode=model.n_mode, check=check, files=tuple(files.values()))
+
+
+def blade_structure(opened: OpenCase, run: RunContext) -> Structure:
+    """The reduced blade of a case, with the places that its mesh names and a force of 1 N at the excitation point."""
+    model = model_of_case(opened, run)
+    (outcome,) = run_parallel([_reduction(model, opened.title)], run.store, run.progress, "reduction")
+    found: Reduction = outcome.value
+    places = {}
+    for name, place in PLACES.items():
+        if name in found.rom.boundary_sets:
+            places[place] = np.zeros(found.rom.n_dof)
+            places[place][found.rom.rows(name, THICKNESS_DIRECTION)] = 1.0
+    return reduced_structure(
+        found.rom,
+        found.mesh.points,
+        places=places,
+        harmonic_force=unit_force(found.rom).coefficients,
+        sensors=(Sensor(name="tip", row=places["tip"]),),
+    )
+
+
+def model_of_case(opened: OpenCase, run: RunContext) -> BladeModel:
+    """What is reduced, its mesh tried."""
+    table: BladeStructureTable = opened.case.structure
+    mesh = table.mesh
+    model = blade_model(
+        opened.case, table, "structure", element=mesh.element, through_thickness=mesh.elements_through_thickness
+    )
+    with located(opened.case, "structure", "mesh"):
+        run.store.run(mesh_size, model)
+    return model
+
+
+def _reduction(model: BladeModel, title: str) -> Task:
+    return Task(stage=reduced_blade, inputs={"model": model, "title": title}, label="reduction", weight=2.0)
 
 
 def _response_figure(found: Reduction, title: str) -> bytes:

@@ -1,4 +1,4 @@
-"""The tables of a case file that describe a blade: dimensions, material, mesh, clamp, reduction and damping."""
+"""The tables that describe a blade: dimensions, material, mesh, clamp, reduction and damping."""
 
 from dataclasses import replace
 from typing import Annotated, Literal
@@ -15,6 +15,7 @@ from fe.mesher.mesh_rule import MeshRule
 from fe.mesher.plain_blade import mesh_plain_blade
 from geometry.blade import Blade
 from geometry.plain_blade import PlainBlade
+from study.case.tables import StructureTable
 
 Count = Annotated[int, Field(ge=1, le=1000, strict=True)]
 ElementName = Literal["hex8", "hex20", "tet10"]
@@ -150,10 +151,10 @@ class BladeTables(CaseModel):
     damping: DampingTable = DampingTable()
 
 
-class BladeCase(BladeTables):
-    """One model of a blade, fully clamped: for its modes and its reduction."""
+class BladeStructureTable(StructureTable, BladeTables):
+    """``[structure]`` with ``kind = "blade"``: one model of a blade, fully clamped."""
 
-    title: str = "Blade"
+    kind: Literal["blade"]
     mesh: MeshTable
 
 

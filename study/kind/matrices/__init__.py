@@ -1,1 +1,33 @@
 """Mass and stiffness that another program wrote."""
+
+from study.case.kind import CASE_KINDS, CaseKind, OpenCase
+from study.case.structure import Structure
+from study.kind.matrices.table import MatricesTable
+from study.run_context import Answer, RunContext
+
+
+def structure(opened: OpenCase, run: RunContext) -> Structure:
+    """Reduce the matrices unless that was done before."""
+    from study.kind.matrices.reduce import reduce_matrices
+    from study.reduce.structure import reduced_structure
+
+    return reduced_structure(reduce_matrices(opened, run).found.rom)
+
+
+def reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
+    """Write the reduced model, and compare reduced frequencies with full ones."""
+    from study.kind.matrices.reduce import reduce_matrices_case
+
+    return reduce_matrices_case(opened, run, checked=checked)
+
+
+CASE_KINDS.register(
+    CaseKind(
+        name="matrices",
+        summary="matrices of another program",
+        table=MatricesTable,
+        structure=structure,
+        reduce=reduce,
+        modes="matrices have no mesh to draw; `stickslip reduce` computes their frequencies",
+    )
+)

@@ -6,11 +6,12 @@ from pathlib import Path
 
 from casefile.table import at_key, located
 from fe.errors import MatrixFileError
-from study.kind.matrices.table import MatricesCase
+from study.case.tables import Case
+from study.kind.matrices.table import MatricesTable
 
 
 @contextmanager
-def at_file(case: MatricesCase, files: Mapping[str, Path]) -> Iterator[None]:
+def at_file(case: Case[MatricesTable], files: Mapping[str, Path]) -> Iterator[None]:
     """Give what a reader refuses the key of the file that it speaks of first.
 
     Parameters
@@ -18,7 +19,7 @@ def at_file(case: MatricesCase, files: Mapping[str, Path]) -> Iterator[None]:
     case
         The case.
     files
-        By their keys in `[files]`.
+        By their keys in `[structure.files]`.
 
     Raises
     ------
@@ -32,11 +33,11 @@ def at_file(case: MatricesCase, files: Mapping[str, Path]) -> Iterator[None]:
         spoken = {key: said.find(f'"{file}"') for key, file in files.items()}
         found = [key for key in files if spoken[key] >= 0]
         if not found:
-            with located(case, "files"):
+            with located(case, "structure", "files"):
                 raise
         # One file may hold several matrices: the one that is named then.
         first = min(found, key=lambda key: (spoken[key], f"the {key}" not in said))
-        with at_key(case, "files", first):
+        with at_key(case, "structure", "files", first):
             raise MatrixFileError(without_name(said, first, files[first])) from error
 
 

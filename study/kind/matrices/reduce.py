@@ -2,41 +2,38 @@
 
 import importlib.metadata
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from casefile.errors import CaseError
 from casefile.mistakes import Mistakes
-from casefile.table import at_key, load_case, located
+from casefile.table import at_key, located
 from fe.errors import MatrixFileError
 from fe.file.dof_table import DIRECTIONS, N_TRANSLATION
 from fe.file.imported_matrices import ImportedMatrices, ImportedSystem, Rows
 from fe.file.matrix_file import require_file
-from fe.mode_check import ModeCheck
 from pipeline.output import replace_file
 from reduction.file.rom_hdf5 import save_rom
+from study.case.kind import OpenCase
+from study.case.tables import Case
 from study.kind.matrices.message import at_file
 from study.kind.matrices.reduction import checked_matrices, imported_matrices, reduced_matrices
-from study.kind.matrices.table import UNITS, MatricesCase
+from study.kind.matrices.table import UNITS, MatricesTable
 from study.reduce.comparison import ComparedReduction
-from study.run_context import RunContext
+from study.reduce.report import frequency_document, frequency_lines
+from study.run_context import Answer, RunContext
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ReducedMatrices:
-    """What the command reports: the reduction, how many modes were asked for, their check if any, and its files."""
+class MatricesReduction:
+    """A reduced structure, what it was made of, and the rows of the files that it recovers."""
 
-    reduction: ComparedReduction
-    n_mode: int
-    check: ModeCheck | None
-    files: tuple[Path, ...]
+    found: ComparedReduction
+    read: ImportedMatrices
+    free: ImportedSystem
 
 
-def run_reduce_matrices(path: Path, run: RunContext, *, checked: bool = False) -> ReducedMatrices:
-    """Reduce the matrices of a case file and write the reduced model and the table of its full rows.
-
-    With `checked`, its fixed-interface modes are checked too.
+def reduce_matrices(opened: OpenCase, run: RunContext) -> MatricesReduction:
+    """Reduce the matrices of a case.
 
     Raises
     ------
@@ -44,15 +41,15 @@ def run_reduce_matrices(path: Path, run: RunContext, *, checked: bool = False) -
         With every mistake of the case: files that cannot be read, nodes that no row belongs to, a support that leaves
         the interior loose.
     """
-    assert run.output is not None
-    case = load_case(path, MatricesCase)
-    files, folder = case.files, path.parent
+    case: Case[MatricesTable] = opened.case
+    table, folder = case.structure, opened.folder
+    files = table.files
     sources = {name: files.matrix(name, folder) for name in ("mass", "stiffness", "damping") if getattr(files, name)}
-    table = None if files.dofs is None else folder / files.dofs
+    dofs = None if files.dofs is None else folder / files.dofs
     mistakes = Mistakes(case)
-    given = {name: source.file for name, source in sources.items()} | ({} if table is None else {"dofs": table})
+    given = {name: source.file for name, source in sources.items()} | ({} if dofs is None else {"dofs": dofs})
     for name, file in given.items():
-        with mistakes.at("files"), at_file(case, {name: file}):
+        with mistakes.at("structure", "files"), at_file(case, {name: file}):
             require_file(file)  # before the store looks at its contents
     mistakes.raise_if_any()
     with at_file(case, given):
@@ -61,50 +58,72 @@ def run_reduce_matrices(path: Path, run: RunContext, *, checked: bool = False) -
             mass=sources["mass"],
             stiffness=sources["stiffness"],
             damping=sources.get("damping"),
-            dofs=table,
+            dofs=dofs,
             units=UNITS[files.units],
         )
-    held, kept = _rows(case, read)
-    if case.damping is not None and read.damping.nnz:
-        with located(case, "damping"):
+    fixed, kept = _rows(case, read)
+    if table.damping is not None and read.damping.nnz:
+        with located(case, "structure", "damping"):
             raise MatrixFileError(
-                f"ratio = {case.damping.ratio:g} meets matrices with damping of their own: remove one of the two"
+                f"ratio = {table.damping.ratio:g} meets matrices with damping of their own: remove one of the two"
             )
-    with located(case, "files"):
-        free = read.system(held)
+    with located(case, "structure", "files"):
+        free = read.system(fixed)
     boundary = {name: free.row[rows] for name, rows in kept.items()}
-    with located(case, "boundary"):
+    with located(case, "structure", "boundary"):
         found = run.step("reduction").run(
             reduced_matrices,
             system=free.linear,
             boundary=boundary,
-            n_mode=case.reduction.modes,
-            damping_ratio=None if case.damping is None else case.damping.ratio,
+            n_mode=table.reduction.modes,
+            damping_ratio=None if table.damping is None else table.damping.ratio,
             provenance={
-                "title": case.title,
+                "title": opened.title,
                 "stickslip": importlib.metadata.version("stickslip"),
                 "files": repr(files),
             },
         )
-        check = run.step("check of the modes").run(checked_matrices, free.linear, found.rom) if checked else None
-    written = (run.output / f"{path.stem}_rom.h5", run.output / f"{path.stem}_dofs.csv")
-    save_rom(found.rom, written[0])
-    replace_file(written[1], _full_rows(read, free))
-    return ReducedMatrices(reduction=found, n_mode=case.reduction.modes, check=check, files=written)
+    return MatricesReduction(found=found, read=read, free=free)
 
 
-def _rows(case: MatricesCase, read: ImportedMatrices) -> tuple[Rows, dict[str, Rows]]:
+def reduce_matrices_case(opened: OpenCase, run: RunContext, *, checked: bool = False) -> Answer:
+    """Write the reduced model and the table of its full rows; with `checked`, its fixed-interface modes are checked.
+
+    Raises
+    ------
+    CaseError
+        As `reduce_matrices`.
+    """
+    assert run.output is not None
+    reduced, check = reduce_matrices(opened, run), None
+    if checked:
+        with located(opened.case, "structure", "boundary"):
+            step = run.step("check of the modes")
+            check = step.run(checked_matrices, reduced.free.linear, reduced.found.rom)
+    stem = opened.path.stem
+    written = (run.output / f"{stem}_rom.h5", run.output / f"{stem}_dofs.csv")
+    save_rom(reduced.found.rom, written[0])
+    replace_file(written[1], _full_rows(reduced.read, reduced.free))
+    files = [str(file) for file in written]
+    n_mode = opened.case.structure.reduction.modes
+    return Answer(
+        document={**frequency_document(reduced.found, check), "files": files},
+        text="\n".join([*frequency_lines(reduced.found, n_mode, check), "", *files]),
+    )
+
+
+def _rows(case: Case[MatricesTable], read: ImportedMatrices) -> tuple[Rows, dict[str, Rows]]:
     """Rows of the files that supports hold, and that the reduction keeps by name."""
     mistakes = Mistakes(case)
     held = [np.zeros(0, dtype=np.int64)]
-    for number, support in enumerate(case.support):
-        with mistakes.at("support", number), at_key(case, "support", number, "nodes"):
+    for number, support in enumerate(case.structure.support):
+        with mistakes.at("structure", "support", number), at_key(case, "structure", "support", number, "nodes"):
             held.append(read.dofs.rows(support.nodes, support.numbers))
     every = np.unique(np.concatenate(held))
     kept: dict[str, Rows] = {}
-    for number, table in enumerate(case.boundary):
-        with mistakes.at("boundary", number):
-            with at_key(case, "boundary", number, "nodes"):
+    for number, table in enumerate(case.structure.boundary):
+        with mistakes.at("structure", "boundary", number):
+            with at_key(case, "structure", "boundary", number, "nodes"):
                 rows = read.dofs.rows(table.nodes, table.numbers)
                 fixed = np.intersect1d(rows, every)
                 if len(fixed):
@@ -115,7 +134,7 @@ def _rows(case: MatricesCase, read: ImportedMatrices) -> tuple[Rows, dict[str, R
             turning = read.dofs.direction[rows] >= N_TRANSLATION
             for name, own in ((table.name, rows[~turning]), (f"{table.name} rotation", rows[turning])):
                 if name in kept:
-                    with at_key(case, "boundary", number, "name"):
+                    with at_key(case, "structure", "boundary", number, "name"):
                         raise MatrixFileError(f'"{name}" is taken: give each boundary its own')
                 if len(own):
                     kept[name] = own
@@ -131,24 +150,3 @@ def _full_rows(read: ImportedMatrices, free: ImportedSystem) -> str:
         f"{number},{read.dofs.node[row]},{DIRECTIONS[read.dofs.direction[row]]}" for number, row in enumerate(rows)
     ]
     return "\n".join(["dof,node,direction", *lines, ""])
-
-
-def refuse_to_solve(path: Path) -> None:
-    """Say that a case of matrices is reduced first.
-
-    Raises
-    ------
-    CaseError
-        Always.
-    """
-    case = load_case(path, MatricesCase)
-    assert case.source is not None
-    raise CaseError(
-        [
-            case.source.problem(
-                ("kind",),
-                f'matrices are reduced first: run "stickslip reduce {path}", then solve a case whose [model] names '
-                f"{path.stem}_rom.h5",
-            )
-        ]
-    )

@@ -1,16 +1,16 @@
-"""The case file of imported matrices: files, supports, retained degrees of freedom. It says ``kind = "matrices"``."""
+"""``[structure]`` with ``kind = "matrices"``: files, supports, retained degrees of freedom."""
 
 from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from casefile.head import case_head
 from casefile.table import CaseModel
 from fe.file.dof_table import DIRECTIONS, LARGEST_LABEL, N_TRANSLATION
 from fe.file.imported_matrices import Units
 from fe.file.matrix_file import MatrixSource
 from study.case.joint_table import Name
+from study.case.tables import StructureTable
 from study.kind.blade.table import DampingTable
 
 FileName = Annotated[str, Field(min_length=1, examples=["stiffness.mtx"])]
@@ -77,19 +77,12 @@ class MatricesReductionTable(CaseModel):
     modes: Annotated[int, Field(ge=0, le=2000, strict=True)] = 150
 
 
-class MatricesCase(CaseModel):
+class MatricesTable(StructureTable):
     """Matrices of another program and what is kept of them."""
 
-    kind: Annotated[Literal["matrices"], Field(examples=["matrices"])]
-    title: str = "Imported matrices"
+    kind: Literal["matrices"]
     files: FilesTable
     support: tuple[SupportTable, ...] = ()
     boundary: Annotated[tuple[BoundaryTable, ...], Field(min_length=1)]
     reduction: MatricesReductionTable = MatricesReductionTable()
     damping: DampingTable | None = None
-
-
-def is_matrices_case(path: Path) -> bool:
-    """Whether a file is meant as the case of matrices, by kind or table of files; one that cannot be read is none."""
-    data = case_head(path)
-    return data.get("kind") == "matrices" or isinstance(data.get("files"), dict)

@@ -1,1 +1,32 @@
 """A part of the user's own, from a STEP or a mesh file."""
+
+from study.case.kind import CASE_KINDS, CaseKind, OpenCase
+from study.case.structure import Structure
+from study.kind.part.table import PartTable
+from study.run_context import Answer, RunContext
+
+
+def structure(opened: OpenCase, run: RunContext) -> Structure:
+    """Mesh and reduce the part unless that was done before."""
+    from study.kind.part.reduce import part_structure
+
+    return part_structure(opened, run)
+
+
+def reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
+    """Write mesh, reduced model, tables and pictures."""
+    from study.kind.part.reduce import reduce_part_case
+
+    return reduce_part_case(opened, run, checked=checked)
+
+
+CASE_KINDS.register(
+    CaseKind(
+        name="part",
+        summary="a part",
+        table=PartTable,
+        structure=structure,
+        reduce=reduce,
+        modes="`stickslip reduce` computes and draws the modes of a part",
+    )
+)

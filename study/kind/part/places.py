@@ -18,8 +18,9 @@ from fe.mesh import Mesh
 from fe.station_coordinates import station_coordinates
 from fe.surface_line import line_along_edge, line_between
 from geometry.interface import ContactLine
+from study.case.tables import Case
 from study.kind.part.stages import Kept
-from study.kind.part.table import TRANSLATIONS, LineTable, PartTables
+from study.kind.part.table import TRANSLATIONS, LineTable, PartTable
 
 #: The face set on which points lie that name none.
 SURFACE = "the surface"
@@ -54,7 +55,7 @@ class Places:
     lines: dict[str, ContactLine]
 
 
-def check_names(case: PartTables, known: frozenset[str], what: str) -> None:
+def check_names(case: Case[PartTable], known: frozenset[str], what: str) -> None:
     """Refuse names that mean nothing, and boundary names that are there twice, before anything is computed.
 
     Parameters
@@ -74,14 +75,14 @@ def check_names(case: PartTables, known: frozenset[str], what: str) -> None:
     mistakes = Mistakes(case)
 
     def check(name: str, *path: str | int) -> None:
-        with mistakes.at(), at_key(case, *path):
+        with mistakes.at(), at_key(case, "structure", *path):
             if name not in known:
                 raise MeshError(f'there is no "{name}": {what} {", ".join(sorted(known)) or "none"}')
 
     taken: set[str] = set()
     for table in NAMING:
-        for number, entry in enumerate(getattr(case, table)):
-            with mistakes.at(), at_key(case, table, number, "name"):
+        for number, entry in enumerate(getattr(case.structure, table)):
+            with mistakes.at(), at_key(case, "structure", table, number, "name"):
                 if entry.name in taken:
                     raise MeshError(f'"{entry.name}" is taken: give each point, line and boundary its own')
             taken.add(entry.name)
@@ -89,7 +90,7 @@ def check_names(case: PartTables, known: frozenset[str], what: str) -> None:
                 check(entry.on, table, number, "on")
             for name in (entry.edge or ()) if isinstance(entry, LineTable) else ():
                 check(name, table, number, "edge")
-    for number, support in enumerate(case.support):
+    for number, support in enumerate(case.structure.support):
         for name in support.on:
             check(name, "support", number, "on")
     if not taken:
@@ -98,7 +99,7 @@ def check_names(case: PartTables, known: frozenset[str], what: str) -> None:
     mistakes.raise_if_any()
 
 
-def places(case: PartTables, mesh: Mesh) -> Places:
+def places(case: Case[PartTable], mesh: Mesh) -> Places:
     """Find everything on the mesh.
 
     Raises
@@ -110,30 +111,30 @@ def places(case: PartTables, mesh: Mesh) -> Places:
     mistakes = Mistakes(case)
     mesh = replace(mesh, face_sets={**mesh.face_sets, SURFACE: outer_faces(mesh)})
     supports, boundary, lines, faces = [], {}, {}, {}
-    for number, support in enumerate(case.support):
-        with mistakes.at(), at_key(case, "support", number, "on"):
+    for number, support in enumerate(case.structure.support):
+        with mistakes.at(), at_key(case, "structure", "support", number, "on"):
             nodes = np.unique(np.concatenate([_nodes(mesh, name) for name in support.on]))
             supports.append(Kept(nodes=nodes, directions=support.numbers))
-    for number, kept in enumerate(case.boundary):
-        with mistakes.at(), at_key(case, "boundary", number, "on"):
+    for number, kept in enumerate(case.structure.boundary):
+        with mistakes.at(), at_key(case, "structure", "boundary", number, "on"):
             nodes = _nodes(mesh, kept.on)
             boundary[kept.name] = Kept(nodes=nodes, directions=_numbers(kept.directions))
             _check_free(kept.name, boundary[kept.name], supports)
-    for number, point in enumerate(case.point):
-        with mistakes.at(), at_key(case, "point", number, "at"):
+    for number, point in enumerate(case.structure.point):
+        with mistakes.at(), at_key(case, "structure", "point", number, "at"):
             faces[point.name] = point.on or SURFACE
             lines[point.name] = _single(mesh, point.name, faces[point.name], point.at)
-    for number, table in enumerate(case.line):
+    for number, table in enumerate(case.structure.line):
         faces[table.name] = table.on or (table.edge or ("",))[0]
         wrong = len(mistakes.problems)
         for key, end in (("from", table.start), ("to", table.end)):
             if table.edge is None and end is not None:
-                with mistakes.at(), at_key(case, "line", number, key):
+                with mistakes.at(), at_key(case, "structure", "line", number, key):
                     _single(mesh, table.name, faces[table.name], end)
         if len(mistakes.problems) > wrong:
             continue
         # What is wrong with all of a straight line shows at its end.
-        with mistakes.at(), at_key(case, "line", number, "to" if table.edge is None else "edge"):
+        with mistakes.at(), at_key(case, "structure", "line", number, "to" if table.edge is None else "edge"):
             lines[table.name] = _line(mesh, table)
     mistakes.raise_if_any()
     sets = {name: kept.nodes for name, kept in boundary.items()}
@@ -147,7 +148,7 @@ def places(case: PartTables, mesh: Mesh) -> Places:
             bare, to_nodes = replace(bare, node_sets={**sets, **_pivots(found.mesh, lines)}), found.to_nodes
         mistakes.raise_if_any()
         for name in lines:
-            directions = next((point.directions for point in case.point if point.name == name), TRANSLATIONS)
+            directions = next((point.directions for point in case.structure.point if point.name == name), TRANSLATIONS)
             boundary[name] = Kept(nodes=bare.node_sets[name], directions=_numbers(directions))
     kept_faces = {name: part for name, part in bare.face_sets.items() if name != SURFACE}
     return Places(

@@ -7,8 +7,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
 
-from casefile.table import at_key, load_case, located
+from casefile.table import at_key, located
 from fe.element import HEX8
 from fe.file.mesh_file import read_mesh, write_mesh
 from fe.material import Material
@@ -16,15 +18,20 @@ from fe.mesh import Mesh
 from fe.mesh_quality import cell_quality
 from fe.mesher.tetrahedra import TetRule
 from fe.mode_check import ModeCheck
+from fe.sparse.factor import Symmetric
 from geometry.errors import MissingSoftware, SelectorError
 from geometry.face_selector import FaceSelector
 from geometry.step_io import check_complete
 from pipeline.output import replace_file
 from reduction.file.rom_hdf5 import save_rom
 from reduction.memory_estimate import mesh_memory, refuse_beyond_memory, tetrahedra_memory
+from reduction.rom import ReducedModel
+from study.case.kind import OpenCase
+from study.case.structure import Structure
+from study.case.tables import Case
 from study.kind.part.pictures import face_pictures
 from study.kind.part.places import Places, check_names, places
-from study.kind.part.reduce_report import face_lines, frequency_table, station_table
+from study.kind.part.reduce_report import face_document, face_lines, frequency_table, station_table
 from study.kind.part.stages import (
     NamedFaces,
     PartReduction,
@@ -35,10 +42,11 @@ from study.kind.part.stages import (
     solid_summary,
     step_mesh,
 )
-from study.kind.part.table import MeshCase, PartTables, StepCase, part_kind
+from study.kind.part.table import PartTable
 from study.modes.files import picture_modes
-from study.reduce.comparison import ComparedReduction
-from study.run_context import RunContext
+from study.reduce.report import frequency_document, frequency_lines
+from study.reduce.structure import reduced_structure
+from study.run_context import Answer, RunContext
 
 #: Until a run knows better: seconds of fTetWild for each cell, with about so many cells in the cube of their size; of
 #: assembly and of reduction for each degree of freedom [s].
@@ -47,41 +55,7 @@ ASSEMBLY_SECONDS, REDUCTION_SECONDS = 3e-5, 2e-4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ReducedPart:
-    """What the command reports.
-
-    Parameters
-    ----------
-    reduction
-        The reduced model beside the full one.
-    mesh
-        The mesh.
-    least_scaled_jacobian
-        Of its cells [-].
-    n_mode
-        Modes that were asked for [-].
-    check
-        Of the fixed-interface modes; None if none was asked for.
-    notes
-        What was mended in the file, a clause each.
-    faces
-        Of the solid, by the names of the case; none for a mesh file.
-    files
-        Written ones.
-    """
-
-    reduction: ComparedReduction
-    mesh: Mesh
-    least_scaled_jacobian: float
-    n_mode: int
-    check: ModeCheck | None
-    notes: tuple[str, ...]
-    faces: Mapping[str, NamedFaces]
-    files: tuple[Path, ...]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Meshed:
+class MeshedPart:
     """A mesh, and of a STEP file what was mended in it and which of its faces were named."""
 
     mesh: Mesh
@@ -89,10 +63,30 @@ class _Meshed:
     faces: Mapping[str, NamedFaces] = field(default_factory=dict)
 
 
-def run_reduce_part(path: Path, run: RunContext, *, checked: bool = False) -> ReducedPart:
-    """Mesh, assemble and reduce the part of a case file, and write mesh, reduced model, tables and pictures.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PartModel:
+    """A part, meshed and reduced.
 
-    With `checked`, its fixed-interface modes are checked too.
+    Parameters
+    ----------
+    meshed
+        Its mesh, as it was made or read.
+    places
+        What the case names, on the mesh.
+    matrices
+        Mass and stiffness of all nodes.
+    reduced
+        The reduced model and its first modes.
+    """
+
+    meshed: MeshedPart
+    places: Places
+    matrices: tuple[Symmetric, Symmetric]
+    reduced: PartReduction
+
+
+def reduce_part(opened: OpenCase, run: RunContext) -> PartModel:
+    """Mesh, assemble and reduce the part of a case.
 
     Raises
     ------
@@ -100,50 +94,112 @@ def run_reduce_part(path: Path, run: RunContext, *, checked: bool = False) -> Re
         With the mistakes of the case: a file that cannot be used, faces that are not there, a mesh that does not
         follow its solid, places beside the part, supports that leave it loose, more than the machine's memory.
     """
-    assert run.output is not None
-    case = load_case(path, part_kind(path) or StepCase)
-    with located(case, "material"):
-        material = case.material.material()
-    meshed = _step(case, path.parent, run) if isinstance(case, StepCase) else _file(case, path.parent, run)
+    case: Case[PartTable] = opened.case
+    with located(case, "structure", "material"):
+        material = case.structure.material.material()
+    meshed = (_step if case.structure.is_step else _file)(case, opened.folder, run)
     found = places(case, meshed.mesh)
-    reduced, check = _reduced(case, material, found, run, checked)
-    stem, compared = path.stem, reduced.compared
+    matrices, reduced = _reduced(case, opened.title, material, found, run)
+    return PartModel(meshed=meshed, places=found, matrices=matrices, reduced=reduced)
+
+
+def part_structure(opened: OpenCase, run: RunContext) -> Structure:
+    """The reduced part of a case; normals and tangents of its contact lines are stored rows."""
+    model = reduce_part(opened, run)
+    rom, lines = model.reduced.compared.rom, model.places.lines
+    stored = {}
+    for name, line in lines.items():
+        if not line.tangents.any():
+            continue  # a point
+        along, across = np.moveaxis(line.tangents, 1, 0)
+        for word, directions in (("normal", line.normal), ("along", along), ("across", across)):
+            stored[f"{name} {word}"] = rows_along(rom, name, directions)
+    stations = {name: line.stations for name, line in lines.items()}
+    return reduced_structure(rom, model.places.mesh.points, stations, stored=stored)
+
+
+def rows_along(
+    rom: ReducedModel, name: str, directions: Float[NDArray[np.float64], "station 3"]
+) -> Float[NDArray[np.float64], "station r"]:
+    """Rows of the displacement of each station of a boundary set along a direction of its own."""
+    found = np.zeros((len(directions), rom.n_dof))
+    for axis in range(3):
+        found[np.arange(len(directions)), rom.rows(name, axis)] = directions[:, axis]
+    return found
+
+
+def reduce_part_case(opened: OpenCase, run: RunContext, *, checked: bool = False) -> Answer:
+    """Write mesh, reduced model, tables and pictures; with `checked`, its fixed-interface modes are checked too.
+
+    Raises
+    ------
+    CaseError
+        As `reduce_part`.
+    """
+    assert run.output is not None
+    case, stem = opened.case, opened.path.stem
+    model = reduce_part(opened, run)
+    found, reduced, check = model.places, model.reduced, None
+    compared, shapes = reduced.compared, reduced.shapes
+    if checked:
+        with located(case, "structure"):
+            step = run.step("check of the modes", expected=REDUCTION_SECONDS * 3 * found.mesh.n_node / 2)
+            check = step.run(checked_part, found.mesh, model.matrices, found.to_nodes, found.supports, compared.rom)
     files = {name: run.output / f"{stem}{name}" for name in (".vtu", "_rom.h5", "_frequencies.csv", "_stations.csv")}
-    shapes = reduced.shapes
     modes = {f"mode {k + 1}: {f:.6g} Hz": shapes.displacement[k] for k, f in enumerate(shapes.frequency)}
     write_mesh(found.mesh, files[".vtu"], modes)
     save_rom(compared.rom, files["_rom.h5"])
     replace_file(files["_frequencies.csv"], frequency_table(compared))
     replace_file(files["_stations.csv"], station_table(found.lines))
-    drawn = _drawn(case, meshed.mesh, stem, found, reduced, run)
-    return ReducedPart(
-        reduction=compared,
-        mesh=found.mesh,
-        least_scaled_jacobian=float(cell_quality(found.mesh).scaled_jacobian.min()),
-        n_mode=case.reduction.modes,
-        check=check,
-        notes=meshed.notes,
-        faces=meshed.faces,
-        files=(*files.values(), *drawn),
+    drawn = _drawn(opened, model, run)
+    return _answer(model, case.structure.reduction.modes, check, [str(file) for file in (*files.values(), *drawn)])
+
+
+def _answer(model: PartModel, n_mode: int, check: ModeCheck | None, files: list[str]) -> Answer:
+    meshed, mesh, found = model.meshed, model.places.mesh, model.reduced.compared
+    worst = float(cell_quality(mesh).scaled_jacobian.min())
+    return Answer(
+        document={
+            **frequency_document(found, check),
+            "n_node": mesh.n_node,
+            "n_element": mesh.n_cell,
+            "least_scaled_jacobian": worst,
+            "mended": list(meshed.notes),
+            **({"faces": face_document(meshed.faces)} if meshed.faces else {}),
+            "boundary": {name: len(rows) for name, rows in found.rom.boundary_sets.items()},
+            "files": files,
+        },
+        text="\n".join(
+            [
+                *face_lines(meshed.faces),
+                *([""] if meshed.faces else []),
+                f"{mesh.n_cell} elements, worst scaled Jacobian {worst:.2f}",
+                *frequency_lines(found, n_mode, check),
+                "",
+                *files,
+            ]
+        ),
     )
 
 
-def _step(case: StepCase, folder: Path, run: RunContext) -> _Meshed:
+def _step(case: Case[PartTable], folder: Path, run: RunContext) -> MeshedPart:
     """The tetrahedra of a STEP file."""
-    file = folder / case.file
-    with at_key(case, "file"):
+    table = case.structure
+    assert table.mesh is not None
+    file = folder / table.file
+    with at_key(case, "structure", "file"):
         check_complete(file)
     selectors: dict[str, list[FaceSelector]] = {}
-    for number, face in enumerate(case.face):
-        with located(case, "face", number):
+    for number, face in enumerate(case.structure.face):
+        with located(case, "structure", "face", number):
             selectors.setdefault(face.name, []).append(face.selector())
     check_names(case, frozenset(selectors), "the faces of this case are")
-    with located(case, "mesh"):
-        rule = TetRule(size=case.mesh.size, near=case.mesh.near)
+    with located(case, "structure", "mesh"):
+        rule = TetRule(size=table.mesh.size, near=table.mesh.near)
     for name in rule.near:
-        with at_key(case, "mesh", "near", name):
+        with at_key(case, "structure", "mesh", "near", name):
             replace(rule, near={name: rule.near[name]}).check_names(file.name, selectors)
-    with at_key(case, "file"):
+    with at_key(case, "structure", "file"):
         solid = run.step("reading the solid").run(solid_summary, file)
     for note in solid.healing:
         run.note(f"{file}: {note}")
@@ -151,51 +207,58 @@ def _step(case: StepCase, folder: Path, run: RunContext) -> _Meshed:
         faces = run.store.run(named_faces, file, selectors)
     for line in face_lines(faces):  # before the mesher takes its minutes
         run.note(line)
-    n_boundary = 3 * (len(case.point) + sum(line.stations for line in case.line))
-    with at_key(case, "mesh", "size"):
+    n_boundary = 3 * (len(table.point) + sum(line.stations for line in table.line))
+    with at_key(case, "structure", "mesh", "size"):
         needed = tetrahedra_memory(
-            solid.volume, solid.longest, rule.size, n_boundary, case.reduction.modes, is_compact=not case.line
+            solid.volume,
+            solid.longest,
+            rule.size,
+            n_boundary,
+            case.structure.reduction.modes,
+            is_compact=not table.line,
         )
         refuse_beyond_memory(needed, f"a part of {solid.volume * 1e6:.3g} cm^3 in cells of {rule.size * 1e3:g} mm")
     seconds = CELL_SECONDS * CELLS_PER_CUBE * solid.volume / rule.size**3
-    with located(case, "mesh"):
+    with located(case, "structure", "mesh"):
         mesh = run.step("tetrahedra", expected=seconds).run(step_mesh, file, selectors, rule)
-    return _Meshed(mesh=mesh, notes=solid.healing, faces=faces)
+    return MeshedPart(mesh=mesh, notes=solid.healing, faces=faces)
 
 
 @contextmanager
-def _at_selector(case: StepCase) -> Iterator[None]:
+def _at_selector(case: Case[PartTable]) -> Iterator[None]:
     """Tell a selector that does not do where it stands; several tables may be of one name."""
     try:
         yield
     except SelectorError as error:
-        tables = [number for number, face in enumerate(case.face) if face.name == error.region]
-        with at_key(case, "face", tables[error.number]):
+        tables = [number for number, face in enumerate(case.structure.face) if face.name == error.region]
+        with at_key(case, "structure", "face", tables[error.number]):
             raise
 
 
-def _file(case: MeshCase, folder: Path, run: RunContext) -> _Meshed:
+def _file(case: Case[PartTable], folder: Path, run: RunContext) -> MeshedPart:
     """The mesh of a file."""
-    with at_key(case, "file"):
-        mesh = read_mesh(folder / case.file, case.length_unit)
+    table = case.structure
+    assert table.length_unit is not None
+    with at_key(case, "structure", "file"):
+        mesh = read_mesh(folder / table.file, table.length_unit)
     if HEX8.cell_type in mesh.cells:
-        run.warn(f"{case.file} has hexahedra of 8 nodes, which are too stiff in bending: prefer those of 20 nodes")
-    check_names(case, frozenset({*mesh.node_sets, *mesh.face_sets}), f"the sets of {case.file} are")
-    return _Meshed(mesh=mesh)
+        run.warn(f"{table.file} has hexahedra of 8 nodes, which are too stiff in bending: prefer those of 20 nodes")
+    check_names(case, frozenset({*mesh.node_sets, *mesh.face_sets}), f"the sets of {table.file} are")
+    return MeshedPart(mesh=mesh)
 
 
 def _reduced(
-    case: PartTables, material: Material, found: Places, run: RunContext, checked: bool
-) -> tuple[PartReduction, ModeCheck | None]:
-    mesh, n_mode = found.mesh, case.reduction.modes
+    case: Case[PartTable], title: str, material: Material, found: Places, run: RunContext
+) -> tuple[tuple[Symmetric, Symmetric], PartReduction]:
+    table, mesh, n_mode = case.structure, found.mesh, case.structure.reduction.modes
     n_boundary = sum(len(kept.nodes) * len(kept.directions) for kept in found.boundary.values())
     n_dof = 3 * mesh.n_node
     kept = (*found.boundary.values(), *found.supports)
     is_compact = found.to_nodes is None and all(len(each.directions) == 3 for each in kept)
-    with located(case):
+    with located(case, "structure"):
         needed = mesh_memory(mesh, n_boundary, n_mode, is_compact=is_compact)
         refuse_beyond_memory(needed, f"reducing a mesh of {n_dof} degrees of freedom to {n_boundary}")
-    with located(case):
+    with located(case, "structure"):
         matrices = run.step("matrices", expected=ASSEMBLY_SECONDS * n_dof).run(part_matrices, mesh, material)
         reduced = run.step("reduction", expected=REDUCTION_SECONDS * n_dof).run(
             reduced_part,
@@ -206,31 +269,25 @@ def _reduced(
             supports=found.supports,
             boundary=found.boundary,
             n_mode=n_mode,
-            damping_ratio=None if case.damping is None else case.damping.ratio,
+            damping_ratio=None if table.damping is None else table.damping.ratio,
             provenance={
-                "title": case.title,
+                "title": title,
                 "stickslip": importlib.metadata.version("stickslip"),
-                "file": case.file,
+                "file": table.file,
                 "material": repr(material),
             },
         )
-        if not checked:
-            return reduced, None
-        rom = reduced.compared.rom
-        step = run.step("check of the modes", expected=REDUCTION_SECONDS * n_dof / 2)
-        return reduced, step.run(checked_part, mesh, matrices, found.to_nodes, found.supports, rom)
+    return matrices, reduced
 
 
-def _drawn(
-    case: PartTables, mesh: Mesh, stem: str, found: Places, reduced: PartReduction, run: RunContext
-) -> list[Path]:
+def _drawn(opened: OpenCase, model: PartModel, run: RunContext) -> list[Path]:
     """Write the pictures; a machine that cannot draw has all the rest."""
     assert run.output is not None
-    used = [name for support in case.support for name in support.on]
-    used += [name for entry in (*case.line, *case.point, *case.boundary) for name in _on(entry)]
-    if isinstance(case, StepCase):
-        used += [face.name for face in case.face]
-    points = {point.name: found.lines[point.name].stations for point in case.point}
+    table, stem, mesh, found = opened.case.structure, opened.path.stem, model.meshed.mesh, model.places
+    used = [name for support in table.support for name in support.on]
+    used += [name for entry in (*table.line, *table.point, *table.boundary) for name in _on(entry)]
+    used += [face.name for face in table.face]
+    points = {point.name: found.lines[point.name].stations for point in table.point}
     lines = [line.stations for name, line in found.lines.items() if name not in points]
     stations = np.concatenate([np.zeros((0, 3)), *lines])
     files = []
@@ -239,11 +296,11 @@ def _drawn(
         faces = {name: mesh.face_sets[name] for name in names if name in mesh.face_sets}
         sets = {name: mesh.node_sets[name] for name in names if name in mesh.node_sets and name not in faces}
         nodes = {name: mesh.points[found] for name, found in sets.items()} | points
-        pictures = run.step("pictures of the mesh").run(face_pictures, mesh, faces, stations, case.title, nodes)
+        pictures = run.step("pictures of the mesh").run(face_pictures, mesh, faces, stations, opened.title, nodes)
         for name, content in pictures.items():
             files.append(run.output / f"{stem}_{name}")
             replace_file(files[-1], content.tobytes())
-        files += [file for file, _ in picture_modes(reduced.shapes, stem, run)]
+        files += [file for file, _ in picture_modes(model.reduced.shapes, stem, run)]
     except MissingSoftware as error:
         run.warn(f"there are no pictures: {error}")
     return files

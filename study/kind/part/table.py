@@ -1,6 +1,6 @@
-"""The case files of a user's own part: ``kind = "step"``, a CAD file, or ``kind = "mesh"``, a mesh file.
+"""``[structure]`` with ``kind = "part"``: a user's own part from a CAD file or a mesh file.
 
-Both say what holds the part, which points, lines and sets stay physical, and how far it is reduced.
+It says what holds the part, which points, lines and sets stay physical, and how far it is reduced.
 """
 
 from pathlib import Path
@@ -8,18 +8,20 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from casefile.head import case_head, other_case
 from casefile.quantity import LENGTH, Area, Length
 from casefile.table import CaseModel
 from fe.file.dof_table import DIRECTIONS, N_TRANSLATION
 from geometry.face_selector import FaceSelector
 from geometry.interface import N_STATION
 from study.case.joint_table import Name
+from study.case.tables import StructureTable
 from study.kind.blade.table import DampingTable, MaterialTable
 
 FileName = Annotated[str, Field(min_length=1, examples=["part.step"])]
 Place = Annotated[tuple[Length, Length, Length], Field(examples=[["10 mm", "0 mm", "5 mm"]])]
 TRANSLATIONS = DIRECTIONS[:N_TRANSLATION]
+#: Files of CAD; all others are meshes.
+STEP_SUFFIXES = (".step", ".stp")
 
 
 def _different(values: tuple[str, ...]) -> tuple[str, ...]:
@@ -121,20 +123,6 @@ class PartReductionTable(CaseModel):
     modes: Annotated[int, Field(ge=0, le=2000, strict=True)] = 150
 
 
-class PartTables(CaseModel):
-    """What both kinds hold."""
-
-    title: str = "Part"
-    file: FileName
-    material: MaterialTable
-    support: tuple[PartSupportTable, ...] = ()
-    point: tuple[PointTable, ...] = ()
-    line: tuple[LineTable, ...] = ()
-    boundary: tuple[WholeSetTable, ...] = ()
-    reduction: PartReductionTable = PartReductionTable()
-    damping: DampingTable | None = None
-
-
 class TetMeshTable(CaseModel):
     """How large the tetrahedra are, and at named faces."""
 
@@ -143,31 +131,38 @@ class TetMeshTable(CaseModel):
     near: dict[Name, Length] = Field(default_factory=dict)
 
 
-class StepCase(PartTables):
-    """A part as CAD file."""
+class PartTable(StructureTable):
+    """A part: a STEP file with the size of its elements, or a mesh file with the unit of its lengths."""
 
-    kind: Annotated[Literal["step"], Field(examples=["step"])]
+    kind: Literal["part"]
+    file: FileName
+    material: MaterialTable
+    support: tuple[PartSupportTable, ...] = ()
+    point: tuple[PointTable, ...] = ()
+    line: tuple[LineTable, ...] = ()
+    boundary: tuple[WholeSetTable, ...] = ()
+    reduction: PartReductionTable = PartReductionTable()
+    damping: DampingTable | None = None
     face: tuple[FaceTable, ...] = ()
-    mesh: TetMeshTable
+    mesh: TetMeshTable | None = None
+    length_unit: LengthUnit | None = None
 
+    @property
+    def is_step(self) -> bool:
+        """Whether the file is one of CAD."""
+        return Path(self.file).suffix.lower() in STEP_SUFFIXES
 
-class MeshCase(PartTables):
-    """A part as mesh file with named sets."""
-
-    kind: Annotated[Literal["mesh"], Field(examples=["mesh"])]
-    length_unit: LengthUnit
-
-
-def part_kind(path: Path) -> type[StepCase] | type[MeshCase] | None:
-    """Which case of a part a file is, by its kind or its file; None for all others, and for what cannot be read."""
-    data = case_head(path)
-    kind = data.get("kind")
-    if kind == "mesh" or (kind != "step" and "length_unit" in data):
-        return MeshCase
-    return StepCase if kind == "step" or isinstance(data.get("file"), str) else None
-
-
-def refuse_part(path: Path, remedy: str) -> None:
-    """Refuse the case of a part, for commands that are not for parts; `remedy` is as in `other_case`."""
-    if part_kind(path) is not None:
-        raise other_case(path, "a part", remedy)
+    @model_validator(mode="after")
+    def _one_form(self) -> Self:
+        if self.is_step and self.mesh is None:
+            raise ValueError(f'file = "{self.file}" is meshed: add [structure.mesh] with a size, e.g. size = "2 mm"')
+        if self.is_step and self.length_unit is not None:
+            raise ValueError(f'length_unit is for mesh files; file = "{self.file}" knows its own: remove length_unit')
+        if not self.is_step and self.length_unit is None:
+            raise ValueError(
+                f'file = "{self.file}" holds numbers without a unit: add length_unit, e.g. length_unit = "mm"'
+            )
+        if not self.is_step and (self.mesh is not None or self.face):
+            table = "[structure.mesh]" if self.mesh is not None else "[[structure.face]]"
+            raise ValueError(f'{table} is for STEP files; file = "{self.file}" is meshed already: remove {table}')
+        return self

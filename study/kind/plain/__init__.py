@@ -1,1 +1,26 @@
-"""Plain matrices in a file."""
+"""A structure of plain matrices: a file of NumPy or MATLAB, or a reduced model that was stored."""
+
+from study.case.kind import CASE_KINDS, CaseKind, OpenCase
+from study.case.structure import Structure
+from study.kind.plain.table import PlainTable
+from study.run_context import RunContext
+
+
+def structure(opened: OpenCase, run: RunContext) -> Structure:
+    """Read the matrices."""
+    from study.kind.plain.structure import plain_structure
+
+    del run
+    return plain_structure(opened.case, opened.folder)
+
+
+CASE_KINDS.register(
+    CaseKind(
+        name="plain",
+        summary="plain matrices",
+        table=PlainTable,
+        structure=structure,
+        reduce='its matrices are used as they are: to reduce large ones, write kind = "matrices"',
+        modes="plain matrices have no mesh whose modes could be drawn: `stickslip solve` shows their response",
+    )
+)

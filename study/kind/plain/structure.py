@@ -1,23 +1,27 @@
-"""What the file of a structure says besides its matrices: named parts, degrees of freedom, and rows."""
+"""What the file of a plain structure says: matrices, named parts, degrees of freedom, and rows."""
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from casefile.errors import CaseError
+from casefile.mistakes import Mistakes
 from correlation.errors import ModelDefinitionError
 from correlation.model import DIRECTIONS, Dof, Part
 from geometry.errors import InputError
 from reduction.errors import MatrixError
 from reduction.file.structure_file import NAMES, StructureMatrices, load_matrices
-from reduction.rom import ReducedModel
-from study.case.tables import DofTable
+from study.case.structure import Structure
+from study.case.tables import Case
+from study.kind.plain.damping import rayleigh
+from study.kind.plain.table import DofTable, PlainTable
+from study.reduce.structure import dofs_of_reduced_model
 
-Array = Float[NDArray[np.float64], "..."]
 Matrix = Float[NDArray[np.float64], "r r"]
 
 #: Arrays that describe the degrees of freedom, one entry each.
@@ -26,66 +30,58 @@ DOF_ARRAYS = ("dof_body", "dof_node", "dof_direction", "dof_coordinates")
 ROUND_OFF = 1e-9
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class TestStructure:
-    """A structure as a file holds it.
+def plain_structure(case: Case[PlainTable], folder: Path) -> Structure:
+    """The structure of a case.
 
     Parameters
     ----------
-    matrices
-        Mass, damping, stiffness.
-    parts
-        Their named shares; none if the file has none.
-    dofs
-        r of them; none if neither file nor case tells.
-    stored
-        Rows by their names, shape (r,) or (n, r).
-    """
-
-    __test__ = False  # no test of pytest's
-
-    matrices: StructureMatrices
-    parts: tuple[Part, ...]
-    dofs: tuple[Dof, ...]
-    stored: Mapping[str, Array]
-
-
-def load_test_structure(file: Path, tables: Sequence[DofTable]) -> TestStructure:
-    """Read a structure.
-
-    Parameters
-    ----------
-    file
-        ``.npz``, ``.mat`` or ``.h5``; an ``.npz`` file may hold parts, degrees of freedom and rows as well.
-    tables
-        Degrees of freedom by the case; those of the file otherwise.
+    case
+        As it was read.
+    folder
+        What the file's name is relative to: ``.npz``, ``.mat`` or ``.h5``; an ``.npz`` file may hold parts, degrees of
+        freedom and rows as well.
 
     Raises
     ------
-    MatrixError
-        The file cannot be used, or its parts do not add up.
-    ModelDefinitionError
-        Tables or arrays of another length than the matrices.
+    CaseError
+        The file cannot be used, its parts do not add up, or tables and arrays are of another length than the matrices.
     """
+    table, mistakes, found = case.structure, Mistakes(case), None
+    with mistakes.at("structure"):
+        found = _read(folder / table.file, table.dof)
+    if found is None:
+        raise CaseError(mistakes.problems)
+    if table.damping is None:
+        return found
+    return Structure(
+        matrices=found.matrices,
+        dofs=found.dofs,
+        parts=found.parts,
+        stored=found.stored,
+        damped=partial(rayleigh, table.damping, found.matrices),
+    )
+
+
+def _read(file: Path, tables: Sequence[DofTable]) -> Structure:
     try:
         matrices = load_matrices(file)
         arrays = _arrays(file) if file.suffix.lower() == ".npz" else {}
         parts = _parts(matrices, arrays)
-        dofs = _of_arrays(arrays, matrices.n_dof) or _of_rom(matrices.rom)
+        dofs = _of_arrays(arrays, matrices.n_dof) or _of_rom(matrices)
     except InputError as error:
         # Names the key, so that the line shown is that of the file's name.
         raise MatrixError(f"the file cannot be used: {error}") from error
-    if tables and len(tables) != matrices.n_dof:
-        raise ModelDefinitionError(
-            f"{len(tables)} tables [[dof]] for {matrices.n_dof} degrees of freedom: write one for each"
-        )
     r = matrices.n_dof
+    if tables and len(tables) != r:
+        raise ModelDefinitionError(
+            f"{len(tables)} tables [[structure.dof]] for {r} degrees of freedom: write one for each"
+        )
     stored = {
         name: np.asarray(array, dtype=np.float64)
         for name, array in arrays.items()
         if array.dtype.kind in "fiu" and array.ndim in {1, 2} and array.shape[-1] == r and not _is_matrix(name)
     }
-    return TestStructure(
+    return Structure(
         matrices=matrices, parts=parts, dofs=tuple(map(_of_table, tables)) if tables else dofs, stored=stored
     )
 
@@ -149,18 +145,8 @@ def _of_arrays(arrays: Mapping[str, NDArray[np.generic]], r: int) -> tuple[Dof, 
     )
 
 
-def _of_rom(rom: ReducedModel | None) -> tuple[Dof, ...]:
-    """Boundary nodes of a reduced model: the body is the first set that a degree of freedom belongs to."""
-    if rom is None:
-        return ()
-    body = dict.fromkeys(range(rom.n_boundary), "boundary")
-    for name, members in reversed(list(rom.boundary_sets.items())):
-        body |= dict.fromkeys(map(int, members), name)
-    boundary = [
-        Dof(body=body[number], node=int(node), direction="xyz"[int(axis)])
-        for number, (node, axis) in enumerate(zip(rom.boundary_node, rom.boundary_direction, strict=True))
-    ]
-    return (*boundary, *(Dof() for _ in range(rom.n_dof - rom.n_boundary)))
+def _of_rom(matrices: StructureMatrices) -> tuple[Dof, ...]:
+    return () if matrices.rom is None else dofs_of_reduced_model(matrices.rom)
 
 
 def _of_table(table: DofTable) -> Dof:

@@ -1,1 +1,50 @@
 """The whole rig: blade, dampers and de-couplers."""
+
+from typing import TYPE_CHECKING
+
+from study.case.kind import CASE_KINDS, CaseKind, Extras, OpenCase
+from study.case.structure import Structure
+from study.kind.rig.table import RigTable
+from study.run_context import Answer, RunContext
+
+if TYPE_CHECKING:
+    from study.case.setup import ReadCase
+    from study.solve.run import Solved
+
+
+def structure(opened: OpenCase, run: RunContext) -> Structure:
+    """Reduce the bodies unless that was done before, and let them rest under the dead weights."""
+    from study.kind.rig.structure import rig_structure
+
+    return rig_structure(opened.case, run)
+
+
+def reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
+    """Write STEP, meshes with modes, the reduced assembly and pictures."""
+    from study.kind.rig.reduce import reduce_rig_case
+    from study.kind.rig.reduce_report import rig_document, rig_text
+
+    reduced = reduce_rig_case(opened, run, checked=checked)
+    return Answer(document=rig_document(reduced), text=rig_text(reduced))
+
+
+def solved(read: "ReadCase", found: "Solved", run: RunContext) -> Extras:
+    """Contact forces, load cells and a film at the highest points."""
+    from study.kind.rig.solve import solved_rig
+    from study.kind.rig.solve_report import rig_solve_document, rig_solve_text
+
+    rig = solved_rig(read, found, run)
+    return Extras(files=rig.files, document=rig_solve_document(rig), text=rig_solve_text(rig))
+
+
+CASE_KINDS.register(
+    CaseKind(
+        name="rig",
+        summary="a rig",
+        table=RigTable,
+        structure=structure,
+        reduce=reduce,
+        modes="`stickslip reduce` computes and draws the modes of a rig, with all contacts stuck",
+        solved=solved,
+    )
+)

@@ -11,7 +11,8 @@ from geometry.rig import SIDES, Rig, mating_pairs
 from reduction.errors import JointError
 from reduction.joined import LinePair
 from reduction.line_contact import LineStiffness
-from study.kind.rig.table import WIDEST_GAP, PairTable, RigCase, SideWeightTable
+from study.case.tables import Case
+from study.kind.rig.table import WIDEST_GAP, PairTable, RigTable, SideWeightTable
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,16 +34,16 @@ class DeadWeight:
     inclination: float
 
 
-def line_pairs(case: RigCase, rig: Rig) -> list[LinePair]:
+def line_pairs(case: Case[RigTable], rig: Rig) -> list[LinePair]:
     """The four pairs of lines with their stiffness, friction and gaps, as `reduction.joined.joined` takes them."""
-    found, common = [], case.contact
+    found, common = [], case.structure.contact
     for name, pair in mating_pairs(rig).items():
         own: PairTable = getattr(common, name)
-        with located(case, "contact"):
+        with located(case, "structure", "contact"):
             stiffness = LineStiffness(
                 normal=common.kn if own.kn is None else own.kn, tangential=common.kt if own.kt is None else own.kt
             )
-        with located(case, "contact", name):
+        with located(case, "structure", "contact", name):
             gaps = _gaps(own, common.crowning if own.crowning is None else own.crowning, pair.damper_line)
         found.append(
             LinePair(
@@ -60,7 +61,7 @@ def line_pairs(case: RigCase, rig: Rig) -> list[LinePair]:
     return found
 
 
-def dead_weights(case: RigCase) -> dict[str, DeadWeight]:
+def dead_weights(case: Case[RigTable]) -> dict[str, DeadWeight]:
     """Pull on the damper of each side.
 
     Raises
@@ -68,18 +69,18 @@ def dead_weights(case: RigCase) -> dict[str, DeadWeight]:
     CaseError
         A wire beside the cylinder on which it should lie.
     """
-    found = {}
-    half = case.damper.cylinder_length / 2
+    found, table = {}, case.structure
+    half = table.damper.cylinder_length / 2
     for side in SIDES:
-        own: SideWeightTable = getattr(case.dead_weight, side)
-        with located(case, "dead_weight", side):
+        own: SideWeightTable = getattr(table.dead_weight, side)
+        with located(case, "structure", "dead_weight", side):
             if abs(own.shift) > half:
                 raise JointError(
                     f"shift = {1e3 * own.shift:g} mm lies beside the damper's cylinder, on which the wire lies: give "
                     f"{-1e3 * half:g} mm to {1e3 * half:g} mm"
                 )
         found[side] = DeadWeight(
-            force=case.dead_weight.force if own.force is None else own.force,
+            force=table.dead_weight.force if own.force is None else own.force,
             shift=own.shift,
             inclination=own.inclination,
         )

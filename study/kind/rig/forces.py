@@ -8,15 +8,13 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from geometry.rig import SIDES, Rig, mating_pairs
+from geometry.rig import SIDES, mating_pairs
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import ContactMotion, contact_motion
 from hbsolve.fourier import harmonics, samples_from_coefficients
 from hbsolve.state import SteadyState
 from reduction.load_cell import LineReaction, along_line, blade_contact, decoupler_contact
-from study.kind.rig.contact import DeadWeight
-from study.kind.rig.reduction import RigReduction
-from study.kind.rig.system import RigSystem
+from study.kind.rig.system import RestingRig
 
 #: Held faces at the ends of the arms, and whether these rise or fall away from the blade.
 ARMS = {"cell_upper": 1.0, "cell_lower": -1.0}
@@ -87,34 +85,28 @@ def _apart(found: LineReaction, true: LineReaction) -> float:
     return max(float(np.abs(a - b).max()) for a, b in zip(found, true, strict=True)) / size
 
 
-def rig_forces(
-    rig: Rig,
-    reduction: RigReduction,
-    system: RigSystem,
-    weights: Mapping[str, DeadWeight],
-    balance: HarmonicBalance,
-    state: SteadyState,
-) -> RigForces:
+def rig_forces(resting: RestingRig, balance: HarmonicBalance, state: SteadyState) -> RigForces:
     """Forces of all lines and load cells in a steady state.
 
     Parameters
     ----------
-    rig, reduction, system, weights
-        The rig, its bodies, contacts and dead weights.
+    resting
+        The rig under its dead weights.
     balance, state
         The balance at the level of the state.
     """
+    rig, weights = resting.model.rig, resting.weights
     motions = {motion.name: motion for motion in contact_motion(balance, state)}
     lines, cells = {}, {}
     measured: dict[str, LineReaction] = {}
     balanced: dict[str, LineReaction] = {}
     for name, pair in mating_pairs(rig).items():
         sign = float(np.sign(pair.damper_line.tangents[0, 0] @ _away(name)))
-        lines[name] = _line([motions[each] for each in system.joined.lines[name]], sign)
+        lines[name] = _line([motions[each] for each in resting.joined.lines[name]], sign)
     theta, alpha = rig.damper.cone_half_angle, rig.decoupler.arm_angle
     for side, (sign, _) in SIDES.items():
         body = f"decoupler_{side}"
-        push = {cell: -_reaction(reduction, system, body, cell, balance, state) for cell in ARMS}
+        push = {cell: -_reaction(resting, body, cell, balance, state) for cell in ARMS}
         arms = {cell: np.array([0.0, sign * cos(alpha), up * sin(alpha)]) for cell, up in ARMS.items()}
         cells[body] = np.array([arms[cell] @ push[cell] for cell in ARMS])
         whole = np.sum(list(push.values()), axis=0)
@@ -145,12 +137,12 @@ def _line(motions: Sequence[ContactMotion], sign: float) -> LineMotion:
 
 
 def _reaction(
-    reduction: RigReduction, system: RigSystem, body: str, cell: str, balance: HarmonicBalance, state: SteadyState
+    resting: RestingRig, body: str, cell: str, balance: HarmonicBalance, state: SteadyState
 ) -> Float[NDArray[np.float64], "3 n"]:
     """Force of a held face on a body over the period, with that at rest, shape (3, n) [N]."""
-    rows = reduction.reactions[body][cell]
+    rows = resting.reduction.reactions[body][cell]
     omega = harmonics(state.angular_frequency, len(state.coefficients))
     q = state.coefficients
     moving = q @ rows.stiffness.T - omega[:, None] ** 2 * (q @ rows.mass.T)
-    at_rest = rows.stiffness @ system.rest.displacement
+    at_rest = rows.stiffness @ resting.rest.displacement
     return np.asarray(samples_from_coefficients(moving, balance.n_sample).T + at_rest[:, None])

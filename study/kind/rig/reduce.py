@@ -8,8 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from casefile.errors import CaseError
-from casefile.table import load_case, located
+from casefile.table import located
 from fe.dense_modes import dense_modes
 from fe.file.mesh_file import write_mesh
 from fe.mesher.whole_mesh import whole_mesh
@@ -22,13 +21,14 @@ from reduction.file.assembly_hdf5 import save_assembly
 from reduction.joined import LinePair, joined
 from reduction.line_contact import Tangents
 from reduction.memory_estimate import available_memory
+from study.case.kind import OpenCase
+from study.case.tables import Case
 from study.kind.rig.contact import dead_weights, line_pairs
 from study.kind.rig.model import RigModel
 from study.kind.rig.pictures import rig_pictures, stuck_mode_pictures
 from study.kind.rig.reduction import RigReduction, by_body, checks, reduction_tasks, together
 from study.kind.rig.solid import rig_solid
-from study.kind.rig.structure import rig_test_case
-from study.kind.rig.table import RigCase, rig_model
+from study.kind.rig.table import RigTable, rig_model
 from study.kind.rig.tetrahedra import in_tetrahedra
 from study.run_context import RunContext
 
@@ -70,8 +70,8 @@ class ReducedRig:
     files: tuple[Path, ...]
 
 
-def run_reduce_rig(path: Path, run: RunContext, *, checked: bool = False) -> ReducedRig:
-    """Reduce the rig of a case file and write STEP, mesh with modes, reduced assembly, test case and pictures.
+def reduce_rig_case(opened: OpenCase, run: RunContext, *, checked: bool = False) -> ReducedRig:
+    """Reduce the rig of a case and write STEP, mesh with modes, reduced assembly and pictures.
 
     With `checked`, the fixed-interface modes of its bodies are checked too.
 
@@ -81,25 +81,24 @@ def run_reduce_rig(path: Path, run: RunContext, *, checked: bool = False) -> Red
         With every mistake of the case: bodies that cannot be built, do not mate or overlap, and bad meshes too.
     """
     assert run.output is not None
-    case = load_case(path, RigCase)
+    case, stem, title = opened.case, opened.path.stem, opened.title
     model = rig_model(case)
     pairs = line_pairs(case, model.rig)
     dead_weights(case)  # sound here, so that no later command refuses what was reduced
-    with located(case, "mesh"):
+    with located(case, "structure", "mesh"):
         model = in_tetrahedra(model, run.store, run.progress)
         step, found, check = _computed(case, model, run, checked)
     assembly = found.assembly
-    frequency, shapes = stuck_modes(assembly, pairs, case.contact.sliding)
+    frequency, shapes = stuck_modes(assembly, pairs, case.structure.contact.sliding)
     displacement = assembly.on_whole_mesh(shapes[:, :N_DRAWN])
-    files = {name: run.output / f"{path.stem}{name}" for name in (".step", ".vtu", "_rom.h5")}
+    files = {name: run.output / f"{stem}{name}" for name in (".step", ".vtu", "_rom.h5")}
     replace_file(files[".step"], step)
     named = {
         f"stuck mode {k + 1}: {f:.6g} Hz": u for k, (f, u) in enumerate(zip(frequency, displacement, strict=False))
     }
     write_mesh(whole_mesh(found.meshes), files[".vtu"], named)
-    save_assembly(_titled(assembly, case.title), files["_rom.h5"])
-    tests = _test_case(path.stem, case, model, found, run)
-    pictures = _drawn(path.stem, case.title, model, frequency[:N_DRAWN], displacement, run)
+    save_assembly(_titled(assembly, title), files["_rom.h5"])
+    pictures = _drawn(stem, title, model, frequency[:N_DRAWN], displacement, run)
     return ReducedRig(
         reduction=found,
         n_mode=model.n_mode,
@@ -107,7 +106,7 @@ def run_reduce_rig(path: Path, run: RunContext, *, checked: bool = False) -> Red
         stuck_frequency=frequency[:N_STUCK],
         energy_share=energy_share(assembly, shapes[:, :N_STUCK]),
         checks=check,
-        files=(*files.values(), *tests, *pictures),
+        files=(*files.values(), *pictures),
     )
 
 
@@ -131,7 +130,7 @@ def energy_share(
 
 
 def _computed(
-    case: RigCase, model: RigModel, run: RunContext, checked: bool
+    case: Case[RigTable], model: RigModel, run: RunContext, checked: bool
 ) -> tuple[str, RigReduction, dict[str, ModeCheck]]:
     """Text of the STEP file, the reduction, and the checks of its bodies if they are wanted."""
     meshed = model.meshed()
@@ -143,7 +142,7 @@ def _computed(
         )
     except GeometryError as error:
         # The dimensions are to blame, which stand in several tables: not the mesh.
-        with located(case):
+        with located(case, "structure"):
             raise error
     check = checks(model, by_body(reductions, bodies), run.store, run.progress) if checked else {}
     return str(step.value), together(model, meshed, reductions, bodies), check
@@ -154,20 +153,6 @@ def _titled(assembly: ReducedAssembly, title: str) -> ReducedAssembly:
         body: replace(rom, provenance={"title": title, **rom.provenance}) for body, rom in assembly.bodies.items()
     }
     return ReducedAssembly(bodies=titled)
-
-
-def _test_case(stem: str, case: RigCase, model: RigModel, found: RigReduction, run: RunContext) -> list[Path]:
-    """Write what `stickslip compare` and `diagnose` take; a rig without rest under its dead weights has none."""
-    assert run.output is not None
-    try:
-        written = rig_test_case(case, model.rig, found, f"{stem}_test")
-    except CaseError as error:
-        run.warn(f"there is no test case: {error.problems[0].text}")
-        return []
-    files = [run.output / f"{stem}_test{suffix}" for suffix in (".toml", ".npz")]
-    replace_file(files[0], written.case)
-    replace_file(files[1], written.arrays)
-    return files
 
 
 def _drawn(

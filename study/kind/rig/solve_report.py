@@ -4,25 +4,29 @@ from typing import Any
 
 from reduction.rigid_body import MOTIONS
 from study.kind.rig.solve import SolvedRig
-from study.solve.report import solve_document, solve_text
 
 
 def rig_solve_document(rig: SolvedRig) -> dict[str, Any]:
-    """The document of ``--json``."""
-    document = solve_document(rig.solved)
-    for curve, forces in zip(document["curves"], rig.peaks, strict=True):
-        curve["largest_ratio_t_n"] = {name: line.ratio for name, line in forces.lines.items()}
-        curve["inertia_error"], curve["bending_error"] = forces.inertia_error, forces.bending_error
-    document["rest"] = {line: vars(found) for line, found in rig.rest.items()}
-    document["dampers"] = {
-        each.body: {
-            "mass_kg": each.mass,
-            "stiffness": dict(zip(MOTIONS, map(float, each.stiffness), strict=True)),
-            "frequency_hz": list(map(float, each.frequency)),
-        }
-        for each in rig.dampers
+    """What a rig adds to the document of ``--json``; "curves" is a list, an entry for each curve."""
+    return {
+        "curves": [
+            {
+                "largest_ratio_t_n": {name: line.ratio for name, line in forces.lines.items()},
+                "inertia_error": forces.inertia_error,
+                "bending_error": forces.bending_error,
+            }
+            for forces in rig.peaks
+        ],
+        "rest": {line: vars(found) for line, found in rig.rest.items()},
+        "dampers": {
+            each.body: {
+                "mass_kg": each.mass,
+                "stiffness": dict(zip(MOTIONS, map(float, each.stiffness), strict=True)),
+                "frequency_hz": list(map(float, each.frequency)),
+            }
+            for each in rig.dampers
+        },
     }
-    return document
 
 
 def rig_solve_text(rig: SolvedRig) -> str:
@@ -55,15 +59,15 @@ def rig_solve_text(rig: SolvedRig) -> str:
         "",
         f"  {'curve':<{_label_width(rig)}}{pairs}",
         *(
-            f"  {peak.label:<{_label_width(rig)}}" + "".join(f"{forces.lines[name].ratio:18.3f}" for name in names)
-            for peak, forces in zip(rig.solved.peaks, rig.peaks, strict=True)
+            f"  {label:<{_label_width(rig)}}" + "".join(f"{forces.lines[name].ratio:18.3f}" for name in names)
+            for label, forces in zip(rig.labels, rig.peaks, strict=True)
         ),
         "",
         "Contact forces from load cells (eqs 1 and 2), error at the highest points at most: "
         f"{_percent(rig, 'inertia_error')} by inertia, {_percent(rig, 'bending_error')} by bending of the arms",
         "",
     ]
-    return "\n".join(lines) + "\n" + solve_text(rig.solved)
+    return "\n".join(lines)
 
 
 def _stiffness(value: float, row: int) -> str:
@@ -71,7 +75,7 @@ def _stiffness(value: float, row: int) -> str:
 
 
 def _label_width(rig: SolvedRig) -> int:
-    return max(len(peak.label) for peak in rig.solved.peaks)
+    return max(map(len, rig.labels))
 
 
 def _percent(rig: SolvedRig, name: str) -> str:

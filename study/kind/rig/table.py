@@ -1,30 +1,22 @@
-"""The case file of a rig: five bodies, their contacts and dead weights. Its first keys are `schema` and `kind = "rig"`.
-
-A file with a top-level `kind`, or with a table that only a rig has, is read as that of a rig; all others as a blade's.
-"""
+"""``[structure]`` with ``kind = "rig"``: five bodies, their contacts and dead weights."""
 
 from collections.abc import Mapping
 from math import degrees, pi
-from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
-from casefile.head import case_head, other_case
 from casefile.quantity import Angle, Force, Length, Ratio, Stiffness
-from casefile.source import key_in_message
+from casefile.source import key_in_message, value_at
 from casefile.table import CaseModel, located
 from geometry.errors import GeometryError
 from geometry.rig import Rig
 from reduction.line_contact import Tangents
-from study.case.joint_table import FrequencySweepTable
+from study.case.tables import Case, StructureTable
 from study.kind.blade.table import DampingTable, ElementName, MaterialTable
 from study.kind.rig.dimensions import BladeDimensions, DamperDimensions, DecouplerDimensions
 from study.kind.rig.model import RigModel
-from study.limits.table import LimitsTable
 
-#: Tables that no blade's case has.
-OWN_TABLES = ("damper", "decoupler", "contact", "dead_weight")
 #: Sizes of elements [m]: finer ones fill any memory, coarser ones are longer than a contact line.
 FINEST, COARSEST = 1e-3, 10e-3
 #: Of ground lines [m]: wider ones are a slip of the unit, and would turn a damper by more than a linear model bears.
@@ -155,19 +147,10 @@ class DeadWeightTable(CaseModel):
     right: SideWeightTable = SideWeightTable()
 
 
-class RigSweepTable(FrequencySweepTable):
-    """Curves over frequency, one for each level [N] and friction history; history 1 is that of the dead weights."""
-
-    parameter: Literal["frequency"] = "frequency"
-    histories: Annotated[int, Field(ge=1, le=100, strict=True)] = 1
-    seed: Annotated[int, Field(ge=0, strict=True)] = 0
-
-
-class RigCase(CaseModel):
+class RigTable(StructureTable):
     """A rig, from its dimensions to its contacts."""
 
-    kind: Annotated[Literal["rig"], Field(examples=["rig"])]
-    title: str = "Rig"
+    kind: Literal["rig"]
     blade: BladeDimensions = BladeDimensions()
     damper: DamperDimensions = DamperDimensions()
     decoupler: DecouplerDimensions = DecouplerDimensions()
@@ -177,37 +160,9 @@ class RigCase(CaseModel):
     contact: ContactTable
     dead_weight: DeadWeightTable = DeadWeightTable()
     damping: DampingTable = DampingTable()
-    sweep: RigSweepTable | None = None
-    limits: LimitsTable = LimitsTable()
 
 
-def is_rig_case(path: Path) -> bool:
-    """Whether a file is meant as the case of a rig; one that cannot be read is none, and `load_case` says why."""
-    data = case_head(path)
-    # "contact" with double brackets is a list, of another case of `stickslip solve`.
-    return "kind" in data or any(isinstance(data.get(table), dict) for table in OWN_TABLES)
-
-
-def refuse_rig(path: Path, remedy: str) -> None:
-    """For commands that are not for rigs.
-
-    Parameters
-    ----------
-    path
-        A case file.
-    remedy
-        What the user should do, in the imperative.
-
-    Raises
-    ------
-    CaseError
-        It is that of a rig.
-    """
-    if is_rig_case(path):
-        raise other_case(path, "a rig", remedy)
-
-
-def rig_model(case: RigCase) -> RigModel:
+def rig_model(case: Case[RigTable]) -> RigModel:
     """What is reduced, checked.
 
     Raises
@@ -215,33 +170,34 @@ def rig_model(case: RigCase) -> RigModel:
     CaseError
         Bodies that cannot be built or do not mate, or a material that does not exist.
     """
-    with located(case, "blade"):
-        blade = case.blade.blade()
-    with located(case, "damper"):
-        damper = case.damper.damper()
-    with located(case, "decoupler"):
-        decoupler = case.decoupler.decoupler()
-    with located(case, "material"):
-        material = case.material.material()
+    table = case.structure
+    with located(case, "structure", "blade"):
+        blade = table.blade.blade()
+    with located(case, "structure", "damper"):
+        damper = table.damper.damper()
+    with located(case, "structure", "decoupler"):
+        decoupler = table.decoupler.decoupler()
+    with located(case, "structure", "material"):
+        material = table.material.material()
     try:
-        rig = Rig(blade=blade, damper=damper, decoupler=decoupler, excitation_radius=case.blade.excitation_radius)
+        rig = Rig(blade=blade, damper=damper, decoupler=decoupler, excitation_radius=table.blade.excitation_radius)
     except GeometryError as error:
-        with located(case, *_table_at_fault(case, str(error))):
+        with located(case, "structure", *_table_at_fault(case, str(error))):
             raise error
-    modes = case.reduction.modes
+    modes = table.reduction.modes
     return RigModel(
         rig=rig,
         material=material,
-        element=case.mesh.element,
-        size=case.mesh.size,
+        element=table.mesh.element,
+        size=table.mesh.size,
         n_mode=modes if isinstance(modes, int) else modes.model_dump(),
     )
 
 
-def _table_at_fault(case: RigCase, message: str) -> tuple[str, ...]:
+def _table_at_fault(case: Case[RigTable], message: str) -> tuple[str, ...]:
     """The table of the file with a key that a message on bodies which do not mate speaks of."""
-    data = {} if case.source is None else case.source.data
+    given = value_at({} if case.source is None else case.source.data, ("structure",))
     for table in ("damper", "decoupler", "blade"):
-        if key_in_message(message, data.get(table), {}):
+        if key_in_message(message, value_at(given, (table,)), {}):
             return (table,)
     return ()

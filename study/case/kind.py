@@ -1,0 +1,169 @@
+"""A case file as it was read, and its kind: what makes a structure of its ``[structure]``.
+
+A kind is one member of a registry, in a folder of its own below `study.kind`. It brings the table of its
+``[structure]`` and what the commands do with it. What a kind cannot do it says in a sentence, which the command shows.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, ConfigDict, Field
+
+from casefile.errors import CaseError, Problem
+from casefile.head import case_head
+from casefile.table import CaseModel, load_case
+from casefile.validation import did_you_mean
+from geometry.registry import Registry
+from study.case.structure import Structure
+from study.case.tables import Case, StructureTable
+from study.run_context import Answer, RunContext
+
+
+@dataclass(frozen=True, kw_only=True)
+class Extras:
+    """What a kind adds to the answer of `stickslip solve`.
+
+    Parameters
+    ----------
+    files
+        Written ones.
+    document
+        Entries of the JSON document; those of a list "curves" are added to each curve.
+    text
+        Lines above the table of curves.
+    """
+
+    files: tuple[Path, ...] = ()
+    document: Mapping[str, Any] = field(default_factory=dict)
+    text: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CaseKind:
+    """A kind of case.
+
+    Parameters
+    ----------
+    name
+        Value of the key ``kind`` in ``[structure]``.
+    summary
+        What such a structure is, after "a case of".
+    table
+        Model of ``[structure]``.
+    structure
+        Makes the structure; it may take minutes, in stages that are stored.
+    reduce
+        What `stickslip reduce` does, with or without a check of the modes: writes files, and answers. Or the sentence
+        that says why it does nothing.
+    modes
+        What `stickslip modes` does, for a number of modes and the number of the one that is filmed. Or a sentence.
+    solved
+        What is added to the answer of `stickslip solve`, of a `study.case.setup.ReadCase` and a
+        `study.solve.run.Solved`; None for nothing.
+    """
+
+    name: str
+    summary: str
+    table: type[StructureTable]
+    structure: "Callable[[OpenCase, RunContext], Structure]"
+    reduce: "Callable[[OpenCase, RunContext, bool], Answer] | str"
+    modes: "Callable[[OpenCase, RunContext, int, int | None], Answer] | str"
+    solved: Callable[[Any, Any, RunContext], Extras] | None = None
+
+
+CASE_KINDS: Registry[CaseKind] = Registry(
+    "case kind",
+    package="study.kind",
+    group="stickslip.case_kinds",
+    facts={
+        "summary": "what such a structure is",
+        "table": "the model of [structure]",
+        "structure": "the function that makes the structure",
+        "reduce": "what `stickslip reduce` does with it, or a sentence that says why nothing",
+        "modes": "what `stickslip modes` does with it, or a sentence that says why nothing",
+    },
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OpenCase:
+    """A case as its file says it.
+
+    Parameters
+    ----------
+    path
+        Of the file.
+    case
+        Its validated tables.
+    kind
+        Of its structure.
+    """
+
+    path: Path
+    case: Case[Any]
+    kind: CaseKind
+
+    @property
+    def folder(self) -> Path:
+        """What file names in the case are relative to."""
+        return self.path.parent
+
+    @property
+    def title(self) -> str:
+        """For tables and figures: the case's own, or the name of the file."""
+        return self.case.title or self.path.stem
+
+    def lacks(self, key: str, remedy: str) -> CaseError:
+        """The refusal of a case that is sound but lacks something for a command.
+
+        Parameters
+        ----------
+        key
+            The table that is not there.
+        remedy
+            What the command needs it for, and an example.
+        """
+        if self.case.source is None:
+            return CaseError([Problem(file=str(self.path), line=0, key=key, text=remedy)])
+        return CaseError([self.case.source.problem((), remedy)])
+
+
+def open_case(path: Path | str) -> OpenCase:
+    """Read a case file.
+
+    Raises
+    ------
+    CaseError
+        With every mistake, each with file and line.
+    """
+    path = Path(path)
+    structure = case_head(path).get("structure")
+    name = structure.get("kind") if isinstance(structure, Mapping) else None
+    if not isinstance(name, str) or name not in CASE_KINDS:
+        load_case(path, _AnyCase)  # says what is wrong with the file
+        raise AssertionError(f"{path}: the kind {name!r} was accepted")
+    kind = CASE_KINDS[name]
+    case: Case[Any] = load_case(path, Case[kind.table])  # type: ignore[name-defined]
+    return OpenCase(path=path, case=case, kind=kind)
+
+
+def _known(name: str) -> str:
+    names = CASE_KINDS.names()
+    if name not in names:
+        *others, last = (f'"{each}"' for each in names)
+        raise ValueError(f"must be {', '.join(others)} or {last}{did_you_mean(name, names)}")
+    return name
+
+
+class _AnyStructure(StructureTable):
+    model_config = ConfigDict(extra="allow")
+
+    kind: Annotated[str, AfterValidator(_known), Field(examples=["plain"])]
+
+
+class _AnyCase(CaseModel):
+    model_config = ConfigDict(extra="allow")
+
+    structure: _AnyStructure

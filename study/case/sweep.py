@@ -1,0 +1,85 @@
+"""The table ``[sweep]``: the curves that `stickslip solve` follows, over frequency or over level."""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Discriminator, Field, Tag, field_validator, model_validator
+
+from casefile.quantity import Frequency
+from casefile.table import CaseModel
+from study.case.level import Level
+
+
+class FrequencySweepTable(CaseModel):
+    """One curve over frequency for each level of the harmonic force, and for each friction history.
+
+    History 1 is that of rest under the static load; in the others the sliders begin where a seed draws them.
+    """
+
+    parameter: Literal["frequency"] = "frequency"
+    first: Annotated[Frequency, Field(alias="from", gt=0, examples=["20 Hz"])]
+    last: Annotated[Frequency, Field(alias="to", gt=0, examples=["60 Hz"])]
+    step: Annotated[Frequency, Field(gt=0)] | None = None
+    levels: Annotated[tuple[Level, ...], Field(min_length=1)] = (1.0,)
+    histories: Annotated[int, Field(ge=1, le=100, strict=True)] = 1
+    seed: Annotated[int, Field(ge=0, strict=True)] = 0
+
+    @model_validator(mode="after")
+    def _ends_differ(self) -> Self:
+        _check_ends(self.first, self.last, " Hz")
+        return self
+
+    @field_validator("levels", mode="after")
+    @classmethod
+    def _different(cls, levels: tuple[float, ...]) -> tuple[float, ...]:
+        return _different(levels)
+
+
+class LevelSweepTable(CaseModel):
+    """One curve over the level of the harmonic force for each frequency."""
+
+    parameter: Literal["level"]
+    first: Annotated[Level, Field(alias="from", examples=[1.0])]
+    last: Annotated[Level, Field(alias="to", examples=[10.0])]
+    step: Level | None = None
+    frequencies: Annotated[tuple[Annotated[Frequency, Field(gt=0)], ...], Field(min_length=1, examples=[["40 Hz"]])]
+
+    @model_validator(mode="after")
+    def _ends_differ(self) -> Self:
+        _check_ends(self.first, self.last, "")
+        return self
+
+    @field_validator("frequencies", mode="after")
+    @classmethod
+    def _different(cls, frequencies: tuple[float, ...]) -> tuple[float, ...]:
+        return _different(frequencies)
+
+
+def _over(sweep: Any) -> str | None:
+    """What a sweep goes over; frequency if it does not say."""
+    if isinstance(sweep, Mapping):
+        over = sweep.get("parameter", "frequency")
+        return over if isinstance(over, str) else None
+    return getattr(sweep, "parameter", None)
+
+
+Sweep = Annotated[
+    Annotated[FrequencySweepTable, Tag("frequency")] | Annotated[LevelSweepTable, Tag("level")],
+    Discriminator(
+        _over,
+        custom_error_type="sweep_parameter",
+        custom_error_message='parameter must be "frequency" or "level"',
+    ),
+]
+
+
+def _check_ends(first: float, last: float, unit: str) -> None:
+    if first == last:
+        raise ValueError(f"from and to are both {first:g}{unit}: give two different ends, in either order")
+
+
+def _different(values: tuple[float, ...]) -> tuple[float, ...]:
+    for place, value in enumerate(values):
+        if value in values[:place]:
+            raise ValueError(f"{value:g} stands there twice: remove one")
+    return values

@@ -1,0 +1,46 @@
+"""``[structure]`` with ``kind = "plain"``: dense matrices in a file, or a reduced model."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from casefile.quantity import Dimension, Length, Ratio, Time
+from casefile.table import CaseModel
+from study.case.tables import StructureTable
+
+RATE = Dimension("a rate", "1/s", "12 1/s")
+Rate = Annotated[float, BeforeValidator(RATE.read), Field(examples=[RATE.example])]
+
+
+class DofTable(CaseModel):
+    """What one degree of freedom is; as many tables as the matrices have rows, in their order."""
+
+    body: str = "structure"
+    node: Annotated[int, Field(strict=True)] = 0
+    direction: Literal["x", "y", "z", "rx", "ry", "rz", "modal"] = "modal"
+    coordinates: tuple[Length, Length, Length] | None = None
+
+
+class RayleighTable(CaseModel):
+    """Damping ``mass_factor`` M + ``stiffness_factor`` K, or by its ``ratio`` on the first stuck mode."""
+
+    ratio: Annotated[Ratio, Field(ge=0, lt=1)] | None = None
+    mass_factor: Annotated[Rate, Field(ge=0)] | None = None
+    stiffness_factor: Annotated[Time, Field(ge=0)] | None = None
+    replace: bool = False
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        factors = (self.mass_factor, self.stiffness_factor) != (None, None)
+        if (self.ratio is not None) == factors:
+            raise ValueError('give either ratio, or mass_factor and stiffness_factor, e.g. "12 1/s" and "2 us"')
+        return self
+
+
+class PlainTable(StructureTable):
+    """The file with the matrices, relative to the case file, and what it does not say itself."""
+
+    kind: Literal["plain"]
+    file: Annotated[str, Field(min_length=1, examples=["structure.npz"])]
+    dof: tuple[DofTable, ...] = ()
+    damping: RayleighTable | None = None
