@@ -131,6 +131,10 @@ def _text(model: Model, file: str) -> str:
             'shares = "0 %" # the line has these three contacts by its drawing\n'
             f'refined = ["{FINER}.toml"]\n'
         )
+        tables.append(
+            "[sweep] # what stickslip solve follows, and stickslip limits bounds\n"
+            'from = "430 Hz"\nto = "500 Hz"\nstep = "2 Hz"\nlevels = [1, 3, 10]\n'
+        )
     tables.append(f"[harmonics]\nhighest = {model.n_harmonic - 1}\n")
     return "\n".join(tables)
 

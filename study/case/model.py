@@ -44,6 +44,7 @@ def model_of_case(case: Case[StructureTable], structure: Structure) -> Model:
     joints, lines = list(structure.joints), dict(structure.lines)
     static = np.zeros(structure.matrices.n_dof) if structure.static_load is None else structure.static_load.copy()
     for number, line in enumerate(case.line):
+        lines[line.name] = ()  # what speaks of a line that is a mistake is no further one
         with mistakes.at("line", number):
             contacts = _contacts(line, finder)
             joints += contacts

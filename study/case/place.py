@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from casefile.table import CaseModel
 from casefile.validation import did_you_mean
@@ -27,7 +27,10 @@ from reduction.rom import ReducedModel
 Row = Float[NDArray[np.float64], " r"]
 DofNumber = Annotated[int, Field(ge=0, strict=True, examples=[3])]
 Axis = Literal["x", "y", "z", "rx", "ry", "rz"]
-Direction = Axis | tuple[float, float, float]
+Direction = Annotated[
+    Annotated[Axis, Tag("axis")] | Annotated[tuple[float, float, float], Tag("vector")],
+    Discriminator(lambda value: "axis" if isinstance(value, str) else "vector"),
+]
 
 WAYS = ("dof", "weights", "at", "node", "row", "place")
 #: Keys that go with each way.

@@ -3,11 +3,21 @@
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Discriminator, Field, Tag, field_validator, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, field_validator, model_validator
 
 from casefile.quantity import Frequency
 from casefile.table import CaseModel
+from casefile.validation import did_you_mean
 from study.case.level import Level
+
+#: What a sweep may go over.
+PARAMETERS = ("frequency", "level")
+
+
+def _known(parameter: object) -> object:
+    if parameter not in PARAMETERS:
+        raise ValueError('must be "frequency" or "level"' + did_you_mean(str(parameter), PARAMETERS))
+    return parameter
 
 
 class FrequencySweepTable(CaseModel):
@@ -16,7 +26,7 @@ class FrequencySweepTable(CaseModel):
     History 1 is that of rest under the static load; in the others the sliders begin where a seed draws them.
     """
 
-    parameter: Literal["frequency"] = "frequency"
+    parameter: Annotated[Literal["frequency"], BeforeValidator(_known)] = "frequency"
     first: Annotated[Frequency, Field(alias="from", gt=0, examples=["20 Hz"])]
     last: Annotated[Frequency, Field(alias="to", gt=0, examples=["60 Hz"])]
     step: Annotated[Frequency, Field(gt=0)] | None = None
@@ -55,21 +65,14 @@ class LevelSweepTable(CaseModel):
         return _different(frequencies)
 
 
-def _over(sweep: Any) -> str | None:
-    """What a sweep goes over; frequency if it does not say."""
-    if isinstance(sweep, Mapping):
-        over = sweep.get("parameter", "frequency")
-        return over if isinstance(over, str) else None
-    return getattr(sweep, "parameter", None)
+def _over(sweep: Any) -> str:
+    """What a sweep goes over; frequency if it does not say, or says what there is not, which its table refuses."""
+    over = sweep.get("parameter") if isinstance(sweep, Mapping) else getattr(sweep, "parameter", None)
+    return "level" if over == "level" else "frequency"
 
 
 Sweep = Annotated[
-    Annotated[FrequencySweepTable, Tag("frequency")] | Annotated[LevelSweepTable, Tag("level")],
-    Discriminator(
-        _over,
-        custom_error_type="sweep_parameter",
-        custom_error_message='parameter must be "frequency" or "level"',
-    ),
+    Annotated[FrequencySweepTable, Tag("frequency")] | Annotated[LevelSweepTable, Tag("level")], Discriminator(_over)
 ]
 
 

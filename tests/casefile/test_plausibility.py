@@ -62,7 +62,7 @@ def test_a_number_that_no_unit_mends_gets_no_suggestion(text: str) -> None:
 def case_file(folder: Path, young: str, density: str) -> Path:
     file = folder / "my.toml"
     table = f'[[material]]\nyoung = "{young}"\ndensity = "{density}"\n'
-    file.write_text(f'schema = 1\n[[material]]\nyoung = "210 GPa"\n{table}')
+    file.write_text(f'schema = 2\n[[material]]\nyoung = "210 GPa"\n{table}')
     return file
 
 

@@ -42,7 +42,7 @@ class Solid:
 
 
 SOUND = """\
-schema = 1
+schema = 2
 damping = "0.2 %"
 
 [blade]
@@ -84,7 +84,7 @@ def test_windows_line_ends_and_a_byte_order_mark_change_nothing(tmp_path: Path) 
 
 def test_all_mistakes_are_told_at_once_each_with_its_line(tmp_path: Path) -> None:
     text = """\
-schema = 1
+schema = 2
 dampling = 0.1
 [blade]
 lenght = "250 mm"
@@ -117,18 +117,19 @@ x = 1
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("", 'my.toml:1: schema is missing; write "schema = 1" as the first line'),
-        ("schema = 2\nnew = 1", "my.toml:1: schema = 2: a later form of case files"),
-        ('\nschema = "1"', 'my.toml:2: schema = "1": unknown form of case files'),
+        ("", 'my.toml:1: schema is missing; write "schema = 2" as the first line'),
+        ("schema = 3\nnew = 1", "my.toml:1: schema = 3: a later form of case files"),
+        ("schema = 1\nnew = 1", 'my.toml:1: schema = 1: a case of an earlier form, which is no longer read: write "schema = 2", '),
+        ('\nschema = "2"', 'my.toml:2: schema = "2": unknown form of case files'),
         ("schema = true", "my.toml:1: schema = true: unknown form of case files"),
-        ("schema = 1", "my.toml:1: table [blade] is missing; add it"),
-        ("schema = 1\nblade = 3", "my.toml:2: blade = 3: must be a table; write [blade]"),
-        ('schema = 1\nmesh = 3\nblade.length = "1 m"', "my.toml:2: mesh = 3: must be a list of tables; write [[mesh]]"),
-        ('schema = 1\n[blade]\nlength = "-1 mm"', 'my.toml:3: blade.length = "-1 mm": must be greater than 0 m'),
-        ("schema = 1\n[blade]\nlength = 250 mm", "my.toml:3: this is not TOML: expected newline"),
-        ("schema = 1\nx = [", "my.toml:2: this is not TOML"),
-        ("schema = 1\n[blade]\n[blade]", "my.toml:3: this is not TOML: cannot declare ('blade',) twice"),
-        (b"schema = 1\n# caf\xe9", "my.toml:2: byte 0xe9 is not UTF-8; save the file as UTF-8"),
+        ("schema = 2", "my.toml:1: table [blade] is missing; add it"),
+        ("schema = 2\nblade = 3", "my.toml:2: blade = 3: must be a table; write [blade]"),
+        ('schema = 2\nmesh = 3\nblade.length = "1 m"', "my.toml:2: mesh = 3: must be a list of tables; write [[mesh]]"),
+        ('schema = 2\n[blade]\nlength = "-1 mm"', 'my.toml:3: blade.length = "-1 mm": must be greater than 0 m'),
+        ("schema = 2\n[blade]\nlength = 250 mm", "my.toml:3: this is not TOML: expected newline"),
+        ("schema = 2\nx = [", "my.toml:2: this is not TOML"),
+        ("schema = 2\n[blade]\n[blade]", "my.toml:3: this is not TOML: cannot declare ('blade',) twice"),
+        (b"schema = 2\n# caf\xe9", "my.toml:2: byte 0xe9 is not UTF-8; save the file as UTF-8"),
         ("x = " + "[" * 5000, "my.toml: its brackets are nested too deeply"),
     ],
 )
@@ -144,7 +145,7 @@ def test_a_file_that_is_not_there_and_a_folder_are_refused(tmp_path: Path) -> No
 
 
 def test_an_error_of_the_geometry_shows_the_key_and_line_that_it_speaks_of(tmp_path: Path) -> None:
-    text = 'schema = 1\n[blade]\nlength = "20 mm"\nroot_height = "30 mm"'
+    text = 'schema = 2\n[blade]\nlength = "20 mm"\nroot_height = "30 mm"'
     case = load_case(written(tmp_path, text), StudyCase)
     with (
         pytest.raises(CaseError, match=r'my\.toml:4: blade\.root_height = "30 mm": root height 0\.03 m exceeds length'),
@@ -162,7 +163,7 @@ def test_an_error_of_the_geometry_shows_the_key_and_line_that_it_speaks_of(tmp_p
     ],
 )
 def test_of_several_keys_in_a_message_the_first_whole_word_is_shown(tmp_path: Path, message: str, line: int) -> None:
-    text = 'schema = 1\n[blade]\nlength = "20 mm"\nroot_height = "30 mm"'
+    text = 'schema = 2\n[blade]\nlength = "20 mm"\nroot_height = "30 mm"'
     case = load_case(written(tmp_path, text), StudyCase)
     with pytest.raises(CaseError, match=rf"my\.toml:{line}: blade\."), located(case, "blade"):
         raise GeometryError(message)

@@ -13,12 +13,12 @@ from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, 
 from correlation.campaign.write_campaign import write_campaign
 from correlation.prediction import Points, Predictor
 from study.case.added import case_catalogue
-from study.case.setup import read_test_case
+from study.case.setup import read_case
 from study.shipped import BLADE, TABLE1
 
 #: A stubby bar: two rows, one prediction and three nested meshes of at most a thousand nodes.
 COARSE = """\
-schema = 1
+schema = 2
 title = "Coarse bar"
 measured = "122.25 Hz"
 tuned = ["blade.length"]
@@ -73,18 +73,19 @@ subdivisions = [1, 2, 4]
 
 #: A rig of a few thousand degrees of freedom: all that a case must say.
 SHORT_RIG = """\
-schema = 1
+schema = 2
+[structure]
 kind = "rig"
-[material]
+[structure.material]
 young = "210 GPa"
 poisson = 0.3
 density = "7800 kg/m^3"
-[mesh]
+[structure.mesh]
 element = "hex8"
 size = "8 mm"
-[reduction]
+[structure.reduction]
 modes = 40
-[contact]
+[structure.contact]
 kn = "8.5 N/um"
 kt = "4.6 N/um"
 mu = 0.8
@@ -137,10 +138,11 @@ def at_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 #: Two masses on a wall without any contact, to diagnose in a second.
 TWO_MASSES = """\
 # Two masses on a wall, as drawn.
-schema = 1
+schema = 2
 title = "Two masses"
 
-[model]
+[structure]
+kind = "plain"
 file = "chain.npz" # kg, N/m
 
 [[place]]
@@ -180,7 +182,7 @@ def two_masses(at_home: Path) -> TwoMasses:
         np.savez(at_home / "chain.npz", M=mass, C=2e-5 * stiffness, K=stiffness, **dofs)
         file = at_home / "chain.toml"
         file.write_text(case, encoding="utf-8")
-        setup = read_test_case(file)
+        setup = read_case(file).setup
         zeta = next(each for each in setup.accepted if each.name == "zeta")
         model = zeta.apply(setup.model, [1.1])
         known = case_catalogue(model, setup.effects, level=max(LEVELS), configurations=["jointed"])

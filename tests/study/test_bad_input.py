@@ -144,9 +144,9 @@ def test_modes_and_reduce_refuse_a_blade_case_as_the_mesh_study_does(
 ) -> None:
     text = case_text["blade"]
     (at_home / "my.toml").write_text(text.replace("along_contact = 6", "along_contact = 5"))
-    assert re.match(r"my\.toml:\d+: mesh: station 4 of .* give the contact line", refusal(command, "my.toml"))
+    assert re.match(r"my\.toml:\d+: structure\.mesh: station 4 of .* give the contact line", refusal(command, "my.toml"))
     (at_home / "my.toml").write_text(text.replace('length = "250.4 mm"', 'length = "-1 mm"'))
-    assert re.match(r'my\.toml:\d+: blade\.length = "-1 mm": .* is not positive', refusal(command, "my.toml"))
+    assert re.match(r'my\.toml:\d+: structure\.blade\.length = "-1 mm": .* is not positive', refusal(command, "my.toml"))
     assert "no_such.toml: there is no such case file" in refusal(command, "no_such.toml")
 
 
@@ -171,17 +171,18 @@ def part() -> Mesh:
 
 #: A part of a mesh file: all that its case must say.
 PART = """\
-schema = 1
-kind = "mesh"
+schema = 2
+[structure]
+kind = "part"
 file = "part.inp"
 length_unit = "mm"
-[material]
+[structure.material]
 young = "210 GPa"
 poisson = 0.3
 density = "7800 kg/m^3"
-[[support]]
+[[structure.support]]
 on = ["CLAMP"]
-[reduction]
+[structure.reduction]
 modes = 3
 """
 
@@ -235,9 +236,9 @@ def test_a_density_beyond_all_solids_is_refused_in_every_kind_of_case(
     assert n == 1
     (at_home / "my.toml").write_text(text)
     line = text[: text.index("7800 kg/mm^3")].count("\n") + 1
-    command = "table1" if "[[model]]" in text else "reduce"
+    command, table = ("table1", "") if "[[model]]" in text else ("reduce", "structure.")
     message = refusal(command, "my.toml")
-    assert f"my.toml:{line}: material.density" in message
+    assert f"my.toml:{line}: {table}material.density" in message
     assert 'did you mean "7800 kg/m^3"?' in message
 
 

@@ -17,7 +17,7 @@ from correlation.metric.misfit import shares, whole, worst, worst_cell
 from correlation.model import Sensor
 from correlation.prediction import Points, Predictor
 from study import cli
-from study.case.setup import TestSetup, read_test_case
+from study.case.setup import Setup, read_case
 from study.compare.report import in_words
 from study.compare.run import compare
 from study.compare.suspicions import all_suspicions
@@ -81,8 +81,8 @@ def measured_from_the_model(gain: float = 1.0) -> Campaign:
 
 
 @cache
-def setup() -> TestSetup:
-    return read_test_case(BEAM)
+def setup() -> Setup:
+    return read_case(BEAM).setup
 
 
 def test_a_perfect_model_is_noise() -> None:
@@ -196,7 +196,7 @@ def test_a_sensor_is_placed_by_its_coordinates() -> None:
     found = compare(setup(), measured)
     assert whole(found.train).deviations < 1.33
     # The case that tells the numerical error does not know it, and need not.
-    assert "laser" in [each.name for each in read_test_case(BEAM, measured).model.sensors]
+    assert "laser" in [each.name for each in read_case(BEAM, measured).setup.model.sensors]
     assert "laser" in found.train.points.sensor
 
 
@@ -211,7 +211,7 @@ def test_what_a_finer_model_changes_counts_as_numerical_error(at_home: Path) -> 
     (at_home / "case.toml").write_text(spread, encoding="utf-8")
     campaign = measured_from_the_model(1.1)
     campaign = replace(campaign, sensors=renamed(campaign.sensors, "mid", name="other"))
-    loose, strict = (compare(read_test_case(case), campaign).train for case in ("case.toml", "beam.toml"))
+    loose, strict = (compare(read_case(case).setup, campaign).train for case in ("case.toml", "beam.toml"))
     assert whole(loose).deviations < 0.5 * whole(strict).deviations
 
 

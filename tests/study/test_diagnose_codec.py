@@ -9,7 +9,7 @@ import pytest
 
 from diagnosis.effect.own_effect import read_effects
 from diagnosis.threshold.thresholds import Limits
-from study.case.setup import read_test_case
+from study.case.setup import read_case
 from study.diagnose.codec import STEP, STEP_FILE
 from study.shipped import BEAM
 
@@ -22,7 +22,7 @@ def there_and_back(value: object, folder: Path) -> object:
 
 
 def test_arrays_models_and_own_effects_come_back(tmp_path: Path) -> None:
-    model = read_test_case(BEAM).model
+    model = read_case(BEAM).setup.model
     back = there_and_back(
         {"model": model, "list": [1 + 2j, np.float64(3), {4}], "limits": Limits(gain=1, misfit=2)}, tmp_path
     )

@@ -9,7 +9,7 @@ import pytest
 
 from correlation.campaign.read_campaign import read_campaign
 from study import cli
-from study.case.setup import read_test_case
+from study.case.setup import read_case
 from study.diagnose.history import read_text
 from study.diagnose.run import diagnose_file
 
@@ -39,7 +39,7 @@ def test_the_tables_of_the_document_make_a_case(tmp_path: Path) -> None:
     text = (shipped / "beam.toml").read_text(encoding="utf-8")
     case = tmp_path / "beam.toml"
     case.write_text(text + re.sub(r"(?m)^    ", "", tables[1]), encoding="utf-8")
-    setup = read_test_case(case)
+    setup = read_case(case).setup
     assert setup.calibrated == {"kt": 1.0153, "mu": 0.97}
     assert setup.added[0].values.tolist() == [52.4e-6]
 
@@ -54,6 +54,6 @@ def test_an_effect_of_ones_own_is_found_added_and_compared(two_masses: TwoMasses
     done = diagnose_file(case, read_campaign(folder), folder, auto=True)
     assert [each.diagnosis.verdict.finding.value for each in done.rounds] == ["missing", "nothing"]
     assert [step.effect for step in done.history.standing] == [name]
-    (added,) = read_test_case(case).added
+    (added,) = read_case(case).setup.added
     assert added.values[0] == pytest.approx(0.05, rel=0.02)
     assert cli.main(["compare", "chain.toml", "campaign", "--quiet"]) == 0

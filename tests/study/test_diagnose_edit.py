@@ -29,7 +29,7 @@ def test_new_tables_stand_at_the_end_and_nothing_else_moves() -> None:
 
 def test_values_that_are_there_change_in_place_and_the_users_comments_stay() -> None:
     before = (
-        'schema = 1\n[[added]] # found in May\neffect = "mass at tip"\nmass = "50 mg" # weighed\n\n'
+        'schema = 2\n[[added]] # found in May\neffect = "mass at tip"\nmass = "50 mg" # weighed\n\n'
         "[calibrated]\nkt = 1.0 # +- 0.1\nmu=0.9 # see the log\n[other]\nx = 1\n"
     )
     assert edited(before, MASS, FACTORS) == before.replace('"50 mg"', '"52.4 mg"').replace(
@@ -37,7 +37,7 @@ def test_values_that_are_there_change_in_place_and_the_users_comments_stay() -> 
     ).replace("mu=0.9 ", "mu=0.98 ")
 
 
-@pytest.mark.parametrize("text", [BEAM_TEXT, BEAM_TEXT.rstrip(), BEAM_TEXT.replace("\n", "\r\n"), "\ufeffschema = 1\n"])
+@pytest.mark.parametrize("text", [BEAM_TEXT, BEAM_TEXT.rstrip(), BEAM_TEXT.replace("\n", "\r\n"), "\ufeffschema = 2\n"])
 def test_a_step_back_restores_every_byte(text: str) -> None:
     once = edited(text, MASS, FACTORS)
     twice = edited(once, {"cubic at tip": {"stiffness": Written(value="3 N/mm^3")}}, FACTORS)
@@ -66,7 +66,7 @@ def test_lines_that_were_edited_are_not_taken_back() -> None:
 
 
 def test_a_layout_that_cannot_be_edited_is_refused() -> None:
-    inline = 'schema = 1\nadded = [{ effect = "gap of left at left.1", gap = "1 um" }]\n'
+    inline = 'schema = 2\nadded = [{ effect = "gap of left at left.1", gap = "1 um" }]\n'
     with pytest.raises(CaseError, match=r"my.toml: cannot be edited .*: write the effect into it by hand"):
         edited(inline, MASS, {}, "my.toml")
     changed = edited(inline, {"gap of left at left.1": {"gap": Written(value="2 um")}}, {})

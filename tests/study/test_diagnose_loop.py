@@ -14,7 +14,7 @@ from pipeline.output import replace_file
 from pipeline.store import Store
 from study import cli
 from study.beam.case import write_beam_case
-from study.case.setup import read_test_case
+from study.case.setup import read_case
 from study.compare.run import compare
 from study.diagnose.add import add, find_case, undo
 from study.diagnose.history import case_key, history_of, read_text
@@ -29,7 +29,7 @@ HIDDEN = {"mass at tip": 0.006}
 def test_a_hidden_mass_is_named_added_and_the_error_falls(two_masses: TwoMasses) -> None:
     case, folder = two_masses(HIDDEN), Path("campaign")
     drawn, campaign = read_text(case), read_campaign(folder)
-    found = diagnose_case(read_test_case(case, campaign), campaign)
+    found = diagnose_case(read_case(case, campaign).setup, campaign)
     assert [each.effect.name for each in found.diagnosis.verdict.effects if each.effect] == ["mass at tip"]
     # Three standard deviations of its own.
     assert found.best is not None
@@ -41,14 +41,14 @@ def test_a_hidden_mass_is_named_added_and_the_error_falls(two_masses: TwoMasses)
     assert step.after is not None
     # Noise of 0.2 % is left of an error that a resonance a quarter of a per cent off makes.
     assert step.after.held_out < 0.05 * step.before.held_out
-    setup = read_test_case(case)
+    setup = read_case(case).setup
     # The case is the fitted model: six digits are written, and the mass of the place is 0.5 kg.
     np.testing.assert_allclose(setup.complete.system.mass, found.best.fit.model.system.mass, rtol=1e-7)
     np.testing.assert_allclose(setup.complete.system.damping, found.best.fit.model.system.damping, rtol=1e-5)
     before, after = (compare(each, campaign).train.whitened for each in (_plain(drawn), setup))
     assert np.nanmean(after**2) < 1.5 < 10 < np.nanmean(before**2)
 
-    again = diagnose_case(read_test_case(case, campaign), campaign)
+    again = diagnose_case(read_case(case, campaign).setup, campaign)
     assert again.diagnosis.verdict.finding.value == "nothing"
     assert undo(case).effect == "mass at tip"
     assert read_text(case) == drawn
@@ -60,7 +60,7 @@ def _plain(text: str):  # type: ignore[no-untyped-def]
     """The case as it was drawn, from a copy."""
     copy = Path("drawn.toml")
     copy.write_text(text, encoding="utf-8")
-    setup = read_test_case(copy)
+    setup = read_case(copy).setup
     copy.unlink()
     return setup
 
@@ -94,7 +94,7 @@ def test_auto_goes_on_until_nothing_is_missing_and_a_second_run_computes_nothing
 def test_an_interrupted_round_goes_on_where_it_was(two_masses: TwoMasses, monkeypatch: pytest.MonkeyPatch) -> None:
     case = two_masses(HIDDEN)
     campaign, store = read_campaign(Path("campaign")), Store(Path("kept"))
-    setup = read_test_case(case, campaign)
+    setup = read_case(case, campaign).setup
     whole, predict = 0, Predictor.predict
 
     def counted(*arguments):  # type: ignore[no-untyped-def]
@@ -120,9 +120,9 @@ def test_an_interrupted_round_goes_on_where_it_was(two_masses: TwoMasses, monkey
 def test_another_case_or_campaign_is_another_round(two_masses: TwoMasses) -> None:
     case = two_masses(HIDDEN)
     campaign, store = read_campaign(Path("campaign")), Store(Path("kept"))
-    first = diagnose_case(read_test_case(case, campaign), campaign, store=store)
+    first = diagnose_case(read_case(case, campaign).setup, campaign, store=store)
     case.write_text(read_text(case).replace("highest = 3", "highest = 4"), encoding="utf-8")
-    second = diagnose_case(read_test_case(case, campaign), campaign, store=store)
+    second = diagnose_case(read_case(case, campaign).setup, campaign, store=store)
     assert second.diagnosis.arrangement.base.n_harmonic == first.diagnosis.arrangement.base.n_harmonic + 1
 
 

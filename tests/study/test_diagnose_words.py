@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from correlation.campaign.read_campaign import read_campaign
-from study.case.setup import read_test_case
+from study.case.setup import read_case
 from study.compare.report import side_by_side
 from study.diagnose.add import add
 from study.diagnose.files import contents
@@ -29,7 +29,7 @@ def test_a_round_with_an_added_effect_says_what_the_case_holds_and_what_it_fits_
     assert "(case:" not in in_words(first)
     assert [stage.name for stage in stages(first)] == ["as drawn", "calibrated", "with mass at tip"]
     add(case, "mass at tip")
-    setup = read_test_case(case, campaign)
+    setup = read_case(case, campaign).setup
     # As if it had been edited: the case holds another mass than the one that fits.
     held = replace(setup, added=(replace(setup.added[0], values=(0.0055,)),))
     later = diagnose_case(held, campaign)
@@ -50,7 +50,7 @@ def test_a_round_with_an_added_effect_says_what_the_case_holds_and_what_it_fits_
 
 def test_candidates_stand_by_their_fall_of_chi2_the_named_and_the_fitted_first(two_masses: TwoMasses) -> None:
     case, folder = two_masses({"mass at tip": 0.006}), Path("campaign")
-    listed = rows(diagnose_case(read_test_case(case, campaign := read_campaign(folder)), campaign))
+    listed = rows(diagnose_case(read_case(case, campaign := read_campaign(folder)).setup, campaign))
     fitted = [row for row in listed if row.gain is not None]
     assert listed[0].named
     assert listed[: len(fitted)] == fitted

@@ -15,9 +15,10 @@ SWEEP = """\
 [sweep]
 from = "240 Hz"
 to = "241 Hz"
-harmonics = 1
-samples = 32
 levels = [1]
+[harmonics]
+highest = 1
+samples = 32
 """
 
 
@@ -52,7 +53,7 @@ def test_only_numbers_that_are_not_reached_are_told() -> None:
     assert said == "all 8 fixed-interface modes of blade are kept: there are no more, though blade = 9"
 
 
-@pytest.mark.parametrize(("command", "module"), [("solve", "rig_solve_run"), ("limits", "limits_run")])
+@pytest.mark.parametrize("command", ["solve", "limits"])
 @pytest.mark.parametrize(("asked", "times"), [(40, 0), (41, 1)])
 def test_curves_and_limits_tell_it_before_they_begin(
     at_home: Path,
@@ -60,15 +61,14 @@ def test_curves_and_limits_tell_it_before_they_begin(
     capsys: pytest.CaptureFixture[str],
     short_rig: str,
     command: str,
-    module: str,
     asked: int,
     times: int,
 ) -> None:
     def stop(*_: object) -> None:
         raise ComputationFailed("stopped here")
 
-    monkeypatch.setattr(f"study.{module}.reduce_rig", lambda *_: REDUCTION)
-    monkeypatch.setattr(f"study.{module}.rig_system", stop)
+    monkeypatch.setattr("study.kind.rig.structure.reduce_rig", lambda *_: REDUCTION)
+    monkeypatch.setattr("study.kind.rig.structure.resting_rig", stop)
     (at_home / "rig.toml").write_text(short_rig.replace("modes = 40", f"modes = {asked}") + SWEEP, encoding="utf-8")
     assert cli.main([command, "rig.toml", "--out", "out"]) == 1
     said = capsys.readouterr().err

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,25 +16,22 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from casefile.table import load_case
 from hbsolve.limits.result import load_limits
-from pipeline.progress import SilentProgress
 from pipeline.store import Store
 from study import cli
-from study.kind.rig.reduction import reduce_rig
-from study.kind.rig.system import rig_system
-from study.kind.rig.table import RigCase, rig_model
+from study.case.setup import read_case
 from study.limits.run import run_limits
-from study.run_context import Options
+from study.run_context import Options, silent_run
 from study.shipped import LIMITS
 
 #: A mass on a spring, rubbing on a plate that nothing shakes: only the mean of the friction force depends on history.
 CASE = """\
-schema = 1
+schema = 2
 title = "One mass"
-[model]
+[structure]
+kind = "plain"
 file = "mass.npz"
-[[contact]]
+[[joint]]
 kind = "friction"
 name = "pad"
 tangent = { dof = 0 }
@@ -45,19 +43,20 @@ preload = "20 N"
 [[load]]
 dof = 0
 amplitude = "1 N"
-[[output]]
+[[sensor]]
 name = "mass"
 dof = 0
-[[output]]
+[[sensor]]
 name = "speed"
 dof = 0
 quantity = "velocity"
+[harmonics]
+highest = 1
 [sweep]
 parameter = "frequency"
 from = "150 Hz"
 to = "130 Hz"
 step = "8 Hz"
-harmonics = 1
 levels = [4, 1]
 [limits]
 population = 2
@@ -97,7 +96,7 @@ def stuck_amplitude(frequency: float, level: float) -> float:
 def about_resonance(harmonic: int) -> str:
     """A band about the frequency at which this harmonic drives the stuck mass."""
     case = CASE.replace('amplitude = "1 N"', f'amplitude = "1 N"\nharmonic = {harmonic}')
-    case = case.replace("harmonics = 1", f"harmonics = {harmonic}").replace('"8 Hz"', f'"{8 / harmonic} Hz"')
+    case = case.replace("highest = 1", f"highest = {harmonic}").replace('"8 Hz"', f'"{8 / harmonic} Hz"')
     ends = f'from = "{170 / harmonic} Hz"\nto = "{194 / harmonic} Hz"'
     return case.replace('from = "150 Hz"\nto = "130 Hz"', ends)
 
@@ -125,7 +124,7 @@ def test_a_step_that_passes_by_a_resonance_is_told_with_one_that_does_not(
 
 #: A contact that is open at rest, stiffer than the one that is closed.
 FAR = """\
-[[contact]]
+[[joint]]
 kind = "friction"
 name = "far"
 tangent = { dof = 0 }
@@ -198,7 +197,7 @@ def test_the_mean_of_a_friction_force_has_what_its_vibration_leaves_of_coulombs_
 def test_the_papers_limits_are_amplitudes_where_the_loss_factor_is_extreme(
     home: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    table = 'objective = "loss factor"\noutput = "speed"\nfrequencies = ["140 Hz"]\nlevels = [2]\n'
+    table = 'objective = "loss factor"\nsensor = "speed"\nfrequencies = ["140 Hz"]\nlevels = [2]\n'
     document = limits(home, capfd, CASE + table)
     exact = 1e3 * 2 * np.pi * 140 * stuck_amplitude(140, 2)
     told = document["levels"][0]
@@ -210,7 +209,7 @@ def test_the_papers_limits_are_amplitudes_where_the_loss_factor_is_extreme(
 
 
 MISTAKES = [
-    ('output = "tip"\n', 'my.toml:34: limits.output = "tip": output is none of the case\'s: give one of "mass"'),
+    ('sensor = "tip"\n', 'my.toml:36: limits.sensor = "tip": .* is none of the case\'s: give one of "mass"'),
     ('reach = "-1 um"\n', 'limits.reach = "-1 um": must be positive'),
     ("reach = 3\n", 'limits.reach = 3: .*give a unit, e.g. "5 um"'),
     ('step = "1 mHz"\n', 'limits.step = "1 mHz": .* 20001 points of each level: take at most 2000'),
@@ -254,11 +253,12 @@ def test_contacts_without_sliders_or_with_coupled_tangents_are_refused(
 # A rig.
 
 RIG_TABLES = """\
+[harmonics]
+highest = 1
+samples = 32
 [sweep]
 from = "240 Hz"
 to = "250 Hz"
-harmonics = 1
-samples = 32
 levels = [0.01]
 [limits]
 objective = "static force"
@@ -277,11 +277,10 @@ def test_the_normal_force_of_a_rigs_line_at_rest_lies_between_the_limits_of_its_
     done = rig_command(tmp_path, "limits", "rig.toml", "--json")
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)["levels"][0]
-    case = load_case(tmp_path / "rig.toml", RigCase)
-    model = rig_model(case)
-    system = rig_system(case, model.rig, reduce_rig(model, Store(tmp_path / "cache"), SilentProgress()))
-    names = [contact.name for contact in system.joined.contacts]
-    at_rest = sum(system.rest.normal[names.index(name)] for name in system.joined.lines["left_decoupler"])
+    read = read_case(tmp_path / "rig.toml", run=replace(silent_run(), store=Store(tmp_path / "cache")))
+    rest = read.structure.details.rest
+    names = [contact.name for contact in rest.contacts]
+    at_rest = sum(rest.normal[names.index(name)] for name in read.model.lines["left_decoupler"])
     # Rest is the centre of the box; a damper that was dragged by a few um lies otherwise in its groove.
     assert told["lower"]["value"] < at_rest - 0.1
     assert told["upper"]["value"] > at_rest + 0.1
@@ -290,7 +289,7 @@ def test_the_normal_force_of_a_rigs_line_at_rest_lies_between_the_limits_of_its_
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        (RIG_TABLES, "", "there is no [sweep]"),
+        (RIG_TABLES[RIG_TABLES.index("[sweep]") :], "", "there is no [sweep]"),
         ('frequencies = ["250 Hz"]', 'step = "0.1 mHz"', 'limits.step = "0.1 mHz": '),
     ],
 )
@@ -298,7 +297,7 @@ def test_a_rigs_frequencies_are_checked_before_its_bodies_are_reduced(
     at_home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], short_rig: str, old: str,
     new: str, message: str,
 ) -> None:  # fmt: skip
-    monkeypatch.setattr("study.limits.run.reduce_rig", lambda *_: pytest.fail("the rig was reduced"))
+    monkeypatch.setattr("study.limits.run.read_case", lambda *_, **__: pytest.fail("the rig was reduced"))
     (at_home / "rig.toml").write_text((short_rig + RIG_TABLES).replace(old, new))
     assert cli.main(["limits", "rig.toml", "--out", "out", "--quiet"]) == 2
     assert message in capsys.readouterr().err
@@ -334,7 +333,7 @@ WEDGE_TABLE = '[limits]\nfrom = "279 Hz"\nto = "287 Hz"\nstep = "2 Hz"\nlevels =
 def test_a_search_that_was_killed_repeats_no_finished_task_and_ends_with_the_same_bits(
     at_home: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    text = LIMITS.read_text().split("[limits]")[0].replace("harmonics = 5", "harmonics = 1")
+    text = LIMITS.read_text().split("[limits]")[0].replace("highest = 5", "highest = 1")
     (at_home / "wedge.toml").write_text(text.split("# What `stickslip limits`")[0] + WEDGE_TABLE + "population = 2\n")
     (at_home / "wedge_damper.npz").write_bytes(LIMITS.with_suffix(".npz").read_bytes())
     (at_home / "driver.py").write_text(DRIVER)

@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from casefile.table import load_case
 from fe.material import STEEL
 from fe.system import LinearSystem
 from geometry.rig import Rig
 from reduction.errors import RomError
+from study.case.kind import open_case
 from study.kind.blade.model import blade_model
 from study.kind.blade.reduction import reduce_blade
-from study.kind.blade.table import BladeCase
 from study.kind.rig.model import RigModel
 from study.kind.rig.reduction import reduction_tasks
 from study.reduce.comparison import compared_reduction
@@ -27,7 +26,8 @@ def little(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_blade_is_refused() -> None:
-    model = blade_model(load_case(BLADE, BladeCase), element="hex8", through_thickness=1)
+    case = open_case(BLADE).case
+    model = blade_model(case, case.structure, "structure", element="hex8", through_thickness=1)
     with pytest.raises(RomError, match=r"reducing \d+ degrees of freedom to 48 and modes takes about .* GB are free"):
         reduce_blade(model)
 

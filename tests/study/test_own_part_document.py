@@ -4,11 +4,10 @@ import re
 import textwrap
 from pathlib import Path
 
-from casefile.table import load_case
 from geometry.step_part import step_part
+from study.case.kind import open_case
 from study.kind.part.reduce_report import face_lines
 from study.kind.part.stages import NamedFaces
-from study.kind.part.table import StepCase
 
 ROOT = Path(__file__).parents[2]
 DOCUMENT = (ROOT / "docs" / "own_part.md").read_text(encoding="utf-8")
@@ -25,7 +24,7 @@ def test_the_case_is_the_example_word_for_word() -> None:
 
 
 def test_the_table_of_faces_is_that_of_the_example() -> None:
-    case = load_case(CASE, StepCase)
+    case = open_case(CASE).case.structure
     part = step_part(CASE.parent / case.file, {face.name: [face.selector()] for face in case.face})
     faces = {
         name: NamedFaces(n_face=len(region.faces), area=region.area, centre=region.centre)

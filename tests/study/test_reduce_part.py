@@ -23,70 +23,71 @@ from fe.mesher.block import Block, mesh_blocks
 from fe.modal import modes
 from reduction.file.rom_hdf5 import load_rom
 from study.cli import main
-from study.kind.part import reduce as part_run
+from study.kind.part.reduce import _drawn as drawn
 
 needs_tetwild = pytest.mark.skipif(
     importlib.util.find_spec("pytetwild") is None, reason="pytetwild is not installed: pip install stickslip[tets]"
 )
-MATERIAL = (
-    f'[material]\nyoung = "{STEEL.young:g} Pa"\npoisson = {STEEL.poisson}\ndensity = "{STEEL.density:g} kg/m^3"\n'
-)
+MATERIAL = f"""\
+[structure.material]
+young = "{STEEL.young:g} Pa"
+poisson = {STEEL.poisson}
+density = "{STEEL.density:g} kg/m^3"
+"""
 REST = f"""
 {MATERIAL}
-[[support]]
+[[structure.support]]
 on = ["foot"]
-[[point]]
+[[structure.point]]
 name = "tip"
 at = ["7 mm", "3 mm", "60 mm"]
-[[line]]
+[[structure.line]]
 name = "rub"
 on = "top"
 from = ["2 mm", "5 mm", "60 mm"]
 to = ["18 mm", "5 mm", "60 mm"]
 stations = 3
-[[line]]
+[[structure.line]]
 name = "rim"
 edge = ["top", "side"]
 stations = 4
-[reduction]
+[structure.reduction]
 modes = 12
-[damping]
+[structure.damping]
 ratio = "1 %"
 """
 MESH_CASE = f"""\
-schema = 1
-kind = "mesh"
+schema = 2
 title = "Bar"
+[structure]
+kind = "part"
 file = "bar.inp"
 length_unit = "m"
 {REST}
-[[boundary]]
+[[structure.boundary]]
 name = "middle"
 on = "belt"
 directions = ["x", "y"]
 """
 STEP_CASE = f"""\
-schema = 1
-kind = "step"
+schema = 2
 title = "Bar"
+[structure]
+kind = "part"
 file = "bar.step"
-[mesh]
+[structure.mesh]
 size = "6 mm"
-[[face]]
+[[structure.face]]
 name = "foot"
 normal = [0, 0, -1]
-[[face]]
+[[structure.face]]
 name = "top"
 at = ["2 mm", "5 mm", "60 mm"]
-[[face]]
+[[structure.face]]
 name = "side"
 normal = [0, -1, 0]
 {REST}
 """
-
-
-#: Before tests replace it.
-DRAWN = part_run._drawn
 
 
 def stickslip(*words: str) -> int:
@@ -134,7 +135,7 @@ def test_both_ends_of_a_line_are_told(home: Path, capfd: pytest.CaptureFixture[s
     (home / "bar.toml").write_text(MESH_CASE.replace(line, line.replace("60 mm", "64 mm")))
     assert stickslip("reduce", "bar.toml", "--out", "out") == 2
     said = capfd.readouterr().err
-    assert all(f"line[0].{key} = " in said for key in ("from", "to"))
+    assert all(f"structure.line[0].{key} = " in said for key in ("from", "to"))
     assert said.count("it lies 4 mm beside the face") == 2
 
 
@@ -156,8 +157,8 @@ def test_the_point_that_is_proposed_lies_on_the_part_wherever_that_is(
     away = np.array([12.3456789, 0.0000123, -3.2100001])
     mesh = bar()
     write_mesh(replace(mesh, points=mesh.points + away), home / "bar.inp")
-    text = MESH_CASE.replace('[[line]]\nname = "rim"\nedge = ["top", "side"]\nstations = 4\n', "")
-    text = text.replace(text[text.index("[[line]]") : text.index("[reduction]")], "")
+    text = MESH_CASE.replace('[[structure.line]]\nname = "rim"\nedge = ["top", "side"]\nstations = 4\n', "")
+    text = text.replace(text[text.index("[[structure.line]]") : text.index("[structure.reduction]")], "")
     given = 'at = ["12350 mm", "3 mm", "-3140 mm"]'
     (home / "bar.toml").write_text(text.replace('at = ["7 mm", "3 mm", "60 mm"]', given))
     assert stickslip("reduce", "bar.toml", "--out", "out") == 2
@@ -221,7 +222,7 @@ def test_the_set_of_a_mesh_is_kept_in_its_order_and_directions(home: Path) -> No
 
 
 def test_a_part_that_nothing_holds_keeps_its_six_rigid_motions(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    (home / "bar.toml").write_text(MESH_CASE.replace('[[support]]\non = ["foot"]\n', ""))
+    (home / "bar.toml").write_text(MESH_CASE.replace('[[structure.support]]\non = ["foot"]\n', ""))
     found = document(capfd, "reduce", "bar.toml", "--out", "out")
     assert found["frequency_hz"][:6] == found["rom_frequency_hz"][:6] == [0.0] * 6
     np.testing.assert_allclose(found["rom_frequency_hz"][6:8], found["frequency_hz"][6:8], rtol=1e-2)
@@ -249,43 +250,48 @@ def test_a_second_run_computes_nothing_and_other_modes_no_matrices(home: Path, m
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ('file = "bar.inp"', 'file = "no.inp"', 'bar.toml:4: file = "no.inp": mesh file no.inp does not exist'),
-        ('kind = "mesh"', 'kind = "msh"', 'kind = "msh": must be "mesh"\n'),
+        (
+            'file = "bar.inp"',
+            'file = "no.inp"',
+            'bar.toml:5: structure.file = "no.inp": mesh file no.inp does not exist',
+        ),
+        ('kind = "part"', 'kind = "pat"', 'bar.toml:4: structure.kind = "pat": must be '),
+        ('kind = "part"', 'kind = "pat"', 'did you mean "part"'),
         ('length_unit = "m"', 'length_unit = "kg"', 'length_unit = "kg"'),
         ('length_unit = "m"', "length_unit = 1", "is the unit of the coordinates in the file"),
         (
             'on = ["foot"]',
             'on = ["hand"]',
-            'support[0].on = ["hand"]: there is no "hand": the sets of bar.inp are belt',
+            'structure.support[0].on = ["hand"]: there is no "hand": the sets of bar.inp are belt',
         ),
-        ('name = "rub"', 'name = "tip"', 'line[0].name = "tip": "tip" is taken'),
+        ('name = "rub"', 'name = "tip"', 'structure.line[0].name = "tip": "tip" is taken'),
         (
             '"7 mm", "3 mm", "60 mm"',
             '"7 mm", "3 mm", "80 mm"',
-            'bar.toml:16: point[0].at = ["7 mm", "3 mm", "80 mm"]: it lies 20 mm beside the face; the nearest point '
-            'there is ["7 mm", "3 mm", "60 mm"]: give that',
+            'bar.toml:17: structure.point[0].at = ["7 mm", "3 mm", "80 mm"]: it lies 20 mm beside the face; '
+            'the nearest point there is ["7 mm", "3 mm", "60 mm"]: give that',
         ),
         (
             '"18 mm", "5 mm", "60 mm"',
             '"18 mm", "5 mm", "62 mm"',
-            'line[0].to = ["18 mm", "5 mm", "62 mm"]: it lies 2 mm beside the face; the nearest point there is '
-            '["18 mm", "5 mm", "60 mm"]: give that',
+            'structure.line[0].to = ["18 mm", "5 mm", "62 mm"]: it lies 2 mm beside the face; the nearest '
+            'point there is ["18 mm", "5 mm", "60 mm"]: give that',
         ),
         (
             '"2 mm", "5 mm", "60 mm"',
             '"2 mm", "5 mm", "57 mm"',
-            'line[0].from = ["2 mm", "5 mm", "57 mm"]: it lies 3 mm beside the face; the nearest point there is '
-            '["2 mm", "5 mm", "60 mm"]: give that',
+            'structure.line[0].from = ["2 mm", "5 mm", "57 mm"]: it lies 3 mm beside the face; the nearest '
+            'point there is ["2 mm", "5 mm", "60 mm"]: give that',
         ),
         (
             '"18 mm", "5 mm", "60 mm"',
             '"2 mm", "5 mm", "60 mm"',
-            'line[0].to = ["2 mm", "5 mm", "60 mm"]: the line "rub" b',
+            'structure.line[0].to = ["2 mm", "5 mm", "60 mm"]: the line "rub" b',
         ),
         (
             'edge = ["top", "side"]',
             'edge = ["top", "foot"]',
-            'line[1].edge = ["top", "foot"]: the line "rim": the faces "top" and "foot" do not meet: name two that',
+            'structure.line[1].edge = ["top", "foot"]: the line "rim": the faces "top" and "foot" do not meet: n',
         ),
         ('edge = ["top", "side"]', 'edge = ["top", "top"]', 'edge names "top" twice'),
         ('on = "top"\nfrom', "from", "give a face with two of its points"),
@@ -293,10 +299,10 @@ def test_a_second_run_computes_nothing_and_other_modes_no_matrices(home: Path, m
         (
             'on = "belt"',
             'on = "foot"',
-            'boundary[0].on = "foot": all 45 nodes of "middle" are held along x, y: keep another set, or take',
+            'structure.boundary[0].on = "foot": all 45 nodes of "middle" are held along x, y: keep another set',
         ),
-        ("modes = 12", "modes = -1", "reduction.modes"),
-        ('young = "2.1e+11 Pa"', 'young = "-1 Pa"', "material.young"),
+        ("modes = 12", "modes = -1", "structure.reduction.modes"),
+        ('young = "2.1e+11 Pa"', 'young = "-1 Pa"', "structure.material.young"),
     ],
 )
 def test_mistakes_are_told_with_file_and_key(
@@ -316,11 +322,13 @@ def test_sets_of_faces_and_of_nodes_are_drawn(home: Path, monkeypatch: pytest.Mo
         seen.update(faces=list(faces), stations=len(stations), **nodes)
         path.write_bytes(b"")
 
-    monkeypatch.setattr("study.kind.part.reduce._drawn", DRAWN)
+    monkeypatch.setattr("study.kind.part.reduce._drawn", drawn)
     monkeypatch.setattr("study.kind.part.reduce.picture_modes", lambda *_: [])
     monkeypatch.setattr("study.kind.part.pictures.named_faces_picture", draw)
     # Held too, by a set of nodes.
-    (home / "bar.toml").write_text(MESH_CASE.replace('on = ["foot"]', 'on = ["foot", "belt"]').split("[[boundary]]")[0])
+    (home / "bar.toml").write_text(
+        MESH_CASE.replace('on = ["foot"]', 'on = ["foot", "belt"]').split("[[structure.boundary]]")[0]
+    )
     assert stickslip("reduce", "bar.toml", "--out", "out") == 0
     assert (seen["faces"], seen["stations"]) == (["foot", "top", "side"], 7)
     np.testing.assert_allclose(seen["tip"], [[0.007, 0.003, 0.06]], atol=1e-12)
@@ -330,13 +338,17 @@ def test_sets_of_faces_and_of_nodes_are_drawn(home: Path, monkeypatch: pytest.Mo
 def test_a_part_without_anything_physical_and_other_commands_are_refused(
     home: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    bare = MESH_CASE.split("[[support]]")[0]
+    bare = MESH_CASE.split("[[structure.support]]")[0]
     (home / "bar.toml").write_text(bare)
     assert stickslip("reduce", "bar.toml", "--out", "out") == 2
-    assert "nothing stays physical: name a [[point]]" in capfd.readouterr().err
-    for command in ("modes", "solve"):
+    assert "nothing stays physical: name a [[structure.point]]" in capfd.readouterr().err
+    assert stickslip("modes", "bar.toml", "--out", "out") == 2
+    said = capfd.readouterr().err
+    assert "case of a part" in said
+    assert "`stickslip reduce`" in said
+    for command in ("solve", "limits"):
         assert stickslip(command, "bar.toml", "--out", "out") == 2
-        assert "this is the case of a part" in capfd.readouterr().err
+        assert "there is no [sweep]" in capfd.readouterr().err
 
 
 def test_what_supports_leave_free_the_kept_points_may_hold(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -362,14 +374,15 @@ def test_more_than_the_memory_is_refused_before_it_is_taken(
 
 def test_the_reduced_part_is_solved_by_the_names_of_its_points(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
     first = document(capfd, "reduce", "bar.toml", "--out", "out")["rom_frequency_hz"][0]
-    solve = f"""schema = 1
-[model]
+    solve = f"""schema = 2
+[structure]
+kind = "plain"
 file = "out/bar_rom.h5"
 [[load]]
 at = "tip"
 direction = "y"
 amplitude = "1 N"
-[[output]]
+[[sensor]]
 name = "tip"
 at = "rub"
 station = 1
@@ -379,7 +392,8 @@ parameter = "frequency"
 from = "{0.99 * first} Hz"
 to = "{1.01 * first} Hz"
 step = "{first / 2000} Hz"
-harmonics = 1
+[harmonics]
+highest = 1
 """
     (home / "solve.toml").write_text(solve)
     (curve,) = document(capfd, "solve", "solve.toml", "--out", "solved")["curves"]
@@ -401,6 +415,7 @@ def write_step(path: Path, *boxes: tuple[float, float, float]) -> None:
 @pytest.fixture
 def cad(home: Path) -> Path:
     write_step(home / "bar.step", (0, 0, 0))
+    (home / "text.step").write_text("no STEP file\n")
     (home / "bar.toml").write_text(STEP_CASE)
     return home
 
@@ -439,24 +454,37 @@ def test_a_step_file_is_meshed_and_reduced_and_calculix_finds_the_same_on_that_m
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ('"bar.step"', '"no.step"', 'bar.toml:4: file = "no.step": the STEP file no.step cannot be read'),
+        ('"bar.step"', '"no.step"', 'bar.toml:5: structure.file = "no.step": the STEP file no.step cannot be read'),
         (
             '"bar.step"',
-            '"bar.toml"',
-            'file = "bar.toml": bar.toml is no STEP file, which begins with "ISO-10303-21;": name one',
+            '"text.step"',
+            'file = "text.step": text.step is no STEP file, which begins with "ISO-10303-21;": name one',
         ),
-        ("normal = [0, 0, -1]", "normal = [0, 1, -1]", 'bar.toml:7: face[0]: no face of bar.step fits "foot"'),
-        ("normal = [0, -1, 0]", "normal = [0, -1, 1]", 'bar.toml:13: face[2]: no face of bar.step fits "side"'),
-        ("normal = [0, 0, -1]", "normal = [0, 0, 0]", "face[0].normal"),
-        ("normal = [0, 0, -1]", "normal = [0, 0, 1]", "bar.toml:10: face[1]: bar.step: the plane"),
+        (
+            '"bar.step"',
+            '"bar.inp"',
+            '[structure.mesh] is for STEP files, which end in .step, .stp; file = "bar.inp" is taken for a mesh',
+        ),
+        (
+            "normal = [0, 0, -1]",
+            "normal = [0, 1, -1]",
+            'bar.toml:8: structure.face[0]: no face of bar.step fits "foot"',
+        ),
+        (
+            "normal = [0, -1, 0]",
+            "normal = [0, -1, 1]",
+            'bar.toml:14: structure.face[2]: no face of bar.step fits "side"',
+        ),
+        ("normal = [0, 0, -1]", "normal = [0, 0, 0]", "structure.face[0].normal"),
+        ("normal = [0, 0, -1]", "normal = [0, 0, 1]", "bar.toml:11: structure.face[1]: bar.step: the plane"),
         ("normal = [0, 0, -1]", 'colour = "red"', 'colour = "red"'),
         ("normal = [0, 0, -1]", 'step_name = "A"', 'no face of bar.step fits "foot" (name = A)'),
-        ('size = "6 mm"', 'size = "0 mm"', "mesh.size"),
+        ('size = "6 mm"', 'size = "0 mm"', "structure.mesh.size"),
         ('size = "6 mm"', 'size = "1 um"', "GB are free: take larger elements"),
         (
             'size = "6 mm"',
             'size = "6 mm"\nnear = { bore = "1 mm" }',
-            'mesh.near.bore = "1 mm": bar.step: a cell size is given near the face "bore", but the part has foot, side',
+            'structure.mesh.near.bore = "1 mm": bar.step: a cell size is given near the face "bore", but the',
         ),
         ('on = ["foot"]', 'on = ["hand"]', 'there is no "hand": the faces of this case are foot, side, top'),
     ],
@@ -491,7 +519,10 @@ def test_open_shells_and_overlapping_solids_are_refused_with_the_place_in_the_ca
     write_step(cad / "bar.step", (0, 0, 0), (0, 0, 50))
     assert stickslip("reduce", "bar.toml", "--out", "out") == 2
     said = capfd.readouterr().err
-    assert 'bar.toml:4: file = "bar.step": bar.step holds 2 solids, of which number 1 and 2 overlap by 2e+03' in said
+    assert (
+        'bar.toml:5: structure.file = "bar.step": bar.step holds 2 solids, of which number 1 and 2 overlap by 2e+03'
+        in said
+    )
     faces = [face for face in cq.Solid.makeBox(20, 10, 60).Faces() if face.Center().z < 59]
     cq.exporters.export(cq.Workplane(cq.Compound.makeCompound(faces)), str(cad / "bar.step"))
     assert stickslip("reduce", "bar.toml", "--out", "out") == 2

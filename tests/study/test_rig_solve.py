@@ -3,7 +3,7 @@
 import json
 import subprocess
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,21 +11,18 @@ import numpy as np
 import pytest
 
 from casefile.errors import CaseError
-from casefile.table import load_case
 from geometry.rig import SIDES, mating_pairs
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.objective import ContactForceHarmonic
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
 from hbsolve.steady_state import steady_state
 from pipeline import parallel
-from pipeline.progress import SilentProgress
 from pipeline.store import Store
-from study.kind.rig.contact import dead_weights
+from study.case.setup import read_case
 from study.kind.rig.forces import rig_forces
-from study.kind.rig.model import RigModel
-from study.kind.rig.reduction import RigReduction, reduce_rig
-from study.kind.rig.system import RigSystem, rig_system
-from study.kind.rig.table import RigCase, rig_model
+from study.kind.rig.system import RestingRig
+from study.run_context import silent_run
+from study.solve.model import SolveModel, solve_model
 
 RigCommand = Callable[..., "subprocess.CompletedProcess[str]"]
 SWEEP = """\
@@ -34,9 +31,10 @@ from = "180 Hz"
 to = "200 Hz"
 step = "5 Hz"
 levels = [2]
-harmonics = 3
-samples = 64
 histories = 2
+[harmonics]
+highest = 3
+samples = 64
 """
 #: Round-off of static solutions, relative: stiffness of 1e9 N/m beside springs of 1e6 N/m.
 ROUND_OFF = 1e-6
@@ -44,10 +42,8 @@ ROUND_OFF = 1e-6
 
 @dataclass(frozen=True)
 class Solved:
-    case: RigCase
-    model: RigModel
-    reduction: RigReduction
-    system: RigSystem
+    resting: RestingRig
+    model: SolveModel
 
 
 @pytest.fixture(scope="module")
@@ -58,10 +54,8 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def solved(store: Path, text: str) -> Solved:
     file = store / "case.toml"
     file.write_text(text, encoding="utf-8")
-    case = load_case(file, RigCase)
-    model = rig_model(case)
-    reduction = reduce_rig(model, Store(store / "cache"), SilentProgress())
-    return Solved(case, model, reduction, rig_system(case, model.rig, reduction))
+    read = read_case(file, run=replace(silent_run(), store=Store(store / "cache")))
+    return Solved(read.structure.details, solve_model(read))
 
 
 @pytest.fixture(scope="module")
@@ -71,17 +65,17 @@ def plain(store: Path, short_rig: str) -> Solved:
 
 def resultants(found: Solved) -> dict[str, np.ndarray]:
     """Force of each line on its damper at rest, by pair [N]: what pushes and drags is not the damper but the other."""
-    rest, pairs, force = found.system.rest, mating_pairs(found.model.rig), {}
+    rest, pairs, force = found.resting.rest, mating_pairs(found.resting.model.rig), {}
     names = [contact.name for contact in rest.contacts]
     for name, pair in pairs.items():
         total, line = np.zeros(3), pair.damper_line
         q = rest.displacement
-        for station, member in enumerate(found.system.joined.lines[name]):
+        for station, member in enumerate(found.resting.joined.lines[name]):
             row = names.index(member)
             total -= rest.normal[row] * line.normal[station] + rest.tangential[row][0] * line.tangents[station, 0]
             if len(rest.tangential[row]) == 1:
                 # The second tangent is a spring: along x.
-                across = found.reduction.assembly
+                across = found.resting.reduction.assembly
                 own = across.rows(pair.damper, line.name).reshape(-1, 3)[station]
                 other = across.rows(pair.other, pair.other_line.name).reshape(-1, 3)[station]
                 k_t = rest.contacts[row].tangential_stiffness
@@ -102,7 +96,9 @@ def test_contacts_carry_the_dead_weights(plain: Solved) -> None:
 
 
 def test_a_wire_that_is_shifted_and_leans_shares_its_pull_unevenly(store: Path, short_rig: str, plain: Solved) -> None:
-    leaning = solved(store, short_rig + '[dead_weight.left]\nshift = "-3 mm"\ninclination = "4 deg"\n' + SWEEP)
+    leaning = solved(
+        store, short_rig + '[structure.dead_weight.left]\nshift = "-3 mm"\ninclination = "4 deg"\n' + SWEEP
+    )
     force, even = resultants(leaning), resultants(plain)
     pull = 55 * np.array([0, np.sin(np.deg2rad(4)), np.cos(np.deg2rad(4))])
     assert force["left_blade"] + force["left_decoupler"] == pytest.approx(-pull, abs=55 * ROUND_OFF)
@@ -112,30 +108,30 @@ def test_a_wire_that_is_shifted_and_leans_shares_its_pull_unevenly(store: Path, 
 
 
 def test_rest_is_a_steady_state_of_the_solver(plain: Solved) -> None:
-    model = plain.system.model
+    model = plain.model
     balance = HarmonicBalance(system=model.system, n_harmonic=2, n_sample=64, level=1e-9)
     state = steady_state(balance, 2 * np.pi * 150.0, slider=model.curves[0].slider)
-    assert np.abs(state.coefficients[0]).max() < ROUND_OFF * np.abs(plain.system.rest.displacement).max()
+    assert np.abs(state.coefficients[0]).max() < ROUND_OFF * np.abs(plain.resting.rest.displacement).max()
 
 
 def test_load_cells_feel_the_contact_forces(plain: Solved) -> None:
-    model, weights = plain.system.model, dead_weights(plain.case)
+    model = plain.model
     balance = HarmonicBalance(system=model.system, n_harmonic=4, n_sample=64, level=2.0)
     # So slow that nothing has inertia: then eqs 1 and 2 are the balance of forces.
     state = steady_state(balance, 2 * np.pi * 0.5, slider=model.curves[0].slider)
-    found = rig_forces(plain.model.rig, plain.reduction, plain.system, weights, balance, state)
+    found = rig_forces(plain.resting, balance, state)
     # Rows of reactions and contacts go through different products of the same reduced matrices.
     assert max(found.inertia_error.values()) < 1e-4
     # The axes of the arms meet on the contact line, so that they carry all but 1.5 % along themselves, coarse or fine.
     assert max(found.bending_error.values()) < 0.03
     state = steady_state(balance, 2 * np.pi * 150.0, slider=model.curves[0].slider)
-    fast = rig_forces(plain.model.rig, plain.reduction, plain.system, weights, balance, state)
+    fast = rig_forces(plain.resting, balance, state)
     assert max(fast.inertia_error.values()) > 10 * max(found.inertia_error.values())
 
 
 def test_histories_leave_each_line_a_share_of_its_limit(plain: Solved) -> None:
-    first, second = (curve.slider for curve in plain.system.model.curves)
-    rest = plain.system.rest
+    first, second = (curve.slider for curve in plain.model.curves)
+    rest = plain.resting.rest
     k_t = np.array([contact.tangential_stiffness for contact in rest.contacts])
     assert -k_t * first == pytest.approx(np.concatenate(rest.tangential), abs=1e-12)
     share = -k_t * second / (0.8 * rest.normal)
@@ -147,7 +143,7 @@ def test_histories_leave_each_line_a_share_of_its_limit(plain: Solved) -> None:
 
 def test_crowned_lines_press_in_the_middle(store: Path, short_rig: str, plain: Solved) -> None:
     crowned = solved(store, short_rig.replace("mu = 0.8", 'mu = 0.8\ncrowning = "2.5 um"') + SWEEP)
-    normal, even = (np.split(each.system.rest.normal, 4)[0] for each in (crowned, plain))
+    normal, even = (np.split(each.resting.rest.normal, 4)[0] for each in (crowned, plain))
     per_length = np.array([2, 1, 1, 1, 1, 1, 2])  # the end stations stand for half as much
     assert (normal * per_length)[3] > 2 * (normal * per_length)[[0, 6]].max()
     assert normal.sum() == pytest.approx(even.sum(), rel=0.02)
@@ -165,42 +161,43 @@ def document(store: Path, short_rig: str, rig_command: RigCommand) -> dict[str, 
 #: grows towards its end.
 ABSORBED = """\
 crowning = "2.5 um"
-[contact.left_blade]
+[structure.contact.left_blade]
 gap_end = "3 um"
-[contact.left_decoupler]
+[structure.contact.left_decoupler]
 gap_start = "5 um"
 gap_end = "2 um"
 """
 #: A line that is tilted alone.
 TILTED = """\
 crowning = "2.5 um"
-[contact.left_blade]
+[structure.contact.left_blade]
 gap_end = "3 um"
 """
 
 
 def test_gaps_that_a_rigid_motion_of_the_damper_absorbs_change_no_limit(store: Path, short_rig: str) -> None:
     crowned, absorbed, tilted = (
-        solved(store, short_rig + gaps + SWEEP).system for gaps in ('crowning = "2.5 um"\n', ABSORBED, TILTED)
+        solved(store, short_rig + gaps + SWEEP) for gaps in ('crowning = "2.5 um"\n', ABSORBED, TILTED)
     )
-    for one, other in zip(crowned.rest.contacts, absorbed.rest.contacts, strict=True):
+    for one, other in zip(crowned.resting.rest.contacts, absorbed.resting.rest.contacts, strict=True):
         assert (other.preload, other.gap) == pytest.approx((one.preload, one.gap), rel=ROUND_OFF, abs=1e-11)
-    np.testing.assert_allclose(absorbed.rest.slider, crowned.rest.slider, atol=1e-11)
+    np.testing.assert_allclose(absorbed.resting.rest.slider, crowned.resting.rest.slider, atol=1e-11)
     limits = [normal_force_limits(each) for each in (crowned, absorbed)]
     # Both searches take the same steps but for round-off, and stop at 1e-4.
     assert limits[1] == pytest.approx(limits[0], rel=1e-4)
     # What the damper cannot absorb presses other stations.
     moved = [
-        abs(one.preload - other.preload) for one, other in zip(crowned.rest.contacts, tilted.rest.contacts, strict=True)
+        abs(one.preload - other.preload)
+        for one, other in zip(crowned.resting.rest.contacts, tilted.resting.rest.contacts, strict=True)
     ]
-    assert max(moved) > 0.1 * max(each.preload for each in crowned.rest.contacts)
+    assert max(moved) > 0.1 * max(each.preload for each in crowned.resting.rest.contacts)
 
 
-def normal_force_limits(system: RigSystem) -> np.ndarray:
+def normal_force_limits(found: Solved) -> np.ndarray:
     """Of the mean normal force on the left line of the blade, above the resonance, with one harmonic [N]."""
-    balance = HarmonicBalance(system=system.model.system, n_harmonic=2, n_sample=32)
-    force = ContactForceHarmonic(joints=system.joined.lines["left_blade"], direction=-1)
-    problem = limit_problem(balance, force, nominal=system.rest.slider, reach=2e-6)
+    balance = HarmonicBalance(system=found.model.system, n_harmonic=2, n_sample=32)
+    force = ContactForceHarmonic(joints=found.resting.joined.lines["left_blade"], direction=-1)
+    problem = limit_problem(balance, force, nominal=found.resting.rest.slider, reach=2e-6)
     limits = response_limits(problem, [2 * np.pi * 260], [0.1], settings=LimitSettings(population=2, sample=0))
     return limits.value.ravel()
 
@@ -223,29 +220,37 @@ def test_the_command_says_how_the_rig_rests_and_what_each_curve_does(document: d
         (SWEEP, "", "there is no [sweep]"),
         (
             "[sweep]",
-            '[dead_weight.right]\ninclination = "80 deg"\n[sweep]',
-            'dead_weight.right.inclination = "80 deg": under the static load "right_blade" opens all along its line',
+            '[structure.dead_weight.right]\ninclination = "80 deg"\n[sweep]',
+            'structure.dead_weight.right.inclination = "80 deg": under the static load "right_blade" opens all along',
         ),
-        ("[sweep]", '[dead_weight.left]\nshift = "7 mm"\n[sweep]', "lies beside the damper's cylinder"),
+        ("[sweep]", '[structure.dead_weight.left]\nshift = "7 mm"\n[sweep]', "lies beside the damper's cylinder"),
         # A wire that pushes down instead of pulling up takes the damper out of its grooves.
-        ("[sweep]", '[dead_weight]\nforce = "-55 N"\n[sweep]', 'dead_weight.force = "-55 N": must be greater than 0 N'),
+        (
+            "[sweep]",
+            '[structure.dead_weight]\nforce = "-55 N"\n[sweep]',
+            'structure.dead_weight.force = "-55 N": must be greater than 0 N',
+        ),
         # A slip of the unit: the damper would turn by degrees until the line touches.
         (
             "[sweep]",
-            '[contact.left_blade]\ngap_end = "5 mm"\n[sweep]',
+            '[structure.contact.left_blade]\ngap_end = "5 mm"\n[sweep]',
             'left_blade.gap_end = "5 mm": must be less than or',
         ),
         (
             "[sweep]",
-            '[contact.left_blade]\ngap_end = "2 um"\ngap_angle = "0.1 deg"\n[sweep]',
+            '[structure.contact.left_blade]\ngap_end = "2 um"\ngap_angle = "0.1 deg"\n[sweep]',
             "gap_end and gap_angle say the same twice: remove one",
         ),
         (
             "[sweep]",
-            '[contact.left_blade]\ngap_angle = "-0.1 deg"\n[sweep]',
+            '[structure.contact.left_blade]\ngap_angle = "-0.1 deg"\n[sweep]',
             "gap_angle = -0.1 deg leaves a gap of -21.18 um at the damper's shoulder",
         ),
-        ("[sweep]", '[contact.left_blade]\ngap_angle = "9 deg"\n[sweep]', 'gap_angle = "9 deg": must lie between'),
+        (
+            "[sweep]",
+            '[structure.contact.left_blade]\ngap_angle = "9 deg"\n[sweep]',
+            'gap_angle = "9 deg": must lie between',
+        ),
     ],
 )
 def test_a_mistake_is_one_sentence(store: Path, short_rig: str, old: str, new: str, said: str) -> None:
@@ -263,11 +268,11 @@ def test_after_a_mistake_is_mended_nothing_that_was_finished_is_computed_again(
     # Another size than in the other tests, so that no body has been reduced yet.
     short = short_rig.replace('size = "8 mm"', 'size = "9 mm"')
     with pytest.raises(CaseError, match="opens all along its line"):
-        solved(store, short + '[dead_weight.right]\ninclination = "80 deg"\n' + SWEEP)
+        solved(store, short + '[structure.dead_weight.right]\ninclination = "80 deg"\n' + SWEEP)
 
     def refuse(*_: object) -> None:
         raise AssertionError("something was computed again")
 
     monkeypatch.setattr(parallel, "_start", refuse)
-    mended = solved(store, short + '[dead_weight.right]\ninclination = "8 deg"\n' + SWEEP)
-    assert (mended.system.rest.normal > 0).all()
+    mended = solved(store, short + '[structure.dead_weight.right]\ninclination = "8 deg"\n' + SWEEP)
+    assert (mended.resting.rest.normal > 0).all()

@@ -8,8 +8,8 @@ import pytest
 
 from casefile.table import load_case
 from fe.modal import modes
+from study.case.kind import open_case
 from study.kind.blade.model import clamped
-from study.kind.blade.table import BladeCase
 from study.shipped import BLADE, CASES, LIMITS, RIG, SOLVE, TABLE1
 from study.table1.case import Table1Case
 from study.table1.study import row_inputs
@@ -73,7 +73,7 @@ def test_tuned_numbers_are_keys_that_exist_and_that_the_file_sets(path: Path) ->
 
 
 def test_what_was_not_tuned_is_the_rig_in_every_file() -> None:
-    rig, blade = load_case(TABLE1[0], Table1Case), load_case(BLADE, BladeCase)
+    rig, blade = load_case(TABLE1[0], Table1Case), open_case(BLADE).case.structure
     assert rig.blade == blade.blade
     assert rig.material == blade.material
     assert (rig.mesh.length_ratio, rig.mesh.length_cap, rig.mesh.pads) == (

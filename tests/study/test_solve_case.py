@@ -1,4 +1,4 @@
-"""The case of `stickslip solve`: what the file says is what the solver gets, and every mistake has its line."""
+"""A case for `stickslip solve`: what the file says is what the solver gets, and every mistake has its line."""
 
 import re
 from math import pi
@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from casefile.errors import CaseError
-from casefile.table import load_case
 from geometry.errors import InputError
 from reduction.file.rom_hdf5 import save_rom
 from reduction.jointed_system import (
@@ -21,19 +20,20 @@ from reduction.jointed_system import (
 )
 from reduction.rom import ReducedModel
 from study.case.damping import stuck_at_rest
-from study.case.joint_table import SolveCase
+from study.case.setup import read_case
 from study.solve.model import SolveModel, solve_model
 
 K = 1e6 * np.array([[2.0, -1, 0, 0], [-1, 2, -1, 0], [0, -1, 1, 0], [0, 0, 0, 5]])
 M = np.diag([1.0, 1, 1, 0.5])
 
 CASE = """\
-schema = 1
-[model]
+schema = 2
+[structure]
+kind = "plain"
 file = "chain.npz"
-[damping]
+[structure.damping]
 ratio = "0.5 %"
-[[contact]]
+[[joint]]
 kind = "friction"
 name = "tip"
 normal = { dof = 3 }
@@ -45,24 +45,24 @@ friction_coefficient = 0.5
 preload = "10 N"
 gap = "-3 um"
 friction = "coulomb"
-[[contact]]
+[[joint]]
 kind = "jenkins"
 name = "slider"
 dof = 1
 tangential_stiffness = "3 N/um"
 limit_force = "7 N"
-[[contact]]
+[[joint]]
 kind = "cubic"
 name = "cubic"
 weights = {1 = 1.0, 0 = -0.5}
 stiffness = "2 N/mm^3"
-[[contact]]
+[[joint]]
 kind = "stop"
 name = "stop"
 dof = 0
 stiffness = "4 N/um"
 gap = "0.1 mm"
-[[contact]]
+[[joint]]
 kind = "quadratic_damper"
 name = "air"
 dof = 0
@@ -78,15 +78,16 @@ dof = 1
 amplitude = "2 N"
 harmonic = 3
 phase = "90 deg"
-[[output]]
+[[sensor]]
 name = "tip"
 dof = 2
 quantity = "velocity"
+[harmonics]
+highest = 5
 [sweep]
 parameter = "frequency"
 from = "60 Hz"
 to = "100 Hz"
-harmonics = 5
 levels = [1, 3]
 """
 
@@ -95,7 +96,7 @@ def model_of(folder: Path, text: str) -> SolveModel:
     if not (folder / "chain.npz").exists():
         np.savez(folder / "chain.npz", M=M, K=K)
     (folder / "my.toml").write_text(text)
-    return solve_model(load_case(folder / "my.toml", SolveCase), folder)
+    return solve_model(read_case(folder / "my.toml"))
 
 
 def test_the_system_is_what_the_file_says(tmp_path: Path) -> None:
@@ -138,27 +139,28 @@ def test_the_damping_ratio_is_met_on_the_first_stuck_mode(tmp_path: Path) -> Non
 
 def test_damping_of_the_file_is_replaced_only_when_asked(tmp_path: Path) -> None:
     np.savez(tmp_path / "chain.npz", M=M, K=K, C=2e-4 * K)
-    with pytest.raises(CaseError, match=r"my.toml:5: damping.ratio = .* add replace = true"):
+    with pytest.raises(CaseError, match=r"my.toml:6: structure.damping.ratio = .* add replace = true"):
         model_of(tmp_path, CASE)
     replaced = model_of(tmp_path, CASE.replace('ratio = "0.5 %"', 'ratio = "0.5 %"\nreplace = true'))
     assert not np.allclose(replaced.system.damping, 2e-4 * K)
-    kept = model_of(tmp_path, CASE.replace('[damping]\nratio = "0.5 %"\n', ""))
+    kept = model_of(tmp_path, CASE.replace('[structure.damping]\nratio = "0.5 %"\n', ""))
     np.testing.assert_array_equal(kept.system.damping, 2e-4 * K)
 
 
 def test_a_level_sweep_has_one_curve_for_each_frequency(tmp_path: Path) -> None:
-    sweep = 'parameter = "level"\nfrom = 0.5\nto = 8\nfrequencies = ["70 Hz", "80 Hz"]\nharmonics = 3\nsamples = 64\n'
-    model = model_of(tmp_path, CASE.split("parameter")[0] + sweep)
+    sweep = 'parameter = "level"\nfrom = 0.5\nto = 8\nfrequencies = ["70 Hz", "80 Hz"]\n'
+    model = model_of(tmp_path, CASE.split("parameter")[0].replace("highest = 5", "highest = 3\nsamples = 64") + sweep)
     assert [(curve.first, curve.last, curve.label) for curve in model.curves] == [(0.5, 8, "70 Hz"), (0.5, 8, "80 Hz")]
     assert model.curves[1].fixed == pytest.approx(160 * pi, rel=1e-15)
     assert model.n_sample == 64
 
 
 ROM_CASE = """\
-schema = 1
-[model]
+schema = 2
+[structure]
+kind = "plain"
 file = "rom.h5"
-[[contact]]
+[[joint]]
 kind = "friction"
 name = "slot"
 normal = { at = "left", other_at = "right", direction = [0.6, 0.0, 0.8] }
@@ -170,16 +172,17 @@ friction_coefficient = 0.5
 at = "left"
 direction = "x"
 amplitude = "6 N"
-[[output]]
+[[sensor]]
 name = "tip"
 at = "right"
 station = 1
 direction = "z"
+[harmonics]
+highest = 1
 [sweep]
 parameter = "frequency"
 from = "60 Hz"
 to = "100 Hz"
-harmonics = 1
 """
 
 
@@ -218,50 +221,50 @@ def test_names_of_a_reduced_model_make_one_contact_a_station(tmp_path: Path) -> 
 
 ROM_MISTAKES = [
     ('"left", other_at = "right", direction = "y"', '"lift", direction = "y"', 'no boundary set "lift": it has left'),
-    ("station = 1", "station = 2", 'output[0].station = 2: .* boundary set "right" has stations 0 to 1'),
+    ("station = 1", "station = 2", 'sensor[0].station = 2: .* boundary set "right" has stations 0 to 1'),
     ('other_at = "right", direction = "y"', 'other_at = "three", direction = "y"', "2 stations but other_at = .* 3:"),
     ('"y" }', '"y", station = 0 }', "different numbers of stations (tangent 1, normal 2): a contact needs one of each"),
-    ("[0.6, 0.0, 0.8]", "[0, 0, 0]", "contact[0].normal: direction = [0, 0, 0] points nowhere"),
-    ('direction = "z"', 'direction = "w"', 'must be "x", "y" or "z"'),
+    ("[0.6, 0.0, 0.8]", "[0, 0, 0]", "joint[0].normal: direction = [0, 0, 0] points nowhere"),
+    ('direction = "z"', 'direction = "w"', 'sensor[0].direction = "w": must be "x", "y", "z", "rx",'),
     ('direction = "z"\n', "\n", 'at = "right" needs a direction'),
 ]
 
 
-LOADS = CASE[CASE.index("[[load]]") : CASE.index("[[output]]")]
-OUTPUT = CASE[CASE.index("[[output]]") : CASE.index("[sweep]")]
+LOADS = CASE[CASE.index("[[load]]") : CASE.index("[[sensor]]")]
+SENSOR = CASE[CASE.index("[[sensor]]") : CASE.index("[harmonics]")]
 MISTAKES = [
-    ("normal = { dof = 3 }", "normal = { dof = 30 }", "contact[0].normal: degree of freedom 30 .* has 0 to 3"),
-    ("dof = 1\ntang", "dof = -1\ntang", "contact[1].dof = -1: must be greater than or equal to 0"),
-    ("other = 1", "other = 2", "contact[0].tangent: .* does not move relative to itself"),
-    ("{1 = 1.0, 0 = -0.5}", "{1 = 1.0, 10 = 1.0}", "contact[2]: degree of freedom 10 does not exist"),
-    ("{1 = 1.0, 0 = -0.5}", "{1 = nan}", "contact[2].weights.1 = NaN: must be a finite number"),
-    ("{1 = 1.0, 0 = -0.5}", "{}", "contact[2]: its weights are empty or all zero"),
-    ('"2 N/um"', '"-2 N/um"', 'contact[0].normal_stiffness = "-2 N/um": must be greater than 0 N/m'),
-    ('"4 N/um"', '"-4 N/um"', 'contact[3].stiffness = "-4 N/um": must be greater than 0 N/m\n'),
-    ('stiffness = "4 N/um"', "", 'contact[3].stiffness is missing; add stiffness = "8.5 N/um"\n'),
-    ('stiffness = "2 N/mm^3"', "", 'contact[2].stiffness is missing; add stiffness = "2.5 N/mm^3"\n'),
+    ("normal = { dof = 3 }", "normal = { dof = 30 }", "joint[0].normal: degree of freedom 30 .* has 0 to 3"),
+    ("dof = 1\ntang", "dof = -1\ntang", "joint[1].dof = -1: must be greater than or equal to 0"),
+    ("other = 1", "other = 2", "joint[0].tangent: .* does not move relative to itself"),
+    ("{1 = 1.0, 0 = -0.5}", "{1 = 1.0, 10 = 1.0}", "joint[2]: degree of freedom 10 does not exist"),
+    ("{1 = 1.0, 0 = -0.5}", "{1 = nan}", "joint[2].weights.1 = NaN: must be a finite number"),
+    ("{1 = 1.0, 0 = -0.5}", "{}", "joint[2]: its weights are empty or all zero"),
+    ('"2 N/um"', '"-2 N/um"', 'joint[0].normal_stiffness = "-2 N/um": must be greater than 0 N/m'),
+    ('"4 N/um"', '"-4 N/um"', 'joint[3].stiffness = "-4 N/um": must be greater than 0 N/m\n'),
+    ('stiffness = "4 N/um"', "", 'joint[3].stiffness is missing; add stiffness = "8.5 N/um"\n'),
+    ('stiffness = "2 N/mm^3"', "", 'joint[2].stiffness is missing; add stiffness = "2.5 N/mm^3"\n'),
     ("friction_coefficient = 0.5", "", "friction_coefficient is missing; add friction_coefficient = 0.4\n"),
-    (LOADS, "", "table [[load]] is missing; add it\n"),
-    (OUTPUT, "", "table [[output]] is missing; add it\n"),
+    (LOADS, "", "table [[load]] is missing, so that nothing vibrates: add one"),
+    (SENSOR, "", "table [[sensor]] is missing, so that nothing is shown: add one"),
     ("coefficient = 0.5", "coefficient = -0.5", "friction_coefficient = -0.5: must be greater than or equal to 0"),
     ('"2 N/mm^3"', '"2 N/mm"', "makes it a stiffness, but a cubic stiffness is needed"),
-    ('kind = "cubic"', 'kind = "cubi"', 'contact[2].kind = "cubi": must be .* did you mean "cubic"?'),
-    ('name = "air"', 'name = "tip"', 'contact[4].name = "tip": .* is taken by contact[0]'),
+    ('kind = "cubic"', 'kind = "cubi"', 'joint[2].kind = "cubi": must be .* did you mean "cubic"?'),
+    ('name = "air"', 'name = "tip"', 'joint[4].name = "tip": .* is taken by joint[0]'),
     ('"5 N"', '"nan N"', 'load[0].amplitude = "nan N": is not a number'),
     ('"5 N"', "nan", "load[0].amplitude = NaN: give a unit"),
     ('"5 N"', '"1e999 N"', "is not a finite number"),
-    ("[[load]]\ndof = 0", "[[load]]", "load[0]: says nowhere where: give one of dof, weights, and at"),
+    ("[[load]]\ndof = 0", "[[load]]", "load[0]: says nowhere where: give one of dof, weights, at"),
     (
         "[[load]]\ndof = 0",
         '[[load]]\nat = "tip"\ndirection = "x"',
-        "the file holds plain matrices: give dof or weights",
+        "the structure is plain matrices: give dof or weights",
     ),
     ("[[load]]\ndof = 0", "[[load]]\ndof = 0\nweights = {0 = 1.0}", "dof and weights are given: give one of"),
-    ("harmonics = 5", "harmonics = 0", "sweep.harmonics = 0: .* keeps the mean alone and loses load[1], which acts"),
-    ("harmonics = 5", "harmonics = 2", "sweep.harmonics = 2: .* loses load[1], which acts at harmonic 3: take"),
+    ("highest = 5", "highest = 2", "load[1].harmonic = 3: .* harmonics.highest = 2 loses this load; take at least 3"),
+    ("highest = 5", "highest = -1", "harmonics.highest = -1: must be greater than or equal to 0"),
     (
-        "harmonics = 5",
-        "harmonics = 5\nsamples = 20",
+        "highest = 5",
+        "highest = 5\nsamples = 20",
         "samples = 20 are too few for harmonics 0 to 5: take at least 21,",
     ),
     ('to = "100 Hz"', 'to = "60 Hz"', "from and to are both 60 Hz: give two different ends"),
@@ -273,7 +276,7 @@ MISTAKES = [
     ("[1, 3]", "[]", "sweep.levels = []: must have at least 1, not 0"),
     ("[1, 3]", "[nan]", "sweep.levels[0] = NaN: nan is not a finite number"),
     ('parameter = "frequency"', 'parameter = "freq"', 'sweep.parameter = "freq": must be "frequency" or "level"'),
-    ('"chain.npz"', '"none.npz"', 'model.file = "none.npz": the file cannot be used: there is no file'),
+    ('"chain.npz"', '"none.npz"', 'structure.file = "none.npz": the file cannot be used: there is no file'),
 ]
 
 
@@ -298,9 +301,9 @@ def test_a_mistake_in_the_names_of_a_reduced_model_is_shown(tmp_path: Path, righ
 
 
 def test_all_mistakes_are_shown_together(tmp_path: Path) -> None:
-    wrong = CASE.replace("normal = { dof = 3 }", "normal = { dof = 30 }").replace("harmonics = 5", "harmonics = 0")
+    wrong = CASE.replace("normal = { dof = 3 }", "normal = { dof = 30 }").replace("highest = 5", "highest = 0")
     wrong = wrong.replace("[[static_load]]\ndof = 3", "[[static_load]]\ndof = 4")
     with pytest.raises(CaseError) as refused:
         model_of(tmp_path, wrong)
     keys = [problem.key for problem in refused.value.problems]
-    assert keys == ["contact[0].normal", "static_load[0]", "sweep.harmonics"]
+    assert keys == ["joint[0].normal", "static_load[0]", "load[0]", "load[1].harmonic"]

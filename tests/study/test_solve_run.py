@@ -16,11 +16,12 @@ from study.shipped import SOLVE
 
 #: One mass on a spring that rubs: stuck below a level, sliding nearly freely far above it.
 CASE = """\
-schema = 1
+schema = 2
 title = "One mass"
-[model]
+[structure]
+kind = "plain"
 file = "mass.npz"
-[[contact]]
+[[joint]]
 kind = "jenkins"
 name = "pad"
 dof = 0
@@ -29,18 +30,19 @@ limit_force = "2 N"
 [[load]]
 dof = 0
 amplitude = "1 N"
-[[output]]
+[[sensor]]
 name = "mass"
 dof = 0
-[[output]]
+[[sensor]]
 name = "speed"
 dof = 0
 quantity = "velocity"
+[harmonics]
+highest = 3
 [sweep]
 parameter = "frequency"
 from = "140 Hz"
 to = "200 Hz"
-harmonics = 3
 levels = [0.01, 2]
 """
 MASS, STIFFNESS, PAD, DAMPING = 1.0, 1e6, 0.3e6, 20.0
@@ -111,7 +113,7 @@ def test_a_stuck_slider_is_a_spring_and_results_are_the_same_in_all_files(
 
 @pytest.mark.usefixtures("no_figures")
 def test_a_level_sweep_starts_linear_and_softens(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    sweep = 'parameter = "level"\nfrom = 0.01\nto = 5\nfrequencies = ["160 Hz"]\nharmonics = 3\n'
+    sweep = 'parameter = "level"\nfrom = 0.01\nto = 5\nfrequencies = ["160 Hz"]\n'
     (home / "level.toml").write_text(CASE.split("parameter")[0] + sweep)
     assert solve("out", "--json", case="level.toml") == 0
     data = xr.open_dataset(home / "out" / "level_response.nc", engine="h5netcdf")
@@ -129,8 +131,8 @@ def test_a_truncation_error_above_5_percent_at_the_peak_is_told_in_one_sentence(
     home: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     # A stop that is much stiffer than the spring: its force is a pulse, which one harmonic cannot show.
-    stop = '[[contact]]\nkind = "stop"\nname = "stop"\ndof = 0\nstiffness = "20 N/um"\ngap = "10 um"\n[[load]]'
-    rough = CASE.replace("[[load]]", stop, 1).replace("harmonics = 3", "harmonics = 1").replace("[0.01, 2]", "[1, 20]")
+    stop = '[[joint]]\nkind = "stop"\nname = "stop"\ndof = 0\nstiffness = "20 N/um"\ngap = "10 um"\n[[load]]'
+    rough = CASE.replace("[[load]]", stop, 1).replace("highest = 3", "highest = 1").replace("[0.01, 2]", "[1, 20]")
     (home / "rough.toml").write_text(rough)
     assert solve("out", "--json", case="rough.toml") == 0
     output = capfd.readouterr()
@@ -174,13 +176,13 @@ def test_a_stop_in_contact_is_closed_and_its_force_is_normal(home: Path, monkeyp
     drawn: dict[str, Figure] = {}
     monkeypatch.setattr(Figure, "savefig", lambda figure, *_, **__: drawn.update({figure.get_suptitle(): figure}))
     text = """
-[[contact]]
+[[joint]]
 kind = "stop"
 name = "stop"
 dof = 0
 stiffness = "0.2 N/um"
 gap = "5 um"
-[[contact]]
+[[joint]]
 kind = "friction"
 name = "rub"
 normal = { dof = 0 }
@@ -287,7 +289,7 @@ def test_mistakes_are_answered_with_exit_code_2_and_the_help_has_an_example(
     assert solve("out", "--json") == 2
     error = json.loads(capfd.readouterr().out)["error"]
     assert error["kind"] == "case"
-    assert {problem["key"] for problem in error["problems"]} == {"contact[0]", "load[0]", "output[0]", "output[1]"}
+    assert {problem["key"] for problem in error["problems"]} == {"joint[0]", "load[0]", "sensor[0]", "sensor[1]"}
     assert cli.main(["solve", "--help"]) == 0
     assert "stickslip solve my_rig.toml --out mine" in capfd.readouterr().out
 

@@ -6,14 +6,14 @@ from study.kind.blade.table import BladeStructureTable
 from study.run_context import Answer, RunContext
 
 
-def structure(opened: OpenCase, run: RunContext) -> Structure:
+def make_structure(opened: OpenCase, run: RunContext) -> Structure:
     """Reduce the blade unless that was done before."""
     from study.kind.blade.reduce import blade_structure
 
     return blade_structure(opened, run)
 
 
-def reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
+def run_reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
     """Write STEP, mesh, the reduced model and the response of its tip."""
     from study.kind.blade.reduce import reduce_blade_case
     from study.reduce.report import frequency_document, frequency_lines
@@ -35,7 +35,7 @@ def reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
     return Answer(document=document, text="\n".join(lines))
 
 
-def modes(opened: OpenCase, run: RunContext, n_mode: int, film_of: int | None) -> Answer:
+def run_modes(opened: OpenCase, run: RunContext, n_mode: int, film_of: int | None) -> Answer:
     """Draw the mode shapes of the whole blade."""
     from study.kind.blade.modes import blade_modes
 
@@ -47,8 +47,8 @@ CASE_KINDS.register(
         name="blade",
         summary="a blade",
         table=BladeStructureTable,
-        structure=structure,
-        reduce=reduce,
-        modes=modes,
+        structure=make_structure,
+        reduce=run_reduce,
+        modes=run_modes,
     )
 )

@@ -6,7 +6,7 @@ from study.kind.matrices.table import MatricesTable
 from study.run_context import Answer, RunContext
 
 
-def structure(opened: OpenCase, run: RunContext) -> Structure:
+def make_structure(opened: OpenCase, run: RunContext) -> Structure:
     """Reduce the matrices unless that was done before."""
     from study.kind.matrices.reduce import reduce_matrices
     from study.reduce.structure import reduced_structure
@@ -14,7 +14,7 @@ def structure(opened: OpenCase, run: RunContext) -> Structure:
     return reduced_structure(reduce_matrices(opened, run).found.rom)
 
 
-def reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
+def run_reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
     """Write the reduced model, and compare reduced frequencies with full ones."""
     from study.kind.matrices.reduce import reduce_matrices_case
 
@@ -26,8 +26,8 @@ CASE_KINDS.register(
         name="matrices",
         summary="matrices of another program",
         table=MatricesTable,
-        structure=structure,
-        reduce=reduce,
+        structure=make_structure,
+        reduce=run_reduce,
         modes="matrices have no mesh to draw; `stickslip reduce` computes their frequencies",
     )
 )

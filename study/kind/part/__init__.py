@@ -6,14 +6,14 @@ from study.kind.part.table import PartTable
 from study.run_context import Answer, RunContext
 
 
-def structure(opened: OpenCase, run: RunContext) -> Structure:
+def make_structure(opened: OpenCase, run: RunContext) -> Structure:
     """Mesh and reduce the part unless that was done before."""
     from study.kind.part.reduce import part_structure
 
     return part_structure(opened, run)
 
 
-def reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
+def run_reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
     """Write mesh, reduced model, tables and pictures."""
     from study.kind.part.reduce import reduce_part_case
 
@@ -25,8 +25,8 @@ CASE_KINDS.register(
         name="part",
         summary="a part",
         table=PartTable,
-        structure=structure,
-        reduce=reduce,
+        structure=make_structure,
+        reduce=run_reduce,
         modes="`stickslip reduce` computes and draws the modes of a part",
     )
 )

@@ -95,7 +95,10 @@ def check_names(case: Case[PartTable], known: frozenset[str], what: str) -> None
             check(name, "support", number, "on")
     if not taken:
         with mistakes.at():
-            raise MeshError("nothing stays physical: name a [[point]], [[line]] or [[boundary]] to act and look at")
+            raise MeshError(
+                "nothing stays physical: name a [[structure.point]], [[structure.line]] or [[structure.boundary]] to "
+                "act and look at"
+            )
     mistakes.raise_if_any()
 
 
@@ -170,7 +173,7 @@ def _check_free(name: str, kept: Kept, supports: Sequence[Kept]) -> None:
         along = ", ".join(TRANSLATIONS[each] for each in kept.directions)
         raise MeshError(
             f'all {len(kept.nodes)} nodes of "{name}" are held along {along}: keep another set, or take what holds '
-            "them out of [[support]]"
+            "them out of [[structure.support]]"
         )
 
 

@@ -158,11 +158,14 @@ class PartTable(StructureTable):
             raise ValueError(f'file = "{self.file}" is meshed: add [structure.mesh] with a size, e.g. size = "2 mm"')
         if self.is_step and self.length_unit is not None:
             raise ValueError(f'length_unit is for mesh files; file = "{self.file}" knows its own: remove length_unit')
+        if not self.is_step and (self.mesh is not None or self.face):
+            table = "[structure.mesh]" if self.mesh is not None else "[[structure.face]]"
+            raise ValueError(
+                f'{table} is for STEP files, which end in {", ".join(STEP_SUFFIXES)}; file = "{self.file}" is taken '
+                f"for a mesh: remove {table}, or name a STEP file"
+            )
         if not self.is_step and self.length_unit is None:
             raise ValueError(
                 f'file = "{self.file}" holds numbers without a unit: add length_unit, e.g. length_unit = "mm"'
             )
-        if not self.is_step and (self.mesh is not None or self.face):
-            table = "[structure.mesh]" if self.mesh is not None else "[[structure.face]]"
-            raise ValueError(f'{table} is for STEP files; file = "{self.file}" is meshed already: remove {table}')
         return self

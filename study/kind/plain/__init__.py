@@ -6,7 +6,7 @@ from study.kind.plain.table import PlainTable
 from study.run_context import RunContext
 
 
-def structure(opened: OpenCase, run: RunContext) -> Structure:
+def make_structure(opened: OpenCase, run: RunContext) -> Structure:
     """Read the matrices."""
     from study.kind.plain.structure import plain_structure
 
@@ -19,7 +19,7 @@ CASE_KINDS.register(
         name="plain",
         summary="plain matrices",
         table=PlainTable,
-        structure=structure,
+        structure=make_structure,
         reduce='its matrices are used as they are: to reduce large ones, write kind = "matrices"',
         modes="plain matrices have no mesh whose modes could be drawn: `stickslip solve` shows their response",
     )

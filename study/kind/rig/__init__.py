@@ -12,14 +12,14 @@ if TYPE_CHECKING:
     from study.solve.run import Solved
 
 
-def structure(opened: OpenCase, run: RunContext) -> Structure:
+def make_structure(opened: OpenCase, run: RunContext) -> Structure:
     """Reduce the bodies unless that was done before, and let them rest under the dead weights."""
     from study.kind.rig.structure import rig_structure
 
     return rig_structure(opened.case, run)
 
 
-def reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
+def run_reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
     """Write STEP, meshes with modes, the reduced assembly and pictures."""
     from study.kind.rig.reduce import reduce_rig_case
     from study.kind.rig.reduce_report import rig_document, rig_text
@@ -28,7 +28,7 @@ def reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
     return Answer(document=rig_document(reduced), text=rig_text(reduced))
 
 
-def solved(read: "ReadCase", found: "Solved", run: RunContext) -> Extras:
+def after_solve(read: "ReadCase", found: "Solved", run: RunContext) -> Extras:
     """Contact forces, load cells and a film at the highest points."""
     from study.kind.rig.solve import solved_rig
     from study.kind.rig.solve_report import rig_solve_document, rig_solve_text
@@ -42,9 +42,9 @@ CASE_KINDS.register(
         name="rig",
         summary="a rig",
         table=RigTable,
-        structure=structure,
-        reduce=reduce,
+        structure=make_structure,
+        reduce=run_reduce,
         modes="`stickslip reduce` computes and draws the modes of a rig, with all contacts stuck",
-        solved=solved,
+        solved=after_solve,
     )
 )

@@ -1,4 +1,4 @@
-"""The case of `stickslip compare`: what the file says is the model that is tested, and every mistake has its line."""
+"""A case of plain matrices: what the file says is the model, and every mistake has its line."""
 
 import re
 import textwrap
@@ -14,7 +14,7 @@ from reduction.jointed_system import CubicSpring
 from reduction.rom import ReducedModel
 from study.beam.case import write_beam_case
 from study.beam.model import beam_model
-from study.case.setup import read_test_case
+from study.case.setup import read_case
 from study.shipped import BEAM
 
 K = 1e6 * np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 1]])
@@ -22,10 +22,11 @@ M = np.diag([1.0, 2, 0.5])
 ROWS = np.array([[0.0, 1, 0], [0, 0.5, 0.5]])
 
 CASE = """\
-schema = 1
-[model]
+schema = 2
+[structure]
+kind = "plain"
 file = "chain.npz"
-[damping]
+[structure.damping]
 mass_factor = "3 1/s"
 stiffness_factor = "2 us"
 [[place]]
@@ -43,7 +44,7 @@ gain = "102 %"
 [[sensor]]
 name = "b"
 weights = { 0 = 1.0, 2 = -1.0 }
-[[line_sensor]]
+[[sensor]]
 name = "T"
 line = "left"
 component = "tangential"
@@ -56,7 +57,7 @@ tangential_stiffness = "1 N/um"
 friction_coefficient = 0.4
 preload = "5 N"
 balanced_preload = true
-[[contact]]
+[[joint]]
 kind = "cubic"
 name = "cubic"
 dof = 2
@@ -111,7 +112,7 @@ def written(folder: Path, text: str) -> Path:
 
 
 def test_all_that_the_file_says_is_in_the_model(folder: Path) -> None:
-    setup = read_test_case(written(folder, CASE))
+    setup = read_case(written(folder, CASE)).setup
     model = setup.model
     np.testing.assert_array_equal(model.system.mass, M)
     np.testing.assert_allclose(model.system.damping, 3 * M + 2e-6 * K)
@@ -142,7 +143,7 @@ def test_all_that_the_file_says_is_in_the_model(folder: Path) -> None:
 
 
 def test_the_shipped_beam_is_that_of_the_bench(tmp_path: Path) -> None:
-    read, model = read_test_case(BEAM).model, beam_model(24)
+    read, model = read_case(BEAM).setup.model, beam_model(24)
     for name in ("mass", "damping", "stiffness"):
         np.testing.assert_array_equal(getattr(read.system, name), getattr(model.system, name))
     # Decimal numbers of the case, and the row of a node, are right to rounding.
@@ -178,7 +179,7 @@ def parabola(model: Model) -> np.ndarray:
 
 
 def test_the_finer_beam_is_the_same_with_more_of_all() -> None:
-    setup = read_test_case(BEAM)
+    setup = read_case(BEAM).setup
     (finer,) = setup.budget.refined
     assert finer.system.n_dof == 2 * setup.model.system.n_dof
     assert finer.n_harmonic > setup.model.n_harmonic
@@ -205,10 +206,10 @@ def test_a_reduced_model_knows_its_boundary(tmp_path: Path) -> None:
     )
     save_rom(rom, tmp_path / "rom.h5")
     text = (
-        'schema = 1\n[model]\nfile = "rom.h5"\n[[load]]\nat = "foot"\ndirection = "z"\n'
+        'schema = 2\n[structure]\nkind = "plain"\nfile = "rom.h5"\n[[load]]\nat = "foot"\ndirection = "z"\n'
         '[[sensor]]\nname = "s"\nbody = "foot"\nnode = 4\ndirection = "x"\n'
     )
-    model = read_test_case(written(tmp_path, text)).model
+    model = read_case(written(tmp_path, text)).setup.model
     np.testing.assert_array_equal(model.system.dynamic[1], [0, 1, 0])
     assert isinstance(model.sensors[0], Sensor)
     np.testing.assert_array_equal(model.sensors[0].row, [1, 0, 0])
@@ -232,10 +233,10 @@ MISTAKES = {
         'pressed_by = "screw": dead weight "weight" presses this line; remove one of them',
     ),
     "pressed by a weight of others": (
-        '[[contact]]\nkind = "cubic"',
+        '[[joint]]\nkind = "cubic"',
         '[[line]]\nname = "right"\nnormal = { dof = 0 }\ntangent = { dof = 1 }\nnormal_stiffness = "1 N/um"\n'
         'tangential_stiffness = "1 N/um"\nfriction_coefficient = 0.4\npressed_by = "weight"\n'
-        '[[contact]]\nkind = "cubic"',
+        '[[joint]]\nkind = "cubic"',
         'pressed_by = "weight" is a dead weight: list the line in its presses instead',
     ),
     "nothing pressed": ('presses = ["left"]', 'presses = ["right"]', 'presses: "right" is no line of the case'),
@@ -246,11 +247,11 @@ MISTAKES = {
     "shares and own": ("balanced", "shares = [1, 2]\nbalanced", "normal_stiffness has a value for each contact, and"),
     "unit": ('preload = "5 N"', 'preload = "5 m"', 'preload = "5 m": "m" makes it a length, but a force is needed'),
     "decimal comma": ('preload = "5 N"', 'preload = "5,2 N"', "write a decimal point, not a comma"),
-    "two dampings": ("[damping]", '[damping]\nratio = "1 %"', "give either ratio, or mass_factor and stiffness_factor"),
-    "harmonic": ("phase", "harmonic = 4\nphase", "harmonic = 4 is not kept: harmonics.highest is 3; raise it"),
+    "two dampings": ("[structure.damping]", '[structure.damping]\nratio = "1 %"', "give either ratio, or mass_factor and stiffness_factor"),
+    "harmonic": ("phase", "harmonic = 4\nphase", "harmonic = 4: harmonics.highest = 3 loses this load; take at least 4"),
     "samples": ("samples = 64", "samples = 8", "samples = 8 are too few for harmonics 0 to 3: take at least 13"),
     "no effect file": ('"mine.py"', '"yours.py"', "there is no file"),
-    "few dofs": ("[[static_load]]", "[[dof]]\n[[static_load]]", "1 tables [[dof]] for 3 degrees of freedom"),
+    "few dofs": ("[[static_load]]", "[[structure.dof]]\n[[static_load]]", "1 tables [[structure.dof]] for 3 degrees of freedom"),
     "refined is itself": ("[harmonics]", 'refined = ["case.toml"]\n[harmonics]', "is this case itself"),
 }
 
@@ -261,7 +262,7 @@ def test_a_mistake_is_one_sentence_with_its_line(folder: Path, name: str) -> Non
     assert CASE.count(old) >= 1
     path = written(folder, CASE.replace(old, new, 1))
     with pytest.raises(CaseError) as caught:
-        read_test_case(path)
+        read_case(path)
     (problem,) = caught.value.problems
     assert expected in str(problem), str(problem)
     assert problem.line > 0
@@ -279,7 +280,7 @@ def test_a_finer_case_has_the_same_names(folder: Path, old: str, new: str, expec
     (folder / "finer.toml").write_text(CASE.replace(old, new), encoding="utf-8")
     case = written(folder, CASE.replace("[harmonics]", 'refined = ["finer.toml"]\n[harmonics]'))
     with pytest.raises(CaseError, match=expected):
-        read_test_case(case)
+        read_case(case)
 
 
 def test_all_mistakes_come_at_once(folder: Path) -> None:
@@ -289,7 +290,7 @@ def test_all_mistakes_come_at_once(folder: Path) -> None:
         .replace("dof = 2\nphase", "dof = 5\nphase")
     )
     with pytest.raises(CaseError) as caught:
-        read_test_case(written(folder, text))
+        read_case(written(folder, text))
     # The sensor at the place that does not exist is no fourth one.
     assert len(caught.value.problems) == 3
 
@@ -297,17 +298,17 @@ def test_all_mistakes_come_at_once(folder: Path) -> None:
 def test_parts_add_up_to_the_structure(folder: Path) -> None:
     np.savez(folder / "chain.npz", M=M, K=K, part_base_mass=0.5 * M, part_base_stiffness=K)
     with pytest.raises(CaseError, match="the parts base do not add up to the mass: store every part, or none"):
-        read_test_case(written(folder, CASE))
+        read_case(written(folder, CASE))
 
 
 def test_the_case_of_the_document_can_be_read(tmp_path: Path) -> None:
     document = (Path(__file__).parents[2] / "docs" / "compare.md").read_text(encoding="utf-8")
-    block = re.search(r"(?:^    .*\n|^\n)+", document[document.index("    schema = 1") :], re.MULTILINE)
+    block = re.search(r"(?:^    .*\n|^\n)+", document[document.index("    schema = 2") :], re.MULTILINE)
     assert block is not None
     stiffness = 1e6 * (2 * np.eye(8) - np.eye(8, k=1) - np.eye(8, k=-1))
     directions = np.array(["z"] * 8)
     np.savez(tmp_path / "bar.npz", M=np.eye(8), K=stiffness, dof_direction=directions, wall_normal=np.eye(8)[[1, 3, 5]])
-    model = read_test_case(written(tmp_path, textwrap.dedent(block.group()))).model
+    model = read_case(written(tmp_path, textwrap.dedent(block.group()))).setup.model
     assert model.lines == {"wall": ("wall.1", "wall.2", "wall.3")}
     assert [model.contact(name).preload for name in model.lines["wall"]] == [4.0, 16.0, 4.0]
     assert [model.contact(name).gap for name in model.lines["wall"]] == [0.0, 5e-7, 1e-6]

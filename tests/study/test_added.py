@@ -10,7 +10,7 @@ from casefile.errors import CaseError
 from diagnosis.fit.arrangement import Added
 from study.beam.model import beam_model
 from study.case.added import apply_by_name, case_catalogue, key_of, text_of, value_of
-from study.case.setup import read_test_case
+from study.case.setup import read_case
 from study.shipped import BEAM
 
 
@@ -24,7 +24,7 @@ def case_with(folder: Path, tables: str) -> Path:
 
 def test_a_complete_model_has_its_effects_on_top_of_its_factors(tmp_path: Path) -> None:
     tables = '[[added]]\neffect = "mass at tip"\nmass = "93 mg"\n[calibrated]\nkt = 1.25\nE = "102 %"\n'
-    setup = read_test_case(case_with(tmp_path, tables))
+    setup = read_case(case_with(tmp_path, tables)).setup
     drawn, complete = setup.model, setup.complete
     tip = drawn.places["tip"]
     # 93 mg on one translation of one node; the digits of a sum with a mass of grams are lost, no more.
@@ -37,7 +37,7 @@ def test_a_complete_model_has_its_effects_on_top_of_its_factors(tmp_path: Path) 
 
 
 def test_an_added_gap_runs_along_the_contacts_of_the_finer_model_too(tmp_path: Path) -> None:
-    setup = read_test_case(case_with(tmp_path, '[[added]]\neffect = "gap of left at left.3"\ngap = "0.4 um"\n'))
+    setup = read_case(case_with(tmp_path, '[[added]]\neffect = "gap of left at left.3"\ngap = "0.4 um"\n')).setup
     (finer,) = setup.complete_budget.refined
     gaps = [finer.contact(name).gap for name in finer.lines["left"]]
     # Linear, from none at one end: the nodes about a contact say nothing of where it is, their shapes are cubic.
@@ -54,13 +54,13 @@ def test_a_gap_towards_an_end_is_one_however_many_contacts_the_line_has(end: int
 
 
 def test_a_case_without_effects_is_as_drawn() -> None:
-    setup = read_test_case(BEAM)
+    setup = read_case(BEAM).setup
     assert setup.added == ()
     assert setup.complete is setup.model
 
 
 def test_every_value_is_read_as_it_was_written() -> None:
-    for effect in case_catalogue(read_test_case(BEAM).model, [], level=10.0).candidates:
+    for effect in case_catalogue(read_case(BEAM).setup.model, [], level=10.0).candidates:
         for parameter in effect.parameters:
             for value in (parameter.typical, 0.37 * parameter.typical + 0.63 * parameter.vanishes):
                 # Six digits are written.
@@ -87,7 +87,7 @@ MISTAKES = [
 def test_a_mistake_in_an_added_effect_has_its_line(tmp_path: Path, table: str, message: str) -> None:
     case = case_with(tmp_path, f"[[added]]\n{table}\n")
     with pytest.raises(CaseError, match=message) as caught:
-        read_test_case(case)
+        read_case(case)
     (problem,) = caught.value.problems
     first = BEAM.read_text(encoding="utf-8").count("\n") + 2
     assert first <= problem.line <= first + 5
@@ -96,5 +96,5 @@ def test_a_mistake_in_an_added_effect_has_its_line(tmp_path: Path, table: str, m
 def test_a_factor_that_is_no_accepted_parameter_is_refused(tmp_path: Path) -> None:
     case = case_with(tmp_path, "[calibrated]\nmu = 1.1\n")
     case.write_text(case.read_text().replace('mu = "10 %"', "mu = 0"), encoding="utf-8")
-    with pytest.raises(CaseError, match=r"calibrated.mu = 1.1: mu is calibrated, but is no accepted parameter"):
-        read_test_case(case)
+    with pytest.raises(CaseError, match=r"calibrated.mu = 1.1: mu is calibrated, but is no calibration parameter here: remove it"):
+        read_case(case)
