@@ -40,6 +40,8 @@ def trial(how: str, *, out: Path | None = None, options: Options = DEFAULTS) -> 
     if how == "case": raise CaseError([Problem(file="a.toml", line=3, key="x", text="x = 1: too small")])
     if how == "failed": raise ComputationFailed("Newton did not converge at 120 Hz")
     if how == "memory": raise MemoryError
+    if how == "disk": Path("/dev/full").write_text("x")
+    if how == "hdf5": raise RuntimeError("not closed, errno = 28, error message = 'No space', filename = 'a/b.nc'")
     if how == "mistake": return Answer(document={}, text=str(1 / 0))
     if how == "poor": return Answer(document={"worst": float("nan")}, text="poor", exit_code=1)
     if how == "wait":
@@ -103,6 +105,32 @@ def test_every_end_has_its_exit_code_and_its_sentence(
     assert done.returncode == exit_code
     assert message in done.stderr
     assert "Traceback" not in done.stderr
+
+
+needs_full_disk = pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+
+
+@needs_full_disk
+@pytest.mark.parametrize(("how", "file"), [("disk", "a file"), ("hdf5", "a/b.nc")])
+def test_a_full_disk_is_one_sentence_with_file_and_remedy(environment: dict[str, str], how: str, file: str) -> None:
+    done = stickslip(environment, "trial", how, "--json")
+    assert done.returncode == 2
+    assert done.stderr.count("stickslip: ") == 1
+    assert f"{file} cannot be written (No space left on device): free some space" in done.stderr
+    assert json.loads(done.stdout)["error"]["exit_code"] == 2
+
+
+@needs_full_disk
+@pytest.mark.parametrize("option", [[], ["--json"]])
+def test_standard_output_on_a_full_disk_is_one_sentence_too(environment: dict[str, str], option: list[str]) -> None:
+    runner = Path(environment["TMPDIR"]) / "run.py"
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run([sys.executable, str(runner), "trial", "long", *option], env=environment, stdout=full,
+                              stderr=subprocess.PIPE, text=True, timeout=TIMEOUT, check=False)  # fmt: skip
+    assert done.returncode == 2
+    assert "standard output cannot be written" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert "Exception" not in done.stderr
 
 
 def test_an_output_folder_that_cannot_be_written_is_refused_before_anything_runs(environment: dict[str, str]) -> None:
