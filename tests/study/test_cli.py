@@ -23,6 +23,21 @@ from study.run_context import DEFAULTS, Answer, Options, command_app
 
 app = command_app("trial", "Ends in many ways.", examples=["stickslip trial fine"])
 
+def within_callback(kill):
+    import ctypes
+    def swallowing(*_):
+        kill()
+        return 0
+    ctypes.CFUNCTYPE(ctypes.c_int)(swallowing)()
+
+def within_import(kill):
+    try:
+        kill()
+    except BaseException:
+        raise ImportError("numba._devicearray failed to import") from None
+
+SIGNALLED = {"callback": within_callback, "import": within_import, "exec": lambda kill: exec("kill()", {"kill": kill})}
+
 @app.default
 def trial(how: str, *, out: Path | None = None, options: Options = DEFAULTS) -> Answer:
     from geometry.errors import GeometryError
@@ -47,6 +62,10 @@ def trial(how: str, *, out: Path | None = None, options: Options = DEFAULTS) -> 
     if how == "wait":
         print("waiting", flush=True)
         os.write(2, b"waiting\\n")
+        time.sleep(60)
+    if how in SIGNALLED:
+        import signal
+        SIGNALLED[how](lambda: os.kill(os.getpid(), signal.SIGTERM))
         time.sleep(60)
     with run.progress.step("a step") as report:
         report(1, 2)
@@ -186,6 +205,15 @@ def test_ctrl_c_and_terminate_end_with_three(environment: dict[str, str], number
     _, errors = process.communicate(timeout=TIMEOUT)
     assert process.returncode == 3
     assert errors.startswith("stickslip: interrupted; what was finished is kept")
+
+
+@pytest.mark.parametrize("how", ["callback", "import", "exec"])
+def test_a_signal_ends_a_command_wherever_it_arrives(environment: dict[str, str], how: str) -> None:
+    # Compiled code swallows it, an import makes another error of it, and after `exec` Python would end by SIGINT.
+    done = stickslip(environment, "trial", how)
+    assert done.returncode == 3
+    assert "stickslip: interrupted; what was finished is kept" in done.stderr
+    assert "mistake" not in done.stderr
 
 
 @pytest.mark.parametrize("how", ["long", "table"])
