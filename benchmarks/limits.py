@@ -21,9 +21,9 @@ from damper_model import TIP, damper_system, stuck_frequencies  # noqa: E402
 from limits_full_space import race  # noqa: E402
 
 from hbsolve.balance import HarmonicBalance  # noqa: E402
-from hbsolve.limits.fresh import fresh_histories  # noqa: E402
 from hbsolve.limits.objective import OutputHarmonic  # noqa: E402
 from hbsolve.limits.problem import LimitProblem  # noqa: E402
+from hbsolve.limits.random_histories import independent_histories  # noqa: E402
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
 from hbsolve.limits.task import StageProgress  # noqa: E402
@@ -89,7 +89,7 @@ def main() -> None:
     show(limits)
     if n_history:
         began = time.process_time()
-        fresh = fresh_histories(problem, limits, n_history, seed=77)
+        fresh = independent_histories(problem, limits, n_history, seed=77)
         found = np.isfinite(fresh.value).sum()
         print(
             f"\n{found} of {fresh.value.size} new states in {time.process_time() - began:.0f} s: outside by 0.1 % "

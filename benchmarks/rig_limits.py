@@ -124,7 +124,7 @@ def by_level(limits: ResponseLimits) -> LimitsByLevel:
 
 def force_panels(system: RigSystem, frequency: float) -> list[ForceLimits]:
     """Static and dynamic forces of all lines at one frequency, against level, with random histories inside."""
-    from hbsolve.limits.fresh import fresh_histories
+    from hbsolve.limits.random_histories import independent_histories
 
     balance = HarmonicBalance(system=system.model.system, n_harmonic=6, n_sample=256)
     panels = []
@@ -134,7 +134,7 @@ def force_panels(system: RigSystem, frequency: float) -> list[ForceLimits]:
             problem = limit_problem(balance, force, nominal=system.rest.slider)
             settings = LimitSettings(population=4, sample=0)
             limits = response_limits(problem, [2 * pi * frequency], LEVELS, settings=settings)
-            left = fresh_histories(problem, limits, 20, seed=5)
+            left = independent_histories(problem, limits, 20, seed=5)
             panels.append(
                 ForceLimits(
                     line=line, force=name, level=limits.level, value=limits.value[:, :, 0], sampled=left.value[:, 0].T

@@ -22,14 +22,13 @@ from numpy.typing import NDArray  # noqa: E402
 
 from benchmarks.limits_full_space import race  # noqa: E402
 from benchmarks.rig_witness import prepared  # noqa: E402
-from hbsolve.limits.audit import audited  # noqa: E402
-from hbsolve.limits.fresh import fresh_histories  # noqa: E402
+from hbsolve.limits.audit import audit  # noqa: E402
 from hbsolve.limits.local_search import LimitSide, local_search  # noqa: E402
 from hbsolve.limits.optimum import Best, Optimum  # noqa: E402
-from hbsolve.limits.problem import LimitProblem  # noqa: E402
+from hbsolve.limits.problem import LimitCurve, LimitProblem  # noqa: E402
+from hbsolve.limits.random_histories import independent_histories, sampled_states  # noqa: E402
 from hbsolve.limits.response_limits import LimitSettings, response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
-from hbsolve.limits.sampled import sampled_states  # noqa: E402
 from hbsolve.limits.task import StageProgress  # noqa: E402
 from study.limits.model import limit_search  # noqa: E402
 from study.limits.table import LimitsTable  # noqa: E402
@@ -68,7 +67,7 @@ def timed(
 
 def count_outside(problem: LimitProblem, limits: ResponseLimits, histories: int, seed: int) -> None:
     """Print how many of so many new histories lie outside."""
-    fresh = fresh_histories(problem, limits, histories, seed=seed)
+    fresh = independent_histories(problem, limits, histories, seed=seed)
     for level, excess in zip(limits.level, fresh.excess, strict=True):
         found = excess[np.isfinite(excess)]
         if not found.size:
@@ -95,7 +94,8 @@ def repaired(problem: LimitProblem, limits: ResponseLimits, histories: int, seed
             for k, side in enumerate(LimitSide)
             if np.isfinite(limits.value[k, row, at])
         }
-        mended, _, _ = audited(problem, float(level), limits.angular_frequency, numbers, best, histories, (seed, row))
+        curve = LimitCurve(problem=problem, level=float(level), angular_frequency=limits.angular_frequency)
+        mended, _, _ = audit(curve, numbers, best, histories, (seed, row))
         for (at, side), optimum in mended.items():
             value[list(LimitSide).index(side), row, at] = optimum.value
     changed = np.abs(value / limits.value - 1)
@@ -111,11 +111,12 @@ def reached(problem: LimitProblem, limits: ResponseLimits, histories: int, seed:
     numbers = range(len(limits.angular_frequency))
     worst, points = 0.0, 0
     for row, level in enumerate(limits.level):
-        states = sampled_states(problem, float(level), limits.angular_frequency, numbers, histories, (seed, row))
+        curve = LimitCurve(problem=problem, level=float(level), angular_frequency=limits.angular_frequency)
+        states = sampled_states(curve, numbers, histories, (seed, row))
         for at in numbers:
             if not limits.upper[row, at] > WIDE * limits.lower[row, at]:
                 continue
-            point = problem.at(float(limits.angular_frequency[at]), float(level))
+            point = curve.point(at)
             for k, side in enumerate(LimitSide):
                 if (at, side) not in states.extreme:
                     continue

@@ -13,9 +13,9 @@ from casefile.table import load_case
 from figure.force_limits import ForceLimits, force_limits_figure
 from figure.limit_band import Band, limit_band_figure
 from hbsolve.balance import HarmonicBalance
-from hbsolve.limits.fresh import fresh_histories
 from hbsolve.limits.loss_factor import paper_limits
 from hbsolve.limits.objective import ContactForceHarmonic, OutputHarmonic
+from hbsolve.limits.random_histories import independent_histories
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
 from study.case.joint_table import SolveCase
 from study.shipped import LIMITS
@@ -30,7 +30,7 @@ def main() -> None:
     balance = HarmonicBalance(system=system, n_harmonic=4, n_sample=64)
     problem = limit_problem(balance, OutputHarmonic(row=0))
     limits = response_limits(problem, 2 * np.pi * FREQUENCIES, LEVELS, settings=SETTINGS)
-    fresh = fresh_histories(problem, limits, 60, seed=1)
+    fresh = independent_histories(problem, limits, 60, seed=1)
     print(f"sliders at most {1e6 * limits.reach:.2f} um from rest; upper over lower limit, widest:")
     bands = []
     for at, level in enumerate(LEVELS):
@@ -53,7 +53,7 @@ def main() -> None:
             both = [f"{line} 1", f"{line} 2"]
             problem = limit_problem(balance, ContactForceHarmonic(joints=both, direction=direction))
             held = response_limits(problem, [2 * np.pi * RESONANCE], LEVELS, settings=SETTINGS)
-            left = fresh_histories(problem, held, 60, seed=2)
+            left = independent_histories(problem, held, 60, seed=2)
             escaped = max(escaped, left.share_outside(1e-3))
             names = {"line": line, "force": force, "level": held.level}
             panels.append(ForceLimits(**names, value=held.value[:, :, 0], sampled=left.value[:, 0].T))

@@ -26,7 +26,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 #: A file that holds one of these takes part in compiled code.
 MARKS = (b"fe.compiled", b"NamedTuple", b"import intrinsic", b"fe.sparse.vector_code")
 #: How long the compiled code of a room takes, on one core of 2024, where that is long.
-DURATION = {"fe": "about 15 seconds", "hbsolve": "about 2 minutes"}
+DURATION = {"fe": "about 15 seconds", "hbsolve": "about 2 minutes", "transient": "about 20 seconds"}
 #: Where processes of this run find the folder that is removed at its end.
 PASSING = "STICKSLIP_PASSING_FOLDER"
 #: What the user can do about a folder.

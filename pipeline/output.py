@@ -1,11 +1,16 @@
 """Output folders and files: refused at once if they cannot be written, and never left half-written."""
 
+import errno
 import os
+import re
 import tempfile
 from pathlib import Path
 
 from geometry.errors import OutputError
 from pipeline.made_folders import make_folder
+
+#: What a disk does that takes no more, and no mistake of ours.
+DISK = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.EFBIG}
 
 
 def prepare_output(path: str | Path) -> Path:
@@ -59,6 +64,25 @@ def replace_file(path: Path, content: str | bytes) -> None:
         os.umask(umask)
         Path(name).chmod(0o666 & ~umask)
         Path(name).replace(path)
-    except BaseException:
+    except BaseException as error:
         Path(name).unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            error.filename = str(path)
         raise
+
+
+def disk_failure(error: BaseException) -> str | None:
+    """What to say of a write that the disk did not take, with file and remedy; None of any other error.
+
+    HDF5 gives the number of the failure and the file in its text alone.
+    """
+    number = getattr(error, "errno", None)
+    text = str(error)
+    written = re.search(r"errno = (\d+)", text)
+    if number is None and written is not None:
+        number = int(written[1])
+    if number not in DISK:
+        return None
+    named = re.search(r"filename = '(.+?)'", text)
+    file = getattr(error, "filename", None) or (named[1] if named else "a file")
+    return f"{file} cannot be written ({os.strerror(number)}): free some space, or write elsewhere (--out, --cache)"

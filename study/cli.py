@@ -7,19 +7,16 @@ Nothing heavy is imported here: each command is imported when it is called.
 """
 
 import importlib.metadata
-import signal
 import sys
-import threading
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from enum import IntEnum
-from types import FrameType
 from typing import TYPE_CHECKING
 
 from cyclopts import App, CycloptsError
 
 from pipeline.made_folders import removed_if_empty
 from study import console
+from study.interruption import Interruption, end_process
 
 if TYPE_CHECKING:
     from study.run_context import Answer
@@ -101,33 +98,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     with console.standard_output(as_json="--json" in words) as output:
-        return int(_guarded(lambda: command_line()(words), words, output))
+        code = int(_guarded(lambda: command_line()(words), words, output))
+    if code == ExitCode.INTERRUPTED and arguments is None:
+        end_process(code)
+    return code
 
 
 def _guarded(run: "Callable[[], Answer | None]", words: Sequence[str], output: console.Output) -> int:
     """Run a command; whatever it raises becomes a message and an exit code."""
+    interruption = Interruption()
     try:
-        with _terminated_as_interrupted(), removed_if_empty(), console.plain_warnings():
+        with interruption.watched(), removed_if_empty(), console.plain_warnings():
             answer = run()
         # Help and version have been printed already and answer nothing.
         return ExitCode.DONE if answer is None else output.answer(answer)
-    except CycloptsError as error:
-        return output.error(ExitCode.BAD_INPUT, "usage", f"{error} See `{_help_line(words)}`.")
     except KeyboardInterrupt:
         return _interrupted(output)
-    except SystemError as error:
-        # Compiled code cannot raise what interrupts it: Python says so with the interruption as the cause.
-        if isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
-            return _interrupted(output)
-        return _raised(error, words, output)
-    except BrokenPipeError:
-        return output.abandon(ExitCode.DONE)  # The reader, such as `head`, has seen enough.
-    except MemoryError:
-        return output.error(
-            ExitCode.FAILED, "computation", "out of memory; take fewer elements, or a machine with more memory"
-        )
     except Exception as error:
-        return _raised(error, words, output)
+        # Compiled code, or the import of it, makes another error of what interrupts it.
+        if interruption.has_come or isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
+            return _interrupted(output)
+        return _failed(error, words, output)
 
 
 def _interrupted(output: console.Output) -> int:
@@ -138,10 +129,19 @@ def _interrupted(output: console.Output) -> int:
     )
 
 
-def _raised(error: Exception, words: Sequence[str], output: console.Output) -> int:
+def _failed(error: Exception, words: Sequence[str], output: console.Output) -> int:
+    if isinstance(error, CycloptsError):
+        return output.error(ExitCode.BAD_INPUT, "usage", f"{error} See `{_help_line(words)}`.")
+    if isinstance(error, BrokenPipeError):
+        return output.abandon(ExitCode.DONE)  # The reader, such as `head`, has seen enough.
+    if isinstance(error, MemoryError):
+        return output.error(
+            ExitCode.FAILED, "computation", "out of memory; take fewer elements, or a machine with more memory"
+        )
     # Imported here because the room that holds InputError may import numpy, which help has no use for.
     from casefile.errors import CaseError
     from geometry.errors import ComputationFailed, InputError
+    from pipeline.output import disk_failure
 
     if isinstance(error, CaseError):
         return output.error(ExitCode.BAD_INPUT, "case", str(error), error.problems)
@@ -149,6 +149,8 @@ def _raised(error: Exception, words: Sequence[str], output: console.Output) -> i
         return output.error(ExitCode.BAD_INPUT, "input", str(error))
     if isinstance(error, ComputationFailed):
         return output.error(ExitCode.FAILED, "computation", str(error))
+    if (sentence := disk_failure(error)) is not None:
+        return output.error(ExitCode.BAD_INPUT, "input", sentence)
     file = console.write_traceback(error, words)
     kind = f"{type(error).__name__}: {error}".strip(": ")
     return output.error(
@@ -159,23 +161,6 @@ def _raised(error: Exception, words: Sequence[str], output: console.Output) -> i
 def _help_line(words: Sequence[str]) -> str:
     known = [name for name, _, _ in COMMANDS if words and words[0] == name]
     return " ".join(["stickslip", *known, "--help"])
-
-
-@contextmanager
-def _terminated_as_interrupted() -> Iterator[None]:
-    """Let SIGTERM, by which batch systems end a job, do what Ctrl-C does."""
-
-    def interrupt(_number: int, _frame: FrameType | None) -> None:
-        raise KeyboardInterrupt
-
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGTERM, interrupt)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 if __name__ == "__main__":

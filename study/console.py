@@ -37,14 +37,21 @@ class Output:
 
     def answer(self, answer: "Answer") -> int:
         """Print what a command found, and return its exit code."""
-        if self._as_json:
-            self._document(answer.document)
-        elif isinstance(answer.text, str):
-            # As it is: brackets are no markup, and long lines are not folded.
-            self._stream.write(f"{answer.text}\n")
-        else:
-            _print_rich(answer.text, self._stream)
-        self._stream.flush()
+        try:
+            if self._as_json:
+                self._document(answer.document)
+            elif isinstance(answer.text, str):
+                # As it is: brackets are no markup, and long lines are not folded.
+                self._stream.write(f"{answer.text}\n")
+            else:
+                _print_rich(answer.text, self._stream)
+            self._stream.flush()
+        except BrokenPipeError:
+            raise
+        except OSError as error:  # a file on a full disk, to which Python would write again at its end
+            self.abandon(answer.exit_code)
+            error.filename = "standard output"
+            raise
         return answer.exit_code
 
     def error(self, exit_code: int, kind: str, message: str, problems: "Sequence[Problem]" = ()) -> int:
@@ -119,12 +126,19 @@ def plain_warnings() -> Iterator[None]:
 
 
 def write_traceback(error: BaseException, words: Sequence[str]) -> str:
-    """Write what is needed to find a mistake into a new file, and return its name."""
-    handle, name = tempfile.mkstemp(prefix="stickslip-error-", suffix=".txt")
-    with os.fdopen(handle, "w", encoding="utf-8") as stream:
-        stream.write(f"stickslip {importlib.metadata.version('stickslip')}, Python {sys.version}\n")
-        stream.write(f"$ stickslip {shlex.join(words)}\n\n")
-        stream.writelines(traceback.format_exception(error))
+    """Write what is needed to find a mistake into a new file, and return its name; to standard error if none can be."""
+    lines = [
+        f"stickslip {importlib.metadata.version('stickslip')}, Python {sys.version}\n",
+        f"$ stickslip {shlex.join(words)}\n\n",
+        *traceback.format_exception(error),
+    ]
+    try:
+        handle, name = tempfile.mkstemp(prefix="stickslip-error-", suffix=".txt")
+        with os.fdopen(handle, "w", encoding="utf-8") as stream:
+            stream.writelines(lines)
+    except OSError:
+        sys.stderr.writelines(lines)
+        return "above: the lines on standard error"
     return name
 
 

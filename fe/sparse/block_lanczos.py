@@ -86,8 +86,7 @@ def block_lanczos(
     block = block or default_block(n_mode)
     kept, n_fresh = n_mode + SPARE * block, first_fresh(block)
     basis = _first_basis(factor, mass, block, basis_columns(mass.shape[0], n_mode, block, max_basis), seed)
-    settled = np.zeros(n_mode)
-    trial_end, next_test, n_restart = 0, kept, 0
+    settled, trial_end, next_test, n_restart = np.zeros(n_mode), 0, kept, 0
     while True:
         basis.reserve(kept + NEW * basis.width)
         if n_restart == MAX_RESTART or not basis.width:

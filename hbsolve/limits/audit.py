@@ -8,14 +8,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
 
-from hbsolve.limits.improve import improve
 from hbsolve.limits.local_search import LimitSide
-from hbsolve.limits.optimum import Best
-from hbsolve.limits.problem import LimitProblem
-from hbsolve.limits.sampled import sampled_states
+from hbsolve.limits.optimum import Best, Key, improve
+from hbsolve.limits.problem import LimitCurve
+from hbsolve.limits.random_histories import sampled_states
 
 #: A state counts as outside beyond this share of the limit; repair begins much closer.
 OUTSIDE, REPAIR = 1e-3, 1e-5
@@ -44,33 +41,27 @@ class Audit:
     above: int
 
 
-def audited(
-    problem: LimitProblem,
-    level: float,
-    omega: Float[NDArray[np.float64], " f"],
-    numbers: Sequence[int],
-    best: Best,
-    count: int,
-    seed: Sequence[int],
-) -> tuple[Best, set[tuple[int, LimitSide]], dict[int, Audit]]:
+def audit(
+    curve: LimitCurve, numbers: Sequence[int], best: Best, count: int, seed: Sequence[int]
+) -> tuple[Best, set[Key], dict[int, Audit]]:
     """Sample histories at a level; returns the repaired limits, which of them were, and the counts before."""
     best, repaired = dict(best), set()
-    swept = range(max(numbers[0] - RUN_IN, 0), min(numbers[-1] + RUN_IN + 1, len(omega)))
-    sampled = sampled_states(problem, level, omega, swept, count, seed)
+    swept = range(max(numbers[0] - RUN_IN, 0), min(numbers[-1] + RUN_IN + 1, len(curve.angular_frequency)))
+    sampled = sampled_states(curve, swept, count, seed)
     audits = {}
     for row, at in enumerate(swept):
         if at not in numbers:
             continue
         values = sampled.value[row][np.isfinite(sampled.value[row])]
-        point = problem.at(float(omega[at]), level)
+        point = curve.point(at)
         outside = {}
         for side in LimitSide:
-            held = best.get((at, side))
-            excess = [side * point.gain(value, held.value) for value in values] if held else [np.inf] * len(values)
+            limit = best.get((at, side))
+            excess = [side * point.gain(value, limit.value) for value in values] if limit else [np.inf] * len(values)
             outside[side] = int((np.array(excess) > OUTSIDE).sum())
             if not len(values) or max(excess) <= REPAIR:
                 continue
-            if improve(point, best, at, side, *sampled.extreme[at, side], repaired=True) > 0:
+            if improve(point, best, (at, side), *sampled.extreme[at, side], repaired=True) > 0:
                 repaired.add((at, side))
         audits[at] = Audit(
             count=len(values),

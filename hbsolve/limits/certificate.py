@@ -11,11 +11,10 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from hbsolve.limits.follow import follow
 from hbsolve.limits.local_search import LimitSide, linear_step, local_search, moved
-from hbsolve.limits.optimum import Best, Optimum
+from hbsolve.limits.optimum import Best, Key, Optimum, follow
 from hbsolve.limits.point import LimitPoint
-from hbsolve.limits.problem import LimitProblem
+from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.sliders import multipliers
 
 Real = NDArray[np.float64]
@@ -28,33 +27,7 @@ JUMP = 0.01
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Certificate:
-    """Of one limit; s sliders.
-
-    Parameters
-    ----------
-    residual
-        |R| relative to the linear motion [-].
-    predicted, realised
-        Gain of a step, relative to the value, at each of `RADII`, shape (3,) [-].
-    spread
-        Between the best and the worst end of the local searches, relative to the value [-].
-    starts
-        How many those were [-].
-    stuck
-        Sliders that keep memory [-].
-    drift
-        Largest |w - nominal| [m].
-    on_bound
-        Sliders that the box holds [-].
-    repaired
-        Whether a sampled state outside an earlier limit led here.
-    jump
-        Whether the limit is on another branch of optima than that of a neighbour in frequency.
-    multiplier
-        m of eq. 11, shape (s,) [-].
-    share
-        Shares of the period in which sliders stick, slip and are separated, shape (3,) [-].
-    """
+    """What is known of one limit: entries of the fields of `ResponseLimits` with the same names."""
 
     residual: float
     predicted: Float[Real, " 3"]
@@ -70,21 +43,15 @@ class Certificate:
     share: Float[Real, " 3"]
 
 
-def certificates(
-    problem: LimitProblem, level: float, omega: Float[Real, " f"], numbers: Sequence[int], best: Best
-) -> dict[tuple[int, LimitSide], Certificate]:
+def certify(curve: LimitCurve, numbers: Sequence[int], best: Best) -> dict[Key, Certificate]:
     """Certificates at the frequencies `numbers`; `best` also holds the neighbours of the first and the last."""
     found = {}
-    for at in numbers:
-        point = problem.at(float(omega[at]), level)
-        for side in LimitSide:
-            if (at, side) in best:
-                optimum = best[at, side]
-                # One state alone has no branches to choose from.
-                jump = not _is_one(best, at) and any(
-                    _jumps(problem, point, omega, at, step, side, best) for step in (-1, 1) if (at + step, side) in best
-                )
-                found[at, side] = _certificate(point, optimum, side, jump)
+    for key in ((at, side) for at in numbers for side in LimitSide if (at, side) in best):
+        # One state alone has no branches to choose from.
+        jump = not _is_one(best, key[0]) and any(
+            _jumps(curve, best, key, step) for step in (-1, 1) if (key[0] + step, key[1]) in best
+        )
+        found[key] = _certificate(curve.point(key[0]), best[key], key[1], jump)
     return found
 
 
@@ -127,14 +94,11 @@ def _is_one(best: Best, at: int) -> bool:
     return abs(upper - lower) <= JUMP * abs(upper)
 
 
-def _jumps(
-    problem: LimitProblem, point: LimitPoint, omega: Float[Real, " f"], at: int, step: int, side: LimitSide, best: Best
-) -> bool:
+def _jumps(curve: LimitCurve, best: Best, key: Key, step: int) -> bool:
     """Whether a neighbour's state does not become this one."""
-    optimum, neighbour = best[at, side], best[at + step, side]
+    (at, side), optimum, point = key, best[key], curve.point(key[0])
     worse = JUMP * max(abs(optimum.value), point.measure.least)
     if side * (optimum.value - optimum.followed.get(step, -side * np.inf)) <= worse:
         return False
-    before, level = float(omega[at + step]), point.balance.level
-    settled = follow(problem, level, side, neighbour, before, float(omega[at]))
+    settled = follow(curve, side, best[at + step, side], at + step, at)
     return settled is None or side * (optimum.value - local_search(point, settled, side).value) > worse

@@ -1,50 +1,44 @@
-"""Optima that are handed on, to neighbours in frequency and to other levels.
+"""Optima that are handed on, to neighbours in frequency, over gaps between branches and to other levels.
 
 A local search ends in the optimum of its basin. Neighbours often sit in a better one, and a state with all contacts
-stuck has no gradient to leave it by.
+stuck has no gradient to leave it by. Near a fold a limit's state may not exist at the next frequency with the sliders
+that it has, while that from two frequencies on does, or one to which the motion drags them. There neighbours further
+away are tried, and where no state is near theirs the solver tries all that it can: what costs a hundred times as much
+is worth it at these few points.
 """
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
-import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
-
-from hbsolve.limits.follow import follow
-from hbsolve.limits.improve import improve
 from hbsolve.limits.local_search import GAIN, LimitSide, local_search
-from hbsolve.limits.optimum import Best, Optimum, offer
-from hbsolve.limits.problem import LimitProblem
+from hbsolve.limits.optimum import Best, Key, follow, improve, offer
+from hbsolve.limits.problem import LimitCurve
 
-Frequencies = Float[NDArray[np.float64], " f"]
-
-#: A neighbour's state this share worse than what is there is not improved.
+#: A neighbour's state this share worse than the optimum is not improved.
 HOPELESS = 0.3
 #: Sweeps back and forth over the frequencies.
 SWEEPS = 6
+#: A limit that is better than its neighbour's state followed here by this share is not of the same branch.
+APART = 5e-3
+#: Neighbours that are tried over a gap are so many frequencies away at most, and worse by this share at most.
+FURTHEST, WORSE = 3, 0.1
 
 
-def exchange(
-    problem: LimitProblem, level: float, omega: Frequencies, numbers: Sequence[int], best: Best,
-    fresh: Iterable[tuple[int, LimitSide]],
-) -> Best:  # fmt: skip
+def exchange(curve: LimitCurve, numbers: Sequence[int], best: Best, fresh: Iterable[Key]) -> Best:
     """Hand optima to neighbours until no limit improves; only those that are `fresh` are handed on at first.
 
-    `best` also holds the neighbours of the first and the last frequency, which are not improved. Returns what is there
-    at `numbers`.
+    `best` also holds the neighbours of the first and the last frequency, which are not improved. Returns the optima at
+    `numbers`.
     """
     best, own = dict(best), set(numbers)
     waiting = set(fresh)
     for sweep in range(SWEEPS):
         step = 1 if sweep % 2 == 0 else -1
-        gained: set[tuple[int, LimitSide]] = set()
+        gained: set[Key] = set()
         for at in sorted(own, reverse=step > 0):
             for side in LimitSide:
-                source = best.get((at + step, side))
-                if source is None or (at + step, side) not in waiting | gained:
-                    continue
-                if _follow(problem, level, omega, at, side, step, source, best) > GAIN:
+                source = at + step, side
+                if source in best and source in waiting | gained and _take_over(curve, best, source, (at, side)) > GAIN:
                     gained.add((at, side))
         # What the first sweep did not hand on forwards, the second one hands on backwards.
         waiting = gained | (waiting if sweep == 0 else set())
@@ -53,53 +47,71 @@ def exchange(
     return {key: value for key, value in best.items() if key[0] in own}
 
 
-def _follow(
-    problem: LimitProblem,
-    level: float,
-    omega: Frequencies,
-    at: int,
-    side: LimitSide,
-    step: int,
-    source: Optimum,
-    best: Best,
-) -> float:
+def _take_over(curve: LimitCurve, best: Best, source: Key, key: Key) -> float:
     """Try a neighbour's optimum at a frequency; the gain."""
-    point = problem.at(float(omega[at]), level)
-    trial = follow(problem, level, side, source, float(omega[at + step]), float(omega[at]))
-    held = best.get((at, side))
+    (at, side), neighbour, present = key, best[source], best.get(key)
+    point = curve.point(at)
+    trial = follow(curve, side, neighbour, source[0], at)
     if trial is None:
         return 0.0
     gain = 0.0
-    if held is None or side * point.gain(trial.value, held.value) > -HOPELESS:
+    if present is None or side * point.gain(trial.value, present.value) > -HOPELESS:
         trial = local_search(point, trial, side)
-        gain = offer(best, at, side, trial, repaired=source.repaired)
-    best[at, side] = replace(best[at, side], followed=best[at, side].followed | {step: trial.value})
+        gain = offer(best, key, trial, repaired=neighbour.repaired)
+    best[key] = replace(best[key], followed=best[key].followed | {source[0] - at: trial.value})
     return gain
 
 
 def from_level(
-    problem: LimitProblem, level: float, omega: Frequencies, numbers: Sequence[int], best: Best, other: float,
-    optima: Best,
-) -> tuple[Best, set[tuple[int, LimitSide]]]:  # fmt: skip
+    curve: LimitCurve, numbers: Sequence[int], best: Best, other: float, optima: Best
+) -> tuple[Best, set[Key]]:
     """Try the optima of another level; returns the limits and which of them improved."""
     best, gained = dict(best), set()
-    for at in numbers:
-        point = problem.at(float(omega[at]), level)
-        for side in LimitSide:
-            source, held = optima.get((at, side)), best.get((at, side))
-            if source is None:
+    for key in ((at, side) for at in numbers for side in LimitSide if (at, side) in optima):
+        point, source, present = curve.point(key[0]), optima[key], best.get(key)
+        guess = source.x.copy()
+        guess[:, 1:] *= curve.level / other
+        trial = point.solve(guess, source.w)
+        if trial is None and present is not None:
+            trial = point.towards(source.w, point.trial(present.x, present.w, present.residual))
+        if trial is None:
+            continue
+        if present is not None:
+            change = key[1] * point.gain(trial.value, present.value)
+            if change < -HOPELESS or abs(change) < 0.1 * GAIN:
                 continue
-            guess = source.x.copy()
-            guess[:, 1:] *= level / other
-            trial = point.solve(guess, source.w)
-            if trial is None and held is not None:
-                trial = point.towards(source.w, point.trial(held.x, held.w, held.residual))
-            if trial is None:
+        if improve(point, best, key, trial.x, trial.w, repaired=source.repaired) > 10 * GAIN:
+            gained.add(key)
+    return best, gained
+
+
+def at_a_gap(best: Best) -> set[Key]:
+    """Limits on either side of a gap between branches."""
+    found = set()
+    for (at, side), optimum in best.items():
+        for step in (-1, 1):
+            if (at + step, side) not in best:
                 continue
-            if held is not None:
-                change = side * point.gain(trial.value, held.value)
-                if change < -HOPELESS or abs(change) < 0.1 * GAIN:
-                    continue
-            if improve(point, best, at, side, trial.x, trial.w, repaired=source.repaired) > 10 * GAIN:
+            followed = optimum.followed.get(step)
+            if followed is None or side * (optimum.value - followed) > APART * abs(optimum.value):
+                found |= {(at, side), (at + step, side)}
+    return found
+
+
+def bridge(curve: LimitCurve, best: Best, keys: Iterable[Key]) -> tuple[Best, set[Key]]:
+    """Try neighbours' optima at some frequencies once more; returns the limits and which of them improved."""
+    best, gained = dict(best), set()
+    for at, side in keys:
+        point = curve.point(at)
+        for away in sorted(range(-FURTHEST, FURTHEST + 1), key=abs):
+            source = best.get((at + away, side))
+            if away == 0 or source is None:
+                continue
+            if side * point.gain(source.value, best[at, side].value) < -WORSE:
+                continue
+            trial = point.settle(source.x, source.w) or point.from_anywhere(source.w)
+            if trial is None or side * point.gain(trial.value, best[at, side].value) < -HOPELESS:
+                continue
+            if improve(point, best, (at, side), trial.x, trial.w, repaired=source.repaired) > 10 * GAIN:
                 gained.add((at, side))
     return best, gained

@@ -1,4 +1,4 @@
-"""The best state found so far at each frequency of a level."""
+"""The best state found so far at each frequency of a level, what takes its place, and what it becomes elsewhere."""
 
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
@@ -7,13 +7,17 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from hbsolve.limits.local_search import LimitSide
-from hbsolve.limits.point import TrialState
+from hbsolve.limits.local_search import LimitSide, local_search
+from hbsolve.limits.point import LimitPoint, Sliders, TrialState
+from hbsolve.limits.problem import LimitCurve
 
 #: A state takes the place of another if it is better by this share.
 BETTER = 1e-6
 #: Limits that differ by less than this share are one.
 CLOSED = 1e-3
+#: Steps from a frequency to the next where one fails, or makes the state worse by more than a share, and the steps of
+#: the search at each.
+STEPS, WORSE, SEARCH = 4, 0.05, 6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -23,7 +27,7 @@ class Optimum:
     Parameters
     ----------
     value
-        Of the objective.
+        Value of the objective.
     x, w
         Motion of the directions, shape (d, nh) [m], and slider positions, shape (s,) [m].
     residual
@@ -33,7 +37,7 @@ class Optimum:
     starts
         Values at which local searches from different starts ended.
     followed
-        What the neighbours' states became here: value by the step to the neighbour, -1 or +1.
+        Values that the neighbours' states have here, by the step to the neighbour, -1 or +1.
     """
 
     value: float
@@ -45,36 +49,76 @@ class Optimum:
     followed: dict[int, float] = field(default_factory=dict)
 
 
-#: By number of the frequency and side, of one level.
-Best: TypeAlias = dict[tuple[int, LimitSide], Optimum]
+#: Number of the frequency, and side.
+Key: TypeAlias = tuple[int, LimitSide]
+#: Optima of one level.
+Best: TypeAlias = dict[Key, Optimum]
 
 
-def offer(best: Best, at: int, side: LimitSide, trial: TrialState | None, *, repaired: bool = False) -> float:
-    """Take a state where it is better than what is there; returns the gain, relative to what was there."""
+def offer(best: Best, key: Key, trial: TrialState | None, *, repaired: bool = False) -> float:
+    """Take a state where it is better than the optimum; returns the gain, relative to the optimum before."""
     if trial is None:
         return 0.0
-    held = best.get((at, side))
-    size = max(abs(held.value), np.finfo(float).tiny) if held else 1.0
-    gain = side * (trial.value - held.value) / size if held else np.inf
-    starts = (*(held.starts if held else ()), trial.value)
-    if held and gain <= BETTER:
-        best[at, side] = replace(held, starts=starts)
+    before = best.get(key)
+    size = max(abs(before.value), np.finfo(float).tiny) if before else 1.0
+    gain = key[1] * (trial.value - before.value) / size if before else np.inf
+    starts = (*(before.starts if before else ()), trial.value)
+    if before and gain <= BETTER:
+        best[key] = replace(before, starts=starts)
         return 0.0
-    best[at, side] = Optimum(
-        value=trial.value,
-        x=trial.x,
-        w=trial.w,
-        residual=trial.residual,
-        repaired=repaired,
-        starts=starts,
-        followed=held.followed if held else {},
-    )
+    best[key] = Optimum(
+        value=trial.value, x=trial.x, w=trial.w, residual=trial.residual, repaired=repaired, starts=starts,
+        followed=before.followed if before else {},
+    )  # fmt: skip
     return gain
+
+
+def improve(
+    point: LimitPoint, best: Best, key: Key, x: NDArray[np.float64], w: Sliders, *, repaired: bool = False
+) -> float:
+    """Settle a state, search from it and offer the result; returns the gain, relative to the optimum before.
+
+    Parameters
+    ----------
+    point
+        Frequency and level.
+    best
+        Optima so far, changed in place.
+    key
+        Which of them.
+    x, w
+        Motion and sliders to settle from.
+    repaired
+        Whether the state comes from an audit.
+    """
+    settled = point.settle(x, w)
+    return offer(best, key, settled and local_search(point, settled, key[1]), repaired=repaired)
+
+
+def follow(curve: LimitCurve, side: LimitSide, optimum: Optimum, before: int, after: int) -> TrialState | None:
+    """Carry an optimum from one frequency to another; the state there is not yet improved.
+
+    Branches end in folds: with its sliders a lower limit may not exist any more a little further on, while with others
+    it does. So where one step does not arrive, or on another branch, sliders are improved on the way in smaller ones.
+    """
+    direct = curve.point(after).settle(optimum.x, optimum.w)
+    if direct is not None and side * curve.point(after).gain(direct.value, optimum.value) > -WORSE:
+        return direct
+    first, last = (float(curve.angular_frequency[at]) for at in (before, after))
+    x, w, value = optimum.x, optimum.w, optimum.value
+    for number in range(1, STEPS + 1):
+        there = curve.problem.at(first + number / STEPS * (last - first), curve.level)
+        trial = there.settle(x, w)
+        if trial is None:
+            return direct
+        if number < STEPS:
+            trial = local_search(there, trial, side, SEARCH)
+        x, w, value = trial.x, trial.w, trial.value
+    return trial if direct is None or side * (value - direct.value) > 0 else direct
 
 
 def is_open(best: Best, at: int) -> bool:
     """Whether there is more than one value at a frequency: between both limits, or between ends of local searches."""
-    values = np.concatenate(
-        [(best[at, side].value, *best[at, side].starts) for side in LimitSide if (at, side) in best]
-    )
+    here = [best[at, side] for side in LimitSide if (at, side) in best]
+    values = np.concatenate([(optimum.value, *optimum.starts) for optimum in here])
     return bool(np.ptp(values) > CLOSED * np.abs(values).max())

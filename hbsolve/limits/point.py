@@ -12,7 +12,7 @@ from hbsolve.condensed import Condensed
 from hbsolve.contact.law import JACOBIAN
 from hbsolve.errors import NoSteadyState
 from hbsolve.limits.box import SliderBox
-from hbsolve.limits.near import newton_near
+from hbsolve.limits.newton_near import newton_near
 from hbsolve.limits.objective import Measure
 from hbsolve.limits.sliders import Cone, SliderTable, cone
 from hbsolve.solution import TOLERANCE, forces_at, ramp

@@ -3,17 +3,12 @@
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import NDArray
 
-from hbsolve.limits.follow import follow
-from hbsolve.limits.improve import improve
 from hbsolve.limits.local_search import LimitSide, local_search
-from hbsolve.limits.optimum import Best, offer
-from hbsolve.limits.point import LimitPoint, TrialState
-from hbsolve.limits.problem import LimitProblem
-
-Sliders = Float[NDArray[np.float64], " s"]
+from hbsolve.limits.optimum import Best, follow, improve, offer
+from hbsolve.limits.point import LimitPoint, Sliders, TrialState
+from hbsolve.limits.problem import LimitCurve
 
 #: Local searches start from so many members whose values differ, besides the optimum of the frequency before.
 #: At the ends of the band, which have a neighbour on one side alone, they are more.
@@ -22,45 +17,31 @@ N_BEST, N_BEST_AT_END = 2, 6
 SAME = 1e-4
 
 
-def first_limits(
-    problem: LimitProblem,
-    level: float,
-    angular_frequency: Float[NDArray[np.float64], " f"],
-    numbers: Sequence[int],
-    starts: Sequence[Sliders],
-) -> Best:
+def first_limits(curve: LimitCurve, numbers: Sequence[int], starts: Sequence[Sliders]) -> Best:
     """Limits at frequencies in order; `numbers` says which of all they are."""
     best: Best = {}
     # What is swept up stays on the branch that it came by, which is another one than that of a sweep down.
-    up = _swept(problem, level, angular_frequency, numbers, starts)
-    down = _swept(problem, level, angular_frequency, numbers[::-1], starts)
+    up = _swept(curve, numbers, starts)
+    down = _swept(curve, numbers[::-1], starts)
     for at in numbers:
-        point = problem.at(float(angular_frequency[at]), level)
-        count = N_BEST_AT_END if at in (0, len(angular_frequency) - 1) else N_BEST
+        point = curve.point(at)
+        count = N_BEST_AT_END if at in (0, len(curve.angular_frequency) - 1) else N_BEST
         for side in LimitSide:
             for trial in _distinct([*up[at], *down[at]], side, count):
-                improve(point, best, at, side, trial.x, point.box.clip(trial.carried))
-            held = best.get((at - 1, side))
-            if held:
-                before = float(angular_frequency[at - 1])
-                settled = follow(problem, level, side, held, before, float(angular_frequency[at]))
-                offer(best, at, side, settled and local_search(point, settled, side))
+                improve(point, best, (at, side), trial.x, point.box.clip(trial.carried))
+            if (at - 1, side) in best:
+                settled = follow(curve, side, best[at - 1, side], at - 1, at)
+                offer(best, (at, side), settled and local_search(point, settled, side))
     return best
 
 
-def _swept(
-    problem: LimitProblem,
-    level: float,
-    angular_frequency: Float[NDArray[np.float64], " f"],
-    numbers: Sequence[int],
-    starts: Sequence[Sliders],
-) -> dict[int, list[TrialState]]:
+def _swept(curve: LimitCurve, numbers: Sequence[int], starts: Sequence[Sliders]) -> dict[int, list[TrialState]]:
     """States of the members at frequencies in this order, each from where it was at the one before."""
     found: dict[int, list[TrialState]] = {}
     members = list(starts)
     motions: list[NDArray[np.float64] | None] = [None] * len(members)
     for at in numbers:
-        point = problem.at(float(angular_frequency[at]), level)
+        point = curve.point(at)
         found[at] = []
         for number, w in enumerate(members):
             motion = motions[number]

@@ -3,6 +3,10 @@
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.limits.box import SliderBox
@@ -10,8 +14,10 @@ from hbsolve.limits.objective import Measure, Objective
 from hbsolve.limits.point import LimitPoint
 from hbsolve.limits.sliders import SliderTable, slider_table
 
-#: Frequencies whose structure is kept: all stages come back to them.
-KEPT = 400
+Frequencies = Float[NDArray[np.float64], " f"]
+
+#: Frequencies whose structure is stored: all stages come back to them.
+STORED = 400
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,7 +47,7 @@ class LimitProblem:
     def at(self, angular_frequency: float, level: float) -> LimitPoint:
         """The balance at one frequency and level."""
         if angular_frequency not in self._known:
-            if len(self._known) >= KEPT:
+            if len(self._known) >= STORED:
                 self._known.clear()
             condensed = self.balance.at(angular_frequency)
             self._known[angular_frequency] = condensed, self.objective.measure(self.balance, condensed)
@@ -59,3 +65,26 @@ class LimitProblem:
     def __getstate__(self) -> dict[str, Any]:
         """Without what another process computes for itself."""
         return self.__dict__ | {"_known": {}}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LimitCurve:
+    """A search at one level.
+
+    Parameters
+    ----------
+    problem
+        System, objective and box.
+    level
+        Scale of the harmonic force [-].
+    angular_frequency
+        All frequencies of the search, ascending, shape (f,) [rad/s].
+    """
+
+    problem: LimitProblem
+    level: float
+    angular_frequency: Frequencies
+
+    def point(self, at: int) -> LimitPoint:
+        """The balance at one of the frequencies, by its number."""
+        return self.problem.at(float(self.angular_frequency[at]), self.level)

@@ -4,10 +4,8 @@ from collections.abc import Callable, MutableMapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, fields
 from typing import Any
-from uuid import uuid4
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
@@ -18,15 +16,13 @@ from hbsolve.limits.box import slider_box
 from hbsolve.limits.certificate import RADII, Certificate
 from hbsolve.limits.local_search import LimitSide
 from hbsolve.limits.objective import Objective
-from hbsolve.limits.optimum import Best
-from hbsolve.limits.problem import LimitProblem
+from hbsolve.limits.optimum import Best, Key
+from hbsolve.limits.problem import Frequencies, LimitProblem
 from hbsolve.limits.result import ResponseLimits
-from hbsolve.limits.search import Key, Search
+from hbsolve.limits.search import Search
 from hbsolve.limits.starts import starting_sliders
 from hbsolve.limits.task import Runner, StageProgress
 from reduction.array_input import real_array, whole_number
-
-Frequencies = Float[NDArray[np.float64], " f"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,17 +134,10 @@ def response_limits(
         problem.balance, problem.balance.at(float(omega[0])), problem.sliders, problem.box, chosen.population,
         chosen.seed,
     )  # fmt: skip
-    runner = Runner(
-        problem=problem,
-        token=uuid4().hex,
-        store={} if store is None else store,
-        executor=executor,
-        progress=progress or (lambda _: None),
-    )
+    run = Runner.of(problem, omega, store, executor, progress)
     search = Search(
-        run=runner, omega=omega, levels=scale.tolist(), starts=starts, block=chosen.block, sample=chosen.sample,
-        seed=chosen.seed,
-    )  # fmt: skip
+        run=run, levels=scale.tolist(), starts=starts, block=chosen.block, sample=chosen.sample, seed=chosen.seed
+    )
     best, audits, certificates = search.limits()
     return _result(problem, omega, scale, best, audits, certificates)
 

@@ -11,21 +11,16 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import NDArray
 
-from hbsolve.limits.audit import Audit, audited
-from hbsolve.limits.bridge import FURTHEST, at_a_gap, bridged
-from hbsolve.limits.certificate import Certificate, certificates
-from hbsolve.limits.exchange import exchange, from_level
-from hbsolve.limits.kick import kicked
-from hbsolve.limits.local_search import GAIN, LimitSide
-from hbsolve.limits.optimum import Best, is_open
+from hbsolve.limits.audit import Audit, audit
+from hbsolve.limits.certificate import Certificate, certify
+from hbsolve.limits.exchange import FURTHEST, at_a_gap, bridge, exchange, from_level
+from hbsolve.limits.local_search import GAIN
+from hbsolve.limits.optimum import Best, Key, is_open
+from hbsolve.limits.perturbation import perturb
 from hbsolve.limits.population import first_limits
 from hbsolve.limits.task import Runner, SearchTask
-
-Frequencies = Float[NDArray[np.float64], " f"]
-Key = tuple[int, LimitSide]
 
 #: Rounds in which blocks hand optima across their edges.
 ROUNDS = 8
@@ -42,8 +37,8 @@ class Search:
 
     Parameters
     ----------
-    omega
-        Ascending, shape (f,) [rad/s].
+    run
+        Runner of its tasks.
     levels
         Ascending, shape (l,) [-].
     starts
@@ -55,7 +50,6 @@ class Search:
     """
 
     run: Runner
-    omega: Frequencies
     levels: Sequence[float]
     starts: Sequence[NDArray[np.float64]]
     block: int
@@ -65,12 +59,13 @@ class Search:
     @property
     def blocks(self) -> list[range]:
         """Numbers of the frequencies of each block."""
-        edges = [*range(0, len(self.omega), self.block), len(self.omega)]
+        count = len(self.run.angular_frequency)
+        edges = [*range(0, count, self.block), count]
         return [range(first, last) for first, last in pairwise(edges)]
 
     def limits(self) -> tuple[list[Best], list[dict[int, Audit]], list[dict[Key, Certificate]]]:
         """Optima, audits and certificates of each level."""
-        found = self._stage("population", first_limits, lambda _, numbers: (self.omega, numbers, self.starts))
+        found = self._stage("population", first_limits, lambda _, numbers: (numbers, self.starts))
         best = [_merged(parts) for parts in found]
         self._exchanged("neighbours", best, [set(each) for each in best])
         self._kicked(best, "first kicks", 1)
@@ -80,16 +75,15 @@ class Search:
         audits: list[dict[int, Audit]] = [{} for _ in best]
         if self.sample:
             parts = self._stage(
-                "audit", audited,
+                "audit", audit,
                 lambda level, numbers: (
-                    self.omega, numbers, self._near(best[level], numbers), self.sample,
-                    (self.seed, level, numbers[0], 2),
+                    numbers, self._near(best[level], numbers), self.sample, (self.seed, level, numbers[0], 2)
                 ),
             )  # fmt: skip
-            audits = [{at: audit for part in each for at, audit in part[2].items()} for each in parts]
+            audits = [{at: found for part in each for at, found in part[2].items()} for each in parts]
             self._exchanged("after audit", best, [self._take(best, level, each) for level, each in enumerate(parts)])
         certified = self._stage(
-            "certificates", certificates, lambda level, numbers: (self.omega, numbers, self._near(best[level], numbers))
+            "certificates", certify, lambda level, numbers: (numbers, self._near(best[level], numbers))
         )
         return best, audits, [{key: value for part in each for key, value in part.items()} for each in certified]
 
@@ -101,7 +95,7 @@ class Search:
             tasks = [
                 self._task(
                     name, target, from_level,
-                    (self.omega, numbers, best[target], self.levels[source], best[source]), numbers,
+                    (numbers, best[target], self.levels[source], best[source]), numbers,
                 )
                 for numbers in self.blocks
             ]  # fmt: skip
@@ -123,7 +117,7 @@ class Search:
                     seed = (self.seed, level, numbers[0], 1, number, rounds)
                     if keys:
                         jobs.append((level, numbers, (self._near(best[level], numbers), keys, seed)))
-            gained = self._improved(best, f"{name}, round {number}", "kicks", kicked, jobs)
+            gained = self._improved(best, f"{name}, round {number}", "kicks", perturb, jobs)
             levels = [level for level in levels if gained[level]]
 
     def _bridged(self, best: list[Best]) -> None:
@@ -136,7 +130,7 @@ class Search:
                 for numbers in self.blocks
                 if (keys := sorted(key for key in fresh[level] if key[0] in numbers))
             ]
-            gained = self._improved(best, f"gaps, round {number}", "gaps", bridged, [
+            gained = self._improved(best, f"gaps, round {number}", "gaps", bridge, [
                 (level, numbers, (self._near(best[level], numbers), keys)) for level, numbers, keys in jobs
             ])  # fmt: skip
             # Where nothing has changed there is nothing new to try.
@@ -150,7 +144,7 @@ class Search:
         jobs: Sequence[tuple[int, range, tuple[Any, ...]]],
     ) -> list[set[Key]]:  # fmt: skip
         """Run a call that returns optima and which of them improved, take them over and hand them on."""
-        tasks = [self._task(name, level, call, (self.omega, *given), numbers) for level, numbers, given in jobs]
+        tasks = [self._task(name, level, call, given, numbers) for level, numbers, given in jobs]
         gained: list[set[Key]] = [set() for _ in best]
         for (level, numbers, _), (found, better) in zip(jobs, self.run(stage, tasks), strict=True):
             best[level].update({key: value for key, value in found.items() if key[0] in numbers})
@@ -177,7 +171,8 @@ class Search:
         return SearchTask(
             key=f"{name}; level {level}, frequencies {numbers.start} to {numbers.stop - 1}",
             call=call,
-            arguments=(self.levels[level], *arguments),
+            level=self.levels[level],
+            arguments=arguments,
         )
 
     def _near(self, best: Best, numbers: range) -> Best:
@@ -208,7 +203,7 @@ class Search:
             tasks = [
                 self._task(
                     f"{name}, round {number}", level, exchange,
-                    (self.omega, numbers, self._near(best[level], numbers), sorted(near)), numbers,
+                    (numbers, self._near(best[level], numbers), sorted(near)), numbers,
                 )
                 for level, numbers, near in jobs
             ]  # fmt: skip

@@ -1,11 +1,12 @@
 """Tasks of a search for limits, which any executor may run and any store may keep."""
 
-from collections.abc import Callable, MutableMapping, Sequence
+from collections.abc import Callable, Iterator, MutableMapping, Sequence
 from concurrent.futures import Executor, as_completed
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
+from uuid import uuid4
 
-from hbsolve.limits.problem import LimitProblem
+from hbsolve.limits.problem import Frequencies, LimitCurve, LimitProblem
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,68 +26,80 @@ class StageProgress:
     of: int
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SearchTask:
-    """One call that a store may already hold the result of."""
+class SearchTask(NamedTuple):
+    """One call at one level, whose result a store may already hold."""
 
     key: str
     call: Callable[..., Any]
+    level: float
     arguments: tuple[Any, ...]
 
 
 #: The problem of the tasks that this process has run: its condensed structures serve all of them.
-_kept: dict[str, LimitProblem] = {}
+_stored: dict[str, LimitProblem] = {}
 
 
-def run_task(token: str, problem: LimitProblem, call: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+def run_task(token: str, problem: LimitProblem, angular_frequency: Frequencies, task: SearchTask) -> Any:
     """Run a task in any process."""
-    if token not in _kept:
-        _kept.clear()
-        _kept[token] = problem
-    return call(_kept[token], *arguments)
+    if token not in _stored:
+        _stored.clear()
+        _stored[token] = problem
+    curve = LimitCurve(problem=_stored[token], level=task.level, angular_frequency=angular_frequency)
+    return task.call(curve, *task.arguments)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Runner:
-    """Runs tasks: those that the store holds are not run again.
+    """Runs tasks: those whose results the store holds are not run again.
 
     Parameters
     ----------
-    problem
-        First argument of every call.
+    problem, angular_frequency
+        Problem and frequencies of all tasks.
     token
-        A name that no other problem has.
+        Name that no other problem has.
     store
-        Receives each result when it is there.
+        Receives each result at once.
     executor
-        Runs them; this process by default.
+        Runs the tasks; this process by default.
     progress
         Called after each task.
     """
 
     problem: LimitProblem
+    angular_frequency: Frequencies
     token: str
     store: MutableMapping[str, Any]
     executor: Executor | None
     progress: Callable[[StageProgress], None]
+
+    @classmethod
+    def of(
+        cls, problem: LimitProblem, angular_frequency: Frequencies, store: MutableMapping[str, Any] | None,
+        executor: Executor | None, progress: Callable[[StageProgress], None] | None,
+    ) -> "Runner":  # fmt: skip
+        """Make a runner; without a store results live as long as it."""
+        return cls(
+            problem=problem, angular_frequency=angular_frequency, token=uuid4().hex,
+            store={} if store is None else store, executor=executor, progress=progress or (lambda _: None),
+        )  # fmt: skip
 
     def __call__(self, stage: str, tasks: Sequence[SearchTask]) -> list[Any]:
         """Results of the tasks of one stage, in order."""
         missing = [task for task in tasks if task.key not in self.store]
         done = len(tasks) - len(missing)
         self.progress(StageProgress(stage=stage, done=done, of=len(tasks)))
-        if self.executor is None:
-            for task in missing:
-                self.store[task.key] = run_task(self.token, self.problem, task.call, task.arguments)
-                done += 1
-                self.progress(StageProgress(stage=stage, done=done, of=len(tasks)))
-        else:
-            sent = {
-                self.executor.submit(run_task, self.token, self.problem, task.call, task.arguments): task
-                for task in missing
-            }
-            for future in as_completed(sent):
-                self.store[sent[future].key] = future.result()
-                done += 1
-                self.progress(StageProgress(stage=stage, done=done, of=len(tasks)))
+        for key, result in self._results(missing):
+            self.store[key] = result
+            done += 1
+            self.progress(StageProgress(stage=stage, done=done, of=len(tasks)))
         return [self.store[task.key] for task in tasks]
+
+    def _results(self, tasks: Sequence[SearchTask]) -> Iterator[tuple[str, Any]]:
+        """Keys and results of tasks as they come."""
+        given = self.token, self.problem, self.angular_frequency
+        if self.executor is None:
+            yield from ((task.key, run_task(*given, task)) for task in tasks)
+        else:
+            sent = {self.executor.submit(run_task, *given, task): task.key for task in tasks}
+            yield from ((sent[future], future.result()) for future in as_completed(sent))

@@ -1,5 +1,6 @@
 """Files that are written whole or not at all."""
 
+import os
 import uuid
 from collections.abc import Callable
 from pathlib import Path
@@ -33,8 +34,8 @@ def write_whole(path: Path | str, write: Callable[[Path], object], wrong: type[I
         write(temporary)
         temporary.replace(path)
     except OSError as error:
-        raise wrong(
-            f'"{path}" cannot be written ({error.strerror or error}): choose another folder, or free space in it'
-        ) from error
+        # HDF5 puts a paragraph where the system has a few words.
+        reason = os.strerror(error.errno) if error.errno else error
+        raise wrong(f'"{path}" cannot be written ({reason}): choose another folder, or free space in it') from error
     finally:
         temporary.unlink(missing_ok=True)

@@ -6,12 +6,12 @@ from typing import Any
 
 from casefile.table import located
 from fe.calculix_run import find_ccx
+from fe.element import REGISTRY
 from geometry.errors import InputError
 from pipeline.parallel import Task, run_parallel
 from pipeline.store import Stage
 from study.kind.blade.model import BladeModel, blade_model, mesh_size
 from study.kind.blade.solid_check import SolidCheck, solid_check
-from study.kind.blade.table import ELEMENT_BY_NAME
 from study.run_context import RunContext
 from study.table1.case import ModelTable, PredictionTable, Table1Case
 from study.table1.chain import RowResult, row
@@ -224,7 +224,7 @@ def _limit(case: Table1Case, nested: Sequence[NestedPoint]) -> tuple[Limit | Non
     if case.limit is None:
         return None, ""
     coarse, medium, _ = case.limit.subdivisions
-    degree = ELEMENT_BY_NAME[case.limit.element].degree
+    degree = REGISTRY[case.limit.element].degree
     try:
         return richardson([point.frequency for point in nested], medium / coarse, degree), ""
     except InputError as error:

@@ -1,5 +1,6 @@
 """An output is refused before work begins, or written whole."""
 
+import errno
 import os
 import stat
 from pathlib import Path
@@ -8,7 +9,7 @@ import pytest
 
 from geometry.errors import OutputError
 from pipeline.made_folders import removed_if_empty
-from pipeline.output import prepare_output, replace_file
+from pipeline.output import disk_failure, prepare_output, replace_file
 
 
 def test_a_new_folder_is_made_with_its_parents_and_stays_empty(tmp_path: Path) -> None:
@@ -82,3 +83,25 @@ def test_a_write_that_fails_leaves_the_old_file_and_no_litter(tmp_path: Path, mo
         replace_file(file, "new")
     assert list(tmp_path.iterdir()) == [file]
     assert file.read_text() == "old"
+
+
+def test_a_file_that_the_disk_does_not_take_is_named_and_the_old_one_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "result.csv"
+    file.write_text("old")
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "replace", full)
+    with pytest.raises(OSError, match="No space") as failed:
+        replace_file(file, "new")
+    assert str(file) in (disk_failure(failed.value) or "")
+    assert [path.name for path in tmp_path.iterdir()] == ["result.csv"]
+    assert file.read_text() == "old"
+
+
+def test_other_errors_are_no_failure_of_the_disk() -> None:
+    assert disk_failure(OSError(errno.ENOENT, "No such file")) is None
+    assert disk_failure(ValueError("x = 28")) is None

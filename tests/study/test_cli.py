@@ -23,6 +23,21 @@ from study.run_context import DEFAULTS, Answer, Options, command_app
 
 app = command_app("trial", "Ends in many ways.", examples=["stickslip trial fine"])
 
+def within_callback(kill):
+    import ctypes
+    def swallowing(*_):
+        kill()
+        return 0
+    ctypes.CFUNCTYPE(ctypes.c_int)(swallowing)()
+
+def within_import(kill):
+    try:
+        kill()
+    except BaseException:
+        raise ImportError("numba._devicearray failed to import") from None
+
+SIGNALLED = {"callback": within_callback, "import": within_import, "exec": lambda kill: exec("kill()", {"kill": kill})}
+
 @app.default
 def trial(how: str, *, out: Path | None = None, options: Options = DEFAULTS) -> Answer:
     from geometry.errors import GeometryError
@@ -40,11 +55,17 @@ def trial(how: str, *, out: Path | None = None, options: Options = DEFAULTS) -> 
     if how == "case": raise CaseError([Problem(file="a.toml", line=3, key="x", text="x = 1: too small")])
     if how == "failed": raise ComputationFailed("Newton did not converge at 120 Hz")
     if how == "memory": raise MemoryError
+    if how == "disk": Path("/dev/full").write_text("x")
+    if how == "hdf5": raise RuntimeError("not closed, errno = 28, error message = 'No space', filename = 'a/b.nc'")
     if how == "mistake": return Answer(document={}, text=str(1 / 0))
     if how == "poor": return Answer(document={"worst": float("nan")}, text="poor", exit_code=1)
     if how == "wait":
         print("waiting", flush=True)
         os.write(2, b"waiting\\n")
+        time.sleep(60)
+    if how in SIGNALLED:
+        import signal
+        SIGNALLED[how](lambda: os.kill(os.getpid(), signal.SIGTERM))
         time.sleep(60)
     with run.progress.step("a step") as report:
         report(1, 2)
@@ -105,6 +126,32 @@ def test_every_end_has_its_exit_code_and_its_sentence(
     assert "Traceback" not in done.stderr
 
 
+needs_full_disk = pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+
+
+@needs_full_disk
+@pytest.mark.parametrize(("how", "file"), [("disk", "a file"), ("hdf5", "a/b.nc")])
+def test_a_full_disk_is_one_sentence_with_file_and_remedy(environment: dict[str, str], how: str, file: str) -> None:
+    done = stickslip(environment, "trial", how, "--json")
+    assert done.returncode == 2
+    assert done.stderr.count("stickslip: ") == 1
+    assert f"{file} cannot be written (No space left on device): free some space" in done.stderr
+    assert json.loads(done.stdout)["error"]["exit_code"] == 2
+
+
+@needs_full_disk
+@pytest.mark.parametrize("option", [[], ["--json"]])
+def test_standard_output_on_a_full_disk_is_one_sentence_too(environment: dict[str, str], option: list[str]) -> None:
+    runner = Path(environment["TMPDIR"]) / "run.py"
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run([sys.executable, str(runner), "trial", "long", *option], env=environment, stdout=full,
+                              stderr=subprocess.PIPE, text=True, timeout=TIMEOUT, check=False)  # fmt: skip
+    assert done.returncode == 2
+    assert "standard output cannot be written" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert "Exception" not in done.stderr
+
+
 def test_an_output_folder_that_cannot_be_written_is_refused_before_anything_runs(environment: dict[str, str]) -> None:
     done = stickslip(environment, "trial", "fine", "--out", "/dev/null/x")
     assert done.returncode == 2
@@ -158,6 +205,15 @@ def test_ctrl_c_and_terminate_end_with_three(environment: dict[str, str], number
     _, errors = process.communicate(timeout=TIMEOUT)
     assert process.returncode == 3
     assert errors.startswith("stickslip: interrupted; what was finished is kept")
+
+
+@pytest.mark.parametrize("how", ["callback", "import", "exec"])
+def test_a_signal_ends_a_command_wherever_it_arrives(environment: dict[str, str], how: str) -> None:
+    # Compiled code swallows it, an import makes another error of it, and after `exec` Python would end by SIGINT.
+    done = stickslip(environment, "trial", how)
+    assert done.returncode == 3
+    assert "stickslip: interrupted; what was finished is kept" in done.stderr
+    assert "mistake" not in done.stderr
 
 
 @pytest.mark.parametrize("how", ["long", "table"])

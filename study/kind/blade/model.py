@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from casefile.table import CaseModel, located
 from fe.assembly import assemble_compact
 from fe.boundary import Support, supported_system
+from fe.element import REGISTRY
 from fe.material import Material
 from fe.mesh import Mesh
 from fe.mesh_quality import check_quality
@@ -19,7 +20,7 @@ from fe.system import LinearSystem
 from geometry.blade import Blade
 from geometry.plain_blade import PlainBlade
 from pipeline.store import stage
-from study.kind.blade.table import ELEMENT_BY_NAME, BladeTables, mesh_any, with_thickness
+from study.kind.blade.table import BladeTables, mesh_any, with_thickness
 
 #: Nodes that stay physical in a reduced model, where the mesh has them.
 BOUNDARY = ("excitation", "response", "contact_positive", "contact_negative")
@@ -59,7 +60,7 @@ class BladeModel:
     def rule(self) -> MeshRule:
         """The meshing rule."""
         return MeshRule(
-            element=ELEMENT_BY_NAME[self.element],
+            element=REGISTRY[self.element],
             through_thickness=self.through_thickness,
             length_ratio=self.length_ratio,
             length_cap=self.length_cap,

@@ -3,11 +3,12 @@
 from dataclasses import replace
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
+from pydantic_core import PydanticCustomError
 
 from casefile.quantity import Angle, Length, MaterialDensity, Ratio, YoungsModulus
 from casefile.table import CaseModel
-from fe.element import ELEMENTS
+from fe.element import REGISTRY
 from fe.material import Material
 from fe.mesh import Mesh
 from fe.mesher.blade import PadMesh, mesh_blade
@@ -17,12 +18,19 @@ from geometry.blade import Blade
 from geometry.plain_blade import PlainBlade
 from study.case.tables import StructureTable
 
+
+def _known_element(name: str) -> str:
+    if name not in REGISTRY:
+        *others, last = (f"'{each}'" for each in REGISTRY.names())
+        raise PydanticCustomError("literal_error", f"Input should be {', '.join(others)} or {last}")
+    return name
+
+
 Count = Annotated[int, Field(ge=1, le=1000, strict=True)]
-ElementName = Literal["hex8", "hex20", "tet10"]
+#: Any registered element: those from outside too.
+ElementName = Annotated[str, AfterValidator(_known_element)]
 BrickName = Literal["hex8", "hex20"]
 RootName = Literal["full", "relaxed"]
-
-ELEMENT_BY_NAME = {element.name: element for element in ELEMENTS.values()}
 
 
 class RigBladeTable(CaseModel):
@@ -108,7 +116,7 @@ class MeshSizeTable(CaseModel):
     def rule(self, element: str, through_thickness: int, subdivisions: int = 1) -> MeshRule:
         """The rule for one element and one number of elements through the thickness."""
         return MeshRule(
-            element=ELEMENT_BY_NAME[element],
+            element=REGISTRY[element],
             through_thickness=through_thickness,
             length_ratio=self.length_ratio,
             length_cap=self.length_cap,

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fe.element import ELEMENTS
+from fe.element import REGISTRY
 from fe.face_integral import outer_faces
 from fe.material import Material
 from fe.mesh import Mesh
@@ -58,8 +58,7 @@ class RigModel:
     @property
     def cells(self) -> RigMesh:
         """How the bodies are meshed."""
-        (element,) = (each for each in ELEMENTS.values() if each.name == self.element)
-        return rig_mesh(self.rig, element, self.size)
+        return rig_mesh(self.rig, REGISTRY[self.element], self.size)
 
     def meshed(self) -> MeshedRig:
         """All bodies in their places, in the order of `BODIES`."""

@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from hbsolve.balance import HarmonicBalance
-from hbsolve.limits.bridge import at_a_gap
-from hbsolve.limits.certificate import certificates
-from hbsolve.limits.kick import MOST_TURNS, kicked, turned
+from hbsolve.limits.certificate import certify
+from hbsolve.limits.exchange import at_a_gap
 from hbsolve.limits.local_search import LimitSide, local_search
 from hbsolve.limits.objective import OutputHarmonic
 from hbsolve.limits.optimum import Best, Optimum, is_open
+from hbsolve.limits.perturbation import MOST_TURNS, perturb, reverse_lines
+from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.response_limits import limit_problem
 from hbsolve.limits.sliders import SliderTable
 from reduction.jointed_system import JointedSystem
@@ -29,10 +30,10 @@ def optimum(value: float, **followed: float) -> Optimum:
 def test_lines_are_turned_about_their_nominal_place_in_all_combinations() -> None:
     nominal, random = np.arange(6.0), np.random.default_rng(0)
     w = nominal + np.array([1, 2, 3, 10, 20, 30])
-    found = turned(table([0, 0, 0, 1, 1, 1]), nominal, w, random)
+    found = reverse_lines(table([0, 0, 0, 1, 1, 1]), nominal, w, random)
     moved = sorted((each - nominal).tolist() for each in found)
     assert moved == [[1, 2, 3, 30, 20, 10], [3, 2, 1, 10, 20, 30], [3, 2, 1, 30, 20, 10]]
-    assert len(turned(table(list(range(20))), np.zeros(20), np.zeros(20), random)) == MOST_TURNS
+    assert len(reverse_lines(table(list(range(20))), np.zeros(20), np.zeros(20), random)) == MOST_TURNS
 
 
 def test_a_kick_leads_to_a_basin_that_no_step_leads_to(wedge: JointedSystem) -> None:
@@ -47,7 +48,8 @@ def test_a_kick_leads_to_a_basin_that_no_step_leads_to(wedge: JointedSystem) -> 
     assert settled
     end = local_search(point, settled, LimitSide.UPPER)
     best: Best = {(0, LimitSide.UPPER): Optimum(value=end.value, x=end.x, w=end.w, residual=0.0)}
-    found, gained = kicked(problem, level, np.array([omega]), best, sorted(best), (0,))
+    curve = LimitCurve(problem=problem, level=level, angular_frequency=np.array([omega]))
+    found, gained = perturb(curve, best, sorted(best), (0,))
     assert gained == {(0, LimitSide.UPPER)}
     # 6.0 um where the search alone ends at 5.0 um, whichever of the corners of the box it starts from but one.
     assert found[0, LimitSide.UPPER].value > 1.15 * end.value
@@ -79,5 +81,6 @@ def test_one_state_alone_is_no_jump_and_not_open(wedge: JointedSystem) -> None:
             best[at, side] = Optimum(value=trial.value, x=trial.x, w=trial.w, residual=0.0)
     # A neighbour whose state comes from elsewhere: followed, it is far off.
     best[1, LimitSide.UPPER] = replace(best[1, LimitSide.UPPER], w=best[1, LimitSide.UPPER].w + 3e-5)
+    curve = LimitCurve(problem=problem, level=level, angular_frequency=omega)
     assert not is_open(best, 0)
-    assert not any(each.jump for each in certificates(problem, level, omega, [0], best).values())
+    assert not any(each.jump for each in certify(curve, [0], best).values())

@@ -12,10 +12,10 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from hbsolve.energy import energy_balance
 from hbsolve.errors import BalanceError
-from hbsolve.limits.fresh import fresh_histories
 from hbsolve.limits.local_search import LimitSide
 from hbsolve.limits.loss_factor import LossFactor, paper_limits
 from hbsolve.limits.objective import ContactForceHarmonic, OutputHarmonic
+from hbsolve.limits.random_histories import independent_histories
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
 from hbsolve.limits.result import ResponseLimits, load_limits
 from reduction.jointed_system import JointedSystem
@@ -52,7 +52,7 @@ def test_every_limit_is_a_steady_state_in_the_box(balance: HarmonicBalance, limi
 
 
 def test_histories_that_had_no_part_in_the_search_stay_inside(balance: HarmonicBalance, limits: ResponseLimits) -> None:
-    fresh = fresh_histories(limit_problem(balance, OutputHarmonic(row=0)), limits, 60, seed=9)
+    fresh = independent_histories(limit_problem(balance, OutputHarmonic(row=0)), limits, 60, seed=9)
     assert np.isfinite(fresh.value).mean() > 0.95
     assert fresh.share_outside(1e-3) == 0.0
     # They fill a good part of the band where there is one, so they would see limits that are too narrow.

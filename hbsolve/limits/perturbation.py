@@ -8,20 +8,14 @@ sliders are turned about, line by line and in all combinations of lines; where t
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
 
 from hbsolve.limits.exchange import HOPELESS
-from hbsolve.limits.improve import improve
-from hbsolve.limits.local_search import GAIN, LimitSide
-from hbsolve.limits.optimum import Best
-from hbsolve.limits.point import TrialState
-from hbsolve.limits.problem import LimitProblem
+from hbsolve.limits.local_search import GAIN
+from hbsolve.limits.optimum import Best, Key, improve
+from hbsolve.limits.point import LimitPoint, Sliders, TrialState
+from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.sliders import SliderTable
 from hbsolve.limits.starts import random_sliders
-
-Real = NDArray[np.float64]
-Sliders = Float[Real, " s"]
 
 #: Combinations of lines that are turned about at most.
 MOST_TURNS = 15
@@ -29,28 +23,24 @@ MOST_TURNS = 15
 N_RANDOM, KICKS = 12, (0.3, 1.0)
 
 
-def kicked(
-    problem: LimitProblem, level: float, omega: Float[Real, " f"], best: Best, keys: Iterable[tuple[int, LimitSide]],
-    seed: Sequence[int],
-) -> tuple[Best, set[tuple[int, LimitSide]]]:  # fmt: skip
+def perturb(curve: LimitCurve, best: Best, keys: Iterable[Key], seed: Sequence[int]) -> tuple[Best, set[Key]]:
     """Search again from changes of some optima; returns the limits and which of them improved."""
     best, gained = dict(best), set()
     random = np.random.default_rng(seed)
-    for at, side in keys:
-        point = problem.at(float(omega[at]), level)
-        held = best[at, side]
-        trial = point.trial(held.x, held.w, held.residual)
-        kicks = turned(problem.sliders, problem.box.nominal, held.w, random)
-        for w in (*kicks, *(_random_kick(problem, best, at, side, trial, random) for _ in range(N_RANDOM))):
-            reached = point.towards(problem.box.clip(w), trial, tries=8)
+    for key in keys:
+        point, optimum, side = curve.point(key[0]), best[key], key[1]
+        trial = point.trial(optimum.x, optimum.w, optimum.residual)
+        kicks = reverse_lines(point.sliders, point.box.nominal, optimum.w, random)
+        for w in (*kicks, *(_random_kick(point, best, key, trial, random) for _ in range(N_RANDOM))):
+            reached = point.towards(point.box.clip(w), trial, tries=8)
             if reached is None or side * point.gain(reached.value, trial.value) < -HOPELESS:
                 continue
-            if improve(point, best, at, side, reached.x, reached.w) > 10 * GAIN:
-                gained.add((at, side))
+            if improve(point, best, key, reached.x, reached.w) > 10 * GAIN:
+                gained.add(key)
     return best, gained
 
 
-def turned(table: SliderTable, nominal: Sliders, w: Sliders, random: np.random.Generator) -> list[Sliders]:
+def reverse_lines(table: SliderTable, nominal: Sliders, w: Sliders, random: np.random.Generator) -> list[Sliders]:
     """The same displacements from nominal in reverse order along some of the lines, for each choice of lines."""
     count = int(table.line.max()) + 1
     members = [np.flatnonzero(table.line == line) for line in range(count)]
@@ -67,10 +57,9 @@ def turned(table: SliderTable, nominal: Sliders, w: Sliders, random: np.random.G
     return found
 
 
-def _random_kick(
-    problem: LimitProblem, best: Best, at: int, side: LimitSide, trial: TrialState, random: np.random.Generator
-) -> Sliders:
-    table, n = problem.sliders, len(problem.sliders.tangent)
+def _random_kick(point: LimitPoint, best: Best, key: Key, trial: TrialState, random: np.random.Generator) -> Sliders:
+    """Sliders moved at random, or those of another optimum."""
+    table, n = point.sliders, len(point.sliders.tangent)
     length = np.abs(trial.cone.high - trial.cone.low)
     length = np.maximum(length, length.mean())
     kind = random.integers(4)
@@ -78,9 +67,9 @@ def _random_kick(
         some = random.random(n) < 0.5
         return np.asarray(trial.w + some * random.normal(size=n) * random.choice(KICKS) * length)
     if kind == 1:
-        return np.where(random.random(n) < 0.4, random_sliders(table, problem.box, random, 7), trial.w)
+        return np.where(random.random(n) < 0.4, random_sliders(table, point.box, random, 7), trial.w)
     # A line of another optimum nearby, of either limit, or all of it.
-    others = sorted(key for key in best if key != (at, side))
+    others = sorted(each for each in best if each != key)
     other = best[others[random.integers(len(others))]].w if others else trial.w
     line = int(random.integers(int(table.line.max()) + 1))
     return np.where(table.line == line, other, trial.w) if kind == 2 else other

@@ -1,0 +1,152 @@
+"""Random friction histories: steady states that sweeps, overshoots and fresh starts leave behind.
+
+Each history carries its sliders along the frequencies, up or down, as a test does; now and then it begins anew, or the
+level overshoots and returns. Its states are inner bounds of the limits, since none of them was chosen to be extreme.
+"""
+
+from collections.abc import Callable, MutableMapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.blas_threads import on_one_blas_thread
+from hbsolve.limits.local_search import LimitSide
+from hbsolve.limits.point import LimitPoint, Sliders, TrialState
+from hbsolve.limits.problem import LimitCurve, LimitProblem
+from hbsolve.limits.result import ResponseLimits
+from hbsolve.limits.starts import N_KIND, random_sliders
+from hbsolve.limits.task import Runner, SearchTask, StageProgress
+
+Frequencies = Float[NDArray[np.float64], " f"]
+
+#: Chance that something happens to a history between two frequencies; one in four is an overshoot to these levels.
+EVENT, OVERSHOOT = 0.1, (1.2, 2.2)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SampledStates:
+    """States of n histories at some frequencies of one level.
+
+    Parameters
+    ----------
+    value
+        Of the objective, NaN where no state was found, shape (f, n).
+    extreme
+        The state furthest out at each frequency and side, as motion and sliders.
+    """
+
+    value: Float[NDArray[np.float64], "f n"]
+    extreme: dict[tuple[int, LimitSide], tuple[NDArray[np.float64], NDArray[np.float64]]]
+
+
+@on_one_blas_thread
+def sampled_states(curve: LimitCurve, numbers: Sequence[int], count: int, seed: Sequence[int]) -> SampledStates:
+    """Sample random histories at the frequencies `numbers`, half of them swept up and half down."""
+    problem, random = curve.problem, np.random.default_rng(seed)
+    value = np.full((len(numbers), count), np.nan)
+    extreme: dict[tuple[int, LimitSide], TrialState] = {}
+    for way in (0, 1):
+        carried: dict[int, TrialState] = {}
+        waiting = {number: random_sliders(problem.sliders, problem.box, random, number) for number in range(count)}
+        order = range(len(numbers)) if way == 0 else range(len(numbers) - 1, -1, -1)
+        for row in order:
+            at = numbers[row]
+            point = curve.point(at)
+            over = replace(curve, level=curve.level * random.uniform(*OVERSHOOT)).point(at)
+            last: TrialState | None = None
+            for number in range(way, count, 2):
+                trial = _next(point, over, carried.get(number), waiting[number], last, random)
+                if trial is None:
+                    carried.pop(number, None)
+                    continue
+                waiting[number] = problem.box.clip(trial.carried)
+                carried[number] = last = trial
+                value[row, number] = trial.value
+                for side in LimitSide:
+                    if (at, side) not in extreme or side * (trial.value - extreme[at, side].value) > 0:
+                        extreme[at, side] = trial
+    return SampledStates(
+        value=value, extreme={key: (trial.x, problem.box.clip(trial.carried)) for key, trial in extreme.items()}
+    )
+
+
+def _next(
+    point: LimitPoint, over: LimitPoint, before: TrialState | None, w: Sliders, last: TrialState | None,
+    random: np.random.Generator,
+) -> TrialState | None:  # fmt: skip
+    """The state of one history at its next frequency."""
+    trial = None if before is None else point.solve(before.x, w)
+    if before is not None and random.random() < EVENT:
+        kind = int(random.integers(N_KIND))
+        known = trial or last
+        if kind >= 6 and trial is not None:
+            passed = over.solve(trial.x, w)
+            if passed is not None:
+                trial = point.solve(trial.x, point.box.clip(passed.carried)) or trial
+        elif kind < 6 and known is not None:
+            trial = point.towards(random_sliders(point.sliders, point.box, random, kind), known) or trial
+    if trial is not None:
+        return trial
+    return point.towards(w, last) if last is not None else point.from_rest(w) or point.from_anywhere(w)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class IndependentHistories:
+    """Random histories against limits.
+
+    Parameters
+    ----------
+    value
+        Of the objective, NaN where no state was found, shape (l, f, n).
+    excess
+        How far each lies outside, relative to the limit; negative inside, shape (l, f, n) [-].
+    """
+
+    value: Float[NDArray[np.float64], "l f n"]
+    excess: Float[NDArray[np.float64], "l f n"]
+
+    def share_outside(self, by: float) -> float:
+        """Share of the states that lie outside by more than this share of the limit [-]."""
+        found = self.excess[np.isfinite(self.excess)]
+        return float((found > by).mean()) if found.size else 0.0
+
+
+def independent_histories(
+    problem: LimitProblem,
+    limits: ResponseLimits,
+    count: int,
+    *,
+    seed: int,
+    store: MutableMapping[str, Any] | None = None,
+    executor: Executor | None = None,
+    progress: Callable[[StageProgress], None] | None = None,
+) -> IndependentHistories:
+    """Sample histories in the same box, swept over the frequencies of the limits.
+
+    Parameters
+    ----------
+    problem, limits
+        As `hbsolve.limits.response_limits.response_limits` took and gave them.
+    count
+        Histories [-].
+    seed
+        Another one than that of the search.
+    store, executor, progress
+        As there; one task a level.
+    """
+    run = Runner.of(problem, limits.angular_frequency, store, executor, progress)
+    numbers = range(len(limits.angular_frequency))
+    tasks = [
+        SearchTask(
+            f"independent histories, level {number}", sampled_states, float(level), (numbers, count, (seed, number, 3))
+        )
+        for number, level in enumerate(limits.level)
+    ]
+    value = np.array([states.value for states in run("independent histories", tasks)])
+    size = np.abs(limits.value)[..., None]
+    excess = np.maximum((value - limits.upper[..., None]) / size[1], (limits.lower[..., None] - value) / size[0])
+    return IndependentHistories(value=value, excess=excess)
