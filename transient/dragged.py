@@ -5,8 +5,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.compiled import compiled
+from transient.joint_forces import joint_forces
 from transient.joint_table import Packed
-from transient.law import joint_forces
 
 Vector = Float[NDArray[np.float64], " n"]
 
