@@ -234,12 +234,12 @@ class Registry(Generic[M]):
         before = dict(self._entries)
         try:
             load()
-        except RegistryError:
-            self._entries = before
-            raise
         except (Exception, SystemExit) as error:
             self._entries = before
-            raise RegistryError(_sentence(error, origin)) from error
+            if isinstance(error, RegistryError) and ", line " in str(error):
+                raise
+            room = importlib.import_module(self.package.partition(".")[0]).__path__[0]
+            raise RegistryError(_sentence(error, origin, (str(Path(__file__).parent), room))) from error
 
 
 def _given(member: object, fact: str) -> bool:
@@ -251,14 +251,16 @@ def module_name(file: Path) -> str:
     return PREFIX + str(file).encode().hex()
 
 
-def _sentence(error: BaseException, origin: str) -> str:
-    """What went wrong in somebody's code, and where."""
-    steps = [step for step in traceback.extract_tb(error.__traceback__) if step.filename != __file__]
-    outside = [step for step in steps if "importlib" not in step.filename]
-    place = f"{outside[-1].filename}, line {outside[-1].lineno}" if outside else origin
+def _sentence(error: BaseException, origin: str, ours: tuple[str, ...]) -> str:
+    """What went wrong in somebody's code, and where: at the last line that is not of ours."""
+    steps = [step for step in traceback.extract_tb(error.__traceback__) if not step.filename.startswith(ours)]
+    theirs = [step for step in steps if "importlib" not in step.filename]
+    place = f"{theirs[-1].filename}, line {theirs[-1].lineno}" if theirs else origin
     if isinstance(error, SyntaxError) and error.filename:
         place = f"{error.filename}, line {error.lineno}"
     what = " ".join(str(error).split()) or "no message"
+    if isinstance(error, RegistryError):
+        return f"{place}: {what}"
     named = "" if origin in place else f" ({origin})"
     return f"{place}: {type(error).__name__}: {what}{named}: correct the file, or leave it out"
 

@@ -35,7 +35,7 @@ def joint_force(
     """
     i, k, j, m = joints[1][joint], joints[1][joint + 1], joints[2][joint], joints[2][joint + 1]
     _switch(
-        joints[0][joint], joints[4][joint], joints[3][joint], before[i:k], after[i:k], slider[j:m], step, mean[i:k],
+        joints[0][joint], joints[3][joint], joints[4][joint], before[i:k], after[i:k], slider[j:m], step, mean[i:k],
         end[i:k], moved[j:m],
     )  # fmt: skip
 

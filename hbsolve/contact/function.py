@@ -20,6 +20,16 @@ SETTLED = 1e-11
 
 
 @compiled
+def instant(address: int, u: float, velocity: float, parameters: Any, slope: Any) -> float:
+    """Force of a law without memory at one instant; see `hbsolve.contact.law.ContactForce`."""
+    result = np.zeros((3 + len(parameters), 1))
+    call_step(address, u, velocity, parameters, parameters, result, 1)
+    for i in range(len(slope)):
+        slope[i] = result[1 + i, 0]
+    return float(result[0, 0])
+
+
+@compiled
 def force(
     address: int, u: Any, velocity: Any, omega: float, reference: Any, parameters: Any, start: Any, by_multiplier: Any,
     sampling: Any, want: int, out: Any,

@@ -26,7 +26,7 @@ class DualType(types.Type):
     """numba's type of a dual number; plain numbers become one where branches meet."""
 
     def __init__(self) -> None:
-        super().__init__(name="dual")  # type: ignore[no-untyped-call]
+        super().__init__(name="dual")
 
     def can_convert_from(self, _context: Any, other: Any) -> Any:
         """Real numbers are promoted."""
@@ -43,7 +43,7 @@ DUAL = DualType()
 @register_model(DualType)
 class _DualModel(models.StructModel):
     def __init__(self, manager: Any, kind: Any) -> None:
-        super().__init__(manager, kind, [("value", types.float64), ("slope", types.float64)])
+        super().__init__(manager, kind, [("value", types.float64), ("slope", types.float64)])  # type: ignore[no-untyped-call]
 
 
 def _dual(_context: Any, value: Any, slope: Any) -> Any:

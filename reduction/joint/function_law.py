@@ -196,8 +196,18 @@ def joint_law(
 
     def register(force: Callable[..., Any]) -> type[FunctionJoint]:
         given = [each for each in parameters if isinstance(each, JointParameter)]
-        if len(given) < len(parameters):
-            raise RegistryError(f'the parameters of "{kind}" are {parameters!r}: give a list of JointParameter')
+        for what, right, wanted in (
+            (f"parameters = {parameters!r}", len(given) == len(parameters), "a list of JointParameter"),
+            (f"n_state = {n_state!r}", isinstance(n_state, int) and n_state >= 0, "a whole number, 0 without memory"),
+            (f"stuck_stiffness = {stuck_stiffness!r}", callable(stuck_stiffness), "a function of the parameters"),
+            (
+                f"energy = {energy!r}",
+                energy is None or callable(energy),
+                "a function, or None without springs",
+            ),
+        ):
+            if not right:
+                raise RegistryError(f'the joint law "{kind}" has {what}: give {wanted}')
         law = make_dataclass(
             force.__name__,
             [

@@ -251,6 +251,8 @@ class Joint(ABC):
     @classmethod
     def wrong(cls) -> str | None:
         """What does not fit in what the law says of itself, as the end of a sentence; it is asked when it registers."""
+        if not 0 < cls.typical_displacement < np.inf:
+            return f"has typical_displacement = {cls.typical_displacement!r}: give a positive length in m"
         known = {field.name for field in fields(cls)}  # type: ignore[arg-type]
         for name in [*(each.name for each in cls.parameters), *(each.name for each in cls.options)]:
             if name not in known:
