@@ -34,7 +34,7 @@ def instant_table(joints: Sequence[Joint]) -> InstantTable:
     return InstantTable(kind=np.array(kinds, dtype=np.int64), address=addresses(joints), value=value)
 
 
-#: ``instant_force(kind, address, u, velocity, parameters, slope)`` [N]: see `ContactForce.instant`.
+#: ``instant_force(kind, address, u, velocity, parameters, slope)`` [N]: see `CompiledLaw.instant`.
 instant_force = compiled_switch(
     __name__,
     "u, velocity, parameters, slope",

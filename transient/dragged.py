@@ -18,7 +18,7 @@ def dragged(joints: Packed, position: Float[NDArray[np.float64], "t d"], slider:
     Parameters
     ----------
     joints
-        Of a `JointTable`.
+        Of a `WitnessTable`.
     position
         Of all directions at the ends of all steps, shape (t, d) [m].
     slider

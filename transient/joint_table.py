@@ -23,7 +23,7 @@ Packed = tuple[Integers, Integers, Integers, Integers, Float[NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class JointTable:
+class WitnessTable:
     """All joints of a system.
 
     Parameters
@@ -54,7 +54,7 @@ class JointTable:
     slider_stiffness: Float[NDArray[np.float64], " s"]
 
 
-def joint_table(system: JointedSystem) -> JointTable:
+def joint_table(system: JointedSystem) -> WitnessTable:
     """Rows, stiffness and parameters of the joints of a system in its order.
 
     Raises
@@ -72,7 +72,7 @@ def joint_table(system: JointedSystem) -> JointTable:
         terms.append(np.append(np.zeros(len(stuck[number]) - 1), law.normal_terms(joint)))
     n_slider = [joint.n_slider for joint in system.joints]
     address = [0 if joint.function is None else joint.function.address for joint in system.joints]
-    return JointTable(
+    return WitnessTable(
         rows=np.vstack([joint.directions for joint in system.joints]) if laws else np.zeros((0, system.n_dof)),
         stuck_stiffness=np.concatenate([np.zeros(0), *stuck]),
         packed=(

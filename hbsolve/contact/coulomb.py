@@ -32,7 +32,7 @@ from typing import Any
 import numpy as np
 
 from fe.compiled import compiled
-from hbsolve.contact.law import FORCES, JACOBIAN, PARAMETERS, SEPARATED, SLIP, STICK, ContactForce
+from hbsolve.contact.law import FORCES, JACOBIAN, PARAMETERS, SEPARATED, SLIP, STICK, CompiledLaw
 from hbsolve.contact.unilateral import normal_force, unilateral
 
 #: Periods at most; sliders that creep on after these are left where they are.
@@ -235,4 +235,4 @@ def _follow(
         S[0, j], S[1, j] = x * turn - n0 * r_by[i], y * turn - n1 * r_by[i]
 
 
-FORCES.register(ContactForce(name="coulomb", force=force, instant=None))
+FORCES.register(CompiledLaw(name="coulomb", force=force, instant=None))

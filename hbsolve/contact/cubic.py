@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 
 from fe.compiled import compiled
-from hbsolve.contact.law import FORCES, JACOBIAN, PARAMETERS, ContactForce
+from hbsolve.contact.law import FORCES, JACOBIAN, PARAMETERS, CompiledLaw
 from hbsolve.contact.pointwise import displacement_jacobian
 
 
 @compiled
 def instant(u: float, velocity: float, parameters: Any, slope: Any) -> float:
-    """Force at one instant; see `hbsolve.contact.law.ContactForce`."""
+    """Force at one instant; see `hbsolve.contact.law.CompiledLaw`."""
     slope[0], slope[1], slope[2] = 3.0 * parameters[0] * u**2, 0.0, u**3
     return float(parameters[0] * u**3)
 
@@ -33,4 +33,4 @@ def force(
         displacement_jacobian(by_displacement, sampling, out)
 
 
-FORCES.register(ContactForce(name="cubic", force=force, instant=instant))
+FORCES.register(CompiledLaw(name="cubic", force=force, instant=instant))

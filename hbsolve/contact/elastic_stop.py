@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 
 from fe.compiled import compiled
-from hbsolve.contact.law import FORCES, SEPARATED, STICK, ContactForce
+from hbsolve.contact.law import FORCES, SEPARATED, STICK, CompiledLaw
 from hbsolve.contact.unilateral import normal_force, unilateral
 
 
 @compiled
 def instant(u: float, velocity: float, parameters: Any, slope: Any) -> float:
-    """Force at one instant; see `hbsolve.contact.law.ContactForce`."""
+    """Force at one instant; see `hbsolve.contact.law.CompiledLaw`."""
     touched = max(u - parameters[1], 0.0)
     slope[0] = parameters[0] if u > parameters[1] else 0.0
     slope[1], slope[2], slope[3] = 0.0, touched, -slope[0]
@@ -34,4 +34,4 @@ def force(
         out.active[0] = 0  # never touched: nothing there
 
 
-FORCES.register(ContactForce(name="stop", force=force, instant=instant))
+FORCES.register(CompiledLaw(name="stop", force=force, instant=instant))

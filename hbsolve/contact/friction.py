@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fe.compiled import compiled
-from hbsolve.contact.law import FORCES, JACOBIAN, PARAMETERS, ContactForce
+from hbsolve.contact.law import FORCES, JACOBIAN, PARAMETERS, CompiledLaw
 from hbsolve.contact.slider import slide, state, tangent_jacobian
 from hbsolve.contact.unilateral import normal_force, unilateral
 
@@ -57,4 +57,4 @@ def force(
                 out.by_parameter[4, d, k] = -s * mu * kn
 
 
-FORCES.register(ContactForce(name="friction", force=force, instant=None))
+FORCES.register(CompiledLaw(name="friction", force=force, instant=None))

@@ -21,7 +21,7 @@ SETTLED = 1e-11
 
 @compiled
 def instant(address: int, u: float, velocity: float, parameters: Any, slope: Any) -> float:
-    """Force of a law without memory at one instant; see `hbsolve.contact.law.ContactForce`."""
+    """Force of a law without memory at one instant; see `hbsolve.contact.law.CompiledLaw`."""
     result = np.zeros((3 + len(parameters), 1))
     call_step(address, u, velocity, parameters, parameters, result, 1)
     for i in range(len(slope)):

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from fe.compiled import compiled
-from hbsolve.contact.law import FORCES, JACOBIAN, PARAMETERS, ContactForce
+from hbsolve.contact.law import FORCES, JACOBIAN, PARAMETERS, CompiledLaw
 from hbsolve.contact.slider import slide, state, tangent_jacobian
 
 
@@ -38,4 +38,4 @@ def force(
             out.by_parameter[1, 0, k] = sign[k]
 
 
-FORCES.register(ContactForce(name="jenkins", force=force, instant=None))
+FORCES.register(CompiledLaw(name="jenkins", force=force, instant=None))

@@ -73,7 +73,7 @@ ARGUMENTS = "u, velocity, omega, reference, parameters, start, by_multiplier, sa
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContactForce:
+class CompiledLaw:
     """A law of the balance.
 
     Parameters
@@ -93,6 +93,6 @@ class ContactForce:
 
 
 #: Forces of the product's own laws; a user's law has a function instead, `reduction.joint.function_law`.
-FORCES: Registry[ContactForce] = Registry(
+FORCES: Registry[CompiledLaw] = Registry(
     "contact force", package="hbsolve.contact", group=None, facts={"force": "over a period", "instant": "at an instant"}
 )

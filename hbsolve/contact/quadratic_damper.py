@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 
 from fe.compiled import compiled
-from hbsolve.contact.law import FORCES, JACOBIAN, PARAMETERS, ContactForce
+from hbsolve.contact.law import FORCES, JACOBIAN, PARAMETERS, CompiledLaw
 from hbsolve.contact.pointwise import velocity_jacobian
 
 
 @compiled
 def instant(u: float, velocity: float, parameters: Any, slope: Any) -> float:
-    """Force at one instant; see `hbsolve.contact.law.ContactForce`."""
+    """Force at one instant; see `hbsolve.contact.law.CompiledLaw`."""
     slope[0], slope[1], slope[2] = 0.0, 2.0 * parameters[0] * abs(velocity), abs(velocity) * velocity
     return float(parameters[0] * abs(velocity) * velocity)
 
@@ -34,4 +34,4 @@ def force(
         velocity_jacobian(by_velocity, sampling, out)
 
 
-FORCES.register(ContactForce(name="quadratic_damper", force=force, instant=instant))
+FORCES.register(CompiledLaw(name="quadratic_damper", force=force, instant=instant))

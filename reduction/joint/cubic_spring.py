@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from reduction.joint.directed import DirectedJoint
-from reduction.joint.law import LAWS, JointParameter, Row, Samples
+from reduction.joint.law import LAWS, LawParameter, Row, Samples
 
 
 @LAWS.register
@@ -31,7 +31,7 @@ class CubicSpring(DirectedJoint):
     """
 
     kind = "cubic"
-    parameters = (JointParameter(name="stiffness", unit="N/m^3", meaning="f / u^3, of either sign", typical=1e15),)
+    parameters = (LawParameter(name="stiffness", unit="N/m^3", meaning="f / u^3, of either sign", typical=1e15),)
     typical_displacement = 2e-5
     nlvib = ("cubicSpring", {"stiffness": "stiffness"})
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from reduction.joint.directed import DirectedJoint
-from reduction.joint.law import LAWS, JointParameter, Row, Samples
+from reduction.joint.law import LAWS, LawParameter, Row, Samples
 
 
 @LAWS.register
@@ -34,8 +34,8 @@ class ElasticStop(DirectedJoint):
 
     kind = "stop"
     parameters = (
-        JointParameter(name="stiffness", unit="N/m", meaning="k", typical=1e6, positive=True),
-        JointParameter(name="gap", unit="m", meaning="negative for a pre-compressed stop", typical=1e-5, default=0.0),
+        LawParameter(name="stiffness", unit="N/m", meaning="k", typical=1e6, positive=True),
+        LawParameter(name="gap", unit="m", meaning="negative for a pre-compressed stop", typical=1e-5, default=0.0),
     )
     typical_displacement = 2e-5
     can_slip = False

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from reduction.errors import ExchangeError, JointError
 from reduction.joint.check import label, lock_numbers
 from reduction.joint.elastic_stop import ElasticStop
-from reduction.joint.law import LAWS, Joint, JointOption, JointParameter, Row, Samples, SliderInterval
+from reduction.joint.law import LAWS, Joint, LawOption, LawParameter, Row, Samples, SliderInterval
 
 
 class Friction(Enum):
@@ -65,14 +65,14 @@ class FrictionContact(Joint):
 
     kind = "friction"
     parameters = (
-        JointParameter(name="tangential_stiffness", unit="N/m", meaning="k_t", typical=1e6, positive=True),
-        JointParameter(name="normal_stiffness", unit="N/m", meaning="k_n", typical=1e6, positive=True),
-        JointParameter(name="friction_coefficient", unit="-", meaning="mu", typical=0.4, lower=0.0),
-        JointParameter(name="preload", unit="N", meaning="N_0, the normal force at v = g", typical=30.0, default=0.0),
-        JointParameter(name="gap", unit="m", meaning="g, negative for an interference", typical=0.0, default=0.0),
+        LawParameter(name="tangential_stiffness", unit="N/m", meaning="k_t", typical=1e6, positive=True),
+        LawParameter(name="normal_stiffness", unit="N/m", meaning="k_n", typical=1e6, positive=True),
+        LawParameter(name="friction_coefficient", unit="-", meaning="mu", typical=0.4, lower=0.0),
+        LawParameter(name="preload", unit="N", meaning="N_0, the normal force at v = g", typical=30.0, default=0.0),
+        LawParameter(name="gap", unit="m", meaning="g, negative for an interference", typical=0.0, default=0.0),
     )
     typical_displacement = 3e-5
-    options = (JointOption(name="friction", choices=("uncoupled", "coulomb"), meaning="how two tangents share mu N"),)
+    options = (LawOption(name="friction", choices=("uncoupled", "coulomb"), meaning="how two tangents share mu N"),)
     places = {"normal": True, "tangent": True, "second_tangent": False}  # noqa: RUF012  # read alone
     series_springs = True
 

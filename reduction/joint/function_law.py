@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from geometry.errors import RegistryError
 from reduction.joint.directed import DirectedJoint
-from reduction.joint.law import LAWS, JointParameter, Row, Samples
+from reduction.joint.law import LAWS, LawParameter, Row, Samples
 
 #: Random instants at which derivatives are checked, the share of them that may lie at a kink, and the relative error.
 CHECKS, AT_KINK, AGREEMENT = 60, 0.05, 1e-4
@@ -165,7 +165,7 @@ class FunctionJoint(DirectedJoint):
 def joint_law(
     *,
     kind: str,
-    parameters: Sequence[JointParameter],
+    parameters: Sequence[LawParameter],
     typical_displacement: float,
     n_state: int,
     stuck_stiffness: Callable[..., float],
@@ -195,9 +195,9 @@ def joint_law(
     """
 
     def register(force: Callable[..., Any]) -> type[FunctionJoint]:
-        given = [each for each in parameters if isinstance(each, JointParameter)]
+        given = [each for each in parameters if isinstance(each, LawParameter)]
         for what, right, wanted in (
-            (f"parameters = {parameters!r}", len(given) == len(parameters), "a list of JointParameter"),
+            (f"parameters = {parameters!r}", len(given) == len(parameters), "a list of LawParameter"),
             (f"n_state = {n_state!r}", isinstance(n_state, int) and n_state >= 0, "a whole number, 0 without memory"),
             (f"stuck_stiffness = {stuck_stiffness!r}", callable(stuck_stiffness), "a function of the parameters"),
             (

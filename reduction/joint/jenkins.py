@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from reduction.joint.directed import DirectedJoint
-from reduction.joint.law import LAWS, JointParameter, Row, Samples, SliderInterval
+from reduction.joint.law import LAWS, LawParameter, Row, Samples, SliderInterval
 
 
 @LAWS.register
@@ -34,8 +34,8 @@ class JenkinsElement(DirectedJoint):
 
     kind = "jenkins"
     parameters = (
-        JointParameter(name="tangential_stiffness", unit="N/m", meaning="k_t", typical=1e6, positive=True),
-        JointParameter(name="limit_force", unit="N", meaning="mu N", typical=10.0, lower=0.0),
+        LawParameter(name="tangential_stiffness", unit="N/m", meaning="k_t", typical=1e6, positive=True),
+        LawParameter(name="limit_force", unit="N", meaning="mu N", typical=10.0, lower=0.0),
     )
     typical_displacement = 2e-5
     series_springs = True

@@ -26,7 +26,7 @@ Samples = Float[NDArray[np.float64], "d n"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class JointParameter:
+class LawParameter:
     """A number of a law, as a case file gives it.
 
     Parameters
@@ -72,7 +72,7 @@ class JointParameter:
 
 
 @dataclass(frozen=True, kw_only=True)
-class JointOption:
+class LawOption:
     """A choice of a law, as a case file gives it: one of several words.
 
     Parameters
@@ -114,11 +114,11 @@ class Joint(ABC):
 
     kind: ClassVar[str]
     """Name of the law in registries and case files."""
-    parameters: ClassVar[tuple[JointParameter, ...]]
+    parameters: ClassVar[tuple[LawParameter, ...]]
     """In the order in which its force reads them; each is a field."""
     typical_displacement: ClassVar[float]
     """Displacement at which it shows what it is, with the typical parameters [m]."""
-    options: ClassVar[tuple[JointOption, ...]] = ()
+    options: ClassVar[tuple[LawOption, ...]] = ()
     """Choices; each is a field."""
     places: ClassVar[Mapping[str, bool]] = {"direction": True}
     """Rows that a case file gives by name, and whether each must be given."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from reduction.errors import ExchangeError
 from reduction.joint.directed import DirectedJoint
-from reduction.joint.law import LAWS, Joint, JointParameter, Samples
+from reduction.joint.law import LAWS, Joint, LawParameter, Samples
 
 
 @LAWS.register
@@ -29,7 +29,7 @@ class QuadraticDamper(DirectedJoint):
     """
 
     kind = "quadratic_damper"
-    parameters = (JointParameter(name="damping", unit="N s^2/m^2", meaning="f / (abs(v) v)", typical=100.0, lower=0.0),)
+    parameters = (LawParameter(name="damping", unit="N s^2/m^2", meaning="f / (abs(v) v)", typical=100.0, lower=0.0),)
     typical_displacement = 1e-4
 
     damping: float

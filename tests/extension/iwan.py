@@ -1,7 +1,7 @@
 """A four-element Iwan chain: Jenkins elements in parallel whose limits are spread evenly."""
 
 from reduction.joint.function_law import joint_law
-from reduction.joint.law import JointParameter
+from reduction.joint.law import LawParameter
 
 
 def slide(u, slider, stiffness, limit):
@@ -20,8 +20,8 @@ def stored(u, state, parameters):
 @joint_law(
     kind="iwan",
     parameters=[
-        JointParameter(name="stiffness", unit="N/m", meaning="of all elements together", typical=1e6, positive=True),
-        JointParameter(name="limit_force", unit="N", meaning="of all elements together", typical=10.0, positive=True),
+        LawParameter(name="stiffness", unit="N/m", meaning="of all elements together", typical=1e6, positive=True),
+        LawParameter(name="limit_force", unit="N", meaning="of all elements together", typical=10.0, positive=True),
     ],
     typical_displacement=2e-5,
     n_state=4,

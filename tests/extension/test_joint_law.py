@@ -92,8 +92,8 @@ HEAD = """
 import random
 from math import tanh
 from reduction.joint.function_law import joint_law
-from reduction.joint.law import JointParameter
-STIFFNESS = JointParameter(name="stiffness", unit="N/m", meaning="k", typical=1e4, positive=True)
+from reduction.joint.law import LawParameter
+STIFFNESS = LawParameter(name="stiffness", unit="N/m", meaning="k", typical=1e4, positive=True)
 FACTS = dict(
     kind="mine", parameters=[STIFFNESS], typical_displacement=1e-3, n_state=0, stuck_stiffness=lambda k: k, energy=None
 )
@@ -140,7 +140,7 @@ def test_a_scalar_function_is_enough(tmp_path: Path, body: str) -> None:
         ("@joint_law(**FACTS)\ndef f(u, v, s, p):\n    return p[0] * (u + 1e-3 * (u // 1e-9))", ["mine"]),
         ("@joint_law(**FACTS)\ndef f(u, v, s, p):\n    return p[0] * u / 0.0", ["finite"]),
         ("@joint_law(**(FACTS | dict(kind='cubic')))\ndef f(u, v, s, p):\n    return u", ["cubic_spring.py", "cubic"]),
-        ("@joint_law(**(FACTS | dict(parameters=['k'])))\ndef f(u, v, s, p):\n    return u", ["JointParameter", "'k'"]),
+        ("@joint_law(**(FACTS | dict(parameters=['k'])))\ndef f(u, v, s, p):\n    return u", ["LawParameter", "'k'"]),
         ("@joint_law(**(FACTS | dict(n_state=-1)))\ndef f(u, v, s, p):\n    return u", ["n_state", "-1"]),
         ("@joint_law(**(FACTS | dict(typical_displacement=0)))\ndef f(u, v, s, p):\n    return u", ["typical_", "0"]),
     ],
