@@ -72,10 +72,7 @@ def slider_table(balance: HarmonicBalance) -> SliderTable:
     for joint, first in zip(balance.system.joints, balance.table.direction, strict=False):
         intervals, line = joint.slider_intervals, re.sub(r"[\s._-]*\d+$", "", joint.name)
         if isinstance(intervals, str):
-            raise BalanceError(
-                f'limits need an interval for each slider, but "{joint.name}" is a joint {intervals}: give it friction '
-                "that is uncoupled, one tangent, or another law"
-            )
+            raise BalanceError(f'limits need a limit for each tangent, but "{joint.name}" {intervals}')
         for each in intervals:
             normal = -1 if each.normal < 0 else int(first) + each.normal
             rows.append(each._replace(tangent=int(first) + each.tangent, normal=normal))

@@ -200,8 +200,8 @@ class Joint(ABC):
 
     @property
     def slider_intervals(self) -> tuple[SliderInterval, ...] | str:
-        """Where each slider sticks, or in a few words why that is no interval."""
-        return "whose memory is no slider between two limits" if self.n_slider else ()
+        """Where each slider sticks, or why that is no interval, as the end of a sentence with its remedy."""
+        return "remembers more than that: take a law with sliders" if self.n_slider else ()
 
     def exported(self, program: str) -> "Joint":
         """The same joint in the words that other programs have.

@@ -154,3 +154,15 @@ def test_a_law_that_does_not_do_is_refused_when_it_is_registered(tmp_path: Path,
         assert word in str(error.value)
     assert "\n" not in str(error.value)
     assert "mine" not in LAWS
+
+
+def test_the_example_of_the_documentation_is_a_law(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[2] / "docs" / "extending.md").read_text()
+    file = tmp_path / "example.py"
+    file.write_text(text.split("```python\n")[1].split("```")[0])
+    (law,) = LAWS.load(file)
+    try:
+        test_laws.test_derivatives_equal_central_differences(law, 0)
+        test_laws.test_facts_fit_each_other(law)
+    finally:
+        LAWS.forget(file)
