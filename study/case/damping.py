@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from reduction.jointed_system import FrictionContact, Joint
+from reduction.joint.law import Joint
 from reduction.stuck import stuck_stiffness
 
 Matrix = Float[NDArray[np.float64], "r r"]
@@ -14,8 +14,4 @@ Matrix = Float[NDArray[np.float64], "r r"]
 
 def stuck_at_rest(stiffness: Matrix, joints: Sequence[Joint]) -> Matrix:
     """Stiffness of the structure with the springs of all sliders and of the contacts that are closed at rest [N/m]."""
-    return stuck_stiffness(stiffness, [joint for joint in joints if not _is_open(joint)])
-
-
-def _is_open(joint: Joint) -> bool:
-    return isinstance(joint, FrictionContact) and joint.force_at_rest <= 0
+    return stuck_stiffness(stiffness, [joint for joint in joints if not joint.open_at_rest])

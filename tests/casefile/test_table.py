@@ -119,7 +119,10 @@ x = 1
     [
         ("", 'my.toml:1: schema is missing; write "schema = 2" as the first line'),
         ("schema = 3\nnew = 1", "my.toml:1: schema = 3: a later form of case files"),
-        ("schema = 1\nnew = 1", 'my.toml:1: schema = 1: a case of an earlier form, which is no longer read: write "schema = 2", '),
+        (
+            "schema = 1\nnew = 1",
+            'my.toml:1: schema = 1: a case of an earlier form, which is no longer read: write "schema = 2", ',
+        ),
         ('\nschema = "2"', 'my.toml:2: schema = "2": unknown form of case files'),
         ("schema = true", "my.toml:1: schema = true: unknown form of case files"),
         ("schema = 2", "my.toml:1: table [blade] is missing; add it"),

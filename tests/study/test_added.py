@@ -96,5 +96,7 @@ def test_a_mistake_in_an_added_effect_has_its_line(tmp_path: Path, table: str, m
 def test_a_factor_that_is_no_accepted_parameter_is_refused(tmp_path: Path) -> None:
     case = case_with(tmp_path, "[calibrated]\nmu = 1.1\n")
     case.write_text(case.read_text().replace('mu = "10 %"', "mu = 0"), encoding="utf-8")
-    with pytest.raises(CaseError, match=r"calibrated.mu = 1.1: mu is calibrated, but is no calibration parameter here: remove it"):
+    with pytest.raises(
+        CaseError, match=r"calibrated.mu = 1.1: mu is calibrated, but is no calibration parameter here: remove it"
+    ):
         read_case(case)

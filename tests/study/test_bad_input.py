@@ -144,9 +144,13 @@ def test_modes_and_reduce_refuse_a_blade_case_as_the_mesh_study_does(
 ) -> None:
     text = case_text["blade"]
     (at_home / "my.toml").write_text(text.replace("along_contact = 6", "along_contact = 5"))
-    assert re.match(r"my\.toml:\d+: structure\.mesh: station 4 of .* give the contact line", refusal(command, "my.toml"))
+    assert re.match(
+        r"my\.toml:\d+: structure\.mesh: station 4 of .* give the contact line", refusal(command, "my.toml")
+    )
     (at_home / "my.toml").write_text(text.replace('length = "250.4 mm"', 'length = "-1 mm"'))
-    assert re.match(r'my\.toml:\d+: structure\.blade\.length = "-1 mm": .* is not positive', refusal(command, "my.toml"))
+    assert re.match(
+        r'my\.toml:\d+: structure\.blade\.length = "-1 mm": .* is not positive', refusal(command, "my.toml")
+    )
     assert "no_such.toml: there is no such case file" in refusal(command, "no_such.toml")
 
 

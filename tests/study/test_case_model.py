@@ -247,11 +247,23 @@ MISTAKES = {
     "shares and own": ("balanced", "shares = [1, 2]\nbalanced", "normal_stiffness has a value for each contact, and"),
     "unit": ('preload = "5 N"', 'preload = "5 m"', 'preload = "5 m": "m" makes it a length, but a force is needed'),
     "decimal comma": ('preload = "5 N"', 'preload = "5,2 N"', "write a decimal point, not a comma"),
-    "two dampings": ("[structure.damping]", '[structure.damping]\nratio = "1 %"', "give either ratio, or mass_factor and stiffness_factor"),
-    "harmonic": ("phase", "harmonic = 4\nphase", "harmonic = 4: harmonics.highest = 3 loses this load; take at least 4"),
+    "two dampings": (
+        "[structure.damping]",
+        '[structure.damping]\nratio = "1 %"',
+        "give either ratio, or mass_factor and stiffness_factor",
+    ),
+    "harmonic": (
+        "phase",
+        "harmonic = 4\nphase",
+        "harmonic = 4: harmonics.highest = 3 loses this load; take at least 4",
+    ),
     "samples": ("samples = 64", "samples = 8", "samples = 8 are too few for harmonics 0 to 3: take at least 13"),
     "no effect file": ('"mine.py"', '"yours.py"', "there is no file"),
-    "few dofs": ("[[static_load]]", "[[structure.dof]]\n[[static_load]]", "1 tables [[structure.dof]] for 3 degrees of freedom"),
+    "few dofs": (
+        "[[static_load]]",
+        "[[structure.dof]]\n[[static_load]]",
+        "1 tables [[structure.dof]] for 3 degrees of freedom",
+    ),
     "refined is itself": ("[harmonics]", 'refined = ["case.toml"]\n[harmonics]', "is this case itself"),
 }
 
