@@ -22,12 +22,14 @@ from diagnosis.fit.comparison import NOT_FOUND, Comparison
 from diagnosis.fit.finer_model import as_uncertain
 from diagnosis.fit.weighting import Measured, weighed
 from pipeline.output import replace_file
+from pipeline.store import stage
 from study.case.setup import TestSetup, read_test_case
 from study.case.tables import TestCase
 from study.compare.pictures import pictures
 from study.compare.repeats import require_repeats
 from study.compare.suspicions import all_suspicions
 from study.compare.table import misfit_csv
+from study.diagnose.codec import STEP
 from study.run_context import RunContext
 
 
@@ -101,8 +103,7 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
         campaign = read_campaign(folder)
     require_repeats(campaign, folder)
     setup = read_test_case(case, campaign)
-    with run.progress.step("comparison", expected=15):
-        compared = compare(setup, campaign, calibrate=calibrate)
+    compared = run.step("comparison", expected=15).run(comparison, setup, campaign, calibrate)
     for suspicion in compared.suspicions:
         run.warn(str(suspicion))
     title = f"{setup.title}, calibrated" if calibrate else setup.title
@@ -114,6 +115,12 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
     for file, content in files.items():
         replace_file(file, content)
     return replace(compared, files=tuple(files))
+
+
+@stage("comparison", codec=STEP)
+def comparison(setup: TestSetup, campaign: Campaign, calibrate: bool) -> Compared:
+    """`compare` as a stage, so that an interrupted command goes on with its figures."""
+    return compare(setup, campaign, calibrate=calibrate)
 
 
 def compare(setup: TestSetup, campaign: Campaign, *, calibrate: bool = False) -> Compared:

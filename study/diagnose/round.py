@@ -15,7 +15,8 @@ from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.effect.candidate import EffectError
 from diagnosis.effect.catalogue import Catalogue
 from diagnosis.fit.arrangement import Added, Arrangement, arrange
-from diagnosis.fit.refit import Refit, unchanged
+from diagnosis.fit.problem import Refit
+from diagnosis.fit.refit import baseline_fit
 from diagnosis.keep import Keep, computed
 from diagnosis.threshold.simulation import Simulation
 from diagnosis.threshold.thresholds import Limits
@@ -53,7 +54,7 @@ class Round:
 
     setup: TestSetup
     campaign: Campaign
-    diagnosis: Diagnosis
+    diagnosis: Diagnosis[Arrangement]
     drawn: Refit
     keep: Keep
 
@@ -207,7 +208,7 @@ def as_drawn(arrangement: Arrangement, model: Model) -> Refit:
         chi2=float(residual @ residual),
         residual=np.concatenate([residual, np.zeros(len(arrangement.fit.values))]),
     )
-    return unchanged(replace(arrangement, fit=fit))
+    return baseline_fit(replace(arrangement, fit=fit))
 
 
 def kept(store: Store, setup: TestSetup, campaign: Campaign, without: Sequence[str]) -> Keep:

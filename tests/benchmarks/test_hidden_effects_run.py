@@ -25,7 +25,7 @@ from correlation.prediction import Points
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.diagnose import Diagnosis
 from diagnosis.effect.catalogue import catalogue
-from diagnosis.fit.refit import Refit
+from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
 from transient.bench.beam import BeamParameters
 from transient.bench.campaign import CampaignPoints

@@ -137,7 +137,9 @@ def test_steps_have_stable_names(heavy: Diagnosis, kept: Kept) -> None:
     refits = {f"refit of {each.effect.name}" for each in heavy.refits if each.effect is not None}
     fits = {
         f"fit of {score.effect.name}"
-        for score in shortlist(heavy.scores, lost=is_lost(heavy.arrangement, heavy.arrangement.fit))
+        for score in shortlist(
+            heavy.scores, heavy.arrangement.effort, lost=is_lost(heavy.arrangement, heavy.arrangement.fit)
+        )
     }
     wide = f"intervals beside {heavy.verdict.effects[0].name}"
     assert set(kept.asked) == {*STEPS, *fits, *refits, left_of(heavy), wide}
@@ -224,7 +226,7 @@ def test_where_nothing_is_hidden_nothing_is_claimed(bench: Bench) -> None:
     smallest = found.verdict.detectable[WHERE]
     # What it would have taken is far below what the other tests hide, and is told.
     assert 0 < smallest < 0.1 * MASS
-    assert f"{WHERE} {smallest:.2g} kg" in found.verdict.sentence
+    assert f"{WHERE} {smallest:.2g} kg" in found.verdict.smallest
 
 
 def test_what_was_added_is_fitted_again_with_what_comes_next(bench: Bench) -> None:

@@ -131,7 +131,7 @@ def test_what_is_no_python_file_is_refused(tmp_path: Path, name: str) -> None:
 
 
 def test_an_effect_that_fails_later_says_where(bench: Model, tmp_path: Path) -> None:
-    text = GOOD.replace("        return test", "        assert values[0] < 1.5, 'too loud'\n        return test")
+    text = GOOD.replace("        return model", "        assert values[0] < 1.5, 'too loud'\n        return model")
     effect = catalogue(bench, extra=[written(tmp_path, text)]).effect("louder exciter")
     with pytest.raises(EffectError, match=r"own\.py, line 16: `apply` of .* fails with AssertionError \(too loud\)"):
         effect.apply(bench, [1.8])
