@@ -1,11 +1,10 @@
 """One round of diagnosis on time records, or one after another until nothing more passes the gate."""
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import TypeAlias
+from typing import TypeAlias, TypedDict, Unpack
 
 from correlation.campaign.time_record import TimeRecord
 from correlation.model import Model
-from correlation.record_prediction import STEPS
 from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, Report, Shares, screen_and_refit
 from diagnosis.effect.candidate import Effect
@@ -19,6 +18,23 @@ from diagnosis.record.gate import judge_records
 SHARES = Shares(screening=0.4, fits=0.6, tests=0.9, places=1.0, left=1.0, intervals=1.0)
 
 RecordDiagnosis: TypeAlias = Diagnosis[RecordArrangement]
+
+
+class Preparation(TypedDict, total=False):
+    """How records are prepared, see `diagnosis.record.arrangement.arrange_records`."""
+
+    run_in: float
+    noise: Mapping[str, float] | None
+    steps: int
+
+
+class Options(Preparation, total=False):
+    """What is the same in all rounds, see `diagnose_records`."""
+
+    without: Collection[str]
+    extra: Sequence[Extra]
+    units: Mapping[str, str] | None
+    report: Report | None
 
 
 def next_added(found: RecordDiagnosis) -> tuple[Added, ...]:
@@ -45,11 +61,9 @@ def diagnose_records(
     added: Sequence[Added] = (),
     without: Collection[str] = (),
     extra: Sequence[Extra] = (),
-    run_in: float = 0.0,
-    noise: Mapping[str, float] | None = None,
-    steps: int = STEPS,
     units: Mapping[str, str] | None = None,
     report: Report | None = None,
+    **preparation: Unpack[Preparation],
 ) -> RecordDiagnosis:
     """Say what is missing.
 
@@ -65,16 +79,16 @@ def diagnose_records(
         Effects that were added before; they are fitted again with everything else.
     without, extra
         Kinds to leave out, and effects of one's own.
-    run_in, noise, steps
-        As in `diagnosis.record.arrangement.arrange_records`.
     units
         What "N" and "m" are in a model that is not in SI, such as {"N": "V", "m": "V"}; for the verdict's words.
     report
         Called before each step.
+    preparation
+        `run_in`, `noise` and `steps`, as in `diagnosis.record.arrangement.arrange_records`.
     """
     tell = report or (lambda _what, _share: None)
     tell("fitting the calibration parameters", 0.0)
-    arrangement = arrange_records(base, records, accepted, added=added, run_in=run_in, noise=noise, steps=steps)
+    arrangement = arrange_records(base, records, accepted, added=added, **preparation)
     there = {each.effect.name for each in added} | {each.name for each in accepted}
     listed = catalogue(base, without=without, extra=extra, level=record_level(base, records))
     tell("looking which effects the records can show", 0.2)
@@ -94,13 +108,7 @@ def record_rounds(
     accepted: Sequence[Effect],
     *,
     most: int = 3,
-    without: Collection[str] = (),
-    extra: Sequence[Extra] = (),
-    run_in: float = 0.0,
-    noise: Mapping[str, float] | None = None,
-    steps: int = STEPS,
-    units: Mapping[str, str] | None = None,
-    report: Report | None = None,
+    **options: Unpack[Options],
 ) -> list[RecordDiagnosis]:
     """Add what is found and look again, until nothing more passes the gate or two effects cannot be told apart.
 
@@ -108,15 +116,11 @@ def record_rounds(
     ----------
     most
         Rounds at most.
-    base, records, accepted, without, extra, run_in, noise, steps, units, report
+    base, records, accepted, options
         As in `diagnose_records`.
     """
     rounds: list[RecordDiagnosis] = []
     while len(rounds) < most and (not rounds or rounds[-1].verdict.finding is Finding.MISSING):
-        rounds.append(
-            diagnose_records(
-                base, records, accepted, added=next_added(rounds[-1]) if rounds else (), without=without, extra=extra,
-                run_in=run_in, noise=noise, steps=steps, units=units, report=report,
-            )
-        )  # fmt: skip
+        added = next_added(rounds[-1]) if rounds else ()
+        rounds.append(diagnose_records(base, records, accepted, added=added, **options))
     return rounds
