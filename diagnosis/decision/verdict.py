@@ -12,6 +12,8 @@ from diagnosis.screening import Score
 
 #: Standard deviations of an interval.
 INTERVAL = 1.96
+#: Digits of a strength at most: records without noise leave next to no interval.
+MOST_DIGITS = 6
 
 
 class Finding(Enum):
@@ -91,7 +93,8 @@ class Verdict:
         unit = self.units.get(refit.name, refit.effect.parameters[0].unit)
         half = INTERVAL * refit.deviation
         unit = "" if unit == "-" else f" {unit}"
-        return f"{refit.name} ({refit.strength:.{worth(refit.strength, half)}g}{unit} +- {half:.2g})"
+        count = min(worth(refit.strength, half), MOST_DIGITS)
+        return f"{refit.name} ({refit.strength:.{count}g}{unit} +- {half:.2g})"
 
 
 def held_out_fall(before: Refit, after: Refit) -> str:
