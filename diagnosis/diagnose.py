@@ -8,11 +8,11 @@ from typing import Generic, TypeVar
 from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
+from diagnosis.candidate.catalogue import Catalogue, Extra, campaign_catalogue
+from diagnosis.candidate.effect import Effect
 from diagnosis.decision.judgement import Known, judge, second_look
 from diagnosis.decision.rules import worse_than_noise
 from diagnosis.decision.verdict import Finding, Verdict
-from diagnosis.effect.candidate import Effect
-from diagnosis.effect.catalogue import Catalogue, Extra, campaign_catalogue
 from diagnosis.fit.arrangement import Added, Arrangement, arrange
 from diagnosis.fit.calibration_parameter import Accepted
 from diagnosis.fit.problem import Problem, Refit
@@ -154,7 +154,7 @@ def diagnose(
     added
         Effects that were found in earlier rounds; all are fitted again together.
     without, extra
-        Kinds of effects to leave out, and effects of one's own, see `diagnosis.effect.catalogue`.
+        Kinds of effects to leave out, and effects of one's own, see `diagnosis.candidate.catalogue`.
     limits
         What chance may do, from a bootstrap of this layout; by the linear theory alone by default, with a margin.
     keep

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from diagnosis.effect.candidate import Effect
+from diagnosis.candidate.effect import Effect
 from diagnosis.fit.calibration import Matrix, Vector
 from diagnosis.fit.problem import Problem
 from hbsolve.errors import ModelError

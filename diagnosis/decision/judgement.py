@@ -7,9 +7,9 @@ from typing import TypeVar
 
 from correlation.campaign.measurement import Campaign
 from correlation.model import Model
+from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.decision.rules import decide, passes, support
 from diagnosis.decision.verdict import Finding, Verdict
-from diagnosis.effect.catalogue import Catalogue
 from diagnosis.fit.arrangement import Arrangement, weighed_beside
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit, refit_anew

@@ -13,9 +13,9 @@ from typing import Protocol
 
 import numpy as np
 
+from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.decision.leftover import Leftover, leftover, with_effect
 from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable
-from diagnosis.effect.catalogue import Catalogue
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
 from diagnosis.keep import Keep

@@ -8,9 +8,9 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
-from diagnosis.effect.place import moving_places, with_quadratic_damper
-from diagnosis.effect.scale import Scale, scale
+from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from diagnosis.candidate.place import moving_places, with_quadratic_damper
+from diagnosis.candidate.scale import Scale, scale
 
 KIND = "air damping"
 #: In typical strengths: friction may hold speeds far below the stuck ones that these are reckoned at.

@@ -8,9 +8,9 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
-from diagnosis.effect.place import moving_places, with_cubic_spring
-from diagnosis.effect.scale import Scale, scale
+from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from diagnosis.candidate.place import moving_places, with_cubic_spring
+from diagnosis.candidate.scale import Scale, scale
 
 KIND = "cubic"
 #: Bounds in typical strengths: softening could let a place escape from its well, and friction may hold amplitudes far

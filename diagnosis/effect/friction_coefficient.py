@@ -1,9 +1,9 @@
 """One contact line is rougher than the others."""
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, Untestable
-from diagnosis.effect.contact_line import line_ratios
-from diagnosis.effect.scale import Scale
+from diagnosis.candidate.contact_line import line_ratios
+from diagnosis.candidate.effect import Effect, Untestable
+from diagnosis.candidate.scale import Scale
 
 KIND = "friction coefficient"
 

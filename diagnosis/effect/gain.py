@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
-from diagnosis.effect.scale import Scale
+from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from diagnosis.candidate.scale import Scale
 
 KIND = "gain"
 RATIO = EffectParameter(name="gain ratio", unit="-", lower=0.5, upper=2.0, typical=1.02, vanishes=1.0)

@@ -9,10 +9,10 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
-from diagnosis.effect.contact_line import contacts
-from diagnosis.effect.place import ROTATIONS, TRANSLATIONS
-from diagnosis.effect.scale import Scale, scale
+from diagnosis.candidate.contact_line import contacts
+from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from diagnosis.candidate.place import ROTATIONS, TRANSLATIONS
+from diagnosis.candidate.scale import Scale, scale
 from reduction.jointed_system import FrictionContact
 
 KIND = "gap"

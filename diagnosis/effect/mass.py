@@ -8,9 +8,9 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
-from diagnosis.effect.place import TRANSLATIONS, dof_of, moving_places
-from diagnosis.effect.scale import Scale, scale
+from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from diagnosis.candidate.place import TRANSLATIONS, dof_of, moving_places
+from diagnosis.candidate.scale import Scale, scale
 
 KIND = "mass"
 LARGEST = 100.0

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
-from diagnosis.effect.contact_line import contacts
-from diagnosis.effect.scale import Scale
+from diagnosis.candidate.contact_line import contacts
+from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from diagnosis.candidate.scale import Scale
 
 KIND = "pre-load"
 RATIO = EffectParameter(name="pre-load ratio", unit="-", lower=0.1, upper=3.0, typical=1.1, vanishes=1.0)

@@ -13,8 +13,8 @@ from correlation.noise.nuisance import Budget
 from correlation.noise.scatter import Scatter
 from correlation.noise.whitening import Whitening
 from correlation.prediction import Prediction
-from diagnosis.effect.candidate import Effect
-from diagnosis.effect.catalogue import Catalogue, catalogue
+from diagnosis.candidate.catalogue import Catalogue, catalogue
+from diagnosis.candidate.effect import Effect
 from diagnosis.fit.calibration import Fit, calibrate
 from diagnosis.fit.calibration_parameter import Accepted
 from diagnosis.fit.comparison import FAINT, Comparison

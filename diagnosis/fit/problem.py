@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from diagnosis.effect.candidate import Effect
+from diagnosis.candidate.effect import Effect
 from diagnosis.fit.calibration import Data, Fit
 from diagnosis.fit.unknowns import Unknowns
 

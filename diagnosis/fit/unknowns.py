@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectParameter
+from diagnosis.candidate.effect import Effect, EffectParameter
 
 Values = Float[NDArray[np.float64], " p"]
 

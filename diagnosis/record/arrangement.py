@@ -13,8 +13,8 @@ from correlation.errors import CampaignError
 from correlation.model import DERIVATIVE, Model, Sensor
 from correlation.record_prediction import STEPS, drive
 from correlation.record_propagator import propagator
-from diagnosis.effect.candidate import Effect, Untestable
-from diagnosis.effect.scale import scale
+from diagnosis.candidate.effect import Effect, Untestable
+from diagnosis.candidate.scale import scale
 from diagnosis.fit.arrangement import Added
 from diagnosis.fit.calibration import Fit, calibrate
 from diagnosis.fit.problem import Effort, Refit

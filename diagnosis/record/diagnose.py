@@ -5,10 +5,10 @@ from typing import TypeAlias, TypedDict, Unpack
 
 from correlation.campaign.time_record import TimeRecord
 from correlation.model import Model
+from diagnosis.candidate.catalogue import Catalogue, Extra, catalogue
+from diagnosis.candidate.effect import Effect
 from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, Report, Shares, screen_and_refit
-from diagnosis.effect.candidate import Effect
-from diagnosis.effect.catalogue import Catalogue, Extra, catalogue
 from diagnosis.fit.arrangement import Added
 from diagnosis.keep import computed
 from diagnosis.record.arrangement import RecordArrangement, arrange_records, record_level

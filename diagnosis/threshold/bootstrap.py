@@ -21,8 +21,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from diagnosis.candidate.effect import Effect
 from diagnosis.decision.rules import gain, held_gain, misfit
-from diagnosis.effect.candidate import Effect
 from diagnosis.fit.arrangement import arranged_anew
 from diagnosis.fit.refit import baseline_fit, finalists, fitted, refit, shortlist
 from diagnosis.localisation import localise

@@ -13,9 +13,9 @@ from casefile.mistakes import Mistakes
 from casefile.quantity import DIMENSIONS, RATIO, Dimension, format_quantity, read_quantity
 from casefile.validation import did_you_mean
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectError, EffectParameter
-from diagnosis.effect.catalogue import Catalogue, Extra, catalogue
-from diagnosis.effect.own_effect import installed_effects
+from diagnosis.candidate.catalogue import Catalogue, Extra, catalogue
+from diagnosis.candidate.effect import Effect, EffectError, EffectParameter
+from diagnosis.candidate.own_effect import installed_effects
 from diagnosis.fit.arrangement import Added
 from diagnosis.fit.calibration_parameter import Accepted
 from study.case.tables import TestCase
@@ -48,7 +48,7 @@ def case_catalogue(model: Model, files: Sequence[Path], **options: Any) -> Catal
     files
         With effects of one's own.
     options
-        As for `diagnosis.effect.catalogue.catalogue`.
+        As for `diagnosis.candidate.catalogue.catalogue`.
     """
     return catalogue(model, extra=own_effects(files), **options)
 

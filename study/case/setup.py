@@ -11,7 +11,7 @@ from correlation.errors import ModelDefinitionError
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from correlation.sensor_placement import with_sensors
-from diagnosis.effect.catalogue import Catalogue, campaign_catalogue
+from diagnosis.candidate.catalogue import Catalogue, campaign_catalogue
 from diagnosis.fit.arrangement import Added
 from diagnosis.fit.calibration_parameter import Accepted, accepted
 from study.case.added import added_effects, apply_all, apply_by_name, own_effects

@@ -11,9 +11,9 @@ from correlation.campaign.measurement import Campaign
 from correlation.metric.misfit import Misfit
 from correlation.model import Model
 from correlation.sensor_placement import with_sensors
+from diagnosis.candidate.catalogue import Catalogue
+from diagnosis.candidate.effect import EffectError
 from diagnosis.diagnose import Diagnosis, diagnose
-from diagnosis.effect.candidate import EffectError
-from diagnosis.effect.catalogue import Catalogue
 from diagnosis.fit.arrangement import Added, Arrangement, arrange
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit

@@ -22,9 +22,9 @@ from benchmarks.hidden_effects_run import run
 from correlation.feature.vector import FeatureVector
 from correlation.noise.whitening import Whitening
 from correlation.prediction import Points
+from diagnosis.candidate.catalogue import catalogue
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.diagnose import Diagnosis
-from diagnosis.effect.catalogue import catalogue
 from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
 from transient.bench.beam import BeamParameters

@@ -11,11 +11,11 @@ import pytest
 from correlation.errors import CampaignError
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
+from diagnosis.candidate.catalogue import catalogue
+from diagnosis.candidate.effect import Effect
 from diagnosis.decision.rules import gain, held_gain, support
 from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, diagnose
-from diagnosis.effect.candidate import Effect
-from diagnosis.effect.catalogue import catalogue
 from diagnosis.fit.arrangement import Added
 from diagnosis.fit.calibration_parameter import accepted
 from diagnosis.fit.refit import is_lost, shortlist

@@ -16,8 +16,8 @@ from scipy.signal import lfilter
 from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
 from correlation.model import Dof, Model, Sensor
+from diagnosis.candidate.effect import Effect
 from diagnosis.decision.verdict import Finding
-from diagnosis.effect.candidate import Effect
 from diagnosis.effect.gain import Gain
 from diagnosis.fit.calibration_parameter import accepted
 from diagnosis.record.arrangement import arrange_records, stretch

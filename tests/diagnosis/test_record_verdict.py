@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from diagnosis.candidate.effect import EffectParameter
 from diagnosis.decision.verdict import Finding, Verdict
-from diagnosis.effect.candidate import EffectParameter
 from diagnosis.fit.problem import Refit
 from diagnosis.record.gate import RATIO, judge_records
 from diagnosis.screening import Score

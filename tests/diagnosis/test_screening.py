@@ -7,7 +7,7 @@ import pytest
 
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
-from diagnosis.effect.catalogue import Catalogue
+from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration_parameter import accepted
 from diagnosis.fit.refit import MOST_RUGGED, baseline_fit, refit, shortlist

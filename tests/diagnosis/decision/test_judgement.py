@@ -10,10 +10,10 @@ import pytest
 
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
+from diagnosis.candidate.catalogue import campaign_catalogue, catalogue
 from diagnosis.decision.judgement import Judgement, Known, judge, second_look
 from diagnosis.decision.rules import worse_than_noise
 from diagnosis.decision.verdict import Finding
-from diagnosis.effect.catalogue import campaign_catalogue, catalogue
 from diagnosis.fit.arrangement import Added, Arrangement, arrange, weighed_beside
 from diagnosis.fit.calibration_parameter import Accepted, accepted
 from diagnosis.fit.refit import baseline_fit, refit

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from diagnosis.candidate.effect import EffectParameter
 from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable, worth
-from diagnosis.effect.candidate import EffectParameter
 from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
 from diagnosis.screening import Score

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect
-from diagnosis.effect.catalogue import catalogue
+from diagnosis.candidate.catalogue import catalogue
+from diagnosis.candidate.effect import Effect
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import CubicSpring, QuadraticDamper

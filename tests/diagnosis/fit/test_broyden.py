@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from diagnosis.effect.candidate import EffectParameter
+from diagnosis.candidate.effect import EffectParameter
 from diagnosis.fit import calibration
 from diagnosis.fit.calibration import ENOUGH, Search, calibrate, inverse
 from diagnosis.fit.unknowns import Unknowns

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
-from diagnosis.effect.catalogue import Catalogue
+from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.fit.arrangement import Added, Arrangement, arrange, arranged_anew
 from diagnosis.fit.calibration import calibrate
 from diagnosis.fit.calibration_parameter import accepted

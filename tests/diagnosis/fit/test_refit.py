@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.effect.candidate import EffectParameter
+from diagnosis.candidate.effect import EffectParameter
 from diagnosis.fit import refit as refits
 from diagnosis.fit.problem import Effort
 from diagnosis.fit.refit import (

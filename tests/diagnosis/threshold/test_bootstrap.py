@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import chi2, f, gumbel_r
 
 from correlation.campaign.measurement import Campaign
-from diagnosis.effect.catalogue import Catalogue
+from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.refit import fitted, shortlist
 from diagnosis.screening import screen

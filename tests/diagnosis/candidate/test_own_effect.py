@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from correlation.model import Model
-from diagnosis.effect.candidate import EffectError
-from diagnosis.effect.catalogue import catalogue
-from diagnosis.effect.own_effect import installed_effects, read_effects
+from diagnosis.candidate.catalogue import catalogue
+from diagnosis.candidate.effect import EffectError
+from diagnosis.candidate.own_effect import installed_effects, read_effects
 
 ROOT = Path(__file__).parents[3]
 OWN = ROOT / "examples" / "effects" / "exciter_third_harmonic.py"
 
 GOOD = """
 from dataclasses import dataclass
-from diagnosis.effect.candidate import EffectParameter
+from diagnosis.candidate.effect import EffectParameter
 
 PARAMETER = EffectParameter(name="factor", unit="-", lower=0.5, upper=2.0, typical=1.1, vanishes=1.0)
 

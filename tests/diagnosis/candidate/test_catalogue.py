@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from correlation.model import Model
-from diagnosis.effect.candidate import EffectError, Untestable
-from diagnosis.effect.catalogue import KINDS, Catalogue, campaign_catalogue, catalogue
+from diagnosis.candidate.catalogue import KINDS, Catalogue, campaign_catalogue, catalogue
+from diagnosis.candidate.effect import EffectError, Untestable
 from diagnosis.effect.density import Density
 
 OWN = Path(__file__).parents[3] / "examples" / "effects" / "exciter_third_harmonic.py"

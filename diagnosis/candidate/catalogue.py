@@ -7,6 +7,9 @@ from typing import Protocol, TypeAlias
 
 from correlation.campaign.measurement import Campaign
 from correlation.model import Model
+from diagnosis.candidate.effect import Effect, EffectError, Untestable
+from diagnosis.candidate.own_effect import read_effects
+from diagnosis.candidate.scale import CONFIGURATIONS, Scale, scale
 from diagnosis.effect import (
     air_damping,
     cubic,
@@ -20,9 +23,6 @@ from diagnosis.effect import (
     spring,
     tangential_stiffness,
 )
-from diagnosis.effect.candidate import Effect, EffectError, Untestable
-from diagnosis.effect.own_effect import read_effects
-from diagnosis.effect.scale import CONFIGURATIONS, Scale, scale
 
 
 class Candidates(Protocol):
@@ -34,7 +34,7 @@ class Candidates(Protocol):
 
 
 class Source(Protocol):
-    """Effects from elsewhere, such as `diagnosis.effect.own_effect.EffectSource`."""
+    """Effects from elsewhere, such as `diagnosis.candidate.own_effect.EffectSource`."""
 
     @property
     def candidates(self) -> Callable[[Model], Iterable[Effect | Untestable]]:

@@ -1,6 +1,6 @@
 """Effects of one's own, from a short Python file or an installed package.
 
-A file offers `candidates(model)`, which lists effects (`diagnosis.effect.candidate.Effect`) and what cannot be
+A file offers `candidates(model)`, which lists effects (`diagnosis.candidate.effect.Effect`) and what cannot be
 tested. A package names such a function, or its module, as an entry point of the group "stickslip.effects". What these
 effects do is checked as it happens: a mistake is one sentence with the file and the line.
 """
@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectError, EffectParameter, Untestable
+from diagnosis.candidate.effect import Effect, EffectError, EffectParameter, Untestable
 
 GROUP = "stickslip.effects"
 #: What an effect has, besides `apply` and `parameters`.
