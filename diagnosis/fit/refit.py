@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from diagnosis.effect import EFFECTS
 from diagnosis.fit.calibration import Fit, Matrix, calibrate
 from diagnosis.fit.problem import Effort, Problem, Refit
 from diagnosis.keep import Keep, computed
@@ -15,9 +16,9 @@ from diagnosis.screening import Score
 
 #: Beside the best few, others are refitted that are this parallel to one of them and promise this share of its gain.
 PARALLEL, PROMISING = 0.6, 0.5
-#: What acts through stick and slip alone is refitted in any case: its derivative may point the wrong way, and of
-#: several lines and weights that of the true one did.
-RUGGED, MOST_RUGGED = ("pre-load", "friction coefficient"), 8
+#: What acts through stick and slip alone is refitted in any case, up to so many: its derivative may point the wrong
+#: way, and of several lines and weights that of the true one did.
+MOST_RUGGED = 8
 #: A fit that gains less than this share of what the screening promised is begun once more, from typical strength.
 KEPT = 0.7
 #: chi^2 a number beyond which the best fit has not found the way; then starts at these multiples of typical strength,
@@ -45,7 +46,8 @@ def shortlist(scores: Sequence[Score], effort: Effort, *, lost: bool = False) ->
         promising = score.gain > max(PROMISING * best[0].gain, effort.worthless)
         if len(chosen) < effort.most and promising and parallel > PARALLEL:
             chosen.append(score)
-    rugged = [score for score in scores if score.effect.kind in RUGGED and score not in chosen and score.size > 0]
+    kinds = {kind.name for kind in EFFECTS if kind.is_rugged}
+    rugged = [score for score in scores if score.effect.kind in kinds and score not in chosen and score.size > 0]
     return chosen + rugged[:MOST_RUGGED]
 
 

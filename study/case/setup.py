@@ -14,7 +14,7 @@ from correlation.sensor_placement import with_sensors
 from diagnosis.candidate.catalogue import Catalogue, campaign_catalogue
 from diagnosis.fit.arrangement import Added
 from diagnosis.fit.calibration_parameter import Accepted, accepted
-from study.case.added import added_effects, apply_all, apply_by_name, own_effects
+from study.case.added import added_effects, apply_all, apply_by_name
 from study.case.model import model_of_case
 from study.case.tables import TestCase
 
@@ -70,7 +70,7 @@ class TestSetup:
 
     def candidates(self, campaign: Campaign, without: Collection[str] = ()) -> Catalogue:
         """Effects of the case, all but some kinds, as strong as the tests of a campaign make them."""
-        return campaign_catalogue(campaign, self.model, without=without, extra=own_effects(self.effects))
+        return campaign_catalogue(campaign, self.model, without=without, extra=self.effects)
 
 
 def read_test_case(path: Path | str, campaign: Campaign | None = None) -> TestSetup:

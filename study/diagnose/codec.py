@@ -62,9 +62,9 @@ def _restored(origin: str, pickled: bytes) -> Any:
     """An effect of a file or a package, with classes of its own module alone."""
     import io
 
-    from diagnosis.candidate.own_effect import OwnEffect, read_effects
+    from diagnosis.candidate.own_effect import PREFIX, OwnEffect, read_effects
 
-    if origin.endswith(".py"):
+    if PREFIX.encode() in pickled:
         read_effects(origin)
 
     class Own(_Careful):

@@ -23,7 +23,6 @@ from diagnosis.threshold.thresholds import Limits
 from pipeline import fingerprint
 from pipeline.progress import Progress, SilentProgress
 from pipeline.store import Store
-from study.case.added import own_effects
 from study.case.setup import TestSetup
 from study.compare.run import Side
 from study.diagnose.history import Errors
@@ -120,7 +119,7 @@ def diagnose_case(
             setup.budget,
             added=setup.added,
             without=without,
-            extra=own_effects(setup.effects),
+            extra=setup.effects,
             limits=limits,
             keep=shown.watched(keep),
             report=shown.report,

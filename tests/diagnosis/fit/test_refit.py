@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from diagnosis.candidate.effect import EffectParameter
+from diagnosis.effect import EFFECTS
 from diagnosis.fit import refit as refits
 from diagnosis.fit.problem import Effort
 from diagnosis.fit.refit import (
@@ -16,7 +17,6 @@ from diagnosis.fit.refit import (
     MOST_RUGGED,
     PARALLEL,
     PROMISING,
-    RUGGED,
     finalists,
     fitted,
     multistart_fits,
@@ -25,6 +25,7 @@ from diagnosis.fit.refit import (
 from diagnosis.screening import Score
 
 EFFORT = Effort()
+RUGGED = [kind.name for kind in EFFECTS if kind.is_rugged]
 BEST, MOST, WORTHLESS, FINALISTS, FAR_BEHIND = (
     getattr(EFFORT, name) for name in ("best", "most", "worthless", "finalists", "far_behind")
 )
