@@ -21,6 +21,7 @@ from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.comparison import NOT_FOUND, Comparison
 from diagnosis.fit.finer_model import as_uncertain
 from diagnosis.fit.weighting import Measured, weighed
+from pipeline import fingerprint
 from pipeline.output import replace_file
 from pipeline.store import stage
 from study.case.setup import TestSetup, read_test_case
@@ -103,7 +104,10 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
         campaign = read_campaign(folder)
     require_repeats(campaign, folder)
     setup = read_test_case(case, campaign)
-    compared = run.step("comparison", expected=15).run(comparison, setup, campaign, calibrate)
+    # What was read counts, not from which folder.
+    measured = {name: value for name, value in vars(campaign).items() if name != "folder"}
+    key = fingerprint.key("comparison", {"setup": setup, "campaign": measured, "calibrate": calibrate}, __name__)
+    compared = run.step("comparison", expected=15).run(comparison, key, setup, campaign, calibrate)
     for suspicion in compared.suspicions:
         run.warn(str(suspicion))
     title = f"{setup.title}, calibrated" if calibrate else setup.title
@@ -117,9 +121,10 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
     return replace(compared, files=tuple(files))
 
 
-@stage("comparison", codec=STEP)
-def comparison(setup: TestSetup, campaign: Campaign, calibrate: bool) -> Compared:
-    """`compare` as a stage, so that an interrupted command goes on with its figures."""
+@stage("comparison", codec=STEP, ignore=("setup", "campaign", "calibrate"))
+def comparison(key: str, setup: TestSetup, campaign: Campaign, calibrate: bool) -> Compared:
+    """`compare` as a stage, so that an interrupted command goes on with its figures; the key holds all inputs."""
+    del key
     return compare(setup, campaign, calibrate=calibrate)
 
 
