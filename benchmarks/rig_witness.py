@@ -97,7 +97,7 @@ def compare(path: Path) -> None:
             curve.fixed, tolerance=1e-4, steps_per_period=STEPS, max_steps_per_period=STEPS, acceleration=4,
         )  # fmt: skip
         if not motion.periodic:
-            print(f"| {curve.label} | {omega / 2 / np.pi:.3f} | {motion.words} |", flush=True)
+            print(f"| {curve.label} | {omega / 2 / np.pi:.3f} | {motion.message} |", flush=True)
             continue
         mine, n_harmonic = converged(balance, omega, motion.start.slider, tip)
         theirs = motion.coefficients(2)[1] @ tip

@@ -165,7 +165,7 @@ def compare(
 ) -> tuple[float, float] | None:
     """Both amplitudes, the second of them by time integration; none if the point is not compared."""
     if isinstance(motion, str) or not motion.periodic:
-        outcome.failed.append(f"{label}: {motion if isinstance(motion, str) else motion.words}")
+        outcome.failed.append(f"{label}: {motion if isinstance(motion, str) else motion.message}")
         return None
     try:
         # From half of the harmonics on, so that their effect is seen again.

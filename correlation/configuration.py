@@ -16,7 +16,7 @@ from hbsolve.sampling import complex_from_real
 from hbsolve.sensitivity import ModelParameter, derivatives
 from hbsolve.solution import forces_at, newton_from, solve_at
 from hbsolve.state import SteadyState, slider_start
-from hbsolve.steady_state import rescued
+from hbsolve.steady_state import rescue
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -125,7 +125,7 @@ class Configuration:
                 found = newton_from(balance, condensed, start, sliders, recovery)
                 if found is not None:
                     return found
-        return rescued(balance, condensed, None, sliders)
+        return rescue(balance, condensed, None, sliders)
 
     def read(
         self, state: SteadyState, names: NDArray[np.str_], harmonics: NDArray[np.int64]

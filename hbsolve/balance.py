@@ -52,7 +52,7 @@ class HarmonicBalance:
         Too few harmonics for the force, too few samples for the harmonics, numbers of them that are not whole, loads
         too large to compute with, or no system.
     ModelError
-        Matrices of no vibrating structure, or one that is not held even with all contacts stuck.
+        Matrices of no vibrating structure, or one that is not supported even with all contacts stuck.
 
     Warns
     -----

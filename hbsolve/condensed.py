@@ -78,7 +78,7 @@ class CondensedStructure:
     Raises
     ------
     ModelError
-        Matrices of no vibrating structure, or one that is not held even with all contacts stuck.
+        Matrices of no vibrating structure, or one that is not supported even with all contacts stuck.
     """
 
     mass: Float[NDArray[np.float64], "r r"]
@@ -174,12 +174,12 @@ class CondensedStructure:
             return np.asarray(self.stuck.response(omega, forces))
         B, D = self.directions, self.reference
 
-        def held(moved: Array) -> Array:
+        def reaction(moved: Array) -> Array:
             """What the stuck contacts push back with where the free structure would move so."""
             stuck = moved - (condensed.receptance[1:] @ (D * moved)[..., None])[..., 0]
             return np.asarray(D * stuck)
 
-        q = free.restrained(omega[1:], forces[:, 1:], B, held)
+        q = free.restrained(omega[1:], forces[:, 1:], B, reaction)
         mean = self.stuck.static_response(forces[:, 0])
         return np.asarray(np.concatenate([mean[:, None], q], axis=1))
 

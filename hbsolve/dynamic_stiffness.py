@@ -117,7 +117,7 @@ class DynamicStiffness:
         if coupled and (found := proportional_but_few(self.mass, self.damping, self.stiffness)) is not None:
             proportional = found.mass_factor * modes.mu + found.stiffness_factor * (1 - modes.shift * modes.mu)
             U, s = modes.shapes.T @ found.directions, found.strength
-            # Beside a stiff degree of freedom round-off may hide a dashpot; the modes, which are soft, tell.
+            # Beside a stiff degree of freedom round-off may hide a dashpot; the modes, which are soft, show it.
             coupled = _is_coupled(modal_damping - (U * s) @ U.T, np.diag(modal_damping))
             if not coupled:
                 own, coupling = proportional, (U, s)
@@ -215,7 +215,7 @@ class DynamicStiffness:
         return displacement
 
     def static_response(self, force: Complex[NDArray[np.complex128], "... r"]) -> Amplitudes:
-        """Displacement K^-1 f of a body that is held, shape (n, r) [m].
+        """Displacement K^-1 f of a supported body, shape (n, r) [m].
 
         Raises
         ------
@@ -238,7 +238,7 @@ class DynamicStiffness:
         angular_frequency: Frequencies,
         force: Complex[NDArray[np.complex128], "... p r"],
         directions: Float[NDArray[np.float64], "d r"],
-        held: Callable[[NDArray[np.complex128]], NDArray[np.complex128]],
+        reaction: Callable[[NDArray[np.complex128]], NDArray[np.complex128]],
     ) -> Complex[NDArray[np.complex128], "... p r"]:
         """Response to a force and to what answers the motion that it would make, of modes that damping leaves alone.
 
@@ -248,7 +248,7 @@ class DynamicStiffness:
             As for `response`; of several forces at once, shape (n, p, r).
         directions
             B, shape (d, r) [-].
-        held
+        reaction
             Forces against the directions, shape (..., p, d) [N], from what they would move by [m].
 
         Returns
@@ -263,7 +263,7 @@ class DynamicStiffness:
         omega, V = np.asarray(angular_frequency, dtype=np.float64), self._modes.shapes
         seen = self._seen(directions)
         alone = self._modal_response(omega, _times(force, V))
-        return _times(alone - self._modal_response(omega, _times(held(_times(alone, seen.T)), seen)), V.T)
+        return _times(alone - self._modal_response(omega, _times(reaction(_times(alone, seen.T)), seen)), V.T)
 
     def force(self, angular_frequency: Frequencies, displacement: Amplitudes) -> Amplitudes:
         """The force (K - omega^2 M + i omega C) q that holds a motion; the inverse of `response`, shape (p, r) [N]."""

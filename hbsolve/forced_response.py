@@ -65,6 +65,6 @@ def _unbalanced(
     structure: DynamicStiffness, force: HarmonicForce, angular_frequency: float, motion: Coefficients
 ) -> float:
     """Force that is missing for balance over the force applied, from the matrices and not from the modes [-]."""
-    held = structure.force(harmonics(angular_frequency, force.n_harmonic), motion)
+    needed = structure.force(harmonics(angular_frequency, force.n_harmonic), motion)
     applied = float(np.linalg.norm(force.coefficients))
-    return float(np.linalg.norm(held - force.coefficients)) / applied if applied else 0.0
+    return float(np.linalg.norm(needed - force.coefficients)) / applied if applied else 0.0

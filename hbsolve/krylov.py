@@ -79,7 +79,7 @@ def operator(rows: Any, jacobian: Any, first: Any, count: Any, receptance: Any) 
 
 @compiled
 def product(matrix: Any, y: Any, x: Any, gathered: Any, out: Any) -> None:
-    """(I + L A) y into `out`; x and gathered are room for the motion of the seen directions and of each joint's."""
+    """(I + L A) y into `out`; x and gathered are buffers for the motion of the seen directions and of each joint's."""
     real, imag, n_full = matrix.real, matrix.imag, matrix.n_full
     n_harmonic, n, n_seen = real.shape
     nh = 2 * n_harmonic - 1

@@ -33,7 +33,7 @@ class Sampling(NamedTuple):
 
 @lru_cache(maxsize=8)
 def sampling(n_harmonic: int, n_sample: int) -> Sampling:
-    """Basis for harmonics 0 to H = n_harmonic - 1 at n_sample instants; kept, since many points share it."""
+    """Basis for harmonics 0 to H = n_harmonic - 1 at n_sample instants; stored, since many points share it."""
     angle = 2 * np.pi * np.arange(n_sample) / n_sample
     k = np.arange(1, n_harmonic)[:, None]
     evaluate = np.ones((2 * n_harmonic - 1, n_sample))

@@ -28,7 +28,7 @@ def newton_from(
     found, norm, count = newton_at(balance, condensed, linear, x, sliders, TOLERANCE * scale, MAX_ITERATION)
     if not norm <= TOLERANCE * scale:
         return None
-    return finished(balance, condensed, found, sliders, norm / scale, count, recovery)
+    return recover_state(balance, condensed, found, sliders, norm / scale, count, recovery)
 
 
 def solve_at(
@@ -53,12 +53,12 @@ def solve_at(
         found, norm, count = newton_at(balance, condensed, linear, attempt, sliders, TOLERANCE * scale, MAX_ITERATION)
         iterations += count
         if norm <= TOLERANCE * scale:
-            return finished(balance, condensed, found, sliders, norm / scale, iterations, recovery)
+            return recover_state(balance, condensed, found, sliders, norm / scale, iterations, recovery)
     for guess in (linear, 0 * linear):
         found, norm, count = ramp(balance, condensed, guess, sliders, scale)
         iterations += count
         if norm <= TOLERANCE * scale:
-            return finished(balance, condensed, found, sliders, norm / scale, iterations, recovery)
+            return recover_state(balance, condensed, found, sliders, norm / scale, iterations, recovery)
     contacts = [joint for joint in balance.system.joints if isinstance(joint, FrictionContact)]
     pressed = [contact.name for contact in contacts if contact.preload > 0 or contact.gap < 0]
     unset = bool(pressed) and not sliders.value.any()
@@ -121,7 +121,7 @@ def residual(balance: HarmonicBalance, condensed: Condensed, x: Real, forces: Jo
     return np.asarray(x - balance.linear(condensed) + apply_receptance(condensed.receptance, forces.coefficients))
 
 
-def finished(
+def recover_state(
     balance: HarmonicBalance,
     condensed: Condensed,
     x: Real,

@@ -18,7 +18,7 @@ from hbsolve.continuation.path import FrequencyPath, LevelPath
 from hbsolve.continuation.step import Continuation
 from hbsolve.continuation.stop import StopReason
 from hbsolve.errors import NoSteadyState
-from hbsolve.solution import TOLERANCE, finished, newton_at, solve_at
+from hbsolve.solution import TOLERANCE, newton_at, recover_state, solve_at
 from hbsolve.state import SteadyState, slider_start, start_motion
 
 #: Starts, iterations in each, and the seed that makes them the same every time.
@@ -71,19 +71,19 @@ def steady_state(
     try:
         return solve_at(balance, condensed, x, sliders)
     except NoSteadyState:
-        state = rescued(balance, condensed, x, sliders, start if isinstance(start, SteadyState) else None)
+        state = rescue(balance, condensed, x, sliders, start if isinstance(start, SteadyState) else None)
         if state is None:
             raise
         return state
 
 
-def rescued(
+def rescue(
     balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: Start, before: SteadyState | None = None
 ) -> SteadyState | None:
     """What many starts about a motion, or an arc from another state, lead to where `solve_at` does not; maybe none."""
     found = from_many_starts(balance, condensed, x, sliders)
     if found is not None:
-        return finished(balance, condensed, found[0], sliders, found[1], found[2])
+        return recover_state(balance, condensed, found[0], sliders, found[1], found[2])
     return along_an_arc(balance, condensed.angular_frequency, before, sliders)
 
 

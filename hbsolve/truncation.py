@@ -39,7 +39,7 @@ def truncation(balance: HarmonicBalance, state: SteadyState) -> Truncation:
         A state of another balance.
     """
     check_state(balance, state)
-    if not balance.n_direction or not np.linalg.norm(state.motion):  # nothing moves, as far as squares tell
+    if not balance.n_direction or not np.linalg.norm(state.motion):  # nothing moves, as far as squares show
         return Truncation(harmonics=0.0, samples=0.0)
     at_level = balance.at_level(state.level)
     n_harmonic = 2 * balance.n_harmonic

@@ -10,7 +10,7 @@ from reduction.jointed_system import CubicSpring, FrictionContact, JointedSystem
 
 
 def warm() -> None:
-    """Solve the smallest system of friction and a cubic spring; the machine code is kept on disk.
+    """Solve the smallest system of friction and a cubic spring; the machine code is stored on disk.
 
     The switch between laws is one compiled function, so that any system compiles all of them.
     """

@@ -1,4 +1,4 @@
-r"""Static equilibrium, the state from which an integration starts unless told otherwise.
+r"""Static equilibrium, the state from which an integration starts unless another is given.
 
 With the positions u = B q of the joints, their forces f, and the stiffness K_s = K + B^T k_0 B of the structure with
 closed, sticking joints k_0,
@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from reduction.jointed_system import JointedSystem
 from transient.errors import TransientError
 from transient.law import joint_forces
-from transient.march import solve_positions
+from transient.march import StepEquation, solve_positions
 from transient.state import TransientState
 from transient.transition import ModalStructure, modal_structure, modes
 
@@ -54,7 +54,7 @@ def equilibrium(system: JointedSystem | ModalStructure, load: float = 1.0) -> Tr
     """State at rest under the static load, sliders at 0 before.
 
     If no joint slips under all of the load at once, sliders stay at 0; else the load is put on in equal parts on the
-    pre-loaded joints. Which modes a `ModalStructure` has does not matter.
+    preloaded joints. Which modes a `ModalStructure` has does not matter.
 
     Parameters
     ----------
@@ -170,10 +170,11 @@ class _Search:
         self._scale = float(np.abs(np.concatenate([free, np.abs(flexibility) @ self._terms])).max(initial=0.0))
         force, mean, end, moved = np.zeros(d), np.zeros(d), np.zeros(d), self.slider.copy()
         after = self._position.copy() if guess is None else guess
-        done = solve_positions(
-            after, free, flexibility, self._offset, True, self._position, self.slider, self._table.packed, np.inf,
-            self._scale, self._inverse, force, mean, end, moved,
-        ) if d else 0  # fmt: skip
+        equation = StepEquation(
+            free, flexibility, self._offset, True, self._position, self.slider, self._table.packed, np.inf,
+            force, mean, end, moved,
+        )  # fmt: skip
+        done = solve_positions(after, equation, self._scale, self._inverse) if d else 0
         if done < 0:
             return False
         self.modal = (load - self._rows.T @ force) / eigenvalue

@@ -5,10 +5,12 @@ With modal state y and the mean joint forces f over a step,
 .. math:: y_{n+1} = A y_n + p_n - E f, \qquad u_{n+1} = u_\mathrm{free} - G f(u_n, u_{n+1}, w_n)
 
 A, E and the increments p_n of the loads are exact (`transient.transition`), so only the joint forces are
-approximated. The d equations for u_{n+1} are solved by Newton's method with an inverse kept from step to step as long
+approximated. The d equations for u_{n+1} are solved by Newton's method with an inverse that stays as long
 as it still converges well, then by damped steps, then by short steps along the residual, which always converge where
 the joint forces are monotone because G is positive.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -31,68 +33,71 @@ N_NEWTON = 40
 N_CAREFUL = 200
 
 
+class StepEquation(NamedTuple):
+    """The equation for the positions at the end of a step, and buffers that a trial fills."""
+
+    free: Vector
+    """Positions without joint forces, shape (d,) [m]."""
+    flexibility: Matrix
+    """G, shape (d, d) [m/N]."""
+    offset: Vector
+    """Springs that are part of the structure, shape (d,) [N/m]."""
+    at_end: bool
+    """Whether the forces at the end of the step act, in place of their mean over it."""
+    before: Vector
+    """Positions before the step, shape (d,) [m]."""
+    slider: Vector
+    """Sliders before the step, shape (s,) [m]."""
+    joints: Packed
+    step: float
+    """[s]; 0 for a step of no length."""
+    force: Vector
+    """Joint forces beyond the springs `offset`, shape (d,) [N]."""
+    mean: Vector
+    end: Vector
+    """Mean over the step and value at its end of the joint forces, shape (d,) [N]."""
+    moved: Vector
+    """Sliders after the step, shape (s,) [m]."""
+
+
 @compiled
-def residual(
-    after: Vector,
-    free: Vector,
-    flexibility: Matrix,
-    offset: Vector,
-    at_end: bool,
-    before: Vector,
-    slider: Vector,
-    joints: Packed,
-    step: float,
-    force: Vector,
-    mean: Vector,
-    end: Vector,
-    moved: Vector,
-) -> Vector:
+def residual(after: Vector, of: StepEquation) -> Vector:
     """u - u_free + G f of a trial position, f being the joint forces beyond the springs `offset`."""  # noqa: D403  # a symbol
-    joint_forces(joints, before, after, slider, step, mean, end, moved)
+    joint_forces(of.joints, of.before, after, of.slider, of.step, of.mean, of.end, of.moved)
     for i in range(after.size):
-        if at_end:
-            force[i] = end[i] - offset[i] * after[i]
+        if of.at_end:
+            of.force[i] = of.end[i] - of.offset[i] * after[i]
         else:
-            force[i] = mean[i] - 0.5 * offset[i] * (before[i] + after[i])
-    return after - free + flexibility @ force
+            of.force[i] = of.mean[i] - 0.5 * of.offset[i] * (of.before[i] + after[i])
+    return after - of.free + of.flexibility @ of.force
 
 
 @compiled
-def jacobian_inverse(
-    after: Vector,
-    flexibility: Matrix,
-    offset: Vector,
-    at_end: bool,
-    before: Vector,
-    slider: Vector,
-    joints: Packed,
-    step: float,
-    scale: float,
-) -> Matrix:
+def jacobian_inverse(after: Vector, of: StepEquation, scale: float) -> Matrix:
     """Inverse of 1 + G df/du, the slopes of each joint by differences: laws have kinks, but no noise."""
-    n = after.size
+    n, joints, before, offset = after.size, of.joints, of.before, of.offset
     slope = np.zeros((n, n))
-    mean, end, moved = np.zeros(n), np.zeros(n), np.zeros(slider.size)
+    mean, end, moved = np.zeros(n), np.zeros(n), np.zeros(of.slider.size)
     moved_end = np.zeros(n)
     probe = after.copy()
     for joint in range(joints[0].size):
         first = joints[1][joint]
         last = joints[1][joint + 1] if joint + 1 < joints[0].size else n
-        joint_force(joint, joints, before, after, slider, step, mean, end, moved)
-        base = end.copy() if at_end else mean.copy()
+        joint_force(joint, joints, before, after, of.slider, of.step, mean, end, moved)
+        base = end.copy() if of.at_end else mean.copy()
         for column in range(first, last):
             delta = 1e-7 * max(abs(after[column]), abs(after[column] - before[column]), 1e-3 * scale)
             if after[column] < before[column]:
                 delta = -delta
             probe[column] = after[column] + delta
-            joint_force(joint, joints, before, probe, slider, step, mean, end, moved)
-            moved_end[:] = end if at_end else mean
+            joint_force(joint, joints, before, probe, of.slider, of.step, mean, end, moved)
+            moved_end[:] = end if of.at_end else mean
             for row in range(first, last):
                 slope[row, column] = (moved_end[row] - base[row]) / delta
             probe[column] = after[column]
     for i in range(n):
-        slope[i, i] -= offset[i] if at_end else 0.5 * offset[i]
-    matrix = flexibility @ slope
+        slope[i, i] -= offset[i] if of.at_end else 0.5 * offset[i]
+    matrix = of.flexibility @ slope
     for i in range(n):
         matrix[i, i] += 1.0
     inverse: Matrix = np.linalg.inv(matrix)  # type: ignore[assignment]  # numpy says floating
@@ -100,25 +105,9 @@ def jacobian_inverse(
 
 
 @compiled
-def solve_positions(
-    after: Vector,
-    free: Vector,
-    flexibility: Matrix,
-    offset: Vector,
-    at_end: bool,
-    before: Vector,
-    slider: Vector,
-    joints: Packed,
-    step: float,
-    scale: float,
-    inverse: Matrix,
-    force: Vector,
-    mean: Vector,
-    end: Vector,
-    moved: Vector,
-) -> int:
+def solve_positions(after: Vector, of: StepEquation, scale: float, inverse: Matrix) -> int:
     """Solve for `after` (guess in, solution out), with forces and sliders; iterations, or -1 without convergence."""
-    r = residual(after, free, flexibility, offset, at_end, before, slider, joints, step, force, mean, end, moved)
+    r = residual(after, of)
     size = np.abs(r).max()
     fresh = False
     for iteration in range(N_NEWTON):
@@ -127,9 +116,7 @@ def solve_positions(
         change = inverse @ r
         damping = 1.0
         trial = after - change
-        r_trial = residual(
-            trial, free, flexibility, offset, at_end, before, slider, joints, step, force, mean, end, moved
-        )
+        r_trial = residual(trial, of)
         size_trial = np.abs(r_trial).max()
         if not size_trial <= SLOW * size:
             if size_trial <= STALLED * scale and size_trial >= 0.5 * size:
@@ -140,22 +127,20 @@ def solve_positions(
                     after[:] = trial
                     r = r_trial
                     size = size_trial
-                inverse[:] = jacobian_inverse(after, flexibility, offset, at_end, before, slider, joints, step, scale)
+                inverse[:] = jacobian_inverse(after, of, scale)
                 fresh = True
                 continue
             while not size_trial < (1.0 - 0.1 * damping) * size and damping > 1e-3:
                 damping *= 0.5
                 trial = after - damping * change
-                r_trial = residual(
-                    trial, free, flexibility, offset, at_end, before, slider, joints, step, force, mean, end, moved
-                )
+                r_trial = residual(trial, of)
                 size_trial = np.abs(r_trial).max()
             fresh = False
         after[:] = trial
         r = r_trial
         size = size_trial
     if size <= STALLED * scale:
-        residual(after, free, flexibility, offset, at_end, before, slider, joints, step, force, mean, end, moved)
+        residual(after, of)
         return N_NEWTON
     # Kinks are in the way: a new tangent in every iteration, first with whole steps, which may pass through larger
     # residuals, then with half steps, which break cycles between two sides of a kink.
@@ -163,26 +148,22 @@ def solve_positions(
     for damping in (1.0, 0.5):
         after[:] = start
         for iteration in range(N_NEWTON):
-            r = residual(
-                after, free, flexibility, offset, at_end, before, slider, joints, step, force, mean, end, moved
-            )
+            r = residual(after, of)
             if np.abs(r).max() <= STALLED * scale:
                 return N_NEWTON + iteration
-            inverse[:] = jacobian_inverse(after, flexibility, offset, at_end, before, slider, joints, step, scale)
+            inverse[:] = jacobian_inverse(after, of, scale)
             after -= damping * (inverse @ r)
     # At last with steps that do make the residual smaller.
     after[:] = start
-    r = residual(after, free, flexibility, offset, at_end, before, slider, joints, step, force, mean, end, moved)
+    r = residual(after, of)
     for iteration in range(N_CAREFUL):
-        inverse[:] = jacobian_inverse(after, flexibility, offset, at_end, before, slider, joints, step, scale)
+        inverse[:] = jacobian_inverse(after, of, scale)
         change = inverse @ r
         damping = 1.0
         size = np.sqrt(r @ r)
         while True:
             trial = after - damping * change
-            r_trial = residual(
-                trial, free, flexibility, offset, at_end, before, slider, joints, step, force, mean, end, moved
-            )
+            r_trial = residual(trial, of)
             size_trial = np.sqrt(r_trial @ r_trial)
             if size_trial <= (1.0 - 0.1 * damping) * size or damping < 1e-9:
                 break
@@ -224,7 +205,7 @@ def march(
     """March over len(level) steps; state, position, slider, end force, inverse and last_force are updated in place.
 
     transition: rows a_qq, a_qv, a_vq, a_vv, shape (4, r), if `diagonal`, else the (2r, 2r) matrix; input_factor: what
-    a modal force held over the step adds to q and v, shape (2, r); input_matrix: the same for joint forces, shape
+    a constant modal force adds to q and v, shape (2, r); input_matrix: the same for joint forces, shape
     (2r, d), where not diagonal; harmonic, static: increments of the loads, shapes (n, 2r), (2r,). Into states, forces
     and sliders goes what holds at the *start* of each step. Returns (-1 or the step that failed, scale, iterations).
     """
@@ -234,6 +215,7 @@ def march(
     force = last_force.copy()
     previous = last_force.copy()
     free, after = np.zeros(n_direction), position.copy()
+    equation = StepEquation(free, flexibility, offset, False, position, slider, joints, step, force, mean, end, moved)
     new = np.zeros(2 * n_mode)
     total = 0
     for n in range(n_step):
@@ -263,10 +245,7 @@ def march(
                     scale = abs(free[i])
                 force[i], previous[i] = 2.0 * force[i] - previous[i], force[i]
             after[:] = free - flexibility @ force
-            done = solve_positions(
-                after, free, flexibility, offset, False, position, slider, joints, step, scale, inverse,
-                force, mean, end, moved,
-            )  # fmt: skip
+            done = solve_positions(after, equation, scale, inverse)
             if done < 0:
                 return n, scale, total
             total += done

@@ -90,8 +90,8 @@ class SteadyMotion:
         return self.period_multiple == 1
 
     @property
-    def words(self) -> str:
-        """What was reached, in one sentence."""
+    def message(self) -> str:
+        """What was reached, in a sentence."""
         if self.period_multiple == 1:
             return f"the motion repeats every period of the excitation, seen after {self.n_period} periods"
         if self.period_multiple:
@@ -110,7 +110,7 @@ class SteadyMotion:
             A motion that has not the period of the excitation, or more harmonics than the samples hold.
         """
         if not self.periodic:
-            raise TransientError(f"{self.words}: no Fourier series of one period describes it")
+            raise TransientError(f"{self.message}: no Fourier series of one period describes it")
         n_sample = len(self.samples)
         if not 1 <= whole_number(n_harmonic, "n_harmonic", TransientError) <= (n_sample + 1) // 2:
             raise TransientError(
@@ -137,7 +137,7 @@ def steady_motion(
 ) -> SteadyMotion:
     """Integrate until the motion repeats, then with steps of half the length until their error is small.
 
-    A motion that does not repeat is returned as such, see `SteadyMotion.period_multiple` and `.words`.
+    A motion that does not repeat is returned as such, see `SteadyMotion.period_multiple` and `.message`.
 
     Parameters
     ----------
@@ -262,7 +262,7 @@ def _settle(stepper: Stepper, tolerance: float, max_period: int, acceleration: i
     for n in range(1, max_period + 1):
         start = stepper.state
         record = stepper.record()
-        amplitude = max(float(np.linalg.norm(record.modal_velocity, axis=1).max()), np.finfo(float).tiny)
+        amplitude = record.amplitude
         mark = stepper.vector * weight
         change = float(np.linalg.norm(mark - marks[-1])) / amplitude
         changes.append(change)

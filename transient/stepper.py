@@ -41,6 +41,11 @@ class Record:
     force: History
     slider: History
 
+    @property
+    def amplitude(self) -> float:
+        """Largest norm of the modal velocities, which is the root of the energy; never zero [m kg^1/2 / s]."""
+        return max(float(np.linalg.norm(self.modal_velocity, axis=1).max()), np.finfo(float).tiny)
+
 
 class Stepper:
     """Marches over whole periods and keeps the state between calls.
@@ -145,8 +150,8 @@ class Stepper:
         d = len(table.rows)
         self._end, mean = np.zeros(d), np.zeros(d)
         # A step of no length: sliders move at once where the friction force exceeds its limit.
-        position, held = self._position, self._slider.copy()
-        joint_forces(table.packed, position, position, held, self.step, mean, self._end, self._slider)
+        position, before = self._position, self._slider.copy()
+        joint_forces(table.packed, position, position, before, self.step, mean, self._end, self._slider)
         self._last_force = self._end - structure.offset * position
         terms = np.where(self._end > 0, table.normal_terms, 0.0)
         round_off = np.abs(self.transition.flexibility) @ terms

@@ -6,7 +6,7 @@ r"""Exact motion of the linear structure over one step, in modal coordinates.
 with Phi the mass-normalised modes of M and K + B^T diag(k_0) B; f are then the joint forces beyond the springs k_0.
 k_0 is the stiffness of sticking, closed joints: they move exactly, however stiff. Where the damping is diagonal with
 k_0 = 0 only, that basis is taken, and where it is diagonal in neither, full matrices are. The increments of harmonic
-and static loads over a step, and of a joint force held over it, come from matrix exponentials of the structure
+and static loads over a step, and of a constant joint force, come from matrix exponentials of the structure
 together with the generator of its load (Van Loan): exact for any step.
 
 References
@@ -93,10 +93,10 @@ def modal_structure(system: JointedSystem) -> ModalStructure:
     """
     _check(system)
     table = joint_table(system)
-    stuck = decomposed(system, table, table.stuck_stiffness)
+    stuck = decompose(system, table, table.stuck_stiffness)
     if stuck.diagonal:
         return stuck
-    bare = decomposed(system, table, np.zeros_like(table.stuck_stiffness))
+    bare = decompose(system, table, np.zeros_like(table.stuck_stiffness))
     return bare if bare.diagonal else stuck
 
 
@@ -121,15 +121,15 @@ def transition(structure: ModalStructure, angular_frequency: float, steps_per_pe
     phase = np.exp(2j * np.pi * np.outer(np.arange(steps_per_period), numbers) / steps_per_period)
     r = system.n_dof
     build = _diagonal_step if structure.diagonal else _full_step
-    matrix, held, forced = build(structure, step, angular_frequency, numbers, amplitude[numbers])
+    matrix, sustained, forced = build(structure, step, angular_frequency, numbers, amplitude[numbers])
     harmonic = np.ascontiguousarray((phase @ forced).real) if numbers else np.zeros((1, 2 * r))
     if structure.diagonal:
-        increment = (held * static).ravel()
-        flexibility = structure.rows @ (held[0][:, None] * joint_columns)
-        factor, input_matrix = held, np.zeros((0, 0))
+        increment = (sustained * static).ravel()
+        flexibility = structure.rows @ (sustained[0][:, None] * joint_columns)
+        factor, input_matrix = sustained, np.zeros((0, 0))
     else:
-        # held: shape (2r, d + 1), the static load in the last column.
-        increment, input_matrix = held[:, -1].copy(), np.ascontiguousarray(held[:, :-1])
+        # sustained: shape (2r, d + 1), the static load in the last column.
+        increment, input_matrix = sustained[:, -1].copy(), np.ascontiguousarray(sustained[:, :-1])
         flexibility = structure.rows @ input_matrix[:r]
         factor = np.zeros((0, 0))
     return Transition(
@@ -151,7 +151,7 @@ def modes(system: JointedSystem, table: JointTable, offset: Vector) -> tuple[Vec
     return eigenvalue, shapes
 
 
-def decomposed(system: JointedSystem, table: JointTable, offset: Vector) -> ModalStructure:
+def decompose(system: JointedSystem, table: JointTable, offset: Vector) -> ModalStructure:
     """The structure with the springs k_0, shape (d,) [N/m], in its modes."""
     eigenvalue, shapes = modes(system, table, offset)
     damping = shapes.T @ system.damping @ shapes
@@ -188,7 +188,7 @@ def _diagonal_step(
     generator[:, 1, 2] = 1.0
     exact = expm(generator)
     matrix = np.array([exact[:, 0, 0], exact[:, 0, 1] / scale, exact[:, 1, 0] * scale, exact[:, 1, 1]])
-    held = np.array([exact[:, 0, 2] / scale, exact[:, 1, 2]]) * step
+    sustained = np.array([exact[:, 0, 2] / scale, exact[:, 1, 2]]) * step
     forced = np.zeros((len(numbers), 2 * r), dtype=np.complex128)
     for row, k in enumerate(numbers):
         angle = k * angular_frequency * step
@@ -201,7 +201,7 @@ def _diagonal_step(
         unit = answer[:, :2, 2] - 1j * answer[:, :2, 3]
         forced[row, :r] = unit[:, 0] / scale * amplitude[row] * step
         forced[row, r:] = unit[:, 1] * amplitude[row] * step
-    return matrix, held, forced
+    return matrix, sustained, forced
 
 
 def _full_step(
@@ -235,10 +235,10 @@ def _full_step(
     unscale = np.concatenate([1 / scale, np.ones(r)])
     rescale = np.concatenate([scale, np.ones(r)])
     matrix = unscale[:, None] * exact[:, : 2 * r] * rescale
-    held = unscale[:, None] * exact[:, 2 * r : 2 * r + n_constant] * (size * step)
+    sustained = unscale[:, None] * exact[:, 2 * r : 2 * r + n_constant] * (size * step)
     tail = exact[:, 2 * r + n_constant :]
     forced = (tail[:, 0::2] - 1j * tail[:, 1::2]).T * unscale * (size_forced * step)[:, None]
-    return matrix, held, forced
+    return matrix, sustained, forced
 
 
 def _check(system: JointedSystem) -> None:

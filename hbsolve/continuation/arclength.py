@@ -5,7 +5,7 @@ A step goes from (x, lambda) along the unit tangent t by ds and is corrected in 
 .. math:: R(x, \lambda) = 0, \qquad \frac{t_x \cdot \Delta x}{s_x^2} + \frac{t_\lambda \Delta \lambda}{s_\lambda^2} = ds
 
 R is piecewise smooth. Where a contact changes its state the tangent turns by any angle, and "ahead" is no longer the
-direction nearest to the last one. What is kept across such a kink is
+direction nearest to the last one. Such a kink preserves
 
 .. math:: \operatorname{sign} \det \begin{bmatrix} R_x & R_\lambda \\ t_x^T & t_\lambda \end{bmatrix}
           = \operatorname{sign} \det (I + L A) \cdot \operatorname{sign} t_\lambda
@@ -91,7 +91,7 @@ def tangent(here: Equation, last: Direction, metric: Metric, orientation: int) -
     metric
         Scales.
     orientation
-        Sign of the determinant along the way here; 0 where there was none, and `last` alone tells what is ahead.
+        Sign of the determinant along the way here; 0 where there was none, and `last` alone says what is ahead.
 
     Returns
     -------
@@ -105,7 +105,7 @@ def tangent(here: Equation, last: Direction, metric: Metric, orientation: int) -
     return t, sign
 
 
-def corrected(
+def correct(
     path: Path, x: Real, value: float, t: Direction, step: float, metric: Metric, sliders: Start, orientation: int
 ) -> Corrected | None:
     """The point at one step from (x, value) along t; none if the corrections fail."""

@@ -79,7 +79,8 @@ class ResponseBranch:
         for name, shape in (("slider", (count, 0)), ("contact_share", (count, 0, 3))):
             if not np.size(getattr(self, name)):
                 object.__setattr__(self, name, np.zeros(shape))
-        for name, kind in _ARRAYS.items():
+        for name in _DIMENSIONS:
+            kind = complex if name == "coefficients" else float
             values: NDArray[np.generic] = np.array(getattr(self, name), dtype=kind)
             values.setflags(write=False)
             object.__setattr__(self, name, values)
@@ -215,17 +216,6 @@ def load_branch(path: Path | str) -> ResponseBranch:
         ) from error
 
 
-_ARRAYS = {
-    "angular_frequency": float,
-    "coefficients": complex,
-    "residual_norm": float,
-    "level": float,
-    "iterations": float,
-    "slider": float,
-    "contact_share": float,
-    "truncation_error": float,
-    "sample_error": float,
-}
 _DIMENSIONS = {
     "angular_frequency": ("point",),
     "coefficients": ("point", "harmonic", "degree_of_freedom"),

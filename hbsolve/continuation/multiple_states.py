@@ -1,4 +1,4 @@
-"""Several steady states at one frequency: other branches, and other histories of the sliders."""
+"""Several steady states at one frequency: other branches, and other friction histories."""
 
 from collections.abc import Iterator
 
@@ -97,7 +97,7 @@ def _along_the_level(balance: HarmonicBalance, angular_frequency: float, sliders
 
 
 @on_one_blas_thread
-def history_states(
+def friction_history_states(
     balance: HarmonicBalance, angular_frequency: float, *, n_history: int = 20, seed: int = 0
 ) -> tuple[SteadyState, ...]:
     """Distinct steady states that differ in where their sliders began, lowest vibration first.
@@ -110,7 +110,7 @@ def history_states(
     balance, angular_frequency
         As `hbsolve.steady_state.steady_state`.
     n_history
-        Number of histories [-].
+        Number of friction histories [-].
     seed
         Of the random numbers.
     """
@@ -121,8 +121,8 @@ def history_states(
     for number in range(n_history):
         m = random.uniform(-1, 1, balance.n_slider)
         start = slider_start(balance, m, multiplier=True)
-        begun = forces_at(balance, angular_frequency, linear, start, want=FORCE).slider[:, 0]
-        sliders = slider_start(balance, begun if number else None)
+        initial = forces_at(balance, angular_frequency, linear, start, want=FORCE).slider[:, 0]
+        sliders = slider_start(balance, initial if number else None)
         try:
             state = solve_at(balance, condensed, found[-1].motion if found else None, sliders)
         except NoSteadyState:

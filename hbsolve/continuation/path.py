@@ -38,7 +38,7 @@ class Path(Protocol):
         """How messages show lambda."""
         ...
 
-    def shown(self, value: float) -> float:
+    def displayed(self, value: float) -> float:
         """Lambda in that unit."""
         ...
 
@@ -71,7 +71,7 @@ class FrequencyPath:
     balance: HarmonicBalance
     unit: str = "Hz"
 
-    def shown(self, value: float) -> float:
+    def displayed(self, value: float) -> float:
         """Omega in Hz."""
         return value / (2 * np.pi)
 
@@ -94,13 +94,13 @@ class LevelPath:
     angular_frequency: float
     unit: str = "(level)"
 
-    def shown(self, value: float) -> float:
+    def displayed(self, value: float) -> float:
         """The level itself."""
         return value
 
     def at(self, value: float) -> tuple[HarmonicBalance, Condensed]:
         """See `Path`."""
-        return self.balance.at_level(value), _kept(self.balance, self.angular_frequency)
+        return self.balance.at_level(value), _stored(self.balance, self.angular_frequency)
 
     def by_value(self, balance: HarmonicBalance, condensed: Condensed, forces: JointForces) -> Real:
         """See `Path`."""
@@ -140,7 +140,7 @@ class JointPath:
         """See `Path`."""
         return f"({self.parameter} of {self.joint})"
 
-    def shown(self, value: float) -> float:
+    def displayed(self, value: float) -> float:
         """The parameter in SI."""
         return value
 
@@ -162,7 +162,7 @@ class JointPath:
         values = table.value.copy()
         values[index] = value
         # The reference stiffness stays: the balance is the same for any, and the structure need not be made again.
-        return self.balance.with_table(table._replace(value=values)), _kept(self.balance, self.angular_frequency)
+        return self.balance.with_table(table._replace(value=values)), _stored(self.balance, self.angular_frequency)
 
     def by_value(self, balance: HarmonicBalance, condensed: Condensed, forces: JointForces) -> Real:
         """See `Path`."""
@@ -197,5 +197,5 @@ def spread(balance: HarmonicBalance, joint: int, values: Real) -> Real:
 
 
 @lru_cache(maxsize=4)
-def _kept(balance: HarmonicBalance, angular_frequency: float) -> Condensed:
+def _stored(balance: HarmonicBalance, angular_frequency: float) -> Condensed:
     return balance.at(angular_frequency)

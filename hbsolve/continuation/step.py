@@ -15,12 +15,12 @@ import numpy as np
 
 from hbsolve.aft import Start
 from hbsolve.balance import Real
-from hbsolve.continuation.arclength import Corrected, Direction, Metric, corrected, round_kink, tangent
+from hbsolve.continuation.arclength import Corrected, Direction, Metric, correct, round_kink, tangent
 from hbsolve.continuation.path import Equation, FrequencyPath, JointPath, LevelPath, equation
 from hbsolve.continuation.state import ContinuationState
 from hbsolve.continuation.stop import StopReason
 from hbsolve.errors import BalanceError, NoSteadyState
-from hbsolve.solution import finished, solve_at
+from hbsolve.solution import recover_state, solve_at
 from hbsolve.state import SteadyState
 from reduction.array_input import real_number
 
@@ -117,7 +117,7 @@ class Continuation:
                 ended = self._finish(state, x + ahead * t.motion, ahead, metric, sliders)
                 if ended is not None:
                     return ended
-            for find in (corrected, round_kink):
+            for find in (correct, round_kink):
                 found = find(self.path, x, value, t, step, metric, sliders, orientation)
                 if found is None:
                     continue
@@ -142,7 +142,7 @@ class Continuation:
     def _accept(
         self, state: ContinuationState, found: Corrected, t: Direction, step: float, metric: Metric, sliders: Start
     ) -> tuple[SteadyState | None, ContinuationState] | None:
-        """The point, unless it lies outside the range, and what comes after it; none if a shorter step must tell."""
+        """The point, unless it lies outside the range, and what comes after it; none if a shorter step must decide."""
         if (found.value - self.last) * (self.last - self.first) > 0:
             share = (self.last - state.value) / (found.value - state.value)
             between = state.motion + share * (found.motion - state.motion)
@@ -240,7 +240,7 @@ class Continuation:
         """Lambda where the branch ends, with its unit; empty where it ends as it was asked to."""
         if state.stop_reason in (StopReason.REACHED, StopReason.MOST_POINTS):
             return ""
-        return f"{self.path.shown(state.value):.6g} {self.path.unit}"
+        return f"{self.path.displayed(state.value):.6g} {self.path.unit}"
 
 
 def _amplitude(x: Real) -> float:
@@ -251,4 +251,4 @@ def _amplitude(x: Real) -> float:
 
 def _point(at: Equation, x: Real, sliders: Start, iterations: int) -> SteadyState:
     size = float(np.linalg.norm(at.balance.linear(at.condensed))) or 1.0
-    return finished(at.balance, at.condensed, x, sliders, float(np.linalg.norm(at.residual)) / size, iterations)
+    return recover_state(at.balance, at.condensed, x, sliders, float(np.linalg.norm(at.residual)) / size, iterations)

@@ -21,7 +21,7 @@ from reduction.array_input import real_number
 
 Sliders = Float[NDArray[np.float64], " s"]
 
-#: A slider this close to its bound is held by it, as a share of the reach.
+#: A slider this close to its bound is stopped by it, as a share of the reach.
 ON_BOUND = 1e-6
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from hbsolve.limits.local_search import LimitSide, linear_step, local_search, moved
+from hbsolve.limits.local_search import LimitSide, linear_step, local_search, take_step
 from hbsolve.limits.optimum import Best, Key, Optimum, follow
 from hbsolve.limits.point import LimitPoint
 from hbsolve.limits.problem import LimitCurve
@@ -63,7 +63,7 @@ def _certificate(point: LimitPoint, optimum: Optimum, side: LimitSide, jump: boo
     for number, radius in enumerate(RADII):
         step, gain = linear.step(radius)
         predicted[number] = gain / size
-        there = moved(point, trial, linear, step) if gain > 0 else None
+        there = take_step(point, trial, linear, step) if gain > 0 else None
         realised[number] = side * (there.value - trial.value) / size if there else 0.0
     ends = np.array(optimum.starts)
     status = np.concatenate([

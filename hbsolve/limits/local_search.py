@@ -6,7 +6,7 @@ order. The step solves
 .. math:: \max \pm \nabla J \cdot d, \qquad w_\mathrm{low} + w_\mathrm{low}' d \le w + d \le w_\mathrm{high} +
           w_\mathrm{high}' d, \qquad |w + d - w_\mathrm{nominal}| \le w_\mathrm{max}, \qquad |d| \le \Delta\, r
 
-with r the lengths of the intervals; then the steady state of the new sliders is found, and the step kept if it gains.
+with r the lengths of the intervals; then the steady state of the new sliders is found, and a step that gains is taken.
 Limits lie at kinks, where contacts begin to slip or lift off: a vertex follows the bounds along them, while a gradient
 step would be cut short at each.
 """
@@ -102,7 +102,7 @@ def linear_step(point: LimitPoint, trial: TrialState, side: LimitSide) -> Linear
     )
 
 
-def moved(point: LimitPoint, trial: TrialState, linear: LinearStep, step: Float[Real, " n"]) -> TrialState | None:
+def take_step(point: LimitPoint, trial: TrialState, linear: LinearStep, step: Float[Real, " n"]) -> TrialState | None:
     """The steady state after a step, started from where the derivative predicts it, else from where it was."""
     w = trial.w.copy()
     w[linear.derivative.free] += step
@@ -119,7 +119,7 @@ def local_search(point: LimitPoint, trial: TrialState, side: LimitSide, max_step
             step, predicted = linear.step(radius)
             if predicted < 0.1 * GAIN * size:
                 break
-            better = moved(point, trial, linear, step)
+            better = take_step(point, trial, linear, step)
             if better is not None and side * (better.value - trial.value) > ACCEPT * predicted:
                 break
             better, radius = None, REJECTED * radius

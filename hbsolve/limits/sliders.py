@@ -116,12 +116,12 @@ def cone(x: Any, sliders: Any, evaluate: Any) -> Any:
             limit = sliders.constant[i] / kt
             if sliders.normal[i] >= 0:
                 limit += slope * u[sliders.normal[i], k]
-            held = limit > 0.0
-            radius = limit if held else 0.0
+            closed = limit > 0.0
+            radius = limit if closed else 0.0
             if u[sliders.tangent[i], k] - radius > low[i]:
-                low[i], at_low[i], pressed_low[i] = u[sliders.tangent[i], k] - radius, k, slope if held else 0.0
+                low[i], at_low[i], pressed_low[i] = u[sliders.tangent[i], k] - radius, k, slope if closed else 0.0
             if u[sliders.tangent[i], k] + radius < high[i]:
-                high[i], at_high[i], pressed_high[i] = u[sliders.tangent[i], k] + radius, k, slope if held else 0.0
+                high[i], at_high[i], pressed_high[i] = u[sliders.tangent[i], k] + radius, k, slope if closed else 0.0
     return Cone(low, high, at_low, at_high, pressed_low, pressed_high)
 
 

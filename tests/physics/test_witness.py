@@ -21,7 +21,7 @@ def integrated(case: Any, omega: float, level: float = 1.0, start: TransientStat
     motion = steady_motion(
         case.system, omega, start, level, tolerance=2e-5, steps_per_period=1024, max_steps_per_period=1024
     )
-    assert motion.periodic, motion.words
+    assert motion.periodic, motion.message
     return motion
 
 

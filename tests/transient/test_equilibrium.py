@@ -21,7 +21,7 @@ from transient.equilibrium import equilibrium
 from transient.integrate import integrate
 from transient.joint_table import joint_table
 from transient.state import TransientState
-from transient.transition import ModalStructure, decomposed, modal_structure
+from transient.transition import ModalStructure, decompose, modal_structure
 
 Vector = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ Vector = NDArray[np.float64]
 def in_modes(system: JointedSystem, share: float) -> ModalStructure:
     """The structure in the modes with a share of its joints' stiffnesses."""
     table = joint_table(system)
-    return replace(decomposed(system, table, share * table.stuck_stiffness), diagonal=False)
+    return replace(decompose(system, table, share * table.stuck_stiffness), diagonal=False)
 
 
 def assembled(beam: Beam, parameters: BeamParameters) -> Vector:

@@ -113,7 +113,7 @@ def test_period_doubling_against_a_stop_is_named() -> None:
     # A light oscillator hit against a hard stop at twice the frequency of its bouncing: a bounce every other period.
     stop = ElasticStop(name="stop", direction=np.ones(1), stiffness=400.0, gap=0.0)
     steady = steady_motion(oscillator(stop, damping=0.1), 4.0, max_period=600)
-    assert steady.period_multiple == 2, steady.words
+    assert steady.period_multiple == 2, steady.message
 
 
 def test_more_harmonics_than_samples_are_refused() -> None:

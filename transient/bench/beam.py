@@ -238,7 +238,7 @@ def free_angular_frequencies(beam: Beam, parameters: BeamParameters) -> Vector:
 
 
 def jointed_beam(beam: Beam, parameters: BeamParameters) -> JointedSystem:
-    """The beam between its contact lines, pre-loads in balance at rest, 1 N at the excitation point."""
+    """The beam between its contact lines, preloads in balance at rest, 1 N at the excitation point."""
     joints = contacts(beam, parameters)
     static = np.sum([joint.preload * joint.normal for joint in joints], axis=0)
     return _system(beam, parameters, joints, static)

@@ -1,6 +1,6 @@
 r"""A measurement campaign on the virtual test bench: repeats with their own histories, jitter and noise, and its files.
 
-A repeat is one set-up: its pre-load is off by one factor and its frequency by another, both alike in all its sweeps
+A repeat is one set-up: its preload is off by one factor and its frequency by another, both alike in all its sweeps
 (the free specimen is a set-up of its own). A sweep starts with friction forces at random shares of their limits, steps
 through the frequencies up and then down. A reading y of a sensor becomes
 
@@ -12,6 +12,7 @@ with complex normal zeta of mean square 1, the static part without sigma.
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -29,7 +30,7 @@ PARAMETER_DEVIATION: Mapping[str, float] = {
     "damping_ratio": 0.10,
     "youngs_modulus": 0.005,
 }
-#: Standard deviations of pre-load and frequency from repeat to repeat, relative [-].
+#: Standard deviations of preload and frequency from repeat to repeat, relative [-].
 PRELOAD_JITTER = 0.01
 FREQUENCY_JITTER = 3e-4
 #: Root mean square of the relative error of a dynamic reading [-], and floors [m, N].
@@ -134,25 +135,13 @@ class Sweep:
     readings: Readings
 
 
-def scaled(
-    drawn: BeamParameters,
-    *,
-    tangential_stiffness: float = 1.0,
-    normal_stiffness: float = 1.0,
-    friction_coefficient: float = 1.0,
-    damping_ratio: float = 1.0,
-    youngs_modulus: float = 1.0,
-) -> BeamParameters:
-    """Parameters times factors, the friction coefficients of both lines times one."""
-    left, right = drawn.friction_coefficient
-    return replace(
-        drawn,
-        tangential_stiffness=drawn.tangential_stiffness * tangential_stiffness,
-        normal_stiffness=drawn.normal_stiffness * normal_stiffness,
-        friction_coefficient=(left * friction_coefficient, right * friction_coefficient),
-        damping_ratio=drawn.damping_ratio * damping_ratio,
-        youngs_modulus=drawn.youngs_modulus * youngs_modulus,
-    )
+def scaled(drawn: BeamParameters, **factors: float) -> BeamParameters:
+    """Parameters times factors by their names, those of both lines times one."""
+    changed: dict[str, Any] = {}
+    for name, factor in factors.items():
+        value = getattr(drawn, name)
+        changed[name] = tuple(each * factor for each in value) if isinstance(value, tuple) else value * factor
+    return replace(drawn, **changed)
 
 
 def random_parameters(random: np.random.Generator) -> BeamParameters:

@@ -51,7 +51,7 @@ class PlantedEffect:
         Point or line; "" where nothing is hidden.
     strength
         In the unit of `UNITS`: added mass, stiffness of a spring to the ground, of a cubic one, quadratic damping,
-        added gap at the end of the line (linear from 0 at its beginning), added pre-load of the line, added
+        added gap at the end of the line (linear from 0 at its beginning), added preload of the line, added
         friction coefficient of the line, stiffness of a one-sided stop.
 
     Raises

@@ -1,6 +1,6 @@
 """Repeated virtual tests of one system: each with a loading history of its own, as a laboratory would leave it.
 
-The settings of all repeats are the same. What differs is what nobody writes down: how far the pre-load shot over and
+The settings of all repeats are the same. What differs is what nobody writes down: how far the preload shot over and
 under its value as it was put on, whether it was taken off and put on again between levels, how far the excitation
 overshot a level, and in which direction the frequencies were swept. Sticking contacts remember it.
 
@@ -24,13 +24,13 @@ from transient.state import TransientState
 
 Vector = Float[NDArray[np.float64], " r"]
 
-#: Shares of the pre-load that it shoots over and under to, at most so many times.
+#: Shares of the preload that it shoots over and under to, at most so many times.
 OVER, UNDER, SHOTS = (1.0, 1.6), (0.5, 1.0), 3
 #: Largest share of its friction limit that a line is left with as its body is put in place.
 PLACED = 0.9
 #: Periods after which a point is taken as it is.
 MOST_PERIODS = 6000
-#: Chance that the pre-load is taken off in part, or that a level is overshot, before it is measured; to these levels.
+#: Chance that the preload is taken off in part, or that a level is overshot, before it is measured; to these levels.
 CHANCE, OVERSHOOT = 0.5, (1.2, 2.2)
 
 
@@ -51,7 +51,7 @@ class LoadingHistory:
 
 
 def random_history(random: np.random.Generator, *, first: bool) -> LoadingHistory:
-    """A loading history; the first of a repeat always puts the pre-load on."""
+    """A loading history; the first of a repeat always puts the preload on."""
     unloaded, overshot, size = random.uniform(size=3)
     shots = random.uniform(size=(int(random.integers(SHOTS + 1)), 2))
     loads = [part for over, under in shots for part in (_between(OVER, over), _between(UNDER, under))]
@@ -92,7 +92,7 @@ def repeated_tests(
     Raises
     ------
     TransientError
-        No equilibrium on the way of the pre-load.
+        No equilibrium on the way of the preload.
     """
     random = np.random.default_rng(seed)
     bench = SweptBench(system, sensors, steps_per_period=steps_per_period)
@@ -105,13 +105,13 @@ def repeated_tests(
             history = random_history(random, first=number == 0)
             state = quasi_static(system, history.loads or (1.0,), slider)
             if history.overshoot > 1:
-                state = marched(bench, frequencies[:1], history.overshoot * level, state, tolerance).final
-            readings = marched(bench, [*frequencies, *reversed(frequencies)], level, state, tolerance)
+                state = sweep_settled(bench, frequencies[:1], history.overshoot * level, state, tolerance).final
+            readings = sweep_settled(bench, [*frequencies, *reversed(frequencies)], level, state, tolerance)
             slider = readings.final.slider
             yield Sweep(configuration="jointed", repeat=repeat, level=float(level), readings=readings)
 
 
-def marched(
+def sweep_settled(
     bench: SweptBench, frequencies: Sequence[float], level: float, start: TransientState, tolerance: float
 ) -> Readings:
     """Steady states at one frequency after the other, integrated until the motion repeats: it alone drags sliders.
@@ -140,15 +140,11 @@ def marched(
             n_period += 1
             before = stepper.vector
             record = stepper.record()
-            motion = max(float(np.linalg.norm(record.modal_velocity, axis=1).max()), np.finfo(float).tiny)
+            motion = record.amplitude
             left = float(np.linalg.norm((stepper.vector - before) * bench.weight)) / motion / (1 - slowest)
         state = stepper.state
         points.append((*bench.read(record), n_period, left <= tolerance, before[2 * n :]))
-    columns = (np.array(column) for column in zip(*points, strict=True))
-    motion_, force, slip, count, periodic, slider = columns
-    return Readings(
-        motion=motion_, force=force, slip_share=slip, n_period=count, periodic=periodic, slider=slider, final=state
-    )
+    return Readings.of(points, state)
 
 
 def _between(ends: tuple[float, float], share: float) -> float:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from reduction.jointed_system import FrictionContact, JointedSystem
 from transient.joint_table import joint_table
-from transient.transition import ModalStructure, decomposed
+from transient.transition import ModalStructure, decompose
 
 Matrix = Float[NDArray[np.float64], "n m"]
 
@@ -18,7 +18,7 @@ def stuck_structure(system: JointedSystem) -> ModalStructure:
     table = joint_table(system)
     contact = [isinstance(joint, FrictionContact) for joint in system.joints for _ in joint.directions]
     offset = np.where(contact, table.stuck_stiffness, 0.0)
-    return replace(decomposed(system, table, offset), diagonal=False)
+    return replace(decompose(system, table, offset), diagonal=False)
 
 
 def line_sums(system: JointedSystem) -> Matrix:

@@ -8,7 +8,7 @@ structure is approached by Broyden's method, which starts from the exact monodro
 
 y being the change of P(z) - z by s. A step of the method is no motion of the bench, and no contact may remember one: in
 place of the part of P(z) that belongs to w stands where the motion of this period drags the sliders that the *point
-before* has left (`transient.dragged`). At the end P(z) = z, because with one tangent a second period drags no further,
+before* has left (`transient.drag`). At the end P(z) = z, because with one tangent a second period drags no further,
 and friction remembers periodic motions alone: what grows gently to its level at each frequency leaves the same.
 
 Where the search finds no steady state, it goes there from the last point in smaller and smaller steps of frequency and
@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from reduction.jointed_system import FrictionContact, JenkinsElement, JointedSystem
 from transient.bench.structure import line_sums, stuck_structure
-from transient.dragged import dragged
+from transient.drag import drag
 from transient.equilibrium import equilibrium
 from transient.errors import TransientError
 from transient.state import TransientState
@@ -50,7 +50,7 @@ STEPS, SLOWLY = (2, 4, 8), 100
 LONGEST = 0.5
 
 #: Harmonics of motions, of forces, share of slip, periods, whether periodic, sliders: what is known of a point.
-_Point = tuple[NDArray[np.complex128], NDArray[np.complex128], float, int, bool, Vector]
+Point = tuple[NDArray[np.complex128], NDArray[np.complex128], float, int, bool, Vector]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -83,6 +83,15 @@ class Readings:
     periodic: NDArray[np.bool_]
     slider: Matrix
     final: TransientState
+
+    @classmethod
+    def of(cls, points: Sequence[Point], final: TransientState) -> "Readings":
+        """Readings of points one after the other."""
+        motion, force, slip, n_period, periodic, slider = (np.array(column) for column in zip(*points, strict=True))
+        return cls(
+            motion=motion, force=force, slip_share=slip, n_period=n_period, periodic=periodic, slider=slider,
+            final=final,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -161,7 +170,7 @@ class SweptBench:
         level
             Amplitude of the force [N].
         multipliers
-            Friction force of each contact at rest as a share of its limit, shape (contact,) [-]; what the pre-load
+            Friction force of each contact at rest as a share of its limit, shape (contact,) [-]; what the preload
             leaves by default.
         tolerance
             See `TOLERANCE` [-].
@@ -178,16 +187,7 @@ class SweptBench:
         for frequency in frequencies:
             point, approach = self._reach(frequency, level, approach, tolerance)
             points.append(point)
-        motion, force, slip, n_period, periodic, slider = (np.array(column) for column in zip(*points, strict=True))
-        return Readings(
-            motion=motion,
-            force=force,
-            slip_share=slip,
-            n_period=n_period,
-            periodic=periodic,
-            slider=slider,
-            final=self.stepper(frequencies[-1]).state,
-        )
+        return Readings.of(points, self.stepper(frequencies[-1]).state)
 
     def stepper(self, frequency: float) -> Stepper:
         """Steps at a frequency [Hz]: the one object, whoever asks."""
@@ -202,7 +202,7 @@ class SweptBench:
             self._steppers[frequency] = stepper, slope
         return self._steppers[frequency]
 
-    def _reach(self, frequency: float, level: float, last: _Approach, tolerance: float) -> tuple[_Point, _Approach]:
+    def _reach(self, frequency: float, level: float, last: _Approach, tolerance: float) -> tuple[Point, _Approach]:
         """The steady state at a frequency and a level, and what the next point starts from."""
         point, found = self._settle(frequency, level, last, tolerance)
         spent = point[3]
@@ -223,7 +223,7 @@ class SweptBench:
 
     def _settle(
         self, frequency: float, level: float, approach: _Approach, tolerance: float
-    ) -> tuple[_Point, _Approach | None]:
+    ) -> tuple[Point, _Approach | None]:
         """What the search for a steady state comes to, and what the next point starts from if it is one."""
         stepper, slope = self._stepper(frequency)
         stepper.level = level
@@ -242,7 +242,7 @@ class SweptBench:
             change = stepper.vector * weight - z
             slider = self._dragged(stepper, record, approach.slider)
             change[n:] = slider * weight[n:] - z[n:]
-            motion = max(float(np.linalg.norm(record.modal_velocity, axis=1).max()), np.finfo(float).tiny)
+            motion = record.amplitude
             if last_step.any():
                 miss = change - last_change - (slope + correction) @ last_step
                 correction += np.outer(miss, last_step) / (last_step @ last_step)
@@ -268,7 +268,7 @@ class SweptBench:
 
     def _wait(
         self, frequency: float, level: float, last: _Approach, tolerance: float
-    ) -> tuple[_Point, _Approach | None]:
+    ) -> tuple[Point, _Approach | None]:
         """The motion that a slow change of frequency and level ends in, and what the next point starts from."""
         reached = last.state / self.weight
         for between, grown in _way(last, frequency, level, STEPS[-1]):
@@ -284,7 +284,7 @@ class SweptBench:
             n_period += 1
             z = stepper.vector * self.weight
             record = stepper.record()
-            motion = max(float(np.linalg.norm(record.modal_velocity, axis=1).max()), np.finfo(float).tiny)
+            motion = record.amplitude
             settled = bool(np.linalg.norm(stepper.vector * self.weight - z) <= tolerance * decay * motion)
             if settled or n_period >= MAX_WAIT:
                 break
@@ -299,7 +299,7 @@ class SweptBench:
         """Where a period of this motion drags the sliders that the point before has left."""
         end = self.structure.rows @ stepper.vector[: self.system.n_dof]
         position = np.concatenate([record.displacement.T, end[None]])
-        return dragged(self.structure.table.packed, position, left, stepper.step)
+        return drag(self.structure.table.packed, position, left, stepper.step)
 
     def read(self, record: Record) -> tuple[NDArray[np.complex128], NDArray[np.complex128], float]:
         """What the sensors see of a period: one point of `Readings.motion`, `.force` and `.slip_share`."""

@@ -6,7 +6,7 @@ from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance
-from hbsolve.continuation.multiple_states import history_states, steady_states
+from hbsolve.continuation.multiple_states import friction_history_states, steady_states
 from hbsolve.sensitivity import LevelParameter, sensitivity
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import CubicSpring, JenkinsElement, Joint, JointedSystem
@@ -87,7 +87,7 @@ def slider(force: float) -> HarmonicBalance:
 def test_a_stuck_slider_has_one_state_for_each_history() -> None:
     """Its spring, of length w, pulls the mean to kt w / (k + kt); the vibration is that of the stuck oscillator."""
     balance = slider(force=0.05)
-    states = history_states(balance, OMEGA, n_history=8)
+    states = friction_history_states(balance, OMEGA, n_history=8)
     assert len(states) == 8
     stuck = 0.05 / abs(1 + KT - OMEGA**2 + 1j * OMEGA * DAMPING)
     for state in states:
@@ -104,7 +104,7 @@ def test_a_stuck_slider_has_one_state_for_each_history() -> None:
 
 
 def test_a_slider_that_slips_both_ways_forgets_its_history() -> None:
-    (state,) = history_states(slider(force=3.0), OMEGA, n_history=8)
+    (state,) = friction_history_states(slider(force=3.0), OMEGA, n_history=8)
     alone = steady_state(slider(force=3.0), OMEGA)
     np.testing.assert_allclose(state.coefficients, alone.coefficients, atol=1e-6)  # `several.SAME`
     np.testing.assert_allclose(state.coefficients[0], 0.0, atol=1e-8)  # and its mean

@@ -8,9 +8,9 @@ import pytest
 
 from reduction.jointed_system import CubicSpring, FrictionContact, JenkinsElement, JointedSystem
 from transient.bench.beam import BeamParameters, contacts, free_beam, jointed_beam, reduced_beam
-from transient.bench.repeats import marched
+from transient.bench.repeats import sweep_settled
 from transient.bench.sweep import MAX_PERIOD, SLOWLY, STEPS, SweptBench
-from transient.dragged import dragged
+from transient.drag import drag
 from transient.errors import TransientError
 from transient.integrate import integrate
 from transient.joint_table import joint_table
@@ -162,7 +162,7 @@ def test_friction_is_left_as_a_gently_grown_excitation_leaves_it(frequency: floa
     stepper.level = 10.0
     for period in range(n_grow):
         stepper.advance(level=(period + np.arange(128) / 128) / n_grow)
-    grown = marched(bench, [frequency], 10.0, stepper.state, 1e-5).force[0, :, 0].real
+    grown = sweep_settled(bench, [frequency], 10.0, stepper.state, 1e-5).force[0, :, 0].real
     # What grows overshoots a little, more so on the steep flank below 467 Hz; kicks of the method left 0.2 N and more.
     np.testing.assert_allclose(swept, grown, rtol=0, atol=0.05)
 
@@ -180,7 +180,7 @@ def test_sliders_are_dragged_by_what_a_motion_exceeds_their_limit_by() -> None:
         motion = np.column_stack([amplitude * np.cos(phase), np.zeros(65)])
         # The play operator: a slider is pulled up to the crest less its reach and down to the trough plus its reach.
         pulled = min(max(left, amplitude - reach), reach - amplitude) if amplitude < reach else amplitude - reach
-        np.testing.assert_allclose(dragged(packed, motion, np.array([left]), 1e-5), [pulled], rtol=1e-12)
+        np.testing.assert_allclose(drag(packed, motion, np.array([left]), 1e-5), [pulled], rtol=1e-12)
 
 
 def test_a_point_that_has_not_settled_leaves_no_memory(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ Vector = Float[NDArray[np.float64], " n"]
 
 
 @compiled
-def dragged(joints: Packed, position: Float[NDArray[np.float64], "t d"], slider: Vector, step: float) -> Vector:
+def drag(joints: Packed, position: Float[NDArray[np.float64], "t d"], slider: Vector, step: float) -> Vector:
     """Sliders at the end of a period of prescribed motion, shape (s,) [m].
 
     Parameters
@@ -26,11 +26,11 @@ def dragged(joints: Packed, position: Float[NDArray[np.float64], "t d"], slider:
     step
         Length of a step [s].
     """
-    moved, held = slider.copy(), slider.copy()
+    moved, before = slider.copy(), slider.copy()
     mean, end = np.zeros(position.shape[1]), np.zeros(position.shape[1])
     # A step of no length: sliders move at once where the friction force exceeds its limit.
-    joint_forces(joints, position[0], position[0], held, step, mean, end, moved)
+    joint_forces(joints, position[0], position[0], before, step, mean, end, moved)
     for number in range(1, len(position)):
-        held[:] = moved
-        joint_forces(joints, position[number - 1], position[number], held, step, mean, end, moved)
+        before[:] = moved
+        joint_forces(joints, position[number - 1], position[number], before, step, mean, end, moved)
     return moved
