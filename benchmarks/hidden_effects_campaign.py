@@ -21,7 +21,7 @@ from correlation.feature.vector import FeatureVector
 from correlation.model import Model
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.arrangement import Arrangement
-from diagnosis.fit.refit import Refit
+from diagnosis.fit.problem import Refit
 from diagnosis.threshold.thresholds import Limits
 from study.case.setup import TestSetup, read_test_case
 from study.diagnose.thresholds import limits_for

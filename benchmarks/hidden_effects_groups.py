@@ -91,7 +91,7 @@ def make_groups(file: Path = FILE) -> Groups:
     """Screen a campaign without any effect, and write the file."""
     from benchmarks.hidden_effects_campaign import setup
     from correlation.campaign.read_campaign import read_campaign
-    from diagnosis.effect.catalogue import catalogue
+    from diagnosis.candidate.catalogue import catalogue
     from diagnosis.fit.arrangement import arrange
     from diagnosis.screening import screen
     from transient.bench.hidden_effect import make_campaign

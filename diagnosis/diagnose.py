@@ -3,23 +3,28 @@
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Generic, TypeVar
 
 from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
+from diagnosis.candidate.catalogue import Catalogue, Extra, campaign_catalogue
+from diagnosis.candidate.effect import Effect
 from diagnosis.decision.judgement import Known, judge, second_look
 from diagnosis.decision.rules import worse_than_noise
 from diagnosis.decision.verdict import Finding, Verdict
-from diagnosis.effect.catalogue import Catalogue, Extra, campaign_catalogue
 from diagnosis.fit.arrangement import Added, Arrangement, arrange
 from diagnosis.fit.calibration_parameter import Accepted
-from diagnosis.fit.refit import Refit, all_searched, begun, finalists, is_lost, refit, shortlist, unchanged
+from diagnosis.fit.problem import Problem, Refit
+from diagnosis.fit.refit import baseline_fit, finalists, is_lost, multistart_fits, quick_fit, refit, shortlist
 from diagnosis.keep import Keep, computed
 from diagnosis.localisation import Place, localise
 from diagnosis.screening import Score, screen
-from diagnosis.threshold.parametric_bootstrap import widened
-from diagnosis.threshold.thresholds import Limits, linear_limits
+from diagnosis.threshold.parametric_bootstrap import widen_intervals
+from diagnosis.threshold.thresholds import UNLIMITED, Limits, linear_limits
 from fe.blas_threads import on_one_blas_thread
+
+P = TypeVar("P", bound=Problem, covariant=True)
 
 #: What is being done, and the share of the whole diagnosis that is done [-].
 Report = Callable[[str, float], None]
@@ -48,13 +53,13 @@ LONG = Shares(screening=0.17, fits=0.26, tests=0.85, places=0.87, left=0.88, int
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Diagnosis:
+class Diagnosis(Generic[P]):
     """What one round found.
 
     Parameters
     ----------
     arrangement
-        Measurements, covariance, and the accepted parameters (and added effects) fitted.
+        Measurements beside the model, and the calibration parameters (and added effects) fitted.
     catalogue
         Candidates, and what cannot be tested.
     scores
@@ -63,22 +68,61 @@ class Diagnosis:
         The model as it is, fitted and tested on the held-out data.
     refits
         The shortlist fitted in earnest, best first: what may be claimed before what may not, each by `support`.
+    verdict
+        In words, with numbers.
     places
         Where an unknown force would explain the residual, best first.
     limits
-        What chance may do.
-    verdict
-        In words, with numbers.
+        What chance may do, where that decides.
     """
 
-    arrangement: Arrangement
+    arrangement: P
     catalogue: Catalogue
     scores: tuple[Score, ...]
     before: Refit
     refits: tuple[Refit, ...]
-    places: tuple[Place, ...]
-    limits: Limits
     verdict: Verdict
+    places: tuple[Place, ...] = ()
+    limits: Limits = UNLIMITED
+
+
+def screen_and_refit(
+    problem: Problem, effects: Sequence[Effect], keep: Keep, report: Report, shares: Shares
+) -> tuple[list[Score], Refit, list[Refit]]:
+    """Screen effects, fit the promising ones, test the best; the same for every kind of data.
+
+    Parameters
+    ----------
+    problem
+        Data beside a model, with its first fit.
+    effects
+        Candidates.
+    keep, report
+        As in `diagnose`.
+    shares
+        Of the round that are done when its parts begin.
+
+    Returns
+    -------
+    Scores, best first; what the model without any further effect achieves; the refits.
+    """
+    lost = is_lost(problem, problem.fit)
+    report("screening", shares.screening)
+
+    def screened(done: int, of: int) -> None:
+        report("screening", shares.between("screening", "fits", done / of))
+
+    scores = keep("scores", lambda: screen(problem, effects, screened))
+    before = keep("held-out error", lambda: baseline_fit(problem))
+    fits, chosen = [], shortlist(scores, problem.effort, lost=lost)
+    for number, score in enumerate(chosen):
+        report(f"fit of {score.effect.name}", shares.between("fits", "tests", number / len(chosen)))
+        fits.append((score, keep(f"fit of {score.effect.name}", partial(quick_fit, problem, score))))
+    refits, last = [], finalists(multistart_fits(problem, fits, keep), problem.effort)
+    for number, (score, fit) in enumerate(last):
+        report(f"test of {score.effect.name}", shares.between("tests", "places", number / len(last)))
+        refits.append(keep(f"refit of {score.effect.name}", partial(refit, problem, score, fit)))
+    return scores, before, refits
 
 
 @on_one_blas_thread
@@ -94,7 +138,7 @@ def diagnose(
     limits: Limits | None = None,
     keep: Keep = computed,
     report: Report | None = None,
-) -> Diagnosis:
+) -> Diagnosis[Arrangement]:
     """Say what is missing.
 
     Parameters
@@ -110,7 +154,7 @@ def diagnose(
     added
         Effects that were found in earlier rounds; all are fitted again together.
     without, extra
-        Kinds of effects to leave out, and effects of one's own, see `diagnosis.effect.catalogue`.
+        Kinds of effects to leave out, and effects of one's own, see `diagnosis.candidate.catalogue`.
     limits
         What chance may do, from a bootstrap of this layout; by the linear theory alone by default, with a margin.
     keep
@@ -132,20 +176,9 @@ def diagnose(
     told("calibration", 0.0)
     every = partial(campaign_catalogue, campaign, extra=extra)
     arrangement = keep("arrangement", lambda: arrange(campaign, base, accepted, budget, added=added, listed=every))
-    lost = is_lost(arrangement, arrangement.fit)
-    shares = LONG if lost else USUAL
-    told("screening", shares.screening)
-    screened = keep("scores", lambda: screen(arrangement, listed.candidates, _screened(told, shares)))
+    shares = LONG if is_lost(arrangement, arrangement.fit) else USUAL
+    screened, before, refits = screen_and_refit(arrangement, listed.candidates, keep, told, shares)
     found = limits or linear_limits(screened)
-    before = keep("held-out error", lambda: unchanged(arrangement))
-    fits, chosen = [], shortlist(screened, lost=lost)
-    for number, score in enumerate(chosen):
-        told(f"fit of {score.effect.name}", shares.between("fits", "tests", number / len(chosen)))
-        fits.append((score, keep(f"fit of {score.effect.name}", partial(begun, arrangement, score))))
-    refits, last = [], finalists(all_searched(arrangement, fits, keep))
-    for number, (score, fit) in enumerate(last):
-        told(f"test of {score.effect.name}", shares.between("tests", "places", number / len(last)))
-        refits.append(keep(f"refit of {score.effect.name}", partial(refit, arrangement, score, fit)))
     told("unknown forces", shares.places)
     places = keep("places", lambda: localise(arrangement))
     told("what is left", shares.left)
@@ -157,7 +190,7 @@ def diagnose(
     told("intervals", shares.intervals)
     best, everyone = (*verdict.effects, before)[0], [before, *judged.refits]
     where = judged.weighed or best.name
-    wide = keep(f"intervals beside {where}", lambda: widened(campaign, arrangement, best, everyone))
+    wide = keep(f"intervals beside {where}", lambda: widen_intervals(campaign, arrangement, best, everyone))
     # By their names: which comes first is another matter with other limits.
     by_name = {each.name: each for each in wide}
     before, ranked = by_name[before.name], [by_name[each.name] for each in judged.refits]
@@ -167,7 +200,3 @@ def diagnose(
         arrangement=arrangement, catalogue=listed, scores=tuple(screened), before=before, refits=tuple(ranked),
         places=judged.places, limits=found, verdict=verdict,
     )  # fmt: skip
-
-
-def _screened(told: Report, shares: Shares) -> Callable[[int, int], None]:
-    return lambda done, of: told("screening", shares.between("screening", "fits", done / of))

@@ -12,21 +12,17 @@ differences at a strength far from it do as well. Two effects whose d_perp are p
 data, whatever the truth.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
 
-from diagnosis.effect.candidate import Effect
-from diagnosis.fit.arrangement import Arrangement
-from diagnosis.fit.comparison import Vector
+from diagnosis.candidate.effect import Effect
+from diagnosis.fit.calibration import Matrix, Vector
+from diagnosis.fit.problem import Problem
 from hbsolve.errors import ModelError
 
-#: |d_perp| below which an effect of typical strength moves nothing by more than this many standard deviations in all.
-UNSEEN = 0.3
 #: Least strength to try, as a share of the typical one.
 LEAST = 1e-3
 
@@ -43,6 +39,8 @@ class Score:
         Where chi^2 would be least, within the bounds [its unit].
     gain
         By how much chi^2 would fall.
+    share
+        The same, of chi^2 without the effect [-].
     size
         |d_perp|: standard deviations that the typical strength moves the measurements by, all taken together.
     absorbed
@@ -62,6 +60,7 @@ class Score:
     direction: Vector
     start: Vector
     slope: Vector
+    share: float = 0.0
 
     @property
     def detectable(self) -> float:
@@ -71,91 +70,94 @@ class Score:
 
 
 def screen(
-    arrangement: Arrangement, effects: Sequence[Effect], report: Callable[[int, int], None] | None = None
+    problem: Problem, effects: Sequence[Effect], report: Callable[[int, int], None] | None = None
 ) -> list[Score]:
     """Score effects, best first.
 
     Parameters
     ----------
-    arrangement
+    problem
         Calibrated.
     effects
         Candidates.
     report
         Called with the number done and the number of all.
     """
-    fit = arrangement.fit
-    basis = accepted_basis(arrangement)
+    fit = problem.fit
+    basis = accepted_basis(problem)
     residual = _across(basis, fit.residual)
     scores = []
-    for number, (effect, slope) in enumerate(zip(effects, _slopes(arrangement, effects), strict=True)):
-        scores.append(_score(arrangement, effect, basis, residual, slope))
+    for number, (effect, slope) in enumerate(zip(effects, _slopes(problem, effects), strict=True)):
+        scores.append(_score(problem, effect, basis, residual, slope))
         if report is not None:
             report(number + 1, len(effects))
     return sorted(scores, key=lambda score: -score.gain)
 
 
-def slope_gains(arrangement: Arrangement, effects: Sequence[Effect]) -> Vector:
+def slope_gains(problem: Problem, effects: Sequence[Effect]) -> Vector:
     """Gain of each effect by its derivative at none alone, within its bounds, shape (e,)."""
-    basis = accepted_basis(arrangement)
-    residual = _across(basis, arrangement.fit.residual)
-    slopes = _slopes(arrangement, effects)
+    basis = accepted_basis(problem)
+    residual = _across(basis, problem.fit.residual)
+    slopes = _slopes(problem, effects)
     return np.array(
         [_least(effect, _across(basis, slope), residual).gain for effect, slope in zip(effects, slopes, strict=True)]
     )
 
 
-def accepted_basis(arrangement: Arrangement) -> Float[NDArray[np.float64], "m p"]:
+def accepted_basis(problem: Problem) -> Matrix:
     """Orthonormal basis of what the accepted parameters can do, shape (m + p, p)."""
-    return np.asarray(np.linalg.qr(arrangement.fit.jacobian * arrangement.fit.unknowns.size)[0])
+    jacobian = problem.fit.jacobian * problem.fit.unknowns.size
+    return np.asarray(np.linalg.qr(jacobian[:, jacobian.any(axis=0)])[0])
 
 
-def _across(basis: Float[NDArray[np.float64], "m p"], vector: Vector) -> Vector:
+def _across(basis: Matrix, vector: Vector) -> Vector:
     return np.asarray(vector - basis @ (basis.T @ vector))
 
 
-def _slopes(arrangement: Arrangement, effects: Sequence[Effect]) -> Float[NDArray[np.float64], "e m"]:
-    """Whitened derivative with respect to each effect's strength at none; zeros for the priors, shape (e, m + p)."""
-    fit, unknowns = arrangement.fit, arrangement.unknowns(effects)
-    values = np.array([*fit.values, *unknowns.vanishing[len(fit.values) :]])
+def _slopes(problem: Problem, effects: Sequence[Effect]) -> Iterator[Vector]:
+    """Whitened derivative with respect to each effect's strength at none; zeros for the priors, shape (m + p,) each."""
+    fit = problem.fit
     # All effects are there at once, and vanish: the states are those of the fit, with more joints that do nothing.
-    model = unknowns.compose(values)
-    states = arrangement.train.predict(model, fit.prediction)
-    slopes = arrangement.train.slopes(unknowns, values, model, states, first=len(fit.values))
-    strengths = np.cumsum([0, *(len(effect.parameters) for effect in effects)])[:-1]
-    return np.concatenate([slopes[:, strengths].T, np.zeros((len(effects), len(fit.values)))], axis=1)
+    for group in [effects] if problem.effort.together else [[each] for each in effects]:
+        unknowns = problem.unknowns(group)
+        values = np.array([*fit.values, *unknowns.vanishing[len(fit.values) :]])
+        model = unknowns.compose(values)
+        states = problem.train.predict(model, fit.prediction, fit.starts)
+        slopes = problem.train.slopes(unknowns, values, model, states, first=len(fit.values))
+        strengths = np.cumsum([0, *(len(effect.parameters) for effect in group)])[:-1]
+        yield from np.concatenate([slopes[:, strengths].T, np.zeros((len(group), len(fit.values)))], axis=1)
 
 
-def _score(
-    arrangement: Arrangement, effect: Effect, basis: Float[NDArray[np.float64], "m p"], residual: Vector, slope: Vector
-) -> Score:
+def _score(problem: Problem, effect: Effect, basis: Matrix, residual: Vector, slope: Vector) -> Score:
     """Look for the least chi^2 where the derivative says that it is, and at most at typical strength."""
-    parameter = effect.parameters[0]
+    parameter, effort = effect.parameters[0], problem.effort
     typical = parameter.typical - parameter.vanishes
     whole = float(np.linalg.norm(slope))
     across = _across(basis, slope)
     absorbed = 1 - float(np.linalg.norm(across)) / whole if whole else 1.0
-    if whole * abs(typical) < UNSEEN:
+    if 1 - absorbed < effort.least_left or whole * abs(typical) < effort.unseen:
         slope, across = 0 * slope, 0 * across
     tried = _least(effect, across, residual)
-    relief = _relief(arrangement, slope)
+    relief = _relief(problem, slope)
     step = float(np.clip(tried.step if across.any() else typical, -abs(typical), abs(typical)))
     step = float(np.clip(step, parameter.lower - parameter.vanishes, parameter.upper - parameter.vanishes))
-    if abs(step) > LEAST * abs(typical):
-        change = _change(arrangement, effect, step, relief)
+    if abs(step) > LEAST * abs(typical) and 1 - absorbed >= effort.least_left:
+        change = _change(problem, effect, step, relief)
         finite = _least(effect, _across(basis, change) / step, residual)
         if finite.gain >= tried.gain or not across.any():
             tried = finite
     size = float(np.linalg.norm(tried.across))
-    start = _made_up(arrangement, effect, tried.step, relief)
-    if size * abs(typical) < UNSEEN:
+    start = _made_up(problem, effect, tried.step, relief)
+    if not size or size * abs(typical) < effort.unseen:
         return Score(
-            effect=effect, strength=parameter.vanishes, gain=0.0, size=size * abs(typical), absorbed=1.0,
+            effect=effect, strength=parameter.vanishes, gain=0.0, size=size * abs(typical),
+            absorbed=absorbed if 1 - absorbed < effort.least_left else 1.0,
             direction=np.zeros_like(residual), start=start, slope=slope,
         )  # fmt: skip
     return Score(
         effect=effect, strength=parameter.vanishes + tried.step, gain=tried.gain, size=size * abs(typical),
         absorbed=absorbed, direction=tried.across / size * np.sign(typical), start=start, slope=slope,
+        share=tried.gain / (problem.fit.chi2 or 1.0),
     )  # fmt: skip
 
 
@@ -176,16 +178,17 @@ def _least(effect: Effect, across: Vector, residual: Vector) -> _Least:
     return _Least(across, step, max(2 * step * float(across @ residual) - step**2 * steepness, 0.0))
 
 
-def _change(arrangement: Arrangement, effect: Effect, step: float, relief: Vector) -> Vector:
+def _change(problem: Problem, effect: Effect, step: float, relief: Vector) -> Vector:
     """Whitened change that an effect makes while the accepted parameters make up for what they can, shape (m + p,).
 
     Without that, a resonance that merely shifts would move the measurements so far that all else is lost in the
     curvature of this shift.
     """
-    fit, train = arrangement.fit, arrangement.train
-    values = _made_up(arrangement, effect, step, relief)
+    fit, train = problem.fit, problem.train
+    values = _made_up(problem, effect, step, relief)
     try:
-        prediction = train.predict(arrangement.unknowns([effect]).compose(values), fit.prediction)
+        unknowns = problem.unknowns([effect])
+        prediction = train.predict(unknowns.compose(values), fit.prediction, values[: unknowns.n_start])
     except ModelError:
         # Nothing holds a structure with so much of it: it cannot be what is missing.
         return np.zeros(len(fit.residual))
@@ -195,14 +198,14 @@ def _change(arrangement: Arrangement, effect: Effect, step: float, relief: Vecto
     return np.concatenate([np.where(there, moved, 0.0), prior])
 
 
-def _relief(arrangement: Arrangement, slope: Vector) -> Vector:
+def _relief(problem: Problem, slope: Vector) -> Vector:
     """Change of the fitted values that makes up for as much as it can of an effect of unit strength, shape (p,)."""
-    return np.asarray(-np.linalg.lstsq(arrangement.fit.jacobian, slope, rcond=1e-12)[0])
+    return np.asarray(-np.linalg.lstsq(problem.fit.jacobian, slope, rcond=1e-12)[0])
 
 
-def _made_up(arrangement: Arrangement, effect: Effect, step: float, relief: Vector) -> Vector:
+def _made_up(problem: Problem, effect: Effect, step: float, relief: Vector) -> Vector:
     """Fitted values that make up for as much of an effect as they can, and its own, shape (p + e,)."""
     strength = effect.parameters[0].vanishes + step
     rest = [each.vanishes for each in effect.parameters[1:]]
-    fitted = arrangement.fit.values + relief * step
-    return arrangement.unknowns([effect]).clipped(np.array([*fitted, strength, *rest]))
+    fitted = problem.fit.values + relief * step
+    return problem.unknowns([effect]).clipped(np.array([*fitted, strength, *rest]))

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from correlation.model import Dof, Model, Sensor
-from diagnosis.effect.catalogue import catalogue
+from diagnosis.candidate.catalogue import catalogue
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import JointedSystem, along

@@ -47,6 +47,7 @@ for number, found in enumerate(rounds, 1):
     for score in found.scores:
         if not score.gain:
             print(f"  {score.effect.name:22} is absorbed by what is fitted anyway")
+print(rounds[-1].verdict.smallest)
 
 best = rounds[0].verdict.effects[0]
 assert best.effect.kind == "cubic"

@@ -1,143 +1,96 @@
-"""A campaign folder: its manifest, its tables, its time records, and whether they fit together."""
+"""Read a campaign, whatever its format."""
 
-from dataclasses import fields
-from functools import partial
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
 
-from correlation.campaign.manifest import MANIFEST, Manifest, read_manifest
-from correlation.campaign.measurement import Campaign, Measurement, same_level
-from correlation.campaign.stepped_sine import read_csv, sorting
-from correlation.campaign.time_record import TimeRecord, read_time_record
-from correlation.campaign.unit import base_unit
-from correlation.errors import CampaignError, Mistakes
+from correlation.campaign.format import FORMATS, CampaignFormat
+from correlation.campaign.format.toml_folder import read_folder
+from correlation.campaign.measurement import SWEEPS, Campaign
+from correlation.campaign.stepped_sine import sorting
+from correlation.errors import CampaignError
 from correlation.suspicion.campaign import suspicions
 
 
-def read_campaign(folder: Path) -> Campaign:
-    """Read a campaign; the form of its files is described in ``docs/campaign.md``.
+def read_campaign(path: Path) -> Campaign:
+    """Read a campaign in any of `FORMATS`.
 
     Parameters
     ----------
-    folder
-        Folder with ``campaign.toml``.
+    path
+        Folder with ``campaign.toml`` (``docs/campaign.md``), or what another format takes.
 
     Returns
     -------
-    In SI, peak amplitudes, e^{+i k Omega t}; what looks wrong but may be right is in its ``suspicions``.
+    In SI, peak amplitudes, e^{+i k Omega t}, rows sorted; what looks wrong but may be right is in its ``suspicions``.
 
     Raises
     ------
     CampaignError
         One sentence with file, line or key, value and remedy; several that do not follow from each other, a line each.
     """
-    folder = Path(folder)
-    manifest = read_manifest(folder)
-    measurement = _tables(folder, manifest)
-    told = Mistakes()
-    for number in range(len(manifest.sensors)):
-        told.of(partial(_check_sensor, manifest, measurement, number), None)
-    told.of(partial(_check_held_out, manifest, measurement), None)
-    found = [
-        told.of(
-            partial(
-                read_time_record, folder / entry.file,
-                name=entry.name, units=entry.units, force=entry.force, held_out=entry.held_out,
-            ),
-            None,
-        )
-        for entry in manifest.records
-    ]  # fmt: skip
-    records = tuple(each for each in found if each is not None)
-    told.of(partial(_check_records, manifest, records), None)
-    told.tell()
-    campaign = Campaign(
-        title=manifest.title,
-        folder=folder,
-        sensors=manifest.sensors,
-        tests=manifest.tests,
-        measurement=measurement,
-        held_out=manifest.held_out,
-        records=records,
-    )
+    path = Path(path)
+    found = [each for each in FORMATS if each.recognise(path)]
+    if len(found) > 1:
+        names = " and ".join(f'"{each.name}"' for each in found)
+        raise CampaignError(f'"{path}" is a campaign in the formats {names}: leave one of them out')
+    if not found:
+        return _others(path)
+    campaign = _read(found[0], path)
     return campaign.suspected(suspicions(campaign))
 
 
-def _tables(folder: Path, manifest: Manifest) -> Measurement:
-    tests: dict[str, list[str]] = {}
-    for test, file in zip(manifest.tests, manifest.files, strict=True):
-        tests.setdefault(file, []).append(test.name)
-    told = Mistakes()
-    found = [told.of(partial(read_csv, folder / file, manifest, names), None) for file, names in tests.items()]
-    told.tell()
-    tables = [each for each in found if each is not None]
-    columns = [each.name for each in fields(Measurement)]
-    measurement = Measurement(
-        **{name: np.concatenate([[], *(getattr(table, name) for table in tables)]) for name in columns}
-    )
-    for number, (test, file) in enumerate(zip(manifest.tests, manifest.files, strict=True)):
-        if not (measurement.test == number).any():
-            told.add(f'{file}: has no rows of test "{test.name}"; add them, or remove the test in {MANIFEST}')
-    told.tell()
-    return measurement.where(sorting(measurement)) if len(tables) > 1 else measurement
+def _others(path: Path) -> Campaign:
+    """A path that no format knows: what is missing in a folder says the folder's reader."""
+    others = [each.holds for each in FORMATS if each.read is not read_folder]
+    try:
+        return read_folder(path)
+    except CampaignError as error:
+        more = f"; or give {', or '.join(others)}" if others else ""
+        raise CampaignError(f"{error}{more}") from None
 
 
-def _check_sensor(manifest: Manifest, measurement: Measurement, number: int) -> None:
-    sensor, rows = manifest.sensors[number], measurement.sensor == number
-    recorded = {name for record in manifest.records for name in record.units}
-    if not rows.any() and sensor.name not in recorded:
+def _read(format_: CampaignFormat, path: Path) -> Campaign:
+    """What a format reads; one from outside may fail, or give what is no campaign."""
+    if format_.read is read_folder:
+        return read_folder(path)
+    try:
+        campaign = format_.read(path)
+    except CampaignError:
+        raise
+    except Exception as error:
+        said = " ".join(str(error).split()) or "no message"
         raise CampaignError(
-            f'{MANIFEST}: sensor "{sensor.name}" has no rows in {", ".join(dict.fromkeys(manifest.files))}; '
-            "add them, or remove the sensor"
-        )
-    for test in np.unique(measurement.test[rows]):
-        _check_constant(manifest, measurement, int(test), number)
+            f'{path}: the format "{format_.name}" ({FORMATS.entry(format_.name).place}) fails with '
+            f"{type(error).__name__} ({said}): correct the file, or the format"
+        ) from error
+    wrong = _wrong(campaign)
+    if wrong:
+        raise CampaignError(f'{path}: the format "{format_.name}" gives a campaign {wrong}')
+    order = sorting(campaign.measurement)
+    return replace(campaign, folder=path, measurement=campaign.measurement.where(order))
 
 
-def _check_constant(manifest: Manifest, measurement: Measurement, test: int, sensor: int) -> None:
-    rows = (measurement.test == test) & (measurement.sensor == sensor) & (measurement.harmonic == 1)
-    value = measurement.value[rows]
-    points = len(np.unique(np.stack([measurement.level[rows], measurement.frequency[rows]]), axis=1).T)
-    if points >= 3 and (value == value[0]).all():
-        raise CampaignError(
-            f'{manifest.files[test]}: sensor "{manifest.sensors[sensor].name}" reads {value[0]:.4g} '
-            f"{manifest.sensors[sensor].unit} at all {points} points of harmonic 1: a dead channel; remove its rows"
-        )
-
-
-def _check_held_out(manifest: Manifest, measurement: Measurement) -> None:
-    for level in manifest.held_out.levels:
-        if not same_level(measurement.level, level).any():
-            measured = ", ".join(f"{each / manifest.level_factor:g}" for each in np.unique(measurement.level))
-            raise CampaignError(
-                f"{MANIFEST}: held_out.levels = {level / manifest.level_factor:g} was not measured; "
-                f"hold out some of {measured}"
-            )
-    for repeat in manifest.held_out.repeats:
-        if not (measurement.repeat == repeat).any():
-            measured = ", ".join(map(str, np.unique(measurement.repeat)))
-            raise CampaignError(
-                f"{MANIFEST}: held_out.repeats = {repeat} was not measured; hold out some of {measured}"
-            )
-    if len(measurement) and manifest.held_out.rows(measurement).all():
-        raise CampaignError(f"{MANIFEST}: held_out holds out everything; leave levels and repeats to train on")
-
-
-def _check_records(manifest: Manifest, records: tuple[TimeRecord, ...]) -> None:
-    sensors = {sensor.name: sensor for sensor in manifest.sensors}
-    for record in records:
-        for channel, unit in zip(record.channels, record.units, strict=True):
-            sensor = sensors.get(channel)
-            if channel != record.force and sensor is None:
-                raise CampaignError(
-                    f'{MANIFEST}: record "{record.name}" has a channel "{channel}", which is no sensor; '
-                    f'add the sensor, or force = "{channel}" if it is what drives'
-                )
-            # A voltage is a channel that has not been calibrated: it is compared up to its scale.
-            wanted = {"V", base_unit(sensor.unit)[1] if sensor else "N"}
-            if unit not in wanted:
-                raise CampaignError(
-                    f'{MANIFEST}: record "{record.name}": channel "{channel}" is in {unit}, '
-                    f"give {' or '.join(sorted(wanted))}"
-                )
+def _wrong(campaign: Campaign) -> str | None:
+    """What no comparison could use, with the remedy."""
+    table = campaign.measurement
+    for called in ([each.name for each in campaign.sensors], [each.name for each in campaign.tests]):
+        if len(set(called)) < len(called):
+            return f"two of whose sensors or tests are called alike ({', '.join(called)}): give each a name of its own"
+    lengths = {each.name: np.shape(getattr(table, each.name)) for each in fields(table)}
+    if len(set(lengths.values())) > 1:
+        return f"whose columns have the shapes {lengths}: give each one value per row"
+    if not len(table) and not campaign.records:
+        return "without any number: add a table of steady states or a time record"
+    numbers = np.array([table.level, table.frequency, table.value.real, table.value.imag]).reshape(4, -1)
+    if not np.isfinite(numbers).all() or (numbers[:2] <= 0).any():
+        return "with a level or frequency that is not positive, or a value that is not finite: leave such rows out"
+    ranges = ((table.test, len(campaign.tests)), (table.sensor, len(campaign.sensors)))
+    if any(((index < 0) | (index >= count)).any() for index, count in ranges) or (table.harmonic < 0).any():
+        return "with a row of no test, sensor or harmonic that it has: number them from 0"
+    if not np.isin(table.sweep, list(SWEEPS)).all():
+        return f"with a sweep that is none of {', '.join(map(str, SWEEPS))}: correct it"
+    if len(table) and campaign.held_out.rows(table).all():
+        return "that holds out everything: leave levels and repeats to train on"
+    return None

@@ -7,11 +7,12 @@ from typing import TypeVar
 
 from correlation.campaign.measurement import Campaign
 from correlation.model import Model
+from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.decision.rules import decide, passes, support
 from diagnosis.decision.verdict import Finding, Verdict
-from diagnosis.effect.catalogue import Catalogue
 from diagnosis.fit.arrangement import Arrangement, weighed_beside
-from diagnosis.fit.refit import Refit, refit_anew, unchanged
+from diagnosis.fit.problem import Refit
+from diagnosis.fit.refit import baseline_fit, refit_anew
 from diagnosis.keep import Keep
 from diagnosis.localisation import Place, localise
 from diagnosis.screening import Score
@@ -98,7 +99,7 @@ def second_look(
         beside = there(
             "arrangement", partial(weighed_beside, campaign, first.arrangement, each.effect, each.fit, listed)
         )
-        before = there("held-out error", partial(unchanged, beside))
+        before = there("held-out error", partial(baseline_fit, beside))
         refits = [there(f"refit of {other.name}", partial(refit_anew, beside, other)) for other in first.refits]
         found = judge(beside, before, refits, there("places", partial(localise, beside)), known, there)
         if found.verdict.effects and found.verdict.effects[0].name == each.name:

@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from diagnosis.effect.candidate import Effect
+from diagnosis.candidate.effect import Effect
 from diagnosis.fit.arrangement import Arrangement
-from diagnosis.fit.refit import Refit, fitted
+from diagnosis.fit.problem import Refit
+from diagnosis.fit.refit import fitted
 from diagnosis.localisation import Place, localise
 from diagnosis.screening import screen, slope_gains
 

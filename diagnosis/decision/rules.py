@@ -8,14 +8,16 @@ best one did, that one was a stand-in, and nothing known is the cause.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
+from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.decision.leftover import Leftover, leftover, with_effect
 from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable
-from diagnosis.effect.catalogue import Catalogue
 from diagnosis.fit.arrangement import Arrangement
-from diagnosis.fit.refit import Refit
+from diagnosis.fit.problem import Refit
 from diagnosis.keep import Keep
 from diagnosis.localisation import Place
 from diagnosis.screening import Score
@@ -29,6 +31,38 @@ STAND_IN = 0.15
 BEYOND = 5.0
 #: chi^2 a number above which a fit is bad whatever noise does, and the share of what was above it that may stay.
 BAD, LEFT = 2.0, 0.1
+
+
+class Gate(Protocol):
+    """What refits must do to be named, by the statistics of one kind of data."""
+
+    def passes(self, refit: Refit) -> bool:
+        """Whether an effect may be claimed."""
+        ...
+
+    def explains(self, refit: Refit) -> bool:
+        """Whether an effect that passes leaves little enough, and stands in for no other."""
+        ...
+
+    def is_alike(self, best: Refit, other: Refit) -> bool:
+        """Whether the data cannot tell an effect that passes from the best one."""
+        ...
+
+    def is_unexplained(self) -> bool:
+        """Whether something is missing though no effect passes."""
+        ...
+
+
+def find(gate: Gate, refits: Sequence[Refit]) -> tuple[Finding, list[Refit]]:
+    """The finding, and the effects that it names; refits come best first."""
+    passed = [refit for refit in refits if gate.passes(refit)]
+    if not passed:
+        return (Finding.UNKNOWN if gate.is_unexplained() else Finding.NOTHING), []
+    best, *others = passed
+    if not gate.explains(best):
+        return Finding.UNKNOWN, []
+    alike = [best, *(other for other in others if gate.is_alike(best, other))]
+    return (Finding.AMBIGUOUS if len(alike) > 1 else Finding.MISSING), alike
 
 
 def gain(arrangement: Arrangement, refit: Refit) -> float:
@@ -72,31 +106,44 @@ def decide(
     keep
         Looks up what a step gave before, or makes it.
     """
-    detectable = smallest_detectable(scores, limits.gain)
-    units = {score.effect.name: score.effect.parameters[0].unit for score in scores}
+    gate = _ChanceGate(arrangement, catalogue, before, places, limits, keep)
+    finding, effects = find(gate, refits)
+    return Verdict(
+        finding=finding, effects=effects, before=before, threshold=limits.gain,
+        detectable=smallest_detectable(scores, limits.gain),
+        units={score.effect.name: score.effect.parameters[0].unit for score in scores},
+        place=places[0] if places and finding is Finding.UNKNOWN else None,
+    )  # fmt: skip
 
-    def verdict(finding: Finding, effects: Sequence[Refit] = (), place: Place | None = None) -> Verdict:
-        return Verdict(
-            finding=finding, effects=tuple(effects), before=before, threshold=limits.gain, detectable=detectable,
-            units=units, place=place,
-        )  # fmt: skip
 
-    passed = [refit for refit in refits if passes(arrangement, before, refit, limits)]
-    there = places[0] if places else None
-    if not passed:
-        if there is not None and misfit(there) > limits.misfit:
-            return verdict(Finding.UNKNOWN, place=there)
-        return verdict(Finding.NOTHING)
-    best = passed[0]
-    rest = keep(
-        f"what is left beside {best.name}, limit {limits.gain:.6g}",
-        lambda: leftover(with_effect(arrangement, best), catalogue.candidates, limits.gain),
-    )
-    if _stand_in(gain(arrangement, best), rest, limits) or _bad(arrangement, before, best):
-        return verdict(Finding.UNKNOWN, place=there)
-    least = support(arrangement, before, best) - BEHIND
-    alike = [refit for refit in passed if support(arrangement, before, refit) > least]
-    return verdict(Finding.AMBIGUOUS if len(alike) > 1 else Finding.MISSING, alike)
+@dataclass(frozen=True, eq=False)
+class _ChanceGate:
+    """Gains of chi^2 beside those of chance, in training and held-out data."""
+
+    arrangement: Arrangement
+    catalogue: Catalogue
+    before: Refit
+    places: Sequence[Place]
+    limits: Limits
+    keep: Keep
+
+    def passes(self, refit: Refit) -> bool:
+        return passes(self.arrangement, self.before, refit, self.limits)
+
+    def explains(self, refit: Refit) -> bool:
+        rest = self.keep(
+            f"what is left beside {refit.name}, limit {self.limits.gain:.6g}",
+            lambda: leftover(with_effect(self.arrangement, refit), self.catalogue.candidates, self.limits.gain),
+        )
+        stands_in = _stand_in(gain(self.arrangement, refit), rest, self.limits)
+        return not (stands_in or _bad(self.arrangement, self.before, refit))
+
+    def is_alike(self, best: Refit, other: Refit) -> bool:
+        least = support(self.arrangement, self.before, best) - BEHIND
+        return support(self.arrangement, self.before, other) > least
+
+    def is_unexplained(self) -> bool:
+        return bool(self.places) and misfit(self.places[0]) > self.limits.misfit
 
 
 def worse_than_noise(arrangement: Arrangement) -> bool:

@@ -8,9 +8,10 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
-from diagnosis.effect.place import moving_places, with_quadratic_damper
-from diagnosis.effect.scale import Scale, scale
+from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from diagnosis.candidate.place import moving_places, with_quadratic_damper
+from diagnosis.candidate.scale import Scale, scale
+from diagnosis.effect.registry import EFFECTS, EffectKind
 
 KIND = "air damping"
 #: In typical strengths: friction may hold speeds far below the stuck ones that these are reckoned at.
@@ -38,15 +39,7 @@ class AirDamping:
 
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
-    r"""Drag at each place, typically 8/(3 pi) d omega a of a dashpot with a tenth of the modal damping.
-
-    Parameters
-    ----------
-    model
-        Whose places.
-    size
-        Of the model, at its level of force; by default at 1 N with contacts and without.
-    """
+    r"""Drag at each place, typically 8/(3 pi) d omega a of a dashpot with a tenth of the modal damping."""
     size = size or scale(model)
     places, left = moving_places(model, size, KIND)
     found: list[Effect | Untestable] = []
@@ -59,3 +52,11 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
         parameter = EffectParameter(name="damping", unit=unit, lower=0.0, upper=upper, typical=typical)
         found.append(AirDamping(name=name, row=place.row, parameters=(parameter,)))
     return [*found, *left]
+
+
+EFFECTS.register(
+    EffectKind(
+        name=KIND, acts_on="places that move", physics=AirDamping.physics, signature=AirDamping.signature,
+        parameters={"damping": ("N s^2/m^2", "N m s^2")}, candidates=candidates, order=5,
+    )
+)  # fmt: skip

@@ -8,9 +8,10 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
-from diagnosis.effect.place import moving_places, with_cubic_spring
-from diagnosis.effect.scale import Scale, scale
+from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from diagnosis.candidate.place import moving_places, with_cubic_spring
+from diagnosis.candidate.scale import Scale, scale
+from diagnosis.effect.registry import EFFECTS, EffectKind
 
 KIND = "cubic"
 #: Bounds in typical strengths: softening could let a place escape from its well, and friction may hold amplitudes far
@@ -39,15 +40,7 @@ class Cubic:
 
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
-    r"""A cubic spring at each place, typically 3/4 k a^2 of a spring that shifts the resonance by 0.5 %.
-
-    Parameters
-    ----------
-    model
-        Whose places.
-    size
-        Of the model, at its level of force; by default at 1 N with contacts and without.
-    """
+    r"""A cubic spring at each place, typically 3/4 k a^2 of a spring that shifts the resonance by 0.5 %."""
     size = size or scale(model)
     places, left = moving_places(model, size, KIND)
     found: list[Effect | Untestable] = []
@@ -63,3 +56,11 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
             parameter = EffectParameter(name="stiffness", unit=unit, lower=lower, upper=upper, typical=typical)
             found.append(Cubic(name=name, row=place.row, parameters=(parameter,)))
     return [*found, *left]
+
+
+EFFECTS.register(
+    EffectKind(
+        name=KIND, acts_on="places that move", physics=Cubic.physics, signature=Cubic.signature,
+        parameters={"stiffness": ("N/m^3", "N m")}, candidates=candidates, order=4,
+    )
+)  # fmt: skip

@@ -8,9 +8,10 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
-from diagnosis.effect.place import moving_places
-from diagnosis.effect.scale import Scale, scale
+from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from diagnosis.candidate.place import moving_places
+from diagnosis.candidate.scale import Scale, scale
+from diagnosis.effect.registry import EFFECTS, EffectKind
 
 KIND = "dashpot"
 LARGEST = 100.0
@@ -37,15 +38,7 @@ class Dashpot:
 
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
-    """A dashpot at each place, typically with a tenth of the modal damping.
-
-    Parameters
-    ----------
-    model
-        Whose places.
-    size
-        Of the model, at its level of force; by default at 1 N with contacts and without.
-    """
+    """A dashpot at each place, typically with a tenth of the modal damping."""
     size = size or scale(model)
     places, left = moving_places(model, size, KIND)
     found: list[Effect | Untestable] = []
@@ -54,3 +47,11 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
         parameter = EffectParameter(name="damping", unit=unit, lower=0.0, upper=LARGEST * typical, typical=typical)
         found.append(Dashpot(name=f"{KIND} at {place.name}", row=place.row, parameters=(parameter,)))
     return [*found, *left]
+
+
+EFFECTS.register(
+    EffectKind(
+        name=KIND, acts_on="places that move", physics=Dashpot.physics, signature=Dashpot.signature,
+        parameters={"damping": ("N s/m", "N m s")}, candidates=candidates, order=6,
+    )
+)  # fmt: skip

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
-from diagnosis.effect.scale import Scale
+from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from diagnosis.candidate.scale import Scale
+from diagnosis.effect.registry import EFFECTS, EffectKind
 
 KIND = "density"
 RATIO = EffectParameter(name="density ratio", unit="-", lower=0.5, upper=2.0, typical=1.01, vanishes=1.0)
@@ -36,15 +37,7 @@ class Density:
 
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
-    """The density of each part.
-
-    Parameters
-    ----------
-    model
-        Whose parts.
-    size
-        Of the model; not asked for.
-    """
+    """The density of each part."""
     del size
     found: list[Effect | Untestable] = []
     for part in model.parts:
@@ -54,3 +47,11 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
         else:
             found.append(Untestable(name=name, reason="the part has no mass"))
     return found
+
+
+EFFECTS.register(
+    EffectKind(
+        name=KIND, acts_on="parts", physics=Density.physics, signature=Density.signature,
+        parameters={RATIO.name: (RATIO.unit,)}, candidates=candidates, order=3,
+    )
+)  # fmt: skip

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
-from diagnosis.effect.scale import Scale
+from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from diagnosis.candidate.scale import Scale
+from diagnosis.effect.registry import EFFECTS, EffectKind
 
 KIND = "gain"
 RATIO = EffectParameter(name="gain ratio", unit="-", lower=0.5, upper=2.0, typical=1.02, vanishes=1.0)
@@ -35,16 +36,16 @@ class Gain:
 
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
-    """The gain of each sensor.
-
-    Parameters
-    ----------
-    model
-        Whose sensors.
-    size
-        Of the model; not asked for.
-    """
+    """The gain of each sensor."""
     del size
     if not model.sensors:
         return [Untestable(name=KIND, reason="the model has no sensors")]
     return [Gain(name=f"{KIND} of {sensor.name}", sensor=sensor.name) for sensor in model.sensors]
+
+
+EFFECTS.register(
+    EffectKind(
+        name=KIND, acts_on="sensors", physics=Gain.physics, signature=Gain.signature,
+        parameters={RATIO.name: (RATIO.unit,)}, candidates=candidates, order=7,
+    )
+)  # fmt: skip

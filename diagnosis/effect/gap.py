@@ -9,10 +9,11 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
-from diagnosis.effect.contact_line import contacts
-from diagnosis.effect.place import ROTATIONS, TRANSLATIONS
-from diagnosis.effect.scale import Scale, scale
+from diagnosis.candidate.contact_line import contacts
+from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from diagnosis.candidate.place import ROTATIONS, TRANSLATIONS
+from diagnosis.candidate.scale import Scale, scale
+from diagnosis.effect.registry import EFFECTS, EffectKind
 from reduction.jointed_system import FrictionContact
 
 KIND = "gap"
@@ -60,15 +61,7 @@ class Gap:
 
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
-    """A gap at each end of each line; one for a line of a single contact.
-
-    Parameters
-    ----------
-    model
-        Whose lines.
-    size
-        Of the model, whose response stands in for the elastic closing of a line without pre-load.
-    """
+    """A gap at each end of each line; one for a line of a single contact."""
     if not model.lines:
         return [Untestable(name=KIND, reason="the model has no contact lines")]
     found: list[Effect | Untestable] = []
@@ -126,3 +119,16 @@ def _point(model: Model, contact: FrictionContact) -> Float[NDArray[np.float64],
     if not any(weights) or (rotates and any((point != points[0]).any() for point in points)):
         return None
     return np.asarray(np.average(np.array(points, dtype=np.float64), axis=0, weights=weights))
+
+
+def _is_alike(one: Effect, other: Effect) -> bool:
+    """Whether two gaps open towards the same end of one line, whatever its contacts are called."""
+    return isinstance(one, Gap) and isinstance(other, Gap) and one.end == other.end
+
+
+EFFECTS.register(
+    EffectKind(
+        name=KIND, acts_on="contact lines", physics=Gap.physics, signature=Gap.signature,
+        parameters={"gap": ("m",)}, candidates=candidates, order=11, is_alike=_is_alike,
+    )
+)  # fmt: skip

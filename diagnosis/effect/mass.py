@@ -8,9 +8,10 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
-from diagnosis.effect.place import TRANSLATIONS, dof_of, moving_places
-from diagnosis.effect.scale import Scale, scale
+from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from diagnosis.candidate.place import TRANSLATIONS, dof_of, moving_places
+from diagnosis.candidate.scale import Scale, scale
+from diagnosis.effect.registry import EFFECTS, EffectKind
 
 KIND = "mass"
 LARGEST = 100.0
@@ -37,15 +38,7 @@ class PointMass:
 
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
-    """A mass at each place: on all translations of its node, or along the place's row where the node is not known.
-
-    Parameters
-    ----------
-    model
-        Whose places.
-    size
-        Of the model, at its level of force; by default at 1 N with contacts and without.
-    """
+    """A mass at each place: on all translations of its node, or along the place's row where the node is not known."""
     size = size or scale(model)
     places, left = moving_places(model, size, KIND)
     found: list[Effect | Untestable] = []
@@ -80,3 +73,11 @@ def _translations(model: Model, row: Float[NDArray[np.float64], " r"]) -> tuple[
         for number, dof in enumerate(model.dofs)
         if (dof.body, dof.node) == (known.body, known.node) and dof.direction in TRANSLATIONS
     )
+
+
+EFFECTS.register(
+    EffectKind(
+        name=KIND, acts_on="places that move", physics=PointMass.physics, signature=PointMass.signature,
+        parameters={"mass": ("kg", "kg m^2")}, candidates=candidates, order=2,
+    )
+)  # fmt: skip

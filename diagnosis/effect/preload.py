@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
-from diagnosis.effect.contact_line import contacts
-from diagnosis.effect.scale import Scale
+from diagnosis.candidate.contact_line import contacts
+from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from diagnosis.candidate.scale import Scale
+from diagnosis.effect.registry import EFFECTS, EffectKind
 
 KIND = "pre-load"
 RATIO = EffectParameter(name="pre-load ratio", unit="-", lower=0.1, upper=3.0, typical=1.1, vanishes=1.0)
@@ -40,15 +41,7 @@ class Preload:
 
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
-    """The pre-load of each line, and by each dead weight.
-
-    Parameters
-    ----------
-    model
-        Whose lines and dead weights.
-    size
-        Of the model; not asked for.
-    """
+    """The pre-load of each line, and by each dead weight."""
     del size
     if not model.lines:
         return [Untestable(name=KIND, reason="the model has no contact lines")]
@@ -60,3 +53,11 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
         else:
             found.append(Untestable(name=name, reason="it is zero in the model, and a ratio leaves it so"))
     return found
+
+
+EFFECTS.register(
+    EffectKind(
+        name=KIND, acts_on="contact lines and dead weights", physics=Preload.physics, signature=Preload.signature,
+        parameters={RATIO.name: (RATIO.unit,)}, candidates=candidates, order=10, is_rugged=True,
+    )
+)  # fmt: skip

@@ -9,9 +9,10 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
-from diagnosis.effect.place import Place, dof_of, moving_places
-from diagnosis.effect.scale import Scale, scale
+from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from diagnosis.candidate.place import Place, dof_of, moving_places
+from diagnosis.candidate.scale import Scale, scale
+from diagnosis.effect.registry import EFFECTS, EffectKind
 
 KIND = "spring"
 #: Largest strength in typical ones.
@@ -41,15 +42,7 @@ class LinearSpring:
 
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
-    """A spring to the ground at each place, and between places of two bodies that move in one direction.
-
-    Parameters
-    ----------
-    model
-        Whose places.
-    size
-        Of the model, at its level of force; by default at 1 N with contacts and without.
-    """
+    """A spring to the ground at each place, and between places of two bodies that move in one direction."""
     size = size or scale(model)
     places, left = moving_places(model, size, KIND, least=SUPPORT)
     found: list[Effect | Untestable] = [_candidate(f"{KIND} at {each.name}", each, size) for each in places]
@@ -77,3 +70,12 @@ def _candidate(name: str, place: Place, size: Scale) -> Effect | Untestable:
         typical=typical,
     )
     return LinearSpring(name=name, row=place.row, parameters=(parameter,))
+
+
+EFFECTS.register(
+    EffectKind(
+        name=KIND, acts_on="places that move, and pairs of bodies", physics=LinearSpring.physics,
+        signature=LinearSpring.signature,
+        parameters={"stiffness": ("N/m", "N m")}, candidates=candidates, order=1,
+    )
+)  # fmt: skip

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -13,13 +13,14 @@ from correlation.noise.nuisance import Budget
 from correlation.noise.scatter import Scatter
 from correlation.noise.whitening import Whitening
 from correlation.prediction import Prediction
-from diagnosis.effect.candidate import Effect
-from diagnosis.effect.catalogue import Catalogue, catalogue
+from diagnosis.candidate.catalogue import Catalogue, catalogue
+from diagnosis.candidate.effect import Effect
 from diagnosis.fit.calibration import Fit, calibrate
 from diagnosis.fit.calibration_parameter import Accepted
 from diagnosis.fit.comparison import FAINT, Comparison
 from diagnosis.fit.finer_model import FinerModel
 from diagnosis.fit.jitter import jitter
+from diagnosis.fit.problem import Effort, Refit
 from diagnosis.fit.unknowns import Unknowns, Values
 from diagnosis.fit.weighting import DRAWS, Measured, weighed
 
@@ -75,9 +76,20 @@ class Arrangement:
     budget: Budget
     finer: tuple[FinerModel, ...]
 
+    effort: ClassVar[Effort] = Effort()
+
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
         """Accepted parameters with their priors; what was added and more effects without."""
         return _unknowns(self.base, self.accepted, [*self.added, *effects])
+
+    def tested(self, effect: Effect | None, fit: Fit) -> Refit:
+        """Test on the held-out data; what differs between repeats may settle within its prior."""
+        unknowns = Unknowns.of(fit.model, self.jitter, ())
+        settled = calibrate(self.settled, unknowns, unknowns.vanishing, fit.prediction)
+        return Refit(
+            effect=effect, fit=fit, held_chi2=settled.chi2 / settled.n_number,
+            error=_relative(self.train, fit.prediction), held_error=_relative(self.settled, settled.prediction),
+        )  # fmt: skip
 
 
 def arrange(
@@ -236,6 +248,13 @@ def _settled(comparison: Comparison, seen: Scatter, model: Model) -> tuple[Compa
     # Of a mean of as many repeats as most points have.
     repeats = float(np.median(comparison.observed.count))
     return replace(comparison, whitening=without), jitter(model, [each / repeats for each in seen.jitter])
+
+
+def _relative(comparison: Comparison, prediction: Prediction) -> float:
+    """Root mean square relative error of the fundamentals of motion, each as large as it is measured."""
+    there = np.isfinite(prediction.value) & comparison.features.fundamental
+    measured = comparison.observed.value[there]
+    return float(np.sqrt(np.mean(np.abs(prediction.value[there] / measured - 1) ** 2)))
 
 
 def _unknowns(base: Model, accepted: Sequence[Accepted], effects: Sequence[Effect]) -> Unknowns:

@@ -13,25 +13,90 @@ Nocedal and Wright, Numerical Optimization (2006), sections 10.3 and 11.1.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from correlation.prediction import Prediction
-from diagnosis.fit.comparison import Comparison, Vector
 from diagnosis.fit.unknowns import Unknowns, Values
 from hbsolve.errors import ModelError
 
-#: Steps at most; it ends when a step is expected to gain less of chi^2 than matters (1 is a standard deviation).
-MOST_STEPS, ENOUGH = 30, 0.3
-#: Marquardt's factor at first, its decrease after a success, its increase after a failure, and failures in a row.
-FIRST_DAMPING, LESS, MORE, MOST_FAILURES = 1e-3, 0.1, 8.0, 5
-#: Shares of the way from no effect to a start, of which the first is taken that something holds.
+Vector = Float[NDArray[np.float64], " m"]
+Matrix = Float[NDArray[np.float64], "m p"]
+
+#: Gain of chi^2 that matters (1 is a standard deviation).
+ENOUGH = 0.3
+#: Marquardt's factor at first, its decrease after a success, and its increase after a failure.
+FIRST_DAMPING, LESS, MORE = 1e-3, 0.1, 8.0
+#: Shares of the way from no effect to a start, of which the first is taken whose model says something.
 NEARER = (1.0, 0.5, 0.25, 0.0)
 #: Share of the expected gain below which the Jacobian is made anew.
 AGREED = 0.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class Search:
+    """How far the fits to one kind of data go.
+
+    Parameters
+    ----------
+    steps, failures
+        Steps at most, and failures in a row [-].
+    gain, share
+        A fit ends when a step is expected to gain less of chi^2 than this, and this share of it [-].
+    updated
+        Whether an update of the Jacobian serves while the steps go as it says.
+    """
+
+    steps: int = 30
+    failures: int = 5
+    gain: float = ENOUGH
+    share: float = 0.0
+    updated: bool = True
+
+    def enough(self, chi2: float) -> float:
+        """Gain below which a fit ends."""
+        return self.gain + self.share * chi2
+
+
+class Data(Protocol):
+    """Measurements of one kind, which a model can be compared with.
+
+    What `predict` gives is the data's own: steady states, or time series and where they start.
+    """
+
+    @property
+    def search(self) -> Search:
+        """How far fits to it go."""
+        ...
+
+    def predict(self, model: Model, before: Any = None, starts: Values | None = None) -> Any:
+        """What a model says, from a prediction nearby, and from where the data start.
+
+        Raises
+        ------
+        ModelError
+            It says nothing, such as one that runs away.
+        """
+        ...
+
+    def residual(self, prediction: Any) -> Vector:
+        """Measured less predicted, in units of what is to be expected of each number, shape (m,)."""
+        ...
+
+    def found(self, prediction: Any) -> NDArray[np.bool_]:
+        """Which numbers have a prediction, shape (m,)."""
+        ...
+
+    def slopes(self, unknowns: Unknowns, values: Values, model: Model, prediction: Any, first: int = 0) -> Matrix:
+        """Rates of the predictions in these units with the values from number `first` on, shape (m, p - first)."""
+        ...
+
+    def covariance(self, residual: Vector, jacobian: Matrix, size: Values) -> Float[NDArray[np.float64], "p p"]:
+        """Of the values of a fit, shape (p, p)."""
+        ...
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,7 +110,7 @@ class Fit:
     values
         Shape (p,).
     covariance
-        Of the values, from the curvature of chi^2, shape (p, p); wider once `threshold.parametric_bootstrap` and
+        Of the values, as the data tell it, shape (p, p); wider once `threshold.parametric_bootstrap` and
         `diagnosis.fit.finer_model` have seen to it.
     chi2
         With the priors' share.
@@ -62,9 +127,14 @@ class Fit:
     covariance: Float[NDArray[np.float64], "p p"]
     chi2: float
     model: Model
-    prediction: Prediction
+    prediction: Any
     residual: Vector
-    jacobian: Float[NDArray[np.float64], "m p"]
+    jacobian: Matrix
+
+    @property
+    def starts(self) -> Values:
+        """The values that say how the data begin, shape (n_start,)."""
+        return self.values[: self.unknowns.n_start]
 
     @property
     def deviation(self) -> Values:
@@ -78,13 +148,13 @@ class Fit:
 
 
 def calibrate(
-    comparison: Comparison,
+    comparison: Data,
     unknowns: Unknowns,
     start: Values,
-    before: Prediction | None = None,
+    before: Any = None,
     report: Callable[[float], None] | None = None,
     *,
-    slopes: Float[NDArray[np.float64], "m p"] | None = None,
+    slopes: Matrix | None = None,
     exact: bool = False,
     quick: bool = False,
 ) -> Fit:
@@ -108,40 +178,47 @@ def calibrate(
         Whether the Jacobian must be that of the end.
     quick
         Whether an updated Jacobian may say that there is nothing more to gain.
+
+    Raises
+    ------
+    ModelError
+        Not even the model without any change can be predicted.
     """
-    size, damping, failures = unknowns.size, FIRST_DAMPING, 0
+    size, damping, failures, search = unknowns.size, FIRST_DAMPING, 0, comparison.search
     here = _start(comparison, unknowns, unknowns.clipped(np.array(start, dtype=np.float64)), before)
     jacobian = _jacobian(comparison, unknowns, here) if slopes is None else slopes
     fresh = slopes is None
-    for _ in range(MOST_STEPS):
+    for _ in range(search.steps):
         trial, expected = _step(unknowns, here, jacobian, damping)
-        there = _trial(comparison, unknowns, trial, here) if expected >= ENOUGH else here
+        enough = search.enough(here.chi2)
+        there = _trial(comparison, unknowns, trial, here) if expected >= enough else here
         gained = here.chi2 - there.chi2
-        if gained < ENOUGH and not fresh and not quick:
+        if gained < enough and not fresh and not quick:
             # Only the Jacobian of here may say that there is nothing to gain.
             jacobian, fresh = _jacobian(comparison, unknowns, here), True
             continue
-        if expected < ENOUGH:
+        if expected < enough:
             break
         if gained > 0:
-            agreed = gained > AGREED * expected
+            agreed = search.updated and gained > AGREED * expected
             jacobian = _updated(jacobian, here, there, size) if agreed else _jacobian(comparison, unknowns, there)
             here, damping, failures, fresh = there, damping * LESS, 0, not agreed
             if report is not None:
                 report(here.chi2)
         else:
             damping, failures = max(damping, 1e-4) * MORE, failures + 1
-            if failures > MOST_FAILURES:
+            if failures > search.failures:
                 break
     if exact and not fresh:
         jacobian = _jacobian(comparison, unknowns, here)
     return Fit(
-        unknowns=unknowns, values=here.values, covariance=inverse(jacobian, size), chi2=here.chi2, model=here.model,
-        prediction=here.prediction, residual=here.residual, jacobian=jacobian,
+        unknowns=unknowns, values=here.values, chi2=here.chi2, model=here.model,
+        covariance=comparison.covariance(here.residual, jacobian, size), prediction=here.prediction,
+        residual=here.residual, jacobian=jacobian,
     )  # fmt: skip
 
 
-def inverse(jacobian: Float[NDArray[np.float64], "m p"], size: Values) -> Float[NDArray[np.float64], "p p"]:
+def inverse(jacobian: Matrix, size: Values) -> Float[NDArray[np.float64], "p p"]:
     """Of the curvature of chi^2 / 2, in which numbers count as multiples of what matters of each."""
     curvature = jacobian.T @ jacobian * np.outer(size, size)
     return np.asarray(np.linalg.pinv(curvature, hermitian=True) * np.outer(size, size))
@@ -151,14 +228,14 @@ def inverse(jacobian: Float[NDArray[np.float64], "m p"], size: Values) -> Float[
 class _Evaluation:
     values: Values
     model: Model
-    prediction: Prediction
+    prediction: Any
     residual: Vector
     chi2: float
 
 
-def _evaluate(comparison: Comparison, unknowns: Unknowns, values: Values, before: Prediction | None) -> _Evaluation:
+def _evaluate(comparison: Data, unknowns: Unknowns, values: Values, before: Any) -> _Evaluation:
     model = unknowns.compose(values)
-    prediction = comparison.predict(model, before)
+    prediction = comparison.predict(model, before, values[: unknowns.n_start])
     centre = unknowns.vanishing if unknowns.centre is None else unknowns.centre
     away = (centre - values) / unknowns.prior
     residual = np.concatenate([comparison.residual(prediction), away])
@@ -167,8 +244,8 @@ def _evaluate(comparison: Comparison, unknowns: Unknowns, values: Values, before
     )
 
 
-def _start(comparison: Comparison, unknowns: Unknowns, values: Values, before: Prediction | None) -> _Evaluation:
-    """As `_evaluate`, nearer to no effect at all where nothing holds the model of the start."""
+def _start(comparison: Data, unknowns: Unknowns, values: Values, before: Any) -> _Evaluation:
+    """As `_evaluate`, nearer to no effect at all where the model of the start says nothing."""
     for share in NEARER[:-1]:
         try:
             return _evaluate(comparison, unknowns, unknowns.vanishing + share * (values - unknowns.vanishing), before)
@@ -177,17 +254,15 @@ def _start(comparison: Comparison, unknowns: Unknowns, values: Values, before: P
     return _evaluate(comparison, unknowns, unknowns.vanishing, before)
 
 
-def _trial(comparison: Comparison, unknowns: Unknowns, values: Values, here: _Evaluation) -> _Evaluation:
-    """As `_evaluate`; infinitely bad where nothing holds the model, so that the fit turns back."""
+def _trial(comparison: Data, unknowns: Unknowns, values: Values, here: _Evaluation) -> _Evaluation:
+    """As `_evaluate`; infinitely bad where the model says nothing, so that the fit turns back."""
     try:
         return _evaluate(comparison, unknowns, values, here.prediction)
     except ModelError:
         return replace(here, chi2=np.inf)
 
 
-def _step(
-    unknowns: Unknowns, here: _Evaluation, jacobian: Float[NDArray[np.float64], "m p"], damping: float
-) -> tuple[Values, float]:
+def _step(unknowns: Unknowns, here: _Evaluation, jacobian: Matrix, damping: float) -> tuple[Values, float]:
     """Where Levenberg and Marquardt go, and by how much chi^2 should fall.
 
     Numbers that would pass a bound stop there, and the others go where that is best for them.
@@ -210,9 +285,7 @@ def _step(
     return trial, float(2 * gradient @ moved - moved @ curvature @ moved)
 
 
-def _updated(
-    jacobian: Float[NDArray[np.float64], "m p"], here: _Evaluation, there: _Evaluation, size: Values
-) -> Float[NDArray[np.float64], "m p"]:
+def _updated(jacobian: Matrix, here: _Evaluation, there: _Evaluation, size: Values) -> Matrix:
     """Broyden's least change that explains the step made."""
     moved = there.values - here.values
     along = moved / size
@@ -220,7 +293,7 @@ def _updated(
     return np.asarray(jacobian + np.outer(missed, along / size) / (along @ along))
 
 
-def _jacobian(comparison: Comparison, unknowns: Unknowns, here: _Evaluation) -> Float[NDArray[np.float64], "m p"]:
+def _jacobian(comparison: Data, unknowns: Unknowns, here: _Evaluation) -> Matrix:
     slopes = comparison.slopes(unknowns, here.values, here.model, here.prediction)
     return np.concatenate([slopes, np.diag(1 / unknowns.prior)])
 

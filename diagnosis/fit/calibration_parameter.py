@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from correlation.model import Model
-from diagnosis.effect.candidate import EffectError, EffectParameter
-from diagnosis.effect.contact_line import contacts, scaled_contacts
+from diagnosis.candidate.contact_line import contacts, scaled_contacts
+from diagnosis.candidate.effect import EffectError, EffectParameter
 from diagnosis.fit.contact_position import bearing_bounds, with_bearing
 
 #: Relative standard deviation of the prior of each; bearing is taken as drawn unless it is given one.

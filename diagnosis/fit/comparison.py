@@ -1,6 +1,7 @@
 """Measured features beside those of a model, in units of what noise and numerical error explain."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Bool, Complex, Float
@@ -11,10 +12,9 @@ from correlation.feature.vector import FeatureVector
 from correlation.model import Model
 from correlation.noise.whitening import Whitening
 from correlation.prediction import Prediction, Predictor
+from diagnosis.fit.calibration import Matrix, Search, Vector, inverse
 from diagnosis.fit.tangent import tangents
 from diagnosis.fit.unknowns import Unknowns, Values
-
-Vector = Float[NDArray[np.float64], " m"]
 
 #: By how much the deviations of numbers are enlarged that a calibration leaves out.
 FAINT = 1e3
@@ -53,14 +53,17 @@ class Comparison:
     predictor: Predictor
     noise: Vector
 
-    def predict(self, model: Model, before: Prediction | None = None) -> Prediction:
-        """What the model says.
+    search: ClassVar[Search] = Search()
+
+    def predict(self, model: Model, before: Prediction | None = None, starts: Values | None = None) -> Prediction:
+        """What the model says; steady states start nowhere.
 
         Raises
         ------
         ModelError
             Nothing holds it.
         """
+        del starts
         return self.predictor.predict(model, before)
 
     def residual(self, prediction: Prediction) -> Vector:
@@ -80,7 +83,7 @@ class Comparison:
 
     def slopes(
         self, unknowns: Unknowns, values: Values, model: Model, prediction: Prediction, first: int = 0
-    ) -> Float[NDArray[np.float64], "m p"]:
+    ) -> Matrix:
         """S^(-1/2) d predicted / d values, from value number `first` on, shape (m, p - first)."""
         changes = tangents(unknowns.compose, values, unknowns.size, unknowns.bounds, first)
         known = [change for change in changes if change is not None]
@@ -92,6 +95,11 @@ class Comparison:
                 slopes[:, number] = self._difference(unknowns, values, prediction, first + number)
         features = self.features.slopes(prediction.value, slopes)
         return self.whitening(np.where(np.isfinite(features), features, 0.0))
+
+    def covariance(self, residual: Vector, jacobian: Matrix, size: Values) -> Float[NDArray[np.float64], "p p"]:
+        """From the curvature of chi^2: residuals are in units of their standard deviations."""
+        del residual
+        return inverse(jacobian, size)
 
     def _difference(
         self, unknowns: Unknowns, values: Values, prediction: Prediction, number: int

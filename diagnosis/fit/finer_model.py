@@ -13,7 +13,7 @@ import numpy as np
 
 from correlation.model import Model
 from correlation.noise.whitening import Whitening
-from diagnosis.effect.candidate import Effect
+from diagnosis.candidate.effect import Effect
 from diagnosis.fit.calibration import Fit, calibrate
 from diagnosis.fit.comparison import FAINT, Comparison
 from diagnosis.fit.unknowns import Unknowns, Values

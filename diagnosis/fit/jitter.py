@@ -12,7 +12,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectParameter
+from diagnosis.candidate.effect import Effect, EffectParameter
 
 #: No test bench is worse than this, and a share that matters.
 LARGEST, TYPICAL = 0.1, 1e-3

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from correlation.configuration import Tangent
 from correlation.model import Model
-from diagnosis.effect.candidate import EffectError
+from diagnosis.candidate.effect import EffectError
 from hbsolve.sensitivity import MatrixParameter, ModelParameter
 from reduction.jointed_system import JointedSystem
 

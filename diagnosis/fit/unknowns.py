@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectParameter
+from diagnosis.candidate.effect import Effect, EffectParameter
 
 Values = Float[NDArray[np.float64], " p"]
 
@@ -29,6 +29,9 @@ class Unknowns:
         Values that priors are about; those that change nothing by default.
     pinned
         Values of the last effects that are not unknown.
+    n_start
+        Numbers before those of the effects, without bounds, that say how the data begin, such as where ring-downs
+        start; no model depends on them [-].
     """
 
     base: Model
@@ -36,13 +39,17 @@ class Unknowns:
     prior: Values
     centre: Values | None = None
     pinned: tuple[float, ...] = ()
+    n_start: int = 0
 
     @classmethod
-    def of(cls, base: Model, accepted: Sequence[tuple[Effect, float]], effects: Sequence[Effect]) -> "Unknowns":
+    def of(
+        cls, base: Model, accepted: Sequence[tuple[Effect, float]], effects: Sequence[Effect], n_start: int = 0
+    ) -> "Unknowns":
         """Accepted parameters with their priors, then effects without."""
-        prior = [sd for effect, sd in accepted for _ in effect.parameters]
+        prior = [np.inf] * n_start + [sd for effect, sd in accepted for _ in effect.parameters]
         prior += [np.inf for effect in effects for _ in effect.parameters]
-        return cls(base=base, effects=(*(effect for effect, _ in accepted), *effects), prior=np.array(prior))
+        applied = (*(effect for effect, _ in accepted), *effects)
+        return cls(base=base, effects=applied, prior=np.array(prior), n_start=n_start)
 
     @property
     def parameters(self) -> tuple[EffectParameter, ...]:
@@ -52,7 +59,7 @@ class Unknowns:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of each number."""
+        """Of each number of the effects."""
         every = tuple(
             effect.name if len(effect.parameters) == 1 else f"{effect.name}, {parameter.name}"
             for effect in self.effects
@@ -63,17 +70,19 @@ class Unknowns:
     @property
     def vanishing(self) -> Values:
         """Where nothing is changed."""
-        return np.array([parameter.vanishes for parameter in self.parameters])
+        return np.array([0.0] * self.n_start + [parameter.vanishes for parameter in self.parameters])
 
     @property
     def size(self) -> Values:
         """How much of each matters."""
-        return np.array([abs(parameter.typical - parameter.vanishes) for parameter in self.parameters])
+        typical = [abs(parameter.typical - parameter.vanishes) for parameter in self.parameters]
+        return np.array([1.0] * self.n_start + typical)
 
     @property
     def bounds(self) -> list[tuple[float, float]]:
         """Of each."""
-        return [(parameter.lower, parameter.upper) for parameter in self.parameters]
+        free = [(-np.inf, np.inf)] * self.n_start
+        return free + [(parameter.lower, parameter.upper) for parameter in self.parameters]
 
     def clipped(self, values: Values) -> Values:
         """Within the bounds."""
@@ -82,7 +91,7 @@ class Unknowns:
 
     def compose(self, values: Values) -> Model:
         """The model with all of them applied."""
-        model, given = self.base, iter([*(float(value) for value in values), *self.pinned])
+        model, given = self.base, iter([*(float(value) for value in values[self.n_start :]), *self.pinned])
         for effect in self.effects:
             model = effect.apply(model, [next(given) for _ in effect.parameters])
         return model

@@ -2,19 +2,29 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
 
 from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
 from correlation.model import DERIVATIVE, Model, Sensor
 from correlation.record_prediction import STEPS, drive
-from diagnosis.effect.candidate import Effect
-from diagnosis.effect.scale import scale
+from correlation.record_propagator import propagator
+from diagnosis.candidate.effect import Effect, Untestable
+from diagnosis.candidate.scale import scale
 from diagnosis.fit.arrangement import Added
+from diagnosis.fit.calibration import Fit, calibrate
+from diagnosis.fit.problem import Effort, Refit
 from diagnosis.fit.unknowns import Unknowns
 from diagnosis.record.comparison import RecordComparison
-from diagnosis.record.fit import RecordFit, fit_records
+from geometry.errors import InputError
+from hbsolve.errors import ModelError
+
+#: Share of an effect that must be left by the fitted numbers for it to be told from them: below, it is numerical error.
+LEFT = 1e-4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -40,11 +50,55 @@ class RecordArrangement:
     added: tuple[Added, ...]
     train: RecordComparison
     held: RecordComparison
-    fit: RecordFit
+    fit: Fit
+
+    #: What is left of a record is coloured: no gain of its squared error says by itself that it is worth a fit.
+    effort: ClassVar[Effort] = Effort(
+        unseen=0.0, least_left=LEFT, together=False, best=4, most=4, worthless=0.0, finalists=4, far_behind=np.inf
+    )
 
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
-        """Accepted parameters, added effects, then others."""
-        return Unknowns.of(self.base, (), [*self.accepted, *(each.effect for each in self.added), *effects])
+        """Where ring-downs start, accepted parameters, added effects, then others; a record outweighs all priors."""
+        applied = [*self.accepted, *(each.effect for each in self.added), *effects]
+        return Unknowns.of(self.base, (), applied, self.train.n_start)
+
+    def tested(self, effect: Effect | None, fit: Fit) -> Refit:
+        """On the held-out records; ring-downs among them may start where they did."""
+        held = self.held
+        try:
+            residual = held.predict(fit.model).residual
+            if held.n_start:
+                starts = Unknowns.of(fit.model, (), (), held.n_start)
+                residual = calibrate(held, starts, starts.vanishing).residual[: len(residual)]
+        except ModelError:  # it runs away on what it was not fitted to
+            residual = np.full(len(held.block), np.inf)
+        errors = held.errors(residual)
+        return Refit(
+            effect=effect, fit=fit, held_chi2=float(np.mean(residual**2)),
+            error=_root_mean_square(self.train.errors(fit.residual)), held_error=_root_mean_square(errors),
+            held_errors=errors, held_names=tuple(each.record.name for each in held.drives),
+            blocks=held.by_block(residual**2),
+        )  # fmt: skip
+
+    def testable(self, effects: Sequence[Effect]) -> tuple[tuple[Effect, ...], tuple[Untestable, ...]]:
+        """Effects that a march through time can take, and the others with the reason."""
+        found, left = [], []
+        for effect in effects:
+            unknowns = self.unknowns([effect])
+            ends = [
+                np.array([*self.fit.values, strength, *(each.vanishes for each in effect.parameters[1:])])
+                for strength in (effect.parameters[0].vanishes, effect.parameters[0].typical)
+            ]
+            try:
+                for each in self.train.drives:
+                    models = (unknowns.compose(end) for end in ends)
+                    before, after = (propagator(model, each.sensors, each.record.step) for model in models)
+                    before.rate(after, 1.0)
+            except InputError as reason:
+                left.append(Untestable(name=effect.name, reason=str(reason)))
+            else:
+                found.append(effect)
+        return tuple(found), tuple(left)
 
 
 def arrange_records(
@@ -94,13 +148,22 @@ def arrange_records(
         if not group:
             raise CampaignError(f"all {len(drives)} records are {what}: a fit is trained on some and tested on others")
     train, held = (RecordComparison.of(group, base, given) for group in groups)
-    unknowns = Unknowns.of(base, (), [*accepted, *(each.effect for each in added)])
-    n_accepted = sum(len(each.parameters) for each in accepted)
-    start = np.concatenate([unknowns.vanishing[:n_accepted], *(each.values for each in added)])
-    return RecordArrangement(
-        base=base, accepted=tuple(accepted), added=tuple(added), train=train, held=held,
-        fit=fit_records(train, unknowns, start),
-    )  # fmt: skip
+    unknowns = Unknowns.of(base, (), [*accepted, *(each.effect for each in added)], train.n_start)
+    n_own = train.n_start + sum(len(each.parameters) for each in accepted)
+    start = np.concatenate([unknowns.vanishing[:n_own], *(each.values for each in added)])
+    try:
+        fit = calibrate(train, unknowns, start)
+    except ModelError as error:
+        values = zip(unknowns.names, start[train.n_start :], strict=True)
+        raise CampaignError(
+            "the model runs away where the fit starts: its values there are "
+            + ", ".join(f"{name} {value:.4g}" for name, value in values)
+        ) from error
+    return RecordArrangement(base=base, accepted=tuple(accepted), added=tuple(added), train=train, held=held, fit=fit)
+
+
+def _root_mean_square(errors: Float[NDArray[np.float64], " records"]) -> float:
+    return float(np.sqrt(np.mean(errors**2)))
 
 
 def record_level(base: Model, records: Sequence[TimeRecord]) -> float:

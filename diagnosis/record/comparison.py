@@ -1,11 +1,19 @@
-"""Time records beside a model: residuals, their blocks in time, and where ring-downs start from.
+r"""Time records beside a model: residuals, their blocks in time, and where ring-downs start from.
 
 Each sensor is compared about its mean, since amplifiers drift, and in units of its root mean square, so that a squared
-residual, averaged, is a squared relative error.
+residual, averaged, is a squared relative error. What is left is coloured (the model's own error, most of all), so that
+the covariance of a fit is estimated from blocks of the records:
+
+.. math:: \operatorname{cov} = H^{-1} \Big(\sum_b g_b g_b^T\Big) H^{-1}, \qquad H = J^T J, \quad g_b = J_b^T r_b
+
+References
+----------
+Cameron and Miller, Journal of Human Resources 50 (2015) 317, eq 11.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -15,15 +23,33 @@ from scipy.linalg import eigh
 from correlation.errors import CampaignError
 from correlation.model import Model
 from correlation.record_prediction import Drive, Samples, predict_record, record_rates
-
-Vector = Float[NDArray[np.float64], " m"]
-Matrix = Float[NDArray[np.float64], "m p"]
+from diagnosis.fit.calibration import Matrix, Search, Vector
+from diagnosis.fit.unknowns import Unknowns, Values
+from hbsolve.errors import ModelError
 
 #: Blocks that each record is cut into, so that a sum over blocks has a scatter of its own whatever the residual's
 #: correlation in time.
 BLOCKS = 20
 #: Modes, at most, that a ring-down may start in.
 MODES = 6
+#: Step of the differences of matrices and joint parameters, relative to the size of each number.
+STEP = 1e-4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RecordPrediction:
+    """What a model answers to the forces of records.
+
+    Parameters
+    ----------
+    starts
+        Where ring-downs start, shape (n_start,).
+    residual
+        (measured - predicted) in units of each sensor, shape (m,).
+    """
+
+    starts: Values
+    residual: Vector
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -43,6 +69,8 @@ class RecordComparison:
     drives: tuple[Drive, ...]
     basis: tuple[Float[NDArray[np.float64], "b n"], ...]
     noise: dict[str, float]
+
+    search: ClassVar[Search] = Search(steps=40, failures=12, gain=0.0, share=1e-7, updated=False)
 
     @classmethod
     def of(cls, drives: Sequence[Drive], model: Model, noise: dict[str, float]) -> "RecordComparison":
@@ -85,38 +113,78 @@ class RecordComparison:
         ]
         return np.array([np.sqrt(np.mean(np.square(each))) for each in ratios])
 
-    def residual(self, model: Model, starts: Vector) -> Vector | None:
-        """(measured - predicted) in units of each sensor, shape (m,); none where the model runs away."""
+    def predict(self, model: Model, before: Any = None, starts: Values | None = None) -> RecordPrediction:
+        """What the model answers where ring-downs start from `starts`, or from rest.
+
+        Raises
+        ------
+        ModelError
+            It runs away.
+        """
+        del before
+        begin = np.zeros(self.n_start) if starts is None else starts
         found = []
-        for each, start in zip(self.drives, self._split(starts), strict=True):
+        for each, start in zip(self.drives, self._split(begin), strict=True):
             prediction = predict_record(model, each, start)
             if prediction is None:
-                return None
+                raise ModelError(f'the model runs away in record "{each.record.name}": give other values')
             found.append(_weighted(each, each.measured - prediction))
-        return np.concatenate(found)
+        return RecordPrediction(starts=begin, residual=np.concatenate(found))
 
-    def slopes(self, model: Model, starts: Vector, pairs: Sequence[tuple[Model, Model, float]]) -> Matrix:
-        """Rates of the predictions with parameters, then with where ring-downs start, shape (m, p + n_start)."""
-        rows, first = [], len(pairs)
-        for each, start, basis in zip(self.drives, self._split(starts), self.basis, strict=True):
-            rates = record_rates(model, each, pairs, start, basis)
-            table = np.zeros((each.measured.size, len(pairs) + self.n_start))
-            weighted = np.array([_weighted(each, rate) for rate in rates]).reshape(len(rates), -1)
-            table[:, : len(pairs)] = weighted[: len(pairs)].T
-            table[:, first : first + len(basis)] = weighted[len(pairs) :].T
-            first += len(basis)
-            rows.append(table)
+    def residual(self, prediction: RecordPrediction) -> Vector:
+        """(measured - predicted) in units of each sensor, shape (m,)."""
+        return prediction.residual
+
+    def found(self, prediction: RecordPrediction) -> NDArray[np.bool_]:
+        """All numbers: a model that runs away has no prediction at all."""
+        return np.ones(len(prediction.residual), dtype=bool)
+
+    def slopes(
+        self, unknowns: Unknowns, values: Values, model: Model, prediction: RecordPrediction, first: int = 0
+    ) -> Matrix:
+        """Rates of the predictions with where ring-downs start and with the values of effects, shape (m, p - first)."""
+        n, pairs = unknowns.n_start, []
+        for number, ((lower, upper), size) in enumerate(zip(unknowns.bounds, unknowns.size, strict=True)):
+            if number < max(first, n):
+                continue
+            low, high = np.array(values), np.array(values)
+            low[number] = np.clip(values[number] - STEP * size, lower, upper)
+            high[number] = np.clip(values[number] + STEP * size, lower, upper)
+            pairs.append((unknowns.compose(low), unknowns.compose(high), float(high[number] - low[number])))
+        rows, done = [], 0
+        for each, start, basis in zip(self.drives, self._split(prediction.starts), self.basis, strict=True):
+            wanted = basis[:0] if first >= n else basis
+            rates = record_rates(model, each, pairs, start, wanted)
+            weighted = np.array([_weighted(each, rate) for rate in rates]).reshape(len(rates), each.measured.size)
+            table = np.zeros((each.measured.size, n + len(pairs)))
+            table[:, n:] = weighted[: len(pairs)].T
+            table[:, done : done + len(wanted)] = weighted[len(pairs) :].T
+            done += len(wanted)
+            rows.append(table[:, min(first, n) :])
         return np.concatenate(rows)
+
+    def covariance(self, residual: Vector, jacobian: Matrix, size: Values) -> Float[NDArray[np.float64], "p p"]:
+        """From the scatter of blocks, since residuals are coloured; the rows of priors come last."""
+        del size
+        jacobian, residual = jacobian[: len(self.block)], residual[: len(self.block)]
+        norm = np.linalg.norm(jacobian, axis=0)
+        norm[norm == 0] = 1.0
+        scaled, block = jacobian / norm, self.block
+        scores = np.zeros((int(block.max()) + 1, scaled.shape[1]))
+        np.add.at(scores, block, scaled * residual[:, None])
+        inverse = np.linalg.pinv(scaled.T @ scaled, hermitian=True)
+        few = len(scores) / (len(scores) - 1)
+        return np.asarray(few * inverse @ (scores.T @ scores) @ inverse / np.outer(norm, norm))
 
     def errors(self, residual: Vector) -> Float[NDArray[np.float64], " records"]:
         """Relative error of each record: root mean square of what is left, over that of the measurement [-]."""
-        parts = np.split(residual, np.cumsum([each.measured.size for each in self.drives])[:-1])
+        parts = np.split(residual[: len(self.block)], np.cumsum([each.measured.size for each in self.drives])[:-1])
         return np.array([np.sqrt(np.mean(part**2)) for part in parts])
 
     def by_block(self, squares: Vector) -> Float[NDArray[np.float64], " blocks"]:
         """Mean of some squares in each block: every record weighs the same."""
         block = self.block
-        return np.asarray(np.bincount(block, weights=squares) / np.bincount(block))
+        return np.asarray(np.bincount(block, weights=squares[: len(block)]) / np.bincount(block))
 
     def _split(self, starts: Vector) -> list[Float[NDArray[np.float64], " n"]]:
         parts = np.split(starts, np.cumsum([len(each) for each in self.basis])[:-1])

@@ -1,64 +1,56 @@
 """One round of diagnosis on time records, or one after another until nothing more passes the gate."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from typing import TypeAlias, TypedDict, Unpack
 
 from correlation.campaign.time_record import TimeRecord
 from correlation.model import Model
-from correlation.record_prediction import STEPS
+from diagnosis.candidate.catalogue import Catalogue, Extra, catalogue
+from diagnosis.candidate.effect import Effect
 from diagnosis.decision.verdict import Finding
-from diagnosis.effect.candidate import Effect
-from diagnosis.effect.catalogue import Catalogue, Extra, catalogue
+from diagnosis.diagnose import Diagnosis, Report, Shares, screen_and_refit
 from diagnosis.fit.arrangement import Added
+from diagnosis.keep import computed
 from diagnosis.record.arrangement import RecordArrangement, arrange_records, record_level
-from diagnosis.record.refit import RecordRefit, refit_records, unchanged_records
-from diagnosis.record.screening import RecordScore, screen_records, testable
-from diagnosis.record.verdict import RecordVerdict, judge_records
+from diagnosis.record.gate import judge_records
 
-#: What is being done, and the share of the round that is done [-].
-Report = Callable[[str, float], None]
+#: As timed on records of some thousand samples.
+SHARES = Shares(screening=0.4, fits=0.6, tests=0.9, places=1.0, left=1.0, intervals=1.0)
+
+RecordDiagnosis: TypeAlias = Diagnosis[RecordArrangement]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class RecordDiagnosis:
-    """What one round found.
+class Preparation(TypedDict, total=False):
+    """How records are prepared, see `diagnosis.record.arrangement.arrange_records`."""
 
-    Parameters
-    ----------
-    arrangement
-        Records, and the accepted parameters (and added effects) fitted.
-    catalogue
-        Candidates, and what cannot be tested.
-    scores
-        Of all candidates, best first.
-    before
-        The model as it is, fitted and tested on the held-out records.
-    refits
-        The shortlist fitted in earnest, best first.
-    verdict
-        In words, with numbers.
-    """
+    run_in: float
+    noise: Mapping[str, float] | None
+    steps: int
 
-    arrangement: RecordArrangement
-    catalogue: Catalogue
-    scores: tuple[RecordScore, ...]
-    before: RecordRefit
-    refits: tuple[RecordRefit, ...]
-    verdict: RecordVerdict
 
-    @property
-    def added(self) -> tuple[Added, ...]:
-        """Effects for the next round: those that were there, and the one that was found."""
-        if self.verdict.finding is not Finding.MISSING:
-            return self.arrangement.added
-        best = self.verdict.effects[0]
-        assert best.effect is not None
-        first, found = sum(len(each.parameters) for each in self.arrangement.accepted), []
-        for effect in (*(each.effect for each in self.arrangement.added), best.effect):
-            last = first + len(effect.parameters)
-            found.append(Added(effect=effect, values=best.fit.values[first:last]))
-            first = last
-        return tuple(found)
+class Options(Preparation, total=False):
+    """What is the same in all rounds, see `diagnose_records`."""
+
+    without: Collection[str]
+    extra: Sequence[Extra]
+    units: Mapping[str, str] | None
+    report: Report | None
+
+
+def next_added(found: RecordDiagnosis) -> tuple[Added, ...]:
+    """Effects for the next round: those that were there, and the one that was found."""
+    arrangement = found.arrangement
+    if found.verdict.finding is not Finding.MISSING:
+        return arrangement.added
+    best = found.verdict.effects[0]
+    assert best.effect is not None
+    first = best.fit.unknowns.n_start + sum(len(each.parameters) for each in arrangement.accepted)
+    added = []
+    for effect in (*(each.effect for each in arrangement.added), best.effect):
+        last = first + len(effect.parameters)
+        added.append(Added(effect=effect, values=best.fit.values[first:last]))
+        first = last
+    return tuple(added)
 
 
 def diagnose_records(
@@ -69,11 +61,9 @@ def diagnose_records(
     added: Sequence[Added] = (),
     without: Collection[str] = (),
     extra: Sequence[Extra] = (),
-    run_in: float = 0.0,
-    noise: Mapping[str, float] | None = None,
-    steps: int = STEPS,
     units: Mapping[str, str] | None = None,
     report: Report | None = None,
+    **preparation: Unpack[Preparation],
 ) -> RecordDiagnosis:
     """Say what is missing.
 
@@ -89,34 +79,26 @@ def diagnose_records(
         Effects that were added before; they are fitted again with everything else.
     without, extra
         Kinds to leave out, and effects of one's own.
-    run_in, noise, steps
-        As in `diagnosis.record.arrangement.arrange_records`.
     units
         What "N" and "m" are in a model that is not in SI, such as {"N": "V", "m": "V"}; for the verdict's words.
     report
         Called before each step.
+    preparation
+        `run_in`, `noise` and `steps`, as in `diagnosis.record.arrangement.arrange_records`.
     """
-
-    def tell(what: str, share: float) -> None:
-        if report is not None:
-            report(what, share)
-
-    tell("fitting the accepted parameters", 0.0)
-    arrangement = arrange_records(base, records, accepted, added=added, run_in=run_in, noise=noise, steps=steps)
-    before = unchanged_records(arrangement)
+    tell = report or (lambda _what, _share: None)
+    tell("fitting the calibration parameters", 0.0)
+    arrangement = arrange_records(base, records, accepted, added=added, **preparation)
     there = {each.effect.name for each in added} | {each.name for each in accepted}
     listed = catalogue(base, without=without, extra=extra, level=record_level(base, records))
     tell("looking which effects the records can show", 0.2)
-    effects, left = testable(arrangement, [each for each in listed.candidates if each.name not in there])
-    tell("screening", 0.4)
-    scores = screen_records(arrangement, effects, lambda done, of: tell("screening", 0.4 + 0.2 * done / of))
-    tell("fitting the shortlist", 0.6)
-    refits = refit_records(arrangement, scores)
-    names = [each.record.name for each in arrangement.held.drives]
-    return RecordDiagnosis(
+    effects, left = arrangement.testable([each for each in listed.candidates if each.name not in there])
+    scores, before, refits = screen_and_refit(arrangement, effects, computed, tell, SHARES)
+    refits.sort(key=lambda refit: refit.held_error)
+    return Diagnosis(
         arrangement=arrangement, catalogue=Catalogue(candidates=effects, untestable=(*listed.untestable, *left)),
         scores=tuple(scores), before=before, refits=tuple(refits),
-        verdict=judge_records(before, refits, arrangement.held.floor, names, scores, units),
+        verdict=judge_records(before, refits, arrangement.held.floor, scores, units),
     )  # fmt: skip
 
 
@@ -126,13 +108,7 @@ def record_rounds(
     accepted: Sequence[Effect],
     *,
     most: int = 3,
-    without: Collection[str] = (),
-    extra: Sequence[Extra] = (),
-    run_in: float = 0.0,
-    noise: Mapping[str, float] | None = None,
-    steps: int = STEPS,
-    units: Mapping[str, str] | None = None,
-    report: Report | None = None,
+    **options: Unpack[Options],
 ) -> list[RecordDiagnosis]:
     """Add what is found and look again, until nothing more passes the gate or two effects cannot be told apart.
 
@@ -140,15 +116,11 @@ def record_rounds(
     ----------
     most
         Rounds at most.
-    base, records, accepted, without, extra, run_in, noise, steps, units, report
+    base, records, accepted, options
         As in `diagnose_records`.
     """
     rounds: list[RecordDiagnosis] = []
     while len(rounds) < most and (not rounds or rounds[-1].verdict.finding is Finding.MISSING):
-        rounds.append(
-            diagnose_records(
-                base, records, accepted, added=rounds[-1].added if rounds else (), without=without, extra=extra,
-                run_in=run_in, noise=noise, steps=steps, units=units, report=report,
-            )
-        )  # fmt: skip
+        added = next_added(rounds[-1]) if rounds else ()
+        rounds.append(diagnose_records(base, records, accepted, added=added, **options))
     return rounds

@@ -21,10 +21,10 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from diagnosis.candidate.effect import Effect
 from diagnosis.decision.rules import gain, held_gain, misfit
-from diagnosis.effect.candidate import Effect
 from diagnosis.fit.arrangement import arranged_anew
-from diagnosis.fit.refit import finalists, fitted, refit, shortlist, unchanged
+from diagnosis.fit.refit import baseline_fit, finalists, fitted, refit, shortlist
 from diagnosis.localisation import localise
 from diagnosis.screening import screen
 from diagnosis.threshold.simulation import Simulation
@@ -69,9 +69,9 @@ def null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int) -> 
         Of the draw; trials are independent.
     """
     drawn = arranged_anew(simulation.arrangement, simulation.draw(np.random.default_rng(seed)))
-    before = unchanged(drawn)
-    fits = [(score, fitted(drawn, score)) for score in shortlist(screen(drawn, effects))]
-    refits = [refit(drawn, score, fit) for score, fit in finalists(fits)]
+    before = baseline_fit(drawn)
+    fits = [(score, fitted(drawn, score)) for score in shortlist(screen(drawn, effects), drawn.effort)]
+    refits = [refit(drawn, score, fit) for score, fit in finalists(fits, drawn.effort)]
     gains = [gain(drawn, each) for each in refits if held_gain(drawn, before, each) > 0]
     return Trial(
         seed=seed, gain=max(gains, default=0.0), misfit=max((misfit(place) for place in localise(drawn)), default=0.0)

@@ -18,10 +18,10 @@ from correlation.campaign.measurement import Campaign
 from correlation.feature.observation import read_off
 from diagnosis.decision.verdict import INTERVAL
 from diagnosis.fit.arrangement import Arrangement
-from diagnosis.fit.calibration import Fit, inverse
-from diagnosis.fit.comparison import Comparison, Vector
+from diagnosis.fit.calibration import Fit, Vector, inverse
+from diagnosis.fit.comparison import Comparison
 from diagnosis.fit.finer_model import as_uncertain
-from diagnosis.fit.refit import Refit
+from diagnosis.fit.problem import Refit
 from diagnosis.threshold.simulation import Simulation
 
 #: Campaigns drawn, and the seed.
@@ -33,7 +33,7 @@ BEYOND = 1.3
 FEW = float(stats.t.ppf(stats.norm.cdf(INTERVAL), DRAWS)) / INTERVAL
 
 
-def widened(campaign: Campaign, arrangement: Arrangement, best: Refit, refits: Sequence[Refit]) -> list[Refit]:
+def widen_intervals(campaign: Campaign, arrangement: Arrangement, best: Refit, refits: Sequence[Refit]) -> list[Refit]:
     """Refits with the deviations that campaigns drawn from the best of them have, where those are larger.
 
     Accepted parameters are as uncertain as finer models say as well.

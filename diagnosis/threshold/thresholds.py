@@ -36,6 +36,10 @@ class Limits:
     n_trial: int = 0
 
 
+#: Where the gains of chi^2 decide nothing.
+UNLIMITED = Limits(gain=0.0, misfit=0.0)
+
+
 def linear_limits(scores: Sequence[Score], false_alarms: float = 0.01) -> Limits:
     """Limits for a layout without a bootstrap: those of the linear theory with a margin."""
     gain = MARGIN * threshold(null_gains(scores), false_alarms)

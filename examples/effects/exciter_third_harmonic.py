@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectParameter
+from diagnosis.candidate.effect import Effect, EffectParameter
 
 SHARE = EffectParameter(name="share", unit="-", lower=-0.5, upper=0.5, typical=0.05)
 

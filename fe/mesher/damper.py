@@ -63,7 +63,7 @@ def mesh_damper(
     damper
         Its dimensions [m].
     element
-        A hexahedral element.
+        Any registered element.
     cells
         How many elements.
     placement

@@ -86,14 +86,8 @@ def mesh_decoupler(
     ----------
     decoupler
         Its dimensions [m].
-    element
-        A hexahedral element.
-    cells
-        How many elements.
-    placement
-        Where it stands; in its own axes by default.
-    subdivisions
-        Each element is cut into this many along each edge [-].
+    element, cells, placement, subdivisions
+        As in `fe.mesher.damper.mesh_damper`.
 
     Returns
     -------

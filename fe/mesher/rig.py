@@ -47,7 +47,7 @@ def rig_mesh(rig: Rig, element: Element, size: float, subdivisions: int = 1) -> 
     rig
         The rig.
     element
-        A hexahedral element.
+        Any registered element.
     size
         Length of the cells' edges [m].
     subdivisions

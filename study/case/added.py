@@ -13,9 +13,8 @@ from casefile.mistakes import Mistakes
 from casefile.quantity import DIMENSIONS, RATIO, Dimension, format_quantity, read_quantity
 from casefile.validation import did_you_mean
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectError, EffectParameter
-from diagnosis.effect.catalogue import Catalogue, Extra, catalogue
-from diagnosis.effect.own_effect import installed_effects
+from diagnosis.candidate.catalogue import Catalogue, catalogue
+from diagnosis.candidate.effect import Effect, EffectError, EffectParameter
 from diagnosis.fit.arrangement import Added
 from diagnosis.fit.calibration_parameter import Accepted
 from study.case.tables import Case, StructureTable
@@ -33,11 +32,6 @@ LINEAR = ("kg", "kg m^2", "N/m", "N m", "m", "-")
 DIGITS = 6
 
 
-def own_effects(files: Sequence[Path]) -> list[Extra]:
-    """What a case has beside the effects that come with stickslip: its files, and installed packages."""
-    return [*files, *installed_effects()]
-
-
 def case_catalogue(model: Model, files: Sequence[Path], **options: Any) -> Catalogue:
     """All effects of a model, its case's own and those of installed packages among them.
 
@@ -48,9 +42,9 @@ def case_catalogue(model: Model, files: Sequence[Path], **options: Any) -> Catal
     files
         With effects of one's own.
     options
-        As for `diagnosis.effect.catalogue.catalogue`.
+        As for `diagnosis.candidate.catalogue.catalogue`.
     """
-    return catalogue(model, extra=own_effects(files), **options)
+    return catalogue(model, extra=files, **options)
 
 
 def find_effect(found: Catalogue, name: str) -> Effect:

@@ -10,10 +10,10 @@ from correlation.errors import ModelDefinitionError
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from correlation.sensor_placement import with_sensors
-from diagnosis.effect.catalogue import Catalogue, campaign_catalogue
+from diagnosis.candidate.catalogue import Catalogue, campaign_catalogue
 from diagnosis.fit.arrangement import Added
 from diagnosis.fit.calibration_parameter import Accepted, accepted
-from study.case.added import added_effects, apply_all, apply_by_name, own_effects
+from study.case.added import added_effects, apply_all, apply_by_name
 from study.case.kind import OpenCase, open_case
 from study.case.model import model_of_case
 from study.case.structure import Structure
@@ -69,7 +69,7 @@ class Setup:
 
     def candidates(self, campaign: Campaign, without: Collection[str] = ()) -> Catalogue:
         """Effects of the case, all but some kinds, as strong as the tests of a campaign make them."""
-        return campaign_catalogue(campaign, self.model, without=without, extra=own_effects(self.effects))
+        return campaign_catalogue(campaign, self.model, without=without, extra=self.effects)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

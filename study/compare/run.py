@@ -20,13 +20,16 @@ from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.comparison import NOT_FOUND, Comparison
 from diagnosis.fit.finer_model import as_uncertain
 from diagnosis.fit.weighting import Measured, weighed
+from pipeline import fingerprint
 from pipeline.output import replace_file
+from pipeline.store import stage
 from study.case.kind import open_case
 from study.case.setup import Setup, read_case, require_loads
 from study.compare.pictures import pictures
 from study.compare.repeats import require_repeats
 from study.compare.suspicions import all_suspicions
 from study.compare.table import misfit_csv
+from study.diagnose.codec import STEP
 from study.run_context import RunContext
 
 
@@ -100,8 +103,10 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
         campaign = read_campaign(folder)
     require_repeats(campaign, folder)
     setup = require_loads(read_case(opened, campaign, run)).setup
-    with run.progress.step("comparison", expected=15):
-        compared = compare(setup, campaign, calibrate=calibrate)
+    # What was read counts, not from which folder.
+    measured = {name: value for name, value in vars(campaign).items() if name != "folder"}
+    key = fingerprint.key("comparison", {"setup": setup, "campaign": measured, "calibrate": calibrate}, __name__)
+    compared = run.step("comparison", expected=15).run(comparison, key, setup, campaign, calibrate)
     for suspicion in compared.suspicions:
         run.warn(str(suspicion))
     title = f"{setup.title}, calibrated" if calibrate else setup.title
@@ -113,6 +118,13 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
     for file, content in files.items():
         replace_file(file, content)
     return replace(compared, files=tuple(files))
+
+
+@stage("comparison", codec=STEP, ignore=("setup", "campaign", "calibrate"))
+def comparison(key: str, setup: Setup, campaign: Campaign, calibrate: bool) -> Compared:
+    """`compare` as a stage, so that an interrupted command goes on with its figures; the key holds all inputs."""
+    del key
+    return compare(setup, campaign, calibrate=calibrate)
 
 
 def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Compared:

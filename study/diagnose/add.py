@@ -8,7 +8,7 @@ from typing import Any
 from casefile.table import SCHEMA
 from correlation.campaign.measurement import Campaign
 from correlation.campaign.read_campaign import read_campaign
-from diagnosis.effect.candidate import EffectError
+from diagnosis.candidate.effect import EffectError
 from geometry.errors import InputError
 from study.case.added import case_catalogue, find_effect, key_of, value_of
 from study.case.kind import open_case

@@ -26,7 +26,7 @@ OTHERS = {
     ("pathlib", "WindowsPath"), ("types", "MappingProxyType"), ("collections", "OrderedDict"),
 }  # fmt: skip
 #: The one function of the product that pickles name: it brings back an effect whose class stands in a file.
-RESTORE = ("diagnosis.effect.own_effect", "_restored")
+RESTORE = ("diagnosis.candidate.own_effect", "_restored")
 
 
 @dataclass(frozen=True)
@@ -62,9 +62,9 @@ def _restored(origin: str, pickled: bytes) -> Any:
     """An effect of a file or a package, with classes of its own module alone."""
     import io
 
-    from diagnosis.effect.own_effect import OwnEffect, read_effects
+    from diagnosis.candidate.own_effect import PREFIX, OwnEffect, read_effects
 
-    if origin.endswith(".py"):
+    if PREFIX.encode() in pickled:
         read_effects(origin)
 
     class Own(_Careful):

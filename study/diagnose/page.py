@@ -218,7 +218,7 @@ def _added(of: Round) -> list[dict[str, str]]:
 def _step(step: Step) -> dict[str, Any]:
     values = ", ".join(str(value) for value, _ in step.values.values())
     words = {
-        DIAGNOSIS: f"diagnosed: {step.sentence.partition(' The smallest detectable')[0]}",
+        DIAGNOSIS: f"diagnosed: {step.sentence}",
         ADD: f"added {step.effect} ({values})",
     }.get(step.what, f"took back {step.effect}")
     return {

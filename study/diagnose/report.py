@@ -17,7 +17,7 @@ MOST, MOST_PLACES = 10, 3
 #: Said where the case holds values of an earlier fit.
 ANEW = (
     "Every diagnosis fits all of these anew; what the case holds is in brackets, and stays there until the next "
-    "stickslip add."
+    'stickslip add. "As drawn" is the structure without them, "as the case says" with the values in brackets.'
 )
 SETTLED = (
     "A held-out error is told once pre-load and frequency of the held-out repeats have settled within their scatter, "
@@ -37,8 +37,8 @@ def in_words(of: Round) -> str:
 
 
 def verdict_in_words(of: Round) -> str:
-    """The verdict without its list of detectable strengths, which is a table of its own."""
-    return of.diagnosis.verdict.sentence.partition(" The smallest detectable strengths are")[0]
+    """The verdict; the smallest strengths that would have been named are a table of their own."""
+    return of.diagnosis.verdict.sentence
 
 
 def headline(of: Round) -> str:
@@ -95,16 +95,20 @@ def document(of: Round) -> dict[str, Any]:
         "effects": [each.effect.name for each in found.verdict.effects if each.effect is not None],
         "threshold": found.verdict.threshold,
         "limits": vars(found.limits),
-        "errors": {"drawn": errors(of.drawn).document, "before": errors(found.before).document},
+        "errors": {**_case_errors(of), "before": errors(found.before).document},
+        "named": [
+            {"effect": effect.name, **_estimate(strength, deviation), "unit": effect.parameters[0].unit}
+            for each in found.verdict.effects
+            for effect, strength, deviation in strengths(of, each)[-1:]
+        ],
         "calibrated": {
-            name: {"factor": factor, "deviation": deviation, "in_case": of.setup.calibrated.get(name)}
+            name: {**_estimate(factor, deviation, "factor"), "in_case": of.setup.calibrated.get(name)}
             for name, (factor, deviation) in factors(of, found.before).items()
         },
         "added": [
             {
                 "effect": effect.name,
-                "strength": strength,
-                "deviation": deviation,
+                **_estimate(strength, deviation),
                 "unit": effect.parameters[0].unit,
                 "in_case": float(was.values[0]),
             }
@@ -129,6 +133,18 @@ def document(of: Round) -> dict[str, Any]:
         ],
         "untestable": [{"effect": each.name, "reason": each.reason} for each in found.catalogue.untestable],
     }
+
+
+def _case_errors(of: Round) -> dict[str, Any]:
+    """Errors as drawn, without what the case has calibrated or added, and of all that the case says."""
+    named = {"as drawn": "drawn", "as the case says": "in_case"}
+    return {named[each.name]: errors(each.refit).document for each in stages(of) if each.name in named}
+
+
+def _estimate(value: float, deviation: float, name: str = "strength") -> dict[str, Any]:
+    """A fitted number with its standard deviation and its 95 % interval."""
+    half = INTERVAL * deviation
+    return {name: value, "deviation": deviation, "interval_95": [value - half, value + half]}
 
 
 def errors_in_words(of: Errors) -> str:
@@ -225,8 +241,7 @@ def _row_document(row: Row) -> dict[str, Any]:
         "named": row.named,
         "expected_gain": row.expected,
         "gain": row.gain,
-        "strength": row.strength,
-        "deviation": row.deviation,
+        **_estimate(row.strength, row.deviation),
         "unit": row.parameter.unit,
         "in_words": row.in_words,
         "errors": None if row.errors is None else row.errors.document,

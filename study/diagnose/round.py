@@ -11,18 +11,18 @@ from correlation.campaign.measurement import Campaign
 from correlation.metric.misfit import Misfit
 from correlation.model import Model
 from correlation.sensor_placement import with_sensors
+from diagnosis.candidate.catalogue import Catalogue
+from diagnosis.candidate.effect import EffectError
 from diagnosis.diagnose import Diagnosis, diagnose
-from diagnosis.effect.candidate import EffectError
-from diagnosis.effect.catalogue import Catalogue
 from diagnosis.fit.arrangement import Added, Arrangement, arrange
-from diagnosis.fit.refit import Refit, unchanged
+from diagnosis.fit.problem import Refit
+from diagnosis.fit.refit import baseline_fit
 from diagnosis.keep import Keep, computed
 from diagnosis.threshold.simulation import Simulation
 from diagnosis.threshold.thresholds import Limits
 from pipeline import fingerprint
 from pipeline.progress import Progress, SilentProgress
 from pipeline.store import Store
-from study.case.added import own_effects
 from study.case.setup import Setup
 from study.compare.run import Side
 from study.diagnose.history import Errors
@@ -53,7 +53,7 @@ class Round:
 
     setup: Setup
     campaign: Campaign
-    diagnosis: Diagnosis
+    diagnosis: Diagnosis[Arrangement]
     drawn: Refit
     keep: Keep
 
@@ -119,7 +119,7 @@ def diagnose_case(
             setup.budget,
             added=setup.added,
             without=without,
-            extra=own_effects(setup.effects),
+            extra=setup.effects,
             limits=limits,
             keep=shown.watched(keep),
             report=shown.report,
@@ -207,7 +207,7 @@ def as_drawn(arrangement: Arrangement, model: Model) -> Refit:
         chi2=float(residual @ residual),
         residual=np.concatenate([residual, np.zeros(len(arrangement.fit.values))]),
     )
-    return unchanged(replace(arrangement, fit=fit))
+    return baseline_fit(replace(arrangement, fit=fit))
 
 
 def kept(store: Store, setup: Setup, campaign: Campaign, without: Sequence[str]) -> Keep:

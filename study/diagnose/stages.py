@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from diagnosis.fit.refit import Refit
+from diagnosis.fit.problem import Refit
 from figure.waterfall import WaterfallStep
 from study.diagnose.history import Errors, History
 from study.diagnose.round import Round, as_drawn, errors

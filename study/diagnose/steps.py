@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from diagnosis.effect.candidate import Effect
+from diagnosis.candidate.effect import Effect
 from diagnosis.threshold.bootstrap import null_trial
 from diagnosis.threshold.simulation import Simulation
 from pipeline.codec import JSON

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from diagnosis.candidate.effect import Effect, EffectParameter
 from diagnosis.decision.verdict import INTERVAL, worth
-from diagnosis.effect.candidate import Effect, EffectParameter
-from diagnosis.fit.refit import Refit
+from diagnosis.fit.problem import Refit
 from diagnosis.screening import Score
 from study.case.added import WRITTEN, key_of, text_of
 from study.diagnose.edit import Values, Written

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from correlation.campaign.measurement import Campaign
-from diagnosis.effect.candidate import Effect
-from diagnosis.effect.catalogue import Catalogue
+from diagnosis.candidate.catalogue import Catalogue
+from diagnosis.candidate.effect import Effect
 from diagnosis.threshold.bootstrap import Trial, limits_of
 from diagnosis.threshold.simulation import Simulation
 from diagnosis.threshold.thresholds import Limits

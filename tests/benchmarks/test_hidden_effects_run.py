@@ -22,10 +22,10 @@ from benchmarks.hidden_effects_run import run
 from correlation.feature.vector import FeatureVector
 from correlation.noise.whitening import Whitening
 from correlation.prediction import Points
+from diagnosis.candidate.catalogue import catalogue
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.diagnose import Diagnosis
-from diagnosis.effect.catalogue import catalogue
-from diagnosis.fit.refit import Refit
+from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
 from transient.bench.beam import BeamParameters
 from transient.bench.campaign import CampaignPoints

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import Campaign
 from correlation.model import Dof, LineSensor, Model, Part, Sensor
 from correlation.noise.nuisance import Budget
-from diagnosis.effect.catalogue import Catalogue, catalogue
+from diagnosis.candidate.catalogue import Catalogue, catalogue
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration_parameter import accepted
 from reduction.jointed_system import FrictionContact, JointedSystem, along

@@ -11,11 +11,11 @@ import pytest
 from correlation.errors import CampaignError
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
+from diagnosis.candidate.catalogue import catalogue
+from diagnosis.candidate.effect import Effect
 from diagnosis.decision.rules import gain, held_gain, support
 from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, diagnose
-from diagnosis.effect.candidate import Effect
-from diagnosis.effect.catalogue import catalogue
 from diagnosis.fit.arrangement import Added
 from diagnosis.fit.calibration_parameter import accepted
 from diagnosis.fit.refit import is_lost, shortlist
@@ -137,7 +137,9 @@ def test_steps_have_stable_names(heavy: Diagnosis, kept: Kept) -> None:
     refits = {f"refit of {each.effect.name}" for each in heavy.refits if each.effect is not None}
     fits = {
         f"fit of {score.effect.name}"
-        for score in shortlist(heavy.scores, lost=is_lost(heavy.arrangement, heavy.arrangement.fit))
+        for score in shortlist(
+            heavy.scores, heavy.arrangement.effort, lost=is_lost(heavy.arrangement, heavy.arrangement.fit)
+        )
     }
     wide = f"intervals beside {heavy.verdict.effects[0].name}"
     assert set(kept.asked) == {*STEPS, *fits, *refits, left_of(heavy), wide}
@@ -224,7 +226,7 @@ def test_where_nothing_is_hidden_nothing_is_claimed(bench: Bench) -> None:
     smallest = found.verdict.detectable[WHERE]
     # What it would have taken is far below what the other tests hide, and is told.
     assert 0 < smallest < 0.1 * MASS
-    assert f"{WHERE} {smallest:.2g} kg" in found.verdict.sentence
+    assert f"{WHERE} {smallest:.2g} kg" in found.verdict.smallest
 
 
 def test_what_was_added_is_fitted_again_with_what_comes_next(bench: Bench) -> None:

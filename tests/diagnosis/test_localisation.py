@@ -8,7 +8,7 @@ import pytest
 
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
-from diagnosis.effect.place import with_cubic_spring
+from diagnosis.candidate.place import with_cubic_spring
 from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.calibration_parameter import accepted
 from diagnosis.localisation import Place, localise

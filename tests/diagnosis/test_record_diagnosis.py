@@ -16,12 +16,13 @@ from scipy.signal import lfilter
 from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
 from correlation.model import Dof, Model, Sensor
+from diagnosis.candidate.effect import Effect
 from diagnosis.decision.verdict import Finding
-from diagnosis.effect.candidate import Effect
 from diagnosis.effect.gain import Gain
 from diagnosis.fit.calibration_parameter import accepted
 from diagnosis.record.arrangement import arrange_records, stretch
 from diagnosis.record.diagnose import RecordDiagnosis, diagnose_records, record_rounds
+from diagnosis.record.gate import named_unit
 from reduction.jointed_system import JointedSystem, along
 
 M = np.diag([1.0, 0.5])
@@ -149,15 +150,17 @@ def test_the_size_of_an_effect_is_the_error_that_it_makes(records: dict[str, lis
     assert score.effect.name == "mass at tip"
     made = np.sqrt(found.before.error**2 - found.refits[0].error ** 2)
     # Linear in the strength, but for the shift of the resonance.
-    assert score.size * 0.02 == pytest.approx(made, rel=0.1)
+    by_strength = 0.02 / score.detectable / np.sqrt(found.arrangement.fit.n_number)
+    assert by_strength == pytest.approx(made, rel=0.1)
 
 
 def test_units_of_a_model_in_volts_are_told(records: dict[str, list[TimeRecord]]) -> None:
     verdict = diagnosed(records["cubic"], units={"N": "V", "m": "V"}).verdict
     assert " V/V^3 +- " in verdict.sentence
-    assert verdict.unit("kg") == " V s^2/V"
-    assert verdict.unit("N s/m") == " V s/V"
-    assert verdict.unit("-") == ""
+    volts = {"N": "V", "m": "V"}
+    assert named_unit("kg", volts) == "V s^2/V"
+    assert named_unit("N s/m", volts) == "V s/V"
+    assert named_unit("-", volts) == "-"
 
 
 def test_records_that_no_fit_can_use_are_refused(records: dict[str, list[TimeRecord]]) -> None:

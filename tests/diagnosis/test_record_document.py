@@ -11,7 +11,7 @@ import numpy as np
 from correlation.campaign.time_record import TimeRecord
 from correlation.model import Model, Sensor
 from correlation.record_prediction import drive, predict_record
-from diagnosis.effect.place import with_cubic_spring
+from diagnosis.candidate.place import with_cubic_spring
 from reduction.jointed_system import JointedSystem
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "time_records.md"

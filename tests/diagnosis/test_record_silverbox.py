@@ -83,7 +83,7 @@ def test_other_effects_hardly_help(rounds: list[RecordDiagnosis]) -> None:
     others = [each for each in rounds[0].scores if each.effect.kind != "cubic"]
     assert {each.effect.kind for each in others} >= {"air damping", "spring", "mass", "gain", "dashpot"}
     # Shares of the squared error.
-    assert max(each.gain for each in others) < 0.05
+    assert max(each.share for each in others) < 0.05
 
 
 def test_another_training_finds_the_same_spring(whole: TimeRecord, rounds: list[RecordDiagnosis]) -> None:

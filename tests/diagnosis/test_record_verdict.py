@@ -6,30 +6,33 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from diagnosis.decision.verdict import Finding
-from diagnosis.effect.candidate import EffectParameter
-from diagnosis.record.refit import RecordRefit
-from diagnosis.record.screening import RecordScore
-from diagnosis.record.verdict import RATIO, RecordVerdict, judge_records
+from diagnosis.candidate.effect import EffectParameter
+from diagnosis.decision.verdict import Finding, Verdict
+from diagnosis.fit.problem import Refit
+from diagnosis.record.gate import RATIO, judge_records
+from diagnosis.screening import Score
 
 QUIET = np.zeros(1)
 LEVEL = np.random.default_rng(3).uniform(0.5, 1.5, 20)
 
 
-def refit(name: str, blocks: NDArray[np.float64]) -> RecordRefit:
+def refit(name: str, blocks: NDArray[np.float64]) -> Refit:
     parameter = EffectParameter(name="mass", unit="kg", lower=0.0, upper=1.0, typical=0.01)
     effect = SimpleNamespace(name=name, parameters=(parameter,)) if name else None
     # An accepted parameter comes first, whose numbers must not be told.
-    fit = SimpleNamespace(values=np.array([99.0, 0.0123]), deviation=np.array([77.0, 0.0005]))
+    fit = SimpleNamespace(values=np.array([99.0, 0.0123]), deviation=np.array([77.0, 0.0005]), n_number=3)
     error = np.sqrt(blocks.mean(keepdims=True))
-    return RecordRefit(effect=effect, fit=fit, errors=error, held_errors=error, blocks=blocks)  # type: ignore[arg-type]
+    return Refit(
+        effect=effect, fit=fit, held_chi2=float(error[0] ** 2), error=float(error[0]), held_error=float(error[0]),  # type: ignore[arg-type]
+        held_errors=error, held_names=("arrow",), blocks=blocks,
+    )  # fmt: skip
 
 
 BEFORE = refit("", 0.01 * LEVEL)
 
 
-def judged(*refits: RecordRefit, floor: NDArray[np.float64] = QUIET) -> RecordVerdict:
-    return judge_records(BEFORE, refits, floor, ["arrow"])
+def judged(*refits: Refit, floor: NDArray[np.float64] = QUIET) -> Verdict:
+    return judge_records(BEFORE, refits, floor)
 
 
 def test_an_error_that_falls_everywhere_names_its_effect() -> None:
@@ -60,7 +63,7 @@ def test_an_error_that_falls_in_few_blocks_names_nothing() -> None:
     after[:2] /= 100
     one = refit("mass at tip", after)
     assert one.held_error < 0.5 * before.held_error
-    assert judge_records(before, [one], QUIET, ["arrow"]).finding is Finding.NOTHING
+    assert judge_records(before, [one], QUIET).finding is Finding.NOTHING
 
 
 def test_two_effects_that_do_as_well_cannot_be_told_apart() -> None:
@@ -102,19 +105,17 @@ def test_strengths_that_would_have_passed_are_told() -> None:
         parameters=(EffectParameter(name="mass", unit="kg", lower=0.0, upper=1.0, typical=0.01),),
     )
     nothing = np.zeros(3)
+    # A root mean square of three numbers, per unit of strength.
     scores = [
-        RecordScore(
-            effect=effect,
-            strength=0.0,
-            gain=0.0,
-            absorbed=0.5,
-            direction=nothing,
-            size=size,  # type: ignore[arg-type]
+        Score(
+            effect=effect, strength=0.0, gain=0.0, absorbed=0.5, direction=nothing, start=nothing, slope=nothing,  # type: ignore[arg-type]
+            size=size * np.sqrt(3) * 0.01,
         )
         for size in (30.0, 0.0)
-    ]
-    verdict = judge_records(BEFORE, [], QUIET, ["arrow"], scores[:1])
-    assert verdict.detectable == {"mass at tip": (pytest.approx(0.75 * BEFORE.held_error / 30.0), "kg")}
-    assert "Strengths that would have passed are about: mass at tip 0.0025 kg." in verdict.sentence
+    ]  # fmt: skip
+    verdict = judge_records(BEFORE, [], QUIET, scores[:1])
+    assert verdict.detectable == {"mass at tip": pytest.approx(0.75 * BEFORE.held_error / 30.0)}
+    assert verdict.units == {"mass at tip": "kg"}
+    assert "mass at tip 0.0025 kg" in verdict.smallest
     # One that is absorbed would never have passed.
-    assert "Strengths" not in judge_records(BEFORE, [], QUIET, ["arrow"], scores[1:]).sentence
+    assert judge_records(BEFORE, [], QUIET, scores[1:]).smallest == ""

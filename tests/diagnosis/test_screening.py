@@ -7,10 +7,10 @@ import pytest
 
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
-from diagnosis.effect.catalogue import Catalogue
+from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration_parameter import accepted
-from diagnosis.fit.refit import MOST, MOST_RUGGED, refit, shortlist, unchanged
+from diagnosis.fit.refit import MOST_RUGGED, baseline_fit, refit, shortlist
 from diagnosis.screening import Score, accepted_basis, screen
 from diagnosis.threshold.null_gain import null_gains, threshold
 
@@ -63,10 +63,10 @@ def test_an_accepted_parameter_is_absorbed_by_itself(heavy: Arrangement) -> None
 
 
 def test_the_refit_finds_the_mass_and_explains_the_held_out_repeat(scores: list[Score], heavy: Arrangement) -> None:
-    chosen = shortlist(scores)
+    chosen = shortlist(scores, heavy.effort)
     assert chosen[0] is scores[0]
-    assert len(chosen) <= MOST + MOST_RUGGED
-    before, after = unchanged(heavy), refit(heavy, chosen[0])
+    assert len(chosen) <= heavy.effort.most + MOST_RUGGED
+    before, after = baseline_fit(heavy), refit(heavy, chosen[0])
     # Normal: 4 standard deviations.
     assert after.strength == pytest.approx(MASS, abs=4 * after.deviation)
     assert after.deviation < 0.2 * MASS

@@ -12,7 +12,8 @@ from fe.boundary import rigid_motions
 from fe.element import HEX8, Element
 from fe.errors import InvertedCell, MeshError
 from fe.material import STEEL, Material
-from fe.solid import element_blocks, element_matrices, jacobian
+from fe.solid import element_blocks, jacobian
+from tests.fe.cell_matrices import element_matrices
 
 
 @dataclass(frozen=True, kw_only=True)

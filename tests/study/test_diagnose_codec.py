@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.effect.own_effect import read_effects
+from diagnosis.candidate.own_effect import read_effects
 from diagnosis.threshold.thresholds import Limits
 from study.case.setup import read_case
 from study.diagnose.codec import STEP, STEP_FILE
@@ -77,7 +77,7 @@ def test_what_has_no_place_in_a_step_is_taken_for_damaged(tmp_path: Path, raw: b
 
 
 def test_an_own_effect_cannot_hide_another_class(tmp_path: Path) -> None:
-    from diagnosis.effect import own_effect
+    from diagnosis.candidate import own_effect
 
     hidden = Harm(own_effect._restored, str(OWN), _named("os:system"))
     STEP.save(hidden, tmp_path)

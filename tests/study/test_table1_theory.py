@@ -12,12 +12,12 @@ from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
 from fe.mesher.mesh_rule import MeshRule
 from fe.mesher.plain_blade import mesh_plain_blade
-from fe.solid import element_matrices
 from geometry.blade import Blade
 from geometry.plain_blade import PlainBlade
 from study.kind.blade.model import BladeModel, first_frequency
 from study.table1 import theory
 from study.table1.theory import bending_energy, chord_stations, locking_factor, section, span_stations
+from tests.fe.cell_matrices import element_matrices
 
 
 def bar(n: int, length: float, width: float, thickness: float, n_span: int = 1, n_chord: int = 1) -> Mesh:

@@ -22,7 +22,7 @@ from diagnosis.decision.rules import (
     support,
 )
 from diagnosis.decision.verdict import Finding, Verdict
-from diagnosis.fit.refit import Refit
+from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
 from diagnosis.screening import Score
 from diagnosis.threshold.thresholds import Limits

@@ -10,13 +10,13 @@ import pytest
 
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
+from diagnosis.candidate.catalogue import campaign_catalogue, catalogue
 from diagnosis.decision.judgement import Judgement, Known, judge, second_look
 from diagnosis.decision.rules import worse_than_noise
 from diagnosis.decision.verdict import Finding
-from diagnosis.effect.catalogue import campaign_catalogue, catalogue
 from diagnosis.fit.arrangement import Added, Arrangement, arrange, weighed_beside
 from diagnosis.fit.calibration_parameter import Accepted, accepted
-from diagnosis.fit.refit import refit, unchanged
+from diagnosis.fit.refit import baseline_fit, refit
 from diagnosis.keep import computed
 from diagnosis.localisation import localise
 from diagnosis.screening import Score, screen
@@ -56,7 +56,7 @@ def known(campaign: Any, small: Model, scores: list[Score]) -> Known:
 @pytest.fixture(scope="module")
 def first(arrangement: Arrangement, scores: list[Score], known: Known) -> Judgement:
     refits = [refit(arrangement, score) for score in scores]
-    return judge(arrangement, unchanged(arrangement), refits, localise(arrangement), known, computed)
+    return judge(arrangement, baseline_fit(arrangement), refits, localise(arrangement), known, computed)
 
 
 def doubted(first: Judgement) -> Judgement:

@@ -6,12 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.decision import leftover as leftovers
 from diagnosis.decision.leftover import CHECKED, Leftover, leftover, with_effect
 from diagnosis.decision.rules import gain, misfit
-from diagnosis.effect.catalogue import Catalogue
 from diagnosis.fit.arrangement import Arrangement
-from diagnosis.fit.refit import Refit, fitted, refit
+from diagnosis.fit.problem import Refit
+from diagnosis.fit.refit import fitted, refit
 from diagnosis.screening import Score, screen, slope_gains
 from diagnosis.threshold.thresholds import Limits, linear_limits
 

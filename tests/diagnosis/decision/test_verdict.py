@@ -6,9 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from diagnosis.candidate.effect import EffectParameter
 from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable, worth
-from diagnosis.effect.candidate import EffectParameter
-from diagnosis.fit.refit import Refit
+from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
 from diagnosis.screening import Score
 
@@ -33,11 +33,15 @@ LINE = refit(effect("gap of left", RATIO), 1.2, 0.1, 0.0022)
 
 
 def verdict(finding: Finding, *effects: Refit, place: Place | None = None) -> str:
+    return made(finding, *effects, place=place).sentence
+
+
+def made(finding: Finding, *effects: Refit, place: Place | None = None) -> Verdict:
     return Verdict(
         finding=finding, effects=effects, before=BEFORE, threshold=12.4,
         detectable={"mass at tip z": 0.00123, "gap of left": 0.05, "unseen": float("inf")},
         units={"mass at tip z": "kg", "gap of left": "-", "unseen": "m"}, place=place,
-    ).sentence  # fmt: skip
+    )  # fmt: skip
 
 
 def test_one_effect_is_missing() -> None:
@@ -49,7 +53,7 @@ def test_one_effect_is_missing() -> None:
 def test_what_does_not_fall_is_not_said_to_fall() -> None:
     weak = replace(TIP, held_error=0.035, held_chi2=0.812)
     assert verdict(Finding.MISSING, weak) == (
-        "mass at tip z (0.0123 kg +- 0.00098) is missing; held-out chi^2 a number falls from 1 to 0.812."
+        "mass at tip z (0.0123 kg +- 0.00098) is missing; held-out reduced chi-squared falls from 1 to 0.812."
     )
 
 
@@ -64,7 +68,10 @@ def test_nothing_is_missing() -> None:
     said = verdict(Finding.NOTHING)
     assert said.startswith("Nothing is missing beyond noise and numerical error")
     assert "than chance does (12.4)" in said
-    assert said.endswith("The smallest detectable strengths are: mass at tip z 0.0012 kg, gap of left 0.05.")
+    # A list of dozens of strengths is no part of the sentence.
+    assert made(Finding.NOTHING).smallest == (
+        "The smallest detectable strengths are: mass at tip z 0.0012 kg, gap of left 0.05."
+    )
 
 
 def test_something_unknown_is_missing() -> None:

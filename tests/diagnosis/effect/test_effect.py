@@ -1,13 +1,21 @@
 """What all candidate effects have in common: they vanish, they act, they travel."""
 
 import pickle
+from types import ModuleType
 
 import numpy as np
 import pytest
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect
-from diagnosis.effect.catalogue import catalogue
+from correlation.noise.nuisance import Budget
+from diagnosis.candidate.catalogue import catalogue
+from diagnosis.candidate.effect import Effect, Untestable
+from diagnosis.candidate.scale import scale
+from diagnosis.effect import EFFECTS, EffectKind
+from diagnosis.fit.arrangement import arrange
+from diagnosis.fit.calibration_parameter import accepted
+from diagnosis.fit.refit import baseline_fit, refit
+from diagnosis.screening import screen
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import CubicSpring, QuadraticDamper
@@ -43,8 +51,28 @@ def typical(effect: Effect) -> list[float]:
     return [each.typical for each in effect.parameters]
 
 
-def test_at_its_vanishing_value_an_effect_leaves_all_matrices_loads_gains_and_contacts(bench: Model) -> None:
-    for effect in catalogue(bench).candidates:
+@pytest.fixture(params=EFFECTS.names())
+def effect_kind(request: pytest.FixtureRequest) -> EffectKind:
+    return EFFECTS[request.param]
+
+
+@pytest.fixture(params=["mass", "pre-load"])
+def planted_kind(request: pytest.FixtureRequest) -> EffectKind:
+    """Some of them: a campaign and its calibration take seconds each."""
+    return EFFECTS[request.param]
+
+
+def effects(kind: EffectKind, model: Model, level: float = 1.0) -> list[Effect]:
+    """All of a kind on a model that can be tested."""
+    found = [each for each in kind.candidates(model, scale(model, level=level)) if not isinstance(each, Untestable)]
+    assert found
+    return found
+
+
+def test_at_its_vanishing_value_an_effect_leaves_all_matrices_loads_gains_and_contacts(
+    effect_kind: EffectKind, bench: Model
+) -> None:
+    for effect in effects(effect_kind, bench):
         left = effect.apply(bench, vanishing(effect))
         own = numbers(bench)
         for before, after in zip(own, numbers(left)[: len(own)], strict=True):
@@ -54,22 +82,22 @@ def test_at_its_vanishing_value_an_effect_leaves_all_matrices_loads_gains_and_co
             assert (joint.stiffness if isinstance(joint, CubicSpring) else joint.damping) == 0
 
 
-def test_at_its_vanishing_value_an_effect_leaves_the_response(bench: Model) -> None:
+def test_at_its_vanishing_value_an_effect_leaves_the_response(effect_kind: EffectKind, bench: Model) -> None:
     omega = 2 * np.pi * 14.0
     reference = state(bench, omega)
     size = abs(reference.coefficients).max()
     # Contacts slip here, so that the response asks all of the model.
     shaken = bench.with_joints({name: {"friction_coefficient": 100.0} for name in bench.lines["left"]})
     assert abs(state(shaken, omega).coefficients - reference.coefficients).max() > 1e-3 * size
-    for effect in catalogue(bench).candidates:
+    for effect in effects(effect_kind, bench):
         found = state(effect.apply(bench, vanishing(effect)), omega)
         # The same operations on the same numbers; a joint more reorders sums.
         np.testing.assert_allclose(found.coefficients, reference.coefficients, rtol=0, atol=1e-12 * size)
 
 
-def test_every_effect_is_finite_sound_and_different_all_over_its_bounds(bench: Model) -> None:
+def test_every_effect_is_finite_sound_and_different_all_over_its_bounds(effect_kind: EffectKind, bench: Model) -> None:
     draw = np.random.default_rng(5)
-    for effect in catalogue(bench, level=LEVEL).candidates:
+    for effect in effects(effect_kind, bench, level=LEVEL):
         for share in (0.0, 1.0, *draw.uniform(size=5)):
             values = [each.lower + share * (each.upper - each.lower) for each in effect.parameters]
             if np.allclose(values, vanishing(effect), rtol=1e-9, atol=0):
@@ -83,37 +111,65 @@ def test_every_effect_is_finite_sound_and_different_all_over_its_bounds(bench: M
         assert not same(effect.apply(bench, typical(effect)), bench), effect.name
 
 
-def test_effects_are_pure(bench: Model) -> None:
+def test_effects_are_pure(effect_kind: EffectKind, bench: Model) -> None:
     before = [each.copy() for each in numbers(bench)]
-    for effect in catalogue(bench).candidates:
+    for effect in effects(effect_kind, bench):
         assert same(effect.apply(bench, typical(effect)), effect.apply(bench, typical(effect)))
     for one, other in zip(before, numbers(bench), strict=True):
         np.testing.assert_array_equal(one, other)
 
 
-def test_every_effect_can_be_pickled(bench: Model) -> None:
-    for effect in catalogue(bench).candidates:
+def test_every_effect_can_be_pickled(effect_kind: EffectKind, bench: Model) -> None:
+    for effect in effects(effect_kind, bench):
         copied = pickle.loads(pickle.dumps(effect))
         assert (copied.name, copied.kind, copied.parameters) == (effect.name, effect.kind, effect.parameters)
         assert same(copied.apply(bench, typical(effect)), effect.apply(bench, typical(effect)))
 
 
-def test_every_effect_acts_on_the_free_structure_or_leaves_it(bench: Model) -> None:
+def test_every_effect_acts_on_the_free_structure_or_leaves_it(effect_kind: EffectKind, bench: Model) -> None:
     free = bench.free()
-    for effect in catalogue(bench).candidates:
+    for effect in effects(effect_kind, bench):
         applied = effect.apply(free, typical(effect))
         assert same(applied, effect.apply(bench, typical(effect)).free()), effect.name
-        contact = effect.kind in {"friction coefficient", "tangential stiffness", "pre-load", "gap"}
+        contact = "contact line" in effect_kind.acts_on
         line_sensor = effect.name in {"gain of left_T", "gain of left_N"}
         assert same(applied, free) == (contact or line_sensor), effect.name
 
 
-def test_every_effect_speaks_in_sentences(bench: Model) -> None:
-    for effect in catalogue(bench).candidates:
+def test_every_effect_speaks_in_sentences(effect_kind: EffectKind, bench: Model) -> None:
+    for effect in effects(effect_kind, bench):
         for words in (effect.physics, effect.signature):
             assert words.endswith(".")
             assert words[0].isupper()
         assert all(each.unit for each in effect.parameters)
+
+
+def test_effects_are_as_their_kind_says(effect_kind: EffectKind, bench: Model) -> None:
+    for effect in effects(effect_kind, bench):
+        assert effect.kind == effect_kind.name
+        assert [each.name for each in effect.parameters] == list(effect_kind.parameters)
+        for each in effect.parameters:
+            assert each.unit in effect_kind.parameters[each.name]
+
+
+def test_planted_it_is_found(planted_kind: EffectKind, small: Model, paper: ModuleType) -> None:
+    """The strength that a refit finds is the planted one; the screening promises what the refit keeps."""
+    effect = effects(planted_kind, small, level=paper.LEVELS[1])[-1]
+    parameter = effect.parameters[0]
+    strength = parameter.vanishes + 2 * (parameter.typical - parameter.vanishes)
+    rest = [each.typical for each in effect.parameters[1:]]
+    campaign = paper.make_campaign(effect.apply(small, [strength, *rest]), jitter=3e-5, seed=5)
+    free = accepted(small, deviation={"kn": 0.0, "E": 0.0})
+    arrangement = arrange(campaign, small, free, Budget(frequency=0.0, compliance=0.0))
+    (score,) = screen(arrangement, [effect])
+    found = refit(arrangement, score)
+    before = baseline_fit(arrangement)
+    # Five standard deviations, by the curvature of chi^2 alone: friction histories stray a little further.
+    assert found.strength == pytest.approx(strength, abs=5 * found.deviation)
+    assert found.deviation < 0.2 * abs(strength - parameter.vanishes)
+    # A promise to first order, at the strength that the screening tried.
+    assert arrangement.fit.chi2 - found.fit.chi2 == pytest.approx(score.gain, rel=0.4)
+    assert found.held_chi2 < before.held_chi2
 
 
 @pytest.mark.parametrize("kind", ["cubic", "air damping"])

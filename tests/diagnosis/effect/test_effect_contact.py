@@ -7,8 +7,8 @@ import pytest
 
 from correlation.errors import ModelDefinitionError
 from correlation.model import DeadWeight, Dof, Model
-from diagnosis.effect.catalogue import catalogue
-from diagnosis.effect.contact_line import contacts
+from diagnosis.candidate.catalogue import catalogue
+from diagnosis.candidate.contact_line import contacts
 from diagnosis.effect.gap import Gap
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state

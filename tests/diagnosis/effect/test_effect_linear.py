@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from correlation.model import Dof, Model, Part
-from diagnosis.effect.candidate import EffectError
-from diagnosis.effect.catalogue import catalogue
+from diagnosis.candidate.catalogue import catalogue
+from diagnosis.candidate.effect import EffectError
 from reduction.jointed_system import CubicSpring, QuadraticDamper, along
 
 

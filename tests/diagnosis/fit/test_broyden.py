@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from diagnosis.effect.candidate import EffectParameter
+from diagnosis.candidate.effect import EffectParameter
 from diagnosis.fit import calibration
-from diagnosis.fit.calibration import ENOUGH, calibrate
+from diagnosis.fit.calibration import ENOUGH, Search, calibrate, inverse
 from diagnosis.fit.unknowns import Unknowns
 
 #: Of the numbers of the valley, in standard deviations: a chi^2 of some hundreds at the start.
@@ -32,8 +32,13 @@ class Valley:
     def __init__(self, bend: float = 1.0) -> None:
         self.bend, self.n_slope = bend, 0
 
-    def predict(self, model: tuple[float, ...], before: object = None) -> np.ndarray:
-        del before
+    search = Search()
+
+    def covariance(self, _: np.ndarray, jacobian: np.ndarray, size: np.ndarray) -> np.ndarray:
+        return inverse(jacobian, size)
+
+    def predict(self, model: tuple[float, ...], before: object = None, starts: object = None) -> np.ndarray:
+        del before, starts
         return np.array(model)
 
     def residual(self, at: np.ndarray) -> np.ndarray:
@@ -117,11 +122,9 @@ def test_a_jacobian_of_the_wrong_sign_does_not_end_a_fit() -> None:
 
 
 @pytest.mark.parametrize("most", [2, 30])
-def test_a_fit_that_is_asked_to_be_exact_tells_the_jacobian_of_its_end(
-    most: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(calibration, "MOST_STEPS", most)
+def test_a_fit_that_is_asked_to_be_exact_tells_the_jacobian_of_its_end(most: int) -> None:
     of = Valley(0.1)
+    of.search = Search(steps=most)
     found = fit(of, exact=True)
     np.testing.assert_array_equal(found.jacobian, jacobian(of, *found.values))
     np.testing.assert_allclose(found.covariance, np.linalg.inv(found.jacobian.T @ found.jacobian), rtol=1e-9)

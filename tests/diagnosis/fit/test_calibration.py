@@ -70,7 +70,8 @@ def test_a_trial_that_nothing_holds_turns_a_fit_back(small: Model, arranged: Arr
     class Unheld(Comparison):
         """Nothing holds a model whose kt is above 1.1 of the drawing; the fit starts worse than with no prediction."""
 
-        def predict(self, model: Model, before: Prediction | None = None) -> Prediction:
+        def predict(self, model: Model, before: Prediction | None = None, starts: object = None) -> Prediction:
+            del starts
             stiff = model.contact(model.lines["left"][0]).tangential_stiffness
             if stiff > 1.1 * small.contact(small.lines["left"][0]).tangential_stiffness:
                 return super().predict(loose, before)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from correlation.model import Model
-from diagnosis.effect.candidate import EffectError
+from diagnosis.candidate.effect import EffectError
 from diagnosis.fit.calibration_parameter import Accepted, accepted
 from reduction.jointed_system import FrictionContact
 

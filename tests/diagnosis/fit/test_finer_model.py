@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
-from diagnosis.effect.catalogue import Catalogue
+from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.fit.arrangement import Added, Arrangement, arrange, arranged_anew
 from diagnosis.fit.calibration import calibrate
 from diagnosis.fit.calibration_parameter import accepted
 from diagnosis.fit.finer_model import as_uncertain
-from diagnosis.fit.refit import refit, unchanged
+from diagnosis.fit.refit import baseline_fit, refit
 from diagnosis.fit.unknowns import Unknowns
 from diagnosis.screening import screen
-from diagnosis.threshold.parametric_bootstrap import widened
+from diagnosis.threshold.parametric_bootstrap import widen_intervals
 from diagnosis.threshold.simulation import Simulation
 
 #: The finer model is stiffer by this: its resonance is off by a width.
@@ -68,8 +68,8 @@ def test_what_calibration_makes_good_is_no_error_but_an_uncertainty(
     for fit in (found.fit, with_mass):
         assert fit.deviation[young] < STIFFER / 3
         assert as_uncertain(fit, found.finer).deviation[young] >= STIFFER * (1 - FOUND)
-    before, (refitted,) = unchanged(found), [refit(found, score, with_mass) for score in screen(found, [effect])]
-    for each in widened(campaign, found, before, [before, refitted]):
+    before, (refitted,) = baseline_fit(found), [refit(found, score, with_mass) for score in screen(found, [effect])]
+    for each in widen_intervals(campaign, found, before, [before, refitted]):
         assert each.fit.deviation[young] >= STIFFER * (1 - FOUND)
 
 

@@ -6,27 +6,29 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.effect.candidate import EffectParameter
+from diagnosis.candidate.effect import EffectParameter
+from diagnosis.effect import EFFECTS
 from diagnosis.fit import refit as refits
+from diagnosis.fit.problem import Effort
 from diagnosis.fit.refit import (
-    BEST,
-    FAR_BEHIND,
-    FINALISTS,
     KEPT,
     LADDER,
     LOST,
-    MOST,
     MOST_RUGGED,
     PARALLEL,
     PROMISING,
-    RUGGED,
-    WORTHLESS,
-    all_searched,
     finalists,
     fitted,
+    multistart_fits,
     shortlist,
 )
 from diagnosis.screening import Score
+
+EFFORT = Effort()
+RUGGED = [kind.name for kind in EFFECTS if kind.is_rugged]
+BEST, MOST, WORTHLESS, FINALISTS, FAR_BEHIND = (
+    getattr(EFFORT, name) for name in ("best", "most", "worthless", "finalists", "far_behind")
+)
 
 ACCEPTED, CHI2 = np.array([1.02, 0.97]), 500.0
 #: Whitened Jacobian of the accepted parameters, with their priors' rows below.
@@ -75,7 +77,7 @@ def fit(of: Score, *chi2: float, monkeypatch: pytest.MonkeyPatch, n_number: int 
     calibrations = Calibrations(*chi2)
     monkeypatch.setattr(refits, "calibrate", calibrations)
     accepted = SimpleNamespace(values=ACCEPTED, jacobian=JACOBIAN, chi2=CHI2, prediction=None, n_number=n_number)
-    arrangement: Any = SimpleNamespace(fit=accepted, train=None, unknowns=lambda effects: effects)
+    arrangement: Any = SimpleNamespace(fit=accepted, train=None, effort=EFFORT, unknowns=lambda effects: effects)
     return fitted(arrangement, of), calibrations
 
 
@@ -139,10 +141,10 @@ def race(monkeypatch: pytest.MonkeyPatch, begun: dict[str, float], wider: dict[s
         asked.append(of.effect.name)
         return SimpleNamespace(chi2=min(found.chi2, wider[of.effect.name]))
 
-    monkeypatch.setattr(refits, "searched", searching)
+    monkeypatch.setattr(refits, "multistart_fit", searching)
     arrangement: Any = SimpleNamespace(fit=SimpleNamespace(n_number=500))
     fits: Any = [(score(1.0, name=name), SimpleNamespace(chi2=chi2)) for name, chi2 in begun.items()]
-    return {of.effect.name: fit.chi2 for of, fit in all_searched(arrangement, fits)}, asked
+    return {of.effect.name: fit.chi2 for of, fit in multistart_fits(arrangement, fits)}, asked
 
 
 def test_the_search_ends_with_the_first_effect_that_has_found_the_way(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -187,21 +189,21 @@ def ranked(*gains: float, alike: bool = True) -> list[Score]:
 
 
 def test_the_best_few_are_refitted_whatever_they_look_like() -> None:
-    assert len(shortlist(ranked(100, 90, 80, 70, 60, alike=False))) == BEST
-    assert len(shortlist(ranked(100, 90, 80, 70, 60, 50, 40, alike=False), lost=True)) == MOST
+    assert len(shortlist(ranked(100, 90, 80, 70, 60, alike=False), EFFORT)) == BEST
+    assert len(shortlist(ranked(100, 90, 80, 70, 60, 50, 40, alike=False), EFFORT, lost=True)) == MOST
 
 
 def test_what_looks_like_one_of_them_is_refitted_too_if_it_promises_enough() -> None:
     assert 0 < PARALLEL < 1
     few = ranked(100, 90, 80, 100 * PROMISING + 1, 100 * PROMISING - 1)
-    assert [each.gain for each in shortlist(few)] == [100, 90, 80, 100 * PROMISING + 1]
-    assert len(shortlist(ranked(*[100.0] * 20))) == MOST
+    assert [each.gain for each in shortlist(few, EFFORT)] == [100, 90, 80, 100 * PROMISING + 1]
+    assert len(shortlist(ranked(*[100.0] * 20), EFFORT)) == MOST
 
 
 def test_what_chance_gains_is_not_worth_a_refit() -> None:
-    assert shortlist(ranked(WORTHLESS - 0.1, 1, 0)) == []
-    assert len(shortlist(ranked(WORTHLESS + 0.1, WORTHLESS - 0.1, 0))) == 1
-    assert shortlist([]) == []
+    assert shortlist(ranked(WORTHLESS - 0.1, 1, 0), EFFORT) == []
+    assert len(shortlist(ranked(WORTHLESS + 0.1, WORTHLESS - 0.1, 0), EFFORT)) == 1
+    assert shortlist([], EFFORT) == []
 
 
 def test_what_acts_through_slip_alone_is_refitted_in_any_case() -> None:
@@ -209,24 +211,24 @@ def test_what_acts_through_slip_alone_is_refitted_in_any_case() -> None:
     plain = [score(gain, name=f"p {gain:g}") for gain in (100.0, 90.0, 80.0)]
     slipping = [score(0.1, name=f"line {number}", kind=RUGGED[0]) for number in range(MOST_RUGGED + 2)]
     unseen = Score(**{**vars(slipping[0]), "size": 0.0})
-    assert shortlist([*plain, unseen, *slipping]) == [*plain, *slipping[:MOST_RUGGED]]
-    assert shortlist([*plain[:2], slipping[0]]) == plain[:2] + slipping[:1]
+    assert shortlist([*plain, unseen, *slipping], EFFORT) == [*plain, *slipping[:MOST_RUGGED]]
+    assert shortlist([*plain[:2], slipping[0]], EFFORT) == plain[:2] + slipping[:1]
 
 
 def test_those_that_fit_best_are_fitted_thoroughly() -> None:
     fits: list[Any] = [(number, SimpleNamespace(chi2=chi2)) for number, chi2 in enumerate([9.0, 3.0, 7.0, 5.0, 8.0])]
-    assert [number for number, _ in finalists(fits)] == [1, 3, 2][:FINALISTS]
+    assert [number for number, _ in finalists(fits, EFFORT)] == [1, 3, 2][:FINALISTS]
 
 
 @pytest.mark.parametrize(("behind", "kept"), [(FAR_BEHIND - 1, 3), (FAR_BEHIND + 1, 2)])
 def test_a_third_that_is_far_behind_the_best_is_not_worth_it(behind: float, kept: int) -> None:
     """Behind the best, not behind the one before it."""
     fits: list[Any] = [(chi2, SimpleNamespace(chi2=chi2)) for chi2 in (100 + behind, 100.0, 100 + behind / 2)]
-    assert [fit.chi2 for _, fit in finalists(fits)] == [100.0, 100 + behind / 2, 100 + behind][:kept]
+    assert [fit.chi2 for _, fit in finalists(fits, EFFORT)] == [100.0, 100 + behind / 2, 100 + behind][:kept]
 
 
 def test_the_best_two_are_fitted_thoroughly_however_far_apart() -> None:
     fits: list[Any] = [(chi2, SimpleNamespace(chi2=chi2)) for chi2 in (1e3 + 10 * FAR_BEHIND, 1e3, 1e5)]
-    assert [fit.chi2 for _, fit in finalists(fits)] == [1e3, 1e3 + 10 * FAR_BEHIND]
-    assert finalists(fits[1:2]) == fits[1:2]
-    assert finalists([]) == []
+    assert [fit.chi2 for _, fit in finalists(fits, EFFORT)] == [1e3, 1e3 + 10 * FAR_BEHIND]
+    assert finalists(fits[1:2], EFFORT) == fits[1:2]
+    assert finalists([], EFFORT) == []

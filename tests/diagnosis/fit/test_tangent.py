@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from correlation.model import Model
-from diagnosis.effect.candidate import EffectError
-from diagnosis.effect.place import with_cubic_spring
+from diagnosis.candidate.effect import EffectError
+from diagnosis.candidate.place import with_cubic_spring
 from diagnosis.fit.calibration_parameter import accepted
 from diagnosis.fit.jitter import FrequencyShift
 from diagnosis.fit.tangent import tangents

@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import chi2, f, gumbel_r
 
 from correlation.campaign.measurement import Campaign
-from diagnosis.effect.catalogue import Catalogue
+from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.refit import fitted, shortlist
 from diagnosis.screening import screen
@@ -62,7 +62,10 @@ def test_draws_without_an_effect_gain_what_chance_does(
     assert (gains >= 0).all()
     assert gains.max() < f.isf(1e-3 / n, 1, 9)
     # What the hidden mass gains is of another kind.
-    gained = max(heavy.fit.chi2 - fitted(heavy, score).chi2 for score in shortlist(screen(heavy, listed.candidates)))
+    gained = max(
+        heavy.fit.chi2 - fitted(heavy, score).chi2
+        for score in shortlist(screen(heavy, listed.candidates), heavy.effort)
+    )
     assert gained > 2 * gains.max()
     assert len({trial.misfit for trial in drawn}) == len(SEEDS)
 

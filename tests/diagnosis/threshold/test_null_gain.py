@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from diagnosis.effect.candidate import EffectParameter
+from diagnosis.candidate.effect import EffectParameter
 from diagnosis.screening import Score
 from diagnosis.threshold.null_gain import DRAWS, null_gains, threshold
 

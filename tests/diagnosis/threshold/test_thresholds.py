@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from diagnosis.effect.candidate import EffectParameter
+from diagnosis.candidate.effect import EffectParameter
 from diagnosis.keep import computed
 from diagnosis.screening import Score
 from diagnosis.threshold.thresholds import LEAST_MISFIT, MARGIN, UNKNOWN_FORCE, Limits, linear_limits

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from correlation.model import Model
-from diagnosis.effect.candidate import EffectError, Untestable
-from diagnosis.effect.catalogue import KINDS, Catalogue, campaign_catalogue, catalogue
+from diagnosis.candidate.catalogue import Catalogue, campaign_catalogue, catalogue
+from diagnosis.candidate.effect import EffectError, Untestable
+from diagnosis.effect import EFFECTS
 from diagnosis.effect.density import Density
 
 OWN = Path(__file__).parents[3] / "examples" / "effects" / "exciter_third_harmonic.py"
@@ -17,7 +18,7 @@ OWN = Path(__file__).parents[3] / "examples" / "effects" / "exciter_third_harmon
 
 def test_all_kinds_are_offered_and_all_names_are_unique(bench: Model) -> None:
     found = catalogue(bench)
-    assert set(found.kinds) == set(KINDS)
+    assert set(found.kinds) == set(EFFECTS.names())
     names = [*found.names, *(each.name for each in found.untestable)]
     assert len(names) == len(set(names))
     assert all(each.reason for each in found.untestable)
@@ -25,7 +26,7 @@ def test_all_kinds_are_offered_and_all_names_are_unique(bench: Model) -> None:
 
 def test_kinds_can_be_left_out(bench: Model) -> None:
     found = catalogue(bench, without=["cubic", "gap"])
-    assert set(found.kinds) == set(KINDS) - {"cubic", "gap"}
+    assert set(found.kinds) == set(EFFECTS.names()) - {"cubic", "gap"}
     assert not any(each.name.startswith(("cubic", "gap")) for each in found.untestable)
     assert catalogue(bench, without="cubic").kinds == catalogue(bench, without=["cubic"]).kinds
 

@@ -7,34 +7,14 @@ from typing import Protocol, TypeAlias
 
 from correlation.campaign.measurement import Campaign
 from correlation.model import Model
-from diagnosis.effect import (
-    air_damping,
-    cubic,
-    dashpot,
-    density,
-    friction_coefficient,
-    gain,
-    gap,
-    mass,
-    preload,
-    spring,
-    tangential_stiffness,
-)
-from diagnosis.effect.candidate import Effect, EffectError, Untestable
-from diagnosis.effect.own_effect import read_effects
-from diagnosis.effect.scale import CONFIGURATIONS, Scale, scale
-
-
-class Candidates(Protocol):
-    """What a file of `diagnosis.effect` offers."""
-
-    def __call__(self, model: Model, size: Scale | None = ...) -> list[Effect | Untestable]:
-        """Effects of its kind for a model of a size."""
-        ...
+from diagnosis.candidate.effect import Effect, EffectError, Untestable
+from diagnosis.candidate.own_effect import checked, read_effects
+from diagnosis.candidate.scale import CONFIGURATIONS, scale
+from diagnosis.effect import EFFECTS, EffectKind
 
 
 class Source(Protocol):
-    """Effects from elsewhere, such as `diagnosis.effect.own_effect.EffectSource`."""
+    """Effects from elsewhere, such as `diagnosis.candidate.own_effect.EffectSource`."""
 
     @property
     def candidates(self) -> Callable[[Model], Iterable[Effect | Untestable]]:
@@ -44,23 +24,6 @@ class Source(Protocol):
 
 #: More effects: one, a file that offers some, or another source of them.
 Extra: TypeAlias = "Effect | Source | str | Path"
-
-KINDS: dict[str, Candidates] = {
-    file.KIND: file.candidates
-    for file in (
-        spring,
-        mass,
-        density,
-        cubic,
-        air_damping,
-        dashpot,
-        gain,
-        friction_coefficient,
-        tangential_stiffness,
-        preload,
-        gap,
-    )
-}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,19 +68,21 @@ class Catalogue:
         raise EffectError(f'there is no effect "{name}": there are {", ".join(self.names) or "none"}')
 
     def alike(self, effect: Effect) -> Effect:
-        """The same effect as one of another mesh: of its name, or the gap towards the same end of the same line.
+        """The same effect as one of another mesh: of its name, or as its kind tells.
 
         Raises
         ------
         EffectError
             There is none.
         """
-        if isinstance(effect, gap.Gap):
-            gaps = (each for each in self.candidates if isinstance(each, gap.Gap))
-            found = next((each for each in gaps if each.end == effect.end), None)
-            if found is not None:
-                return found
-        return self.effect(effect.name)
+        is_alike = EFFECTS[effect.kind].is_alike if effect.kind in EFFECTS else None
+        found = (each for each in self.candidates if is_alike is not None and is_alike(each, effect))
+        return next(found, None) or self.effect(effect.name)
+
+
+def kinds_of_effects() -> list[EffectKind]:
+    """All kinds, in the order in which they are listed."""
+    return sorted(EFFECTS, key=lambda kind: (kind.order, kind.name))
 
 
 def catalogue(
@@ -137,7 +102,7 @@ def catalogue(
     without
         Kinds to leave out, such as "cubic".
     extra
-        Effects of one's own: effects, paths of files that offer some, or `own_effect.installed_effects()`.
+        Effects of one's own: effects, paths of files that offer some, or other sources of them.
     level
         Highest force of the tests, at which typical strengths of nonlinear effects are reckoned [N].
     configurations
@@ -150,12 +115,16 @@ def catalogue(
     """
     without = {without} if isinstance(without, str) else set(without)
     more = [each for source in extra for each in _from(source, model)]
-    known = [*KINDS, *dict.fromkeys(each.kind for each in more if not isinstance(each, Untestable))]
+    kinds = kinds_of_effects()
+    known = [
+        *(kind.name for kind in kinds),
+        *dict.fromkeys(each.kind for each in more if not isinstance(each, Untestable)),
+    ]
     for kind in sorted(without):
         if kind not in known:
             raise EffectError(f'"{kind}" is no kind of effect: leave out any of {", ".join(known)}')
     size = scale(model, level=level, configurations=configurations)
-    listed = [each for kind, make in KINDS.items() if kind not in without for each in make(model, size)]
+    listed = [each for kind in kinds if kind.name not in without for each in checked(kind, model, size)]
     listed += [each for each in more if isinstance(each, Untestable) or each.kind not in without]
     names: set[str] = set()
     for each in listed:

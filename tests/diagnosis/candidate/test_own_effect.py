@@ -1,6 +1,6 @@
 """Effects from files and entry points: at home everywhere, and one sentence for each mistake."""
 
-import importlib.metadata
+import os
 import pickle
 import subprocess
 import sys
@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from correlation.model import Model
-from diagnosis.effect.candidate import EffectError
-from diagnosis.effect.catalogue import catalogue
-from diagnosis.effect.own_effect import installed_effects, read_effects
+from diagnosis.candidate.catalogue import catalogue
+from diagnosis.candidate.effect import EffectError
+from diagnosis.candidate.own_effect import read_effects
 
 ROOT = Path(__file__).parents[3]
 OWN = ROOT / "examples" / "effects" / "exciter_third_harmonic.py"
 
 GOOD = """
 from dataclasses import dataclass
-from diagnosis.effect.candidate import EffectParameter
+from diagnosis.candidate.effect import EffectParameter
 
 PARAMETER = EffectParameter(name="factor", unit="-", lower=0.5, upper=2.0, typical=1.1, vanishes=1.0)
 
@@ -90,7 +90,7 @@ def test_the_shipped_file_is_what_it_says(bench: Model) -> None:
         ("x = = 1\n", r"own\.py, line 1: it fails with SyntaxError"),
         ("import no_such_module_anywhere\n", r"own\.py, line 1: it fails with ModuleNotFoundError \(No module named"),
         ("import sys\nsys.exit(3)\n", r"own\.py, line 2: it fails with SystemExit \(3\)"),
-        ("x = 1\n", r"own\.py offers no effects: give it a function `candidates\(model\)`"),
+        ("x = 1\n", r"own\.py offers no effects: .* give it a function `candidates\(model\)`"),
         ("candidates = 3\n", r"own\.py offers no effects"),
         ("def candidates(model):\n    return 1 / 0\n", r"own\.py, line 2: `candidates` fails with ZeroDivision"),
         ("def candidates():\n    return []\n", r"own\.py: `candidates` fails with TypeError"),
@@ -131,27 +131,73 @@ def test_what_is_no_python_file_is_refused(tmp_path: Path, name: str) -> None:
 
 
 def test_an_effect_that_fails_later_says_where(bench: Model, tmp_path: Path) -> None:
-    text = GOOD.replace("        return test", "        assert values[0] < 1.5, 'too loud'\n        return test")
+    text = GOOD.replace("        return model", "        assert values[0] < 1.5, 'too loud'\n        return model")
     effect = catalogue(bench, extra=[written(tmp_path, text)]).effect("louder exciter")
     with pytest.raises(EffectError, match=r"own\.py, line 16: `apply` of .* fails with AssertionError \(too loud\)"):
         effect.apply(bench, [1.8])
 
 
-def entry_points(monkeypatch: pytest.MonkeyPatch, value: str) -> None:
-    point = importlib.metadata.EntryPoint(name="own", value=value, group="stickslip.effects")
-    monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: [point] if group == point.group else [])
+KIND = """
+
+from diagnosis.effect import EFFECTS, EffectKind
+
+def on_model(model, size):
+    return candidates(model)
+
+EFFECTS.register(
+    EffectKind(
+        name="exciter gain", acts_on="the exciter", physics=Louder.physics, signature=Louder.signature,
+        parameters={"factor": ("-",)}, candidates=on_model,
+    )
+)
+"""
 
 
-@pytest.mark.parametrize("value", ["diagnosis.effect.gain", "diagnosis.effect.gain:candidates"])
-def test_an_installed_package_offers_effects(bench: Model, monkeypatch: pytest.MonkeyPatch, value: str) -> None:
-    entry_points(monkeypatch, value)
-    (source,) = installed_effects()
-    assert [each.name for each in source.candidates(bench)] == ["gain of tip", "gain of left_T", "gain of left_N"]
+def test_a_file_that_registers_a_kind_counts_where_it_is_named_alone(bench: Model, tmp_path: Path) -> None:
+    file = written(tmp_path, GOOD + KIND)
+    assert "louder exciter" in catalogue(bench, extra=[file]).names
+    assert "louder exciter" in catalogue(bench, extra=[file]).names  # read again: nothing is registered twice
+    assert "louder exciter" not in catalogue(bench).names
+    effect = catalogue(bench, extra=[file]).effect("louder exciter")
+    assert pickle.loads(pickle.dumps(effect)).apply(bench, [2.0]).system.dynamic.max() == 2.0
 
 
-def test_a_broken_entry_point_is_refused_in_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    entry_points(monkeypatch, "no_such_package.effects")
-    with pytest.raises(
-        EffectError, match=r"entry point own \(no_such_package\.effects\): it fails with ModuleNotFound"
-    ):
-        installed_effects()
+def test_a_kind_without_a_fact_or_with_the_name_of_another_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(EffectError, match=r"own\.py, line \d+: it fails with TypeError .*'acts_on'"):
+        read_effects(written(tmp_path, GOOD + KIND.replace('acts_on="the exciter", ', "")))
+    with pytest.raises(EffectError, match=r'own\.py, line \d+: .*"mass" is registered already in .*mass\.py'):
+        read_effects(written(tmp_path, GOOD + KIND.replace('name="exciter gain"', 'name="mass"')))
+    with pytest.raises(EffectError, match=r'own\.py, line \d+: .*"exciter gain" has physics = .*: say it in words'):
+        read_effects(written(tmp_path, GOOD + KIND.replace("physics=Louder.physics", 'physics=""')))
+
+
+def installed(tmp_path: Path, value: str) -> str:
+    """What a process finds beside whose packages one with an entry point is installed."""
+    (tmp_path / "my_effects.py").write_text(GOOD + KIND, encoding="utf-8")
+    about = tmp_path / "mine-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: mine\nVersion: 1.0\n", encoding="utf-8")
+    (about / "entry_points.txt").write_text(f"[stickslip.effects]\nown = {value}\n", encoding="utf-8")
+    script = (
+        "import runpy; made = runpy.run_path('tests/diagnosis/conftest.py'); bench = made['make_bench'](); "
+        "from diagnosis.candidate.catalogue import catalogue; found = catalogue(bench); print(len(found.names)); "
+        "effect = found.effect('louder exciter'); print(effect.apply(bench, [2.0]).system.dynamic.max().real)"
+    )
+    paths = os.pathsep.join([str(tmp_path), str(ROOT)])
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=False,
+        env={**os.environ, "PYTHONPATH": paths},
+    )  # fmt: skip
+    return done.stdout + done.stderr
+
+
+def test_an_installed_package_offers_effects(tmp_path: Path) -> None:
+    assert installed(tmp_path, "my_effects").endswith("\n2.0\n")
+
+
+def test_a_broken_entry_point_is_left_out_in_one_sentence(tmp_path: Path) -> None:
+    said = installed(tmp_path, "no_such_package.effects")
+    assert "a kind of effect is left out:" in said
+    assert "ModuleNotFoundError: No module named 'no_such_package'" in said
+    # All others are there.
+    assert 'there is no effect "louder exciter": there are ' in said

@@ -7,9 +7,9 @@ import pytest
 from scipy.linalg import eigvalsh
 
 from correlation.model import Dof, Model, Sensor
-from diagnosis.effect.candidate import EffectError
-from diagnosis.effect.catalogue import catalogue
-from diagnosis.effect.scale import scale
+from diagnosis.candidate.catalogue import catalogue
+from diagnosis.candidate.effect import EffectError
+from diagnosis.candidate.scale import scale
 from reduction.jointed_system import JenkinsElement, JointedSystem, along
 from reduction.stuck import stuck_stiffness
 

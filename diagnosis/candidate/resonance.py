@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, eigh
 
-from diagnosis.effect.candidate import EffectError
+from diagnosis.candidate.effect import EffectError
 from reduction.jointed_system import JointedSystem
 from reduction.stuck import stuck_stiffness
 

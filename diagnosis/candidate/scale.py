@@ -11,8 +11,8 @@ import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from correlation.model import Model
-from diagnosis.effect.candidate import EffectError
-from diagnosis.effect.resonance import Resonance, Row, Rows, resonance
+from diagnosis.candidate.effect import EffectError
+from diagnosis.candidate.resonance import Resonance, Row, Rows, resonance
 from reduction.jointed_system import JointedSystem
 
 #: What can be tested: with the contacts of the lines, and without.

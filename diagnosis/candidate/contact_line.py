@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import sqrt
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectParameter, Untestable
+from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
 from reduction.joint.friction_contact import friction_contacts
 from reduction.jointed_system import FrictionContact
 

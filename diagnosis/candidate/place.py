@@ -7,8 +7,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Dof, Model, Sensor
-from diagnosis.effect.candidate import Untestable
-from diagnosis.effect.scale import Scale
+from diagnosis.candidate.effect import Untestable
+from diagnosis.candidate.scale import Scale
 from reduction.jointed_system import CubicSpring, Joint, QuadraticDamper
 
 Row = Float[NDArray[np.float64], " r"]

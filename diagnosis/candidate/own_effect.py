@@ -1,11 +1,11 @@
 """Effects of one's own, from a short Python file or an installed package.
 
-A file offers `candidates(model)`, which lists effects (`diagnosis.effect.candidate.Effect`) and what cannot be
-tested. A package names such a function, or its module, as an entry point of the group "stickslip.effects". What these
-effects do is checked as it happens: a mistake is one sentence with the file and the line.
+A file registers kinds of effects (`diagnosis.effect.EFFECTS`), or has just a function `candidates(model)` that lists
+effects (`diagnosis.candidate.effect.Effect`) and what cannot be tested; those of a file count where it is named alone.
+A package names a module that registers kinds as an entry point of the group "stickslip.effects". What these effects do
+is checked as it happens: a mistake is one sentence with the file and the line.
 """
 
-import importlib.metadata
 import importlib.util
 import pickle
 import sys
@@ -20,14 +20,22 @@ from typing import Any
 import numpy as np
 
 from correlation.model import Model
-from diagnosis.effect.candidate import Effect, EffectError, EffectParameter, Untestable
+from diagnosis.candidate.effect import Effect, EffectError, EffectParameter, Untestable
+from diagnosis.candidate.scale import Scale
+from diagnosis.effect import EFFECTS, EffectKind
+from geometry.errors import RegistryError
 
-GROUP = "stickslip.effects"
+#: Modules of files with effects are called by this, the file's name and a part of its hash.
+PREFIX = "stickslip_effects_"
+#: Where the product's own kinds stand; nothing of theirs is checked when it acts.
+OWN = Path(__file__).parents[1] / "effect"
 #: What an effect has, besides `apply` and `parameters`.
 WORDS = ("name", "kind", "physics", "signature")
 #: What of a system must be as it was where an effect vanishes.
 LINEAR = ("mass", "damping", "stiffness", "static_load")
-OFFER = "give it a function `candidates(model)` that returns a list of effects"
+#: Attribute of such a module with the kinds that it registered.
+KINDS = "_registered_kinds"
+OFFER = "register a kind of effect, or give it a function `candidates(model)` that returns a list of effects"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -39,7 +47,7 @@ class OwnEffect:
     effect
         As the file made it.
     origin
-        The file, or the entry point.
+        The file.
     """
 
     effect: Effect
@@ -94,14 +102,14 @@ class OwnEffect:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EffectSource:
-    """A file or an entry point that offers effects.
+    """A file that offers effects.
 
     Parameters
     ----------
     origin
-        The file, or the entry point.
+        The file.
     offer
-        Its function `candidates`.
+        Lists them for a model.
     """
 
     origin: str
@@ -176,29 +184,24 @@ def read_effects(path: str | Path) -> EffectSource:
     file = Path(path).expanduser().resolve()
     if file.suffix != ".py" or not file.is_file():
         raise EffectError(f"{path} is no Python file of effects: give the path of one, such as effects/tip_stop.py")
-    return _source(str(file), _called(lambda: _module(file), str(file), "it"))
-
-
-def installed_effects() -> tuple[EffectSource, ...]:
-    """Effects of installed packages, by their entry points of the group "stickslip.effects".
-
-    Raises
-    ------
-    EffectError
-        An entry point that cannot be loaded or offers no effects.
-    """
-    sources = []
-    for point in importlib.metadata.entry_points(group=GROUP):
-        origin = f"entry point {point.name} ({point.value})"
-        sources.append(_source(origin, _called(point.load, origin, "it")))
-    return tuple(sources)
-
-
-def _source(origin: str, loaded: Any) -> EffectSource:
-    offer = getattr(loaded, "candidates", None) if isinstance(loaded, ModuleType) else loaded
+    module = _called(lambda: _module(file), str(file), "it")
+    kinds: list[EffectKind] = getattr(module, KINDS)
+    offer = getattr(module, "candidates", None)
+    if kinds:
+        return EffectSource(
+            origin=str(file), offer=lambda model: [e for kind in kinds for e in kind.candidates(model, None)]
+        )
     if not callable(offer):
-        raise EffectError(f"{origin} offers no effects: {OFFER}")
-    return EffectSource(origin=origin, offer=offer)
+        raise EffectError(f"{file} offers no effects: {OFFER}")
+    return EffectSource(origin=str(file), offer=offer)
+
+
+def checked(kind: EffectKind, model: Model, size: Scale) -> list[Effect | Untestable]:
+    """Effects of a kind; those of a kind from outside are checked when they are made and when they act."""
+    file = EFFECTS.entry(kind.name).file
+    if Path(file).parent == OWN:
+        return kind.candidates(model, size)
+    return EffectSource(origin=file, offer=lambda model: kind.candidates(model, size)).candidates(model)
 
 
 def _module(file: Path) -> ModuleType:
@@ -211,21 +214,26 @@ def _module(file: Path) -> ModuleType:
     assert spec is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
+    before = set(EFFECTS.names())
     try:
         # Not through the loader, whose stored byte code may be that of a file edited within the same second.
         exec(compile(file.read_bytes(), str(file), "exec"), module.__dict__)
+        setattr(module, KINDS, [EFFECTS[kind] for kind in EFFECTS.names() if kind not in before])
     except BaseException:
         del sys.modules[name]
         raise
+    finally:
+        # Another case knows nothing of this file.
+        EFFECTS.forget(file)
     return module
 
 
 def _module_name(file: Path) -> str:
-    return f"stickslip_effects_{file.stem}_{sha256(str(file).encode() + file.read_bytes()).hexdigest()[:12]}"
+    return f"{PREFIX}{file.stem}_{sha256(str(file).encode() + file.read_bytes()).hexdigest()[:12]}"
 
 
 def _restored(origin: str, pickled: bytes) -> OwnEffect:
-    if origin.endswith(".py"):
+    if PREFIX.encode() in pickled:
         read_effects(origin)
     effect = _called(lambda: pickle.loads(pickled), origin, "an effect that was stored when the file was another")
     return OwnEffect(effect=effect, origin=origin)
@@ -237,6 +245,8 @@ def _called(act: Callable[[], Any], origin: str, what: str) -> Any:
         return act()
     except (KeyboardInterrupt, GeneratorExit):
         raise
+    except RegistryError as error:
+        raise EffectError(str(error)) from error
     except BaseException as error:  # a file may even call sys.exit
         line = _line(error, origin)
         words = " ".join(str(error).split()) or "no message"

@@ -1,0 +1,145 @@
+"""The gate of time records: what the error on records that no fit saw must do before an effect is named.
+
+What a model leaves of a record is coloured, and mostly the model's own error: a nominal test would claim all and
+everything. The held-out error must therefore fall to `RATIO` of its excess over the noise, and do so all over these
+records: each of their blocks votes by (e0 - e1) / (e0 + e1), e the mean squared error before and after, and the mean
+vote must be above zero by `SURE` times its standard error.
+
+Where the noise is known there is a second gate behind the first: an effect that leaves more than `PART` of the excess,
+and that above the noise, is a stand-in for another, as a linear spring is for a cubic one at a single level.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from diagnosis.decision.rules import find
+from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable
+from diagnosis.fit.problem import PerRecord, Refit
+from diagnosis.screening import Score
+
+#: Of the excess held-out error: what must be left at most.
+RATIO = 0.8
+#: Error of an effect, relative to all else, that takes this ratio off when it is fitted: 1 / r^2 = 1 + x^2.
+DOUBT = (RATIO**-2 - 1) ** 0.5
+#: Held-out error that is none: a fit ends, and a march rounds off, with this much [-].
+NONE = 1e-6
+#: Of the excess held-out error: what an effect may leave at most and still be named, where the noise is known.
+PART = 0.5
+#: Standard errors of the blocks' mean vote; with less than that two effects cannot be told apart.
+SURE = 4.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HeldOutGate:
+    """Lets effects pass that lower the held-out error of records, of which some shares are noise.
+
+    Parameters
+    ----------
+    before
+        The calibration parameters and the added effects alone.
+    floor
+        Share of each held-out record that is noise; 0 where it is not known [-].
+    """
+
+    before: Refit
+    floor: PerRecord
+
+    @property
+    def noise(self) -> float:
+        """Mean square share of noise [-]."""
+        return float(np.mean(self.floor**2))
+
+    def passes(self, refit: Refit) -> bool:
+        """Whether the excess falls to `RATIO`, and surely so."""
+        excess, left = self.before.held_error**2 - self.noise, refit.held_error**2 - self.noise
+        falls = excess > NONE**2 and left <= RATIO**2 * excess
+        return bool(falls and _surely_better(self.before.blocks, refit.blocks))
+
+    def explains(self, refit: Refit) -> bool:
+        """Whether little is left but noise, as far as that is known."""
+        left = refit.held_error**2 - self.noise
+        return not self._loud(refit) or bool(left <= PART**2 * (self.before.held_error**2 - self.noise))
+
+    def is_alike(self, best: Refit, other: Refit) -> bool:
+        """Whether another one explains as well, and the best is not surely better."""
+        return self.explains(other) and not _surely_better(other.blocks, best.blocks)
+
+    def is_unexplained(self) -> bool:
+        """Whether there is at least as much again as the noise."""
+        return self._loud(self.before)
+
+    def _loud(self, refit: Refit) -> bool:
+        """Whether there is at least as much again as the noise; no where that is not known."""
+        return bool(self.noise and refit.held_error**2 > 2 * self.noise)
+
+
+def judge_records(
+    before: Refit,
+    refits: Sequence[Refit],
+    floor: PerRecord,
+    scores: Sequence[Score] = (),
+    units: Mapping[str, str] | None = None,
+) -> Verdict:
+    """Send refits through the gate.
+
+    Parameters
+    ----------
+    before
+        The calibration parameters and the added effects alone.
+    refits
+        Best first.
+    floor
+        Share of each held-out record that is noise [-].
+    scores
+        Of all candidates.
+    units
+        What "N" and "m" are in a model that is not in SI, such as {"N": "V", "m": "V"} in a record in volts.
+    """
+    gate = HeldOutGate(before=before, floor=floor)
+    finding, effects = find(gate, refits)
+    tried = [*(score.effect for score in scores), *(refit.effect for refit in refits)]
+    given = {effect.name: effect.parameters[0].unit for effect in tried if effect is not None}
+    seen = [score for score in scores if score.size]
+    # The squared error that an effect makes when it is taken away, in the units of its screening.
+    enough = (DOUBT * before.held_error) ** 2 * before.fit.n_number if seen else 0.0
+    return Verdict(
+        finding=finding, effects=effects, before=before, detectable=smallest_detectable(seen, enough),
+        units={name: named_unit(unit, units or {}) for name, unit in given.items()},
+        reason=_reason(finding, gate, refits),
+    )  # fmt: skip
+
+
+def named_unit(unit: str, names: Mapping[str, str]) -> str:
+    """A unit of SI where "N" and "m" are called otherwise."""
+    if names:
+        unit = re.sub(r"\bkg\b", "N s^2/m", unit)
+        unit = re.sub(r"\b[Nm]\b", lambda found: names.get(found[0], found[0]), unit)
+    return unit
+
+
+def _reason(finding: Finding, gate: HeldOutGate, refits: Sequence[Refit]) -> str:
+    """In words, where no effect is named."""
+    best = "no candidate would lower it"
+    if refits:
+        best = f"the best candidate, {refits[0].name}, leaves {100 * refits[0].held_error:.2g} %"
+    error, noise = f"the held-out error is {100 * gate.before.held_error:.2g} %, and {best}", 100 * np.sqrt(gate.noise)
+    if finding is Finding.UNKNOWN:
+        return f"Something is missing, and it is none of the known effects: the noise is {noise:.2g} %, {error}."
+    if noise:
+        return f"Nothing is missing beyond the noise of {noise:.2g} %: {error}."
+    return f"Nothing passes the gate: {error}; how much of this is noise is not known."
+
+
+def _surely_better(before: Float[NDArray[np.float64], " b"], after: Float[NDArray[np.float64], " b"]) -> bool:
+    """Whether the blocks vote for the second by more than their scatter."""
+    if not np.isfinite(before).all():
+        return bool(np.isfinite(after).all())
+    if not np.isfinite(after).all():
+        return False
+    votes = (before - after) / np.maximum(before + after, np.finfo(float).tiny)
+    return bool(votes.mean() > SURE * votes.std(ddof=1) / np.sqrt(len(votes)))

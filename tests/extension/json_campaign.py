@@ -1,0 +1,73 @@
+"""A campaign format from outside: one JSON file with the tables of a campaign by their columns."""
+
+import json
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from correlation.campaign.format import FORMATS, CampaignFormat
+from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
+from correlation.campaign.time_record import TimeRecord
+from correlation.errors import CampaignError
+
+MARK = '{"campaign of": '
+
+
+def recognise(path: Path) -> bool:
+    if not path.is_file():
+        return False
+    with path.open("rb") as stream:
+        return stream.read(len(MARK)) == MARK.encode()
+
+
+def read(path: Path) -> Campaign:
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        table = {name: np.array(column) for name, column in found["measurement"].items()}
+        table["value"] = table.pop("real") + 1j * table.pop("imag")
+        sensors = [{**each, "coordinates": _array(each["coordinates"])} for each in found["sensors"]]
+        return Campaign(
+            title=found["campaign of"],
+            folder=path,
+            sensors=tuple(MeasuredSensor(**each) for each in sensors),
+            tests=tuple(Test(**each) for each in found["tests"]),
+            measurement=Measurement(**table),
+            held_out=HeldOut(**{name: tuple(values) for name, values in found["held_out"].items()}),
+            records=tuple(
+                TimeRecord(**{**each, "channels": tuple(each["channels"]), "units": tuple(each["units"])})
+                for each in found["records"]
+            ),
+        )
+    except (ValueError, LookupError, TypeError, AttributeError) as error:
+        raise CampaignError(f"{path}: is no campaign in JSON, or cut short ({error}): write it again") from None
+
+
+def write(campaign: Campaign, path: Path) -> None:
+    table = {each.name: getattr(campaign.measurement, each.name) for each in fields(Measurement)}
+    value = table.pop("value")
+    content = {
+        "campaign of": campaign.title,
+        "sensors": [asdict(each) for each in campaign.sensors],
+        "tests": [asdict(each) for each in campaign.tests],
+        "measurement": {**table, "real": value.real, "imag": value.imag},
+        "held_out": asdict(campaign.held_out),
+        "records": [asdict(each) for each in campaign.records],
+    }
+    path.write_text(json.dumps(content, default=_list), encoding="utf-8")
+
+
+def _list(array: Any) -> Any:
+    return array.tolist()
+
+
+def _array(values: Any) -> Any:
+    return None if values is None else np.array(values)
+
+
+FORMATS.register(
+    CampaignFormat(
+        name="json campaign", holds="a JSON file with a whole campaign", recognise=recognise, read=read, write=write
+    )
+)

@@ -1,0 +1,89 @@
+"""`import stickslip`: names, homes, what type checkers see and what is documented agree; nothing heavy is loaded."""
+
+import ast
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import stickslip
+from stickslip._rooms import ROOMS
+
+ROOT = Path(__file__).parents[2]
+#: What takes long to import, and what only pictures, solids or compiled code need.
+HEAVY = {"numpy", "scipy", "numba", "cadquery", "OCP", "vtkmodules", "pyvista", "matplotlib", "xarray", "pandas"}
+
+
+def test_every_name_is_there_and_lies_in_its_room() -> None:
+    for name in stickslip.__all__:
+        assert getattr(stickslip, name) is not None
+        assert stickslip._HOME[name].partition(".")[0] in ROOMS
+    assert set(dir(stickslip)) == set(stickslip.__all__)
+
+
+def test_type_checkers_see_the_same_names_from_the_same_modules() -> None:
+    tree = ast.parse(Path(stickslip.__file__).read_text(encoding="utf-8"))
+    block = next(each for each in tree.body if isinstance(each, ast.If))
+    seen = {}
+    for line in block.body:
+        assert isinstance(line, ast.ImportFrom)
+        seen |= {each.asname: f"{line.module}:{each.name}" for each in line.names}
+    assert seen == stickslip._HOME
+
+
+def test_the_documentation_lists_the_names_with_their_homes() -> None:
+    text = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
+    listed = dict(re.findall(r"^\| `(\w+)` \|.*\| `([\w.]+)` \|$", text, flags=re.MULTILINE))
+    assert listed == {name: home.replace(":", ".") for name, home in stickslip._HOME.items()}
+
+
+def test_an_unknown_name_is_an_attribute_error_that_names_it() -> None:
+    with pytest.raises(AttributeError, match="mesh_blde"):
+        _ = stickslip.mesh_blde
+
+
+@pytest.mark.parametrize("use", ["import stickslip", "import stickslip; dir(stickslip)", "import stickslip.__main__"])
+def test_the_import_loads_nothing_heavy(use: str) -> None:
+    script = f"{use}\nimport sys\nprint(*sorted(set(sys.modules) & {HEAVY | set(ROOMS)!r}))"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=60)
+    assert done.stdout.split() == []
+
+
+# Seconds of CPU, so that other work on the machine does not count; measured 0.03 and 0.2.
+@pytest.mark.parametrize(("words", "most"), [(["-c", "import stickslip"], 0.3), (["-m", "stickslip", "--help"], 0.5)])
+def test_the_import_and_the_help_are_quick(words: list[str], most: float) -> None:
+    script = (
+        "import resource, subprocess, sys; subprocess.run([sys.executable, *sys.argv[1:]], check=True, stdout=-3);"
+        "used = resource.getrusage(resource.RUSAGE_CHILDREN); print(used.ru_utime + used.ru_stime)"
+    )
+    spent = [
+        float(subprocess.run([sys.executable, "-c", script, *words], capture_output=True, text=True, check=True).stdout)
+        for _ in range(3)
+    ]
+    assert min(spent) < most
+
+
+@pytest.mark.parametrize("room", ["geometry", "study", "figure"])
+@pytest.mark.parametrize("is_file", [False, True])
+def test_a_folder_that_hides_a_room_is_named_with_a_remedy(tmp_path: Path, room: str, is_file: bool) -> None:
+    if is_file:
+        (tmp_path / f"{room}.py").touch()
+    else:
+        (tmp_path / room).mkdir()
+        (tmp_path / room / "__init__.py").touch()
+    hiding = tmp_path / (f"{room}.py" if is_file else room)
+    python = subprocess.run([sys.executable, "-c", "import stickslip; stickslip.Blade"], cwd=tmp_path,
+                            capture_output=True, text=True, check=False, timeout=60)  # fmt: skip
+    command = subprocess.run([sys.executable, "-m", "stickslip", "doctor"], cwd=tmp_path,
+                             capture_output=True, text=True, check=False, timeout=60)  # fmt: skip
+    for said in (python.stderr.splitlines()[-1], command.stderr):
+        assert f"{hiding} hides the package {room} of stickslip: rename it" in said
+    assert command.returncode == 2
+    assert command.stderr.count("\n") == 1
+
+
+def test_a_folder_without_python_files_hides_nothing(tmp_path: Path) -> None:
+    (tmp_path / "geometry").mkdir()
+    subprocess.run([sys.executable, "-c", "import stickslip; stickslip.Blade"], cwd=tmp_path, check=True, timeout=60)
