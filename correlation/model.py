@@ -13,7 +13,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.errors import ModelDefinitionError
-from reduction.jointed_system import FrictionContact, Joint, JointedSystem
+from reduction.joint.friction_contact import friction_contacts
+from reduction.jointed_system import FrictionContact, JointedSystem
 
 Row = Float[NDArray[np.float64], " r"]
 Matrix = Float[NDArray[np.float64], "r r"]
@@ -211,7 +212,7 @@ class Model:
         for name in names:
             if names.count(name) > 1:
                 raise ModelDefinitionError(f'two sensors are called "{name}": give each a name of its own')
-        contacts = {joint.name for joint in self.system.joints if isinstance(joint, FrictionContact)}
+        contacts = {joint.name for joint in friction_contacts(self.system.joints)}
         for line, members in self.lines.items():
             for member in members:
                 if member not in contacts:
@@ -308,10 +309,7 @@ class Model:
 
     def with_joints(self, change: Mapping[str, Mapping[str, float]]) -> "Model":
         """Other parameters of some joints, by their names."""
-        joints: list[Joint] = [
-            replace(joint, **change[joint.name]) if joint.name in change else joint  # type: ignore[arg-type]
-            for joint in self.system.joints
-        ]
+        joints = [joint.with_values(change.get(joint.name, {})) for joint in self.system.joints]
         return self.with_system(joints=joints)
 
     def shifted(self, configuration: str, shift: float) -> "Model":
@@ -331,9 +329,9 @@ class Model:
         ModelDefinitionError
             There is none.
         """
-        for joint in self.system.joints:
-            if joint.name == name and isinstance(joint, FrictionContact):
-                return joint
+        for contact in friction_contacts(self.system.joints):
+            if contact.name == name:
+                return contact
         raise ModelDefinitionError(f'there is no contact "{name}"')
 
 

@@ -1,59 +1,43 @@
-"""Forces of joints without memory at an instant, and small linear systems between them, in machine code."""
+"""Forces of all joints of a model at an instant, and small linear systems between them, in machine code."""
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.record_propagator import CUBIC, QUADRATIC
 from fe.compiled import compiled
+from hbsolve.instant_force import InstantTable, instant_force
 
 
 @compiled
 def joint_forces(
-    kind: Int[NDArray[np.int64], " j"],
-    law: Float[NDArray[np.float64], "j 2"],
+    table: InstantTable,
+    law: Float[NDArray[np.float64], "j m"],
     moved: Float[NDArray[np.float64], " jj"],
     force: Float[NDArray[np.float64], " j"],
     slope: Float[NDArray[np.float64], " jj"],
+    rates: Float[NDArray[np.float64], "j m2"],
 ) -> None:
     """Fill the forces of all joints and their slopes.
 
     Parameters
     ----------
-    kind, law
-        Which law, and its numbers.
+    table
+        Which laws.
+    law
+        Their parameters, shape (j, m).
     moved
         Displacements of all joints, then velocities, shape (2 j,).
     force
-        Filled.
+        Filled, shape (j,).
     slope
         Filled: with displacements, then velocities, shape (2 j,).
+    rates
+        Filled: with displacement, velocity and each parameter, shape (j, 2 + m).
     """
-    n_joint = len(kind)
+    n_joint = len(force)
     for j in range(n_joint):
-        u, v, size = moved[j], moved[n_joint + j], law[j, 0]
-        slope[j], slope[n_joint + j] = 0.0, 0.0
-        if kind[j] == CUBIC:
-            force[j] = size * u**3
-            slope[j] = 3 * size * u**2
-        elif kind[j] == QUADRATIC:
-            force[j] = size * abs(v) * v
-            slope[n_joint + j] = 2 * size * abs(v)
-        else:
-            force[j] = size * max(u - law[j, 1], 0.0)
-            slope[j] = size if u > law[j, 1] else 0.0
-
-
-@compiled
-def joint_rate(
-    kind: int, law: Float[NDArray[np.float64], "2"], change: Float[NDArray[np.float64], "2"], u: float, v: float
-) -> float:
-    """Rate of a joint's force with a parameter of which its numbers change by `change`, the motion held."""
-    if kind == CUBIC:
-        return float(change[0] * u**3)
-    if kind == QUADRATIC:
-        return float(change[0] * abs(v) * v)
-    return float(change[0] * max(u - law[1], 0.0) - (law[0] * change[1] if u > law[1] else 0.0))
+        force[j] = instant_force(table.kind[j], table.address[j], moved[j], moved[n_joint + j], law[j], rates[j])
+        slope[j], slope[n_joint + j] = rates[j, 0], rates[j, 1]
 
 
 @compiled

@@ -9,12 +9,13 @@ with parameters obey the same recursion, differentiated.
 """
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.record_joint_law import joint_forces, joint_matrix, joint_rate, solve_small
+from correlation.record_joint_law import joint_forces, joint_matrix, solve_small
 from correlation.record_propagator import BEFORE
 from fe.compiled import compiled
+from hbsolve.instant_force import InstantTable
 
 #: Newton steps an instant at most, and the last one relative to the largest force.
 MOST_STEPS, CONVERGED = 30, 1e-12
@@ -26,8 +27,8 @@ def march(
     gamma0: Float[NDArray[np.float64], "p1 n m"],
     gamma1: Float[NDArray[np.float64], "p1 n m"],
     follow: Float[NDArray[np.float64], "jj n"],
-    kind: Int[NDArray[np.int64], " j"],
-    law: Float[NDArray[np.float64], "p1 j 2"],
+    table: InstantTable,
+    law: Float[NDArray[np.float64], "p1 j m"],
     output: Float[NDArray[np.float64], "p1 s n"],
     feed: Float[NDArray[np.float64], "p1 s m"],
     start: Float[NDArray[np.float64], "p1 n"],
@@ -43,7 +44,7 @@ def march(
         Row 0: themselves; rows 1 to p: their rates with each parameter.
     follow
         Rows of each joint's displacement (all joints), then of its velocity, shape (2 j, n).
-    kind
+    table
         Law of each joint.
     force
         At all instants of the march.
@@ -52,10 +53,11 @@ def march(
     value
         Filled: row 0 values, then rates, shape (p + 1, s, n_sample).
     """
-    n_joint, n_all, n = len(kind), len(phi), phi.shape[1]
+    n_joint, n_all, n = len(table.kind), len(phi), phi.shape[1]
     x, new = start.copy(), np.zeros_like(start)
     w, w_new = np.zeros((n_all, gamma0.shape[2])), np.zeros((n_all, gamma0.shape[2]))
     moved, own, slope = np.zeros(2 * n_joint), np.zeros(2 * n_joint), np.zeros(2 * n_joint)
+    rates = np.zeros((n_joint, 2 + law.shape[2]))
     forces, matrix, right = np.zeros(n_joint), np.zeros((n_joint, n_joint)), np.zeros((n_joint, n_all))
     # How the joints' motions answer to the joints' forces at the end of a step; at the start of the march, not at all.
     answer = np.zeros((2 * n_joint, n_joint))
@@ -63,9 +65,9 @@ def march(
     for i in range(2 * n_joint):
         for a in range(n):
             moved[i] += follow[i, a] * x[0, a]
-    joint_forces(kind, law[0], moved, w[0, BEFORE:], slope)
+    joint_forces(table, law[0], moved, w[0, BEFORE:], slope, rates)
     joint_matrix(answer, slope, matrix)
-    _force_rates(kind, law, follow, moved, slope, x, matrix, right, w)
+    _force_rates(rates, law, follow, slope, x, matrix, right, w)
     for i in range(2 * n_joint):
         for j in range(n_joint):
             for a in range(n):
@@ -81,7 +83,7 @@ def march(
                     own[i] += follow[i, a] * new[0, a]
             for j in range(n_joint):
                 w_new[0, BEFORE + j] = w[0, BEFORE + j]
-            if not _newton(kind, law[0], answer, own, moved, forces, slope, matrix, right, w_new[0, BEFORE:]):
+            if not _newton(table, law[0], answer, own, moved, forces, slope, rates, matrix, right, w_new[0, BEFORE:]):
                 return False
             for a in range(n):
                 for j in range(n_joint):
@@ -90,7 +92,7 @@ def march(
             _linear_rates(phi, gamma0, gamma1, x, w, w_new, new)
             if n_joint:
                 joint_matrix(answer, slope, matrix)
-                _force_rates(kind, law, follow, moved, slope, new, matrix, right, w_new)
+                _force_rates(rates, law, follow, slope, new, matrix, right, w_new)
                 for p in range(1, n_all):
                     for a in range(n):
                         for j in range(n_joint):
@@ -150,13 +152,14 @@ def _linear_rates(
 
 @compiled
 def _newton(
-    kind: Int[NDArray[np.int64], " j"],
-    law: Float[NDArray[np.float64], "j 2"],
+    table: InstantTable,
+    law: Float[NDArray[np.float64], "j m"],
     answer: Float[NDArray[np.float64], "jj j"],
     own: Float[NDArray[np.float64], " jj"],
     moved: Float[NDArray[np.float64], " jj"],
     forces: Float[NDArray[np.float64], " j"],
     slope: Float[NDArray[np.float64], " jj"],
+    rates: Float[NDArray[np.float64], "j m2"],
     matrix: Float[NDArray[np.float64], "j j"],
     right: Float[NDArray[np.float64], "j q"],
     found: Float[NDArray[np.float64], " j"],
@@ -167,7 +170,7 @@ def _newton(
             moved[i] = own[i]
             for j in range(len(found)):
                 moved[i] += answer[i, j] * found[j]
-        joint_forces(kind, law, moved, forces, slope)
+        joint_forces(table, law, moved, forces, slope, rates)
         largest, change = 0.0, 0.0
         for j in range(len(found)):
             right[j, 0] = forces[j] - found[j]
@@ -185,10 +188,9 @@ def _newton(
 
 @compiled
 def _force_rates(
-    kind: Int[NDArray[np.int64], " j"],
-    law: Float[NDArray[np.float64], "p1 j 2"],
+    rates: Float[NDArray[np.float64], "j m2"],
+    law: Float[NDArray[np.float64], "p1 j m"],
     follow: Float[NDArray[np.float64], "jj n"],
-    moved: Float[NDArray[np.float64], " jj"],
     slope: Float[NDArray[np.float64], " jj"],
     x: Float[NDArray[np.float64], "p1 n"],
     matrix: Float[NDArray[np.float64], "j j"],
@@ -196,10 +198,12 @@ def _force_rates(
     w: Float[NDArray[np.float64], "p1 m"],
 ) -> None:
     """Fill the rates of the joints' forces; x holds the states' rates without their share."""
-    n_joint, n_rate = len(kind), len(x) - 1
+    n_joint, n_rate = len(rates), len(x) - 1
     for p in range(n_rate):
         for j in range(n_joint):
-            rate = joint_rate(kind[j], law[0, j], law[p + 1, j], moved[j], moved[n_joint + j])
+            rate = 0.0
+            for i in range(law.shape[2]):
+                rate += rates[j, 2 + i] * law[p + 1, j, i]
             for a in range(x.shape[1]):
                 rate += (slope[j] * follow[j, a] + slope[n_joint + j] * follow[n_joint + j, a]) * x[p + 1, a]
             right[j, p] = rate

@@ -176,7 +176,7 @@ def _march(
     value = np.zeros((len(matrices), len(driven.sensors), len(driven.record.time)))
     done = march(
         stacked("phi"), stacked("gamma0"), stacked("gamma1"), np.ascontiguousarray(matrices[0].follow),
-        matrices[0].kind, stacked("law"), stacked("output"), stacked("feed"),
+        matrices[0].table, stacked("law"), stacked("output"), stacked("feed"),
         np.ascontiguousarray(start, dtype=np.float64), driven.force, driven.steps, value,
     )  # fmt: skip
     return value[:, :, driven.first :] if done else None

@@ -3,22 +3,23 @@
 A record drives the model along the force of a level of 1 N; the numbers of the force channel multiply it.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, expm
 
 from correlation.errors import ModelDefinitionError
 from correlation.model import DERIVATIVE, LineSensor, Model
-from reduction.jointed_system import CubicSpring, ElasticStop, Joint, QuadraticDamper
+from hbsolve.instant_force import InstantTable, instant_table
+from reduction.joint.law import Joint
 
 Array = Float[NDArray[np.float64], "..."]
 
-#: Laws of joints, and the inputs before theirs: the force, and the 1 that carries the static load. They take part in
-#: compiled code (fe.compiled keeps track of this file by these words).
-CUBIC, QUADRATIC, STOP = 0, 1, 2
+#: Inputs before those of the joints: the force, and the 1 that carries the static load. It takes part in compiled code
+#: (fe.compiled keeps track of this file by these words).
 BEFORE = 2
 
 
@@ -32,8 +33,8 @@ class Propagator:
         Shapes (n, n), (n, m), (n, m); n = 2 r, m = 2 + joints.
     follow
         Shape (2 joints, n).
-    kind, law
-        Shapes (joints,) and (joints, 2).
+    table, law
+        Laws of the joints and their parameters, shape (joints, m).
     output, feed
         What each sensor reads of the state and of the inputs, shapes (s, n) and (s, m).
     """
@@ -42,7 +43,7 @@ class Propagator:
     gamma0: Array
     gamma1: Array
     follow: Array
-    kind: Int[NDArray[np.int64], " j"]
+    table: InstantTable
     law: Array
     output: Array
     feed: Array
@@ -82,7 +83,8 @@ def propagator(test_model: Model, sensors: tuple[str, ...], step: float) -> Prop
         or a mass matrix that is not positive definite.
     """
     system, r = test_model.system, test_model.system.n_dof
-    laws = [_law(joint) for joint in system.joints]
+    _check_memory(system.joints)
+    table = instant_table(system.joints)
     directions = np.array([joint.directions[0] for joint in system.joints]).reshape(-1, r)
     # Columns: the force, the static load, the joints.
     loads = np.column_stack([_driven(test_model), system.static, -directions.T])
@@ -114,24 +116,20 @@ def propagator(test_model: Model, sensors: tuple[str, ...], step: float) -> Prop
         gamma0=exponential[:n, n : n + m] - gamma1,
         gamma1=gamma1,
         follow=np.vstack([np.hstack([directions, zeros]), np.hstack([zeros, directions])]),
-        kind=np.array([kind for kind, _, _ in laws], dtype=np.int64),
-        law=np.array([(size, place) for _, size, place in laws], dtype=np.float64).reshape(-1, 2),
+        table=table,
+        law=table.value,
         output=output,
         feed=feed,
     )
 
 
-def _law(joint: Joint) -> tuple[int, float, float]:
-    if isinstance(joint, CubicSpring):
-        return CUBIC, joint.stiffness, 0.0
-    if isinstance(joint, QuadraticDamper):
-        return QUADRATIC, joint.damping, 0.0
-    if isinstance(joint, ElasticStop):
-        return STOP, joint.stiffness, joint.gap
-    raise ModelDefinitionError(
-        f'joint "{joint.name}" has friction, and its slider remembers what no record tells: fit records of a model '
-        "with springs, stops and dampers, or measure steady states"
-    )
+def _check_memory(joints: Sequence[Joint]) -> None:
+    for joint in joints:
+        if joint.n_slider or len(joint.directions) > 1:
+            raise ModelDefinitionError(
+                f'joint "{joint.name}" has friction, and its slider remembers what no record tells: fit records of a '
+                "model with springs, stops and dampers, or measure steady states"
+            )
 
 
 def _driven(test_model: Model) -> Array:

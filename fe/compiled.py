@@ -14,8 +14,9 @@ import logging
 import multiprocessing
 import os
 import shutil
+import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -35,6 +36,11 @@ REMEDY = "set NUMBA_CACHE_DIR to a folder that can be written and has some 50 MB
 log = logging.getLogger("stickslip")
 
 
+ROOT = Path(__file__).parent.parent
+#: Rooms whose compiled functions another room calls.
+CALLS = {"hbsolve": ("reduction",), "transient": ("reduction",), "correlation": ("reduction", "hbsolve")}
+
+
 def compiled(function: F) -> F:
     """Compile on the first call; without bounds checks, so array shapes are the caller's care."""
     import numba
@@ -48,6 +54,32 @@ def compiled(function: F) -> F:
         config.CACHE_DIR = before
     machine._cache = _StoredCode(machine._cache, room)
     return cast(F, machine)
+
+
+def compiled_switch(
+    module: str, arguments: str, cases: Sequence[Callable[..., Any]], other: tuple[Callable[..., Any], str]
+) -> Callable[..., Any]:
+    """A compiled function that calls one of several: ``switch(kind, address, ...)``.
+
+    numba can choose among functions by their number only where each call is written out, so the source is made here.
+
+    Parameters
+    ----------
+    module
+        Name of the calling module, which the machine code is stored for.
+    arguments
+        Their names, separated by commas.
+    cases
+        Called with these arguments for kind = 0, 1, ...
+    other
+        Called for any other kind, and the names of its arguments, which may include ``address``.
+    """
+    lines = [f"def switch(kind, address, {arguments}):"]
+    lines += [f"    if kind == {number}:\n        return case_{number}({arguments})" for number in range(len(cases))]
+    lines += [f"    return other({other[1]})"]
+    scope = {f"case_{number}": case for number, case in enumerate(cases)} | {"other": other[0], "__name__": module}
+    exec(compile("\n".join(lines), str(sys.modules[module].__file__), "exec"), scope)
+    return compiled(cast(Callable[..., Any], scope["switch"]))
 
 
 class _StoredCode:
@@ -122,7 +154,7 @@ def _folder(room: str) -> _Folder:
     from platformdirs import user_cache_path
 
     digest = hashlib.sha256()
-    for file in sorted((Path(__file__).parent.parent / room).rglob("*.py")):
+    for file in sorted(file for each in (room, *CALLS.get(room, ())) for file in (ROOT / each).rglob("*.py")):
         code = file.read_bytes()
         if any(mark in code for mark in MARKS):
             digest.update(code)

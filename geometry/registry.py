@@ -65,10 +65,12 @@ class Registry(Generic[M]):
     package
         Dotted name of the package whose modules hold the product's own members.
     group
-        Entry point group of installed packages.
+        Entry point group of installed packages; None for members that only the product itself can have.
+    key
+        Attribute by which members are found.
     facts
-        Attributes that each member must have, with what they are; "name" is always one of them. An attribute may be
-        None where that is an answer; what counts is that it was given.
+        Attributes that each member must have, with what they are; `key` is always one of them. An attribute may be
+        None where that is an answer; what counts is that it was given. An abstract method was not.
     check
         What else is wrong with a member, as the end of a sentence with its remedy, or None.
     """
@@ -78,39 +80,52 @@ class Registry(Generic[M]):
         kind: str,
         *,
         package: str,
-        group: str,
+        group: str | None,
+        key: str = "name",
         facts: Mapping[str, str] | None = None,
         check: Callable[[M], str | None] | None = None,
     ) -> None:
-        self.kind, self.package, self.group = kind, package, group
-        self.facts = {"name": "what it is called", **(facts or {})}
+        self.kind, self.package, self.group, self.key = kind, package, group, key
+        self.facts = {key: "what it is called", **(facts or {})}
         self._check = check
         self._entries: dict[str, Entry[M]] = {}
         self._complete = False
         self._failures: list[str] = []
 
-    def register(self, member: M) -> M:
+    def register(self, member: M, *, depth: int = 1) -> M:
         """Take a member in; returns it, so that it also serves as a decorator.
+
+        Parameters
+        ----------
+        member
+            What is registered.
+        depth
+            How many calls away the member is declared: messages name that line [-].
 
         Raises
         ------
         RegistryError
             It lacks a fact, its name is taken, or a fact is wrong: one sentence with file, line and remedy.
         """
-        frame = sys._getframe(1)
+        frame = sys._getframe(depth)
         entry = Entry(member, frame.f_code.co_filename, frame.f_lineno)
-        lacking = [fact for fact in self.facts if not hasattr(member, fact)]
-        name: object = getattr(member, "name", None)
+        lacking = [fact for fact in self.facts if not _given(member, fact)]
+        name: object = getattr(member, self.key, None)
         if lacking:
             called = name if isinstance(name, str) else getattr(member, "__name__", type(member).__name__)
             wanted = ", ".join(f"{fact} ({self.facts[fact]})" for fact in lacking)
             raise RegistryError(f'{entry.place}: the {self.kind} "{called}" lacks {wanted}: add it')
         if not isinstance(name, str) or not name.strip():
-            raise RegistryError(f"{entry.place}: the name of a {self.kind} is {name!r}: give it one as text")
+            raise RegistryError(f"{entry.place}: the {self.key} of a {self.kind} is {name!r}: give it one as text")
         taken = self._entries.get(name)
         if taken is not None:
             raise RegistryError(
                 f'{entry.place}: a {self.kind} "{name}" is registered already in {taken.place}: give it another name'
+            )
+        if self.group is None and not self._is_own(entry):
+            raise RegistryError(
+                f'{entry.place}: the {self.kind} "{name}" is not in {self.package}, and only the files there can have '
+                "one: put it there"
             )
         wrong = self._check(member) if self._check else None
         if wrong:
@@ -188,9 +203,12 @@ class Registry(Generic[M]):
     def outside_files(self) -> list[Path]:
         """Files of members that are not the product's own, sorted: stored results depend on them too."""
         self._discover()
-        own = [Path(folder).resolve() for folder in importlib.import_module(self.package).__path__]
-        files = {Path(entry.file).resolve() for entry in self._entries.values()}
-        return sorted(file for file in files if file.is_file() and not any(map(file.is_relative_to, own)))
+        files = {Path(entry.file).resolve() for entry in self._entries.values() if not self._is_own(entry)}
+        return sorted(file for file in files if file.is_file())
+
+    def _is_own(self, entry: Entry[M]) -> bool:
+        own = importlib.import_module(self.package).__path__
+        return any(Path(entry.file).resolve().is_relative_to(Path(folder).resolve()) for folder in own)
 
     def _discover(self) -> None:
         """Import the product's own members and those of installed packages, once."""
@@ -204,7 +222,7 @@ class Registry(Generic[M]):
         except BaseException:
             self._complete = False
             raise
-        for point in entry_points(group=self.group):
+        for point in entry_points(group=self.group) if self.group else ():
             try:
                 self._attempt(point.load, f'entry point "{point.name} = {point.value}" of {self.group}')
             except RegistryError as failure:
@@ -216,12 +234,16 @@ class Registry(Generic[M]):
         before = dict(self._entries)
         try:
             load()
-        except RegistryError:
-            self._entries = before
-            raise
         except (Exception, SystemExit) as error:
             self._entries = before
-            raise RegistryError(_sentence(error, origin)) from error
+            if isinstance(error, RegistryError) and ", line " in str(error):
+                raise
+            room = importlib.import_module(self.package.partition(".")[0]).__path__[0]
+            raise RegistryError(_sentence(error, origin, (str(Path(__file__).parent), room))) from error
+
+
+def _given(member: object, fact: str) -> bool:
+    return hasattr(member, fact) and not getattr(getattr(member, fact), "__isabstractmethod__", False)
 
 
 def module_name(file: Path) -> str:
@@ -229,14 +251,16 @@ def module_name(file: Path) -> str:
     return PREFIX + str(file).encode().hex()
 
 
-def _sentence(error: BaseException, origin: str) -> str:
-    """What went wrong in somebody's code, and where."""
-    steps = [step for step in traceback.extract_tb(error.__traceback__) if step.filename != __file__]
-    outside = [step for step in steps if "importlib" not in step.filename]
-    place = f"{outside[-1].filename}, line {outside[-1].lineno}" if outside else origin
+def _sentence(error: BaseException, origin: str, ours: tuple[str, ...]) -> str:
+    """What went wrong in somebody's code, and where: at the last line that is not of ours."""
+    steps = [step for step in traceback.extract_tb(error.__traceback__) if not step.filename.startswith(ours)]
+    theirs = [step for step in steps if "importlib" not in step.filename]
+    place = f"{theirs[-1].filename}, line {theirs[-1].lineno}" if theirs else origin
     if isinstance(error, SyntaxError) and error.filename:
         place = f"{error.filename}, line {error.lineno}"
     what = " ".join(str(error).split()) or "no message"
+    if isinstance(error, RegistryError):
+        return f"{place}: {what}"
     named = "" if origin in place else f" ({origin})"
     return f"{place}: {type(error).__name__}: {what}{named}: correct the file, or leave it out"
 

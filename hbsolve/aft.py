@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fe.compiled import compiled
-from hbsolve.contact.catalogue import joint_force
-from hbsolve.contact.law import JACOBIAN, MAX_DIRECTION, MAX_PARAMETER, MAX_SLIDER, PARAMETERS, LawOutput
+from hbsolve.contact.law import JACOBIAN, MAX_DIRECTION, PARAMETERS, LawOutput
+from hbsolve.joint_table import joint_force
 
 Real = NDArray[np.float64]
 
@@ -69,8 +69,11 @@ def joint_forces(x: Any, omega: float, table: Any, start: Any, sampling: Any, wa
     by_start = np.zeros((n_slider if derive else 0, MAX_DIRECTION, nh))
     by_frequency = np.zeros((d, n if derive else 0))
     slider = np.zeros((n_slider, n))
-    law_parameter = np.zeros((MAX_PARAMETER if derive else 0, MAX_DIRECTION, n))
-    law_start = np.zeros((MAX_SLIDER if derive else 0, MAX_DIRECTION, n))
+    most_parameter, most_slider = 0, 0
+    for j in range(n_joint if derive else 0):
+        most_parameter = max(most_parameter, table.parameter[j + 1] - table.parameter[j])
+        most_slider = max(most_slider, table.slider[j + 1] - table.slider[j])
+    law_parameter, law_start = np.zeros((most_parameter, MAX_DIRECTION, n)), np.zeros((most_slider, MAX_DIRECTION, n))
     for j in range(n_joint):
         d0, d1 = table.direction[j], table.direction[j + 1]
         p0, p1 = table.parameter[j], table.parameter[j + 1]
@@ -83,8 +86,8 @@ def joint_forces(x: Any, omega: float, table: Any, start: Any, sampling: Any, wa
             slider[s0:s1], status[2 * j : 2 * j + 2],
         )  # fmt: skip
         joint_force(
-            table.kind[j], u[d0:d1], velocity[d0:d1], omega, table.reference[d0:d1], table.value[p0:p1],
-            start.value[s0:s1], start.by_multiplier[s0:s1], sampling, want, out,
+            table.kind[j], table.address[j], u[d0:d1], velocity[d0:d1], omega, table.reference[d0:d1],
+            table.value[p0:p1], start.value[s0:s1], start.by_multiplier[s0:s1], sampling, want, out,
         )  # fmt: skip
         if derive:
             for p in range(p1 - p0):

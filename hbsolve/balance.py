@@ -12,9 +12,9 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from hbsolve.condensed import Condensed, CondensedStructure, Recovery
-from hbsolve.contact.catalogue import JointTable, joint_table
 from hbsolve.errors import BalanceError
 from hbsolve.fourier import Coefficients
+from hbsolve.joint_table import JointTable, addresses, joint_table
 from hbsolve.matrix_check import warn_of_negative_damping
 from hbsolve.sampling import Sampling, complex_from_real, real_from_complex, sampling
 from reduction.array_input import real_number, whole_number
@@ -85,6 +85,11 @@ class HarmonicBalance:
         object.__setattr__(self, "table", table)
         object.__setattr__(self, "structure", self._structure(table))
         warn_of_negative_damping(self.system.damping, stacklevel=4)  # the line that makes the balance
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Users' compiled functions have other addresses in another process."""
+        state["table"] = state["table"]._replace(address=addresses(state["system"].joints))
+        self.__dict__.update(state)
 
     def _check(self) -> None:
         highest, largest = self._loads

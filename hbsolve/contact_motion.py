@@ -30,7 +30,7 @@ class ContactMotion:
     slider
         Shape (s, n) [m].
     status
-        0 stick, 1 slip, 2 separated, of each slider; of the joint where it has none, shape (max(s, 1), n).
+        0 stick, 1 slip, 2 separated, of each slider; of the joint where it has none or is a user's, shape (t, n).
     share
         Shares of the period in stick, slip and separation, tangents together, shape (3,) [-].
     """
@@ -98,7 +98,7 @@ def _forces(balance: HarmonicBalance, state: SteadyState) -> tuple[JointForces, 
 
 
 def _status(balance: HarmonicBalance, forces: JointForces, joint: int) -> Int[NDArray[np.int64], "t n"]:
-    count = max(int(balance.table.slider[joint + 1] - balance.table.slider[joint]), 1)
+    count = min(max(int(balance.table.slider[joint + 1] - balance.table.slider[joint]), 1), 2)
     return forces.status[2 * joint : 2 * joint + count]
 
 

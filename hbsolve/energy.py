@@ -12,7 +12,6 @@ References
 Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eq. 10.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,11 +19,9 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance
-from hbsolve.contact.catalogue import parameter_names
-from hbsolve.contact_motion import ContactMotion, contact_motion
+from hbsolve.contact_motion import contact_motion
 from hbsolve.fourier import samples_from_coefficients
 from hbsolve.state import SteadyState, check_state
-from reduction.jointed_system import CubicSpring, ElasticStop, FrictionContact, JenkinsElement, Joint
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -82,30 +79,13 @@ def energy_balance(balance: HarmonicBalance, state: SteadyState) -> EnergyBalanc
     for number, (joint, motion) in enumerate(zip(system.joints, motions, strict=True)):
         # Those of the balance: along a branch over a parameter they are not the joint's own.
         values = table.value[table.parameter[number] : table.parameter[number + 1]]
-        parameters = dict(zip(parameter_names(joint), values.tolist(), strict=True))
-        stored = stored + _spring_energy(joint, parameters, motion)
+        parameters = dict(zip(joint.parameter_names, values.tolist(), strict=True))
+        vibrating = motion.force - motion.force.mean(axis=1, keepdims=True)
+        energy = joint.spring_energy(parameters, motion.displacement, vibrating, motion.slider)
+        stored = stored if energy is None else stored + energy
     return EnergyBalance(
         input_work=input_work,
         joint_dissipation=np.array([float(motion.dissipated.sum()) for motion in motions]),
         linear_dissipation=np.pi * state.angular_frequency * float(np.sum(k**2 * damped)),
         stored=float(stored.max()),
     )
-
-
-def _spring_energy(
-    joint: Joint, parameters: Mapping[str, float], motion: ContactMotion
-) -> Float[NDArray[np.float64], " n"]:
-    """Elastic energy of a joint's springs at each instant, without its means, shape (n,) [J]."""
-    force = motion.force - motion.force.mean(axis=1, keepdims=True)
-    if isinstance(joint, FrictionContact):
-        tangents = np.sum(force[:-1] ** 2, axis=0) / (2 * parameters["tangential_stiffness"])
-        return np.asarray(tangents + force[-1] ** 2 / (2 * parameters["normal_stiffness"]))
-    if isinstance(joint, JenkinsElement):
-        return np.asarray(force[0] ** 2 / (2 * parameters["tangential_stiffness"]))
-    if isinstance(joint, ElasticStop):
-        return np.asarray(force[0] ** 2 / (2 * parameters["stiffness"]))
-    if isinstance(joint, CubicSpring):
-        mean = motion.displacement[0].mean()
-        u = motion.displacement[0] - mean
-        return np.asarray(parameters["stiffness"] * u**2 * (1.5 * mean**2 + mean * u + u**2 / 4))
-    return np.zeros(motion.force.shape[1])

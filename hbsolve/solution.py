@@ -10,7 +10,6 @@ from hbsolve.errors import BalanceError, Failure, NoSteadyState
 from hbsolve.newton import apply_receptance, newton
 from hbsolve.sampling import complex_from_real
 from hbsolve.state import SteadyState, start_motion
-from reduction.jointed_system import FrictionContact
 
 #: |R| of a solution relative to the linear motion of the directions.
 TOLERANCE = 1e-9
@@ -59,8 +58,8 @@ def solve_at(
         iterations += count
         if norm <= TOLERANCE * scale:
             return finished(balance, condensed, found, sliders, norm / scale, iterations, recovery)
-    contacts = [joint for joint in balance.system.joints if isinstance(joint, FrictionContact)]
-    pressed = [contact.name for contact in contacts if contact.preload > 0 or contact.gap < 0]
+    contacts = [joint for joint in balance.system.joints if joint.normal_direction is not None]
+    pressed = [contact.name for contact in contacts if not contact.open_at_rest]
     unset = bool(pressed) and not sliders.value.any()
     raise NoSteadyState(
         f"no steady state was found at {condensed.angular_frequency / (2 * np.pi):.6g} Hz, level {balance.level:g}: "

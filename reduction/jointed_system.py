@@ -21,16 +21,12 @@ from numpy.typing import NDArray
 
 from reduction.array_input import complex_array, finite_number, real_array, whole_number
 from reduction.errors import JointError
-from reduction.joint import (
-    CubicSpring,
-    ElasticStop,
-    Friction,
-    FrictionContact,
-    JenkinsElement,
-    Joint,
-    QuadraticDamper,
-    Row,
-)
+from reduction.joint.cubic_spring import CubicSpring
+from reduction.joint.elastic_stop import ElasticStop
+from reduction.joint.friction_contact import Friction, FrictionContact
+from reduction.joint.jenkins import JenkinsElement
+from reduction.joint.law import Joint, Row
+from reduction.joint.quadratic_damper import QuadraticDamper
 
 __all__ = [
     "CubicSpring",

@@ -6,7 +6,7 @@ The file holds one struct ``system``:
 ``M, D, K``             (n, n), full
 ``Fex1``                (n, 1) complex, f(t) = Re(Fex1 e^{i Omega t}), which is fc - i fs
 ``nonlinear_elements``  (1, N) cell of structs: ``type``, ``force_direction`` (n, 1), ``islocal`` = 1, ``ishysteretic``
-                        (1 for ``elasticDryFriction``), ``name``, and the numbers of `_NUMBERS`
+                        (1 for what remembers), ``name``, and the numbers that the law names in `nlvib`
 ======================  ==========================================================================================
 
 In MATLAB or Octave, with NLvib on the path::
@@ -22,7 +22,6 @@ References
 Krack and Gross, Harmonic Balance for Nonlinear Vibration Problems, Springer (2019), appendix C.
 """
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -30,17 +29,8 @@ import numpy as np
 
 from reduction.errors import ExchangeError
 from reduction.file.atomic_file import write_whole
-from reduction.foreign_joint import foreign_joint
-from reduction.joint import CubicSpring, ElasticStop, JenkinsElement, Joint
+from reduction.joint.law import LAWS, Joint
 from reduction.jointed_system import JointedSystem
-
-_TYPE = {JenkinsElement: "elasticDryFriction", ElasticStop: "unilateralSpring", CubicSpring: "cubicSpring"}
-#: Names of each type's numbers in NLvib, and in our joint.
-_NUMBERS: Mapping[str, Mapping[str, str]] = {
-    "elasticDryFriction": {"stiffness": "tangential_stiffness", "friction_limit_force": "limit_force"},
-    "unilateralSpring": {"stiffness": "stiffness", "gap": "gap"},
-    "cubicSpring": {"stiffness": "stiffness"},
-}
 
 
 def save_nlvib(system: JointedSystem, path: Path | str) -> None:
@@ -149,15 +139,17 @@ def _check_loads(system: JointedSystem) -> None:
 
 
 def _element(given: Joint) -> dict[str, Any]:
-    joint = foreign_joint(given, "NLvib")
-    kind = _TYPE[type(joint)]
+    joint = given.exported("NLvib")
+    if joint.nlvib is None:
+        raise ExchangeError(f'joint "{given.name}" has no counterpart in NLvib: leave it out')
+    kind, numbers = joint.nlvib
     return {
         "type": kind,
         "name": joint.name,
         "islocal": 1.0,
-        "ishysteretic": float(isinstance(joint, JenkinsElement)),
-        "force_direction": joint.direction[:, None],
-        **{theirs: getattr(joint, ours) for theirs, ours in _NUMBERS[kind].items()},
+        "ishysteretic": float(joint.n_slider > 0),
+        "force_direction": joint.directions[0][:, None],
+        **{theirs: getattr(joint, ours) for theirs, ours in numbers.items()},
     }
 
 
@@ -166,23 +158,21 @@ def _joint(path: Path, number: int, element: Any) -> Joint:
     if not isinstance(element, dict) or "type" not in element:
         raise ExchangeError(f"{label} is no struct with a field type: give what NLvib takes")
     # NLvib does not tell capitals from small letters either.
-    kinds = {kind.lower(): (kind, make) for make, kind in _TYPE.items()}
-    kind, make = kinds.get(str(element["type"]).lower(), ("", None))
-    if make is None:
-        raise ExchangeError(f'{label} is of type "{element["type"]}", which has no joint here: give {_listed()}')
-    missing = [field for field in ("force_direction", *_NUMBERS[kind]) if field not in element]
+    known = {law.nlvib[0]: (law, law.nlvib[1]) for law in LAWS if law.nlvib is not None}
+    kind = next((kind for kind in known if kind.lower() == str(element["type"]).lower()), "")
+    if not kind:
+        raise ExchangeError(
+            f'{label} is of type "{element["type"]}", which has no joint here: give {", ".join(sorted(known))}'
+        )
+    law, fields = known[kind]
+    missing = [field for field in ("force_direction", *fields) if field not in element]
     if missing:
         raise ExchangeError(f"{label}, {kind}, has no field {missing[0]}: give it")
-    numbers = {ours: element[theirs] for theirs, ours in _NUMBERS[kind].items()}
+    numbers = {ours: element[theirs] for theirs, ours in fields.items()}
     direction = element["force_direction"]
     direction = direction.toarray() if hasattr(direction, "toarray") else direction
     name = element.get("name", "")
     if np.size(name) and not isinstance(name, str):
         raise ExchangeError(f"{label}: its name is of {type(name).__name__}, no text: give a row of characters")
     name = name if np.size(name) and name else f"{kind} {number}"
-    joint: Joint = make(name=name, direction=np.ravel(direction), **numbers)
-    return joint
-
-
-def _listed() -> str:
-    return ", ".join(_NUMBERS)
+    return law.build(name, {"direction": np.ravel(direction)}, numbers)

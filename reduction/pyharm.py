@@ -26,8 +26,7 @@ import numpy as np
 
 from reduction.errors import ExchangeError
 from reduction.file.atomic_file import write_whole
-from reduction.foreign_joint import foreign_joint
-from reduction.joint import CubicSpring, ElasticStop, JenkinsElement, Joint
+from reduction.joint.law import Joint
 from reduction.jointed_system import JointedSystem
 
 PART = "structure"
@@ -87,25 +86,19 @@ def save_pyharm(
 
 
 def _connector(given: Joint) -> dict[str, Any]:
-    joint = foreign_joint(given, "pyHarm")
+    joint = given.exported("pyHarm")
     dof, other, scale = _ends(joint)
-    place = _place(dof, other)
     # With u = scale (q_dof - q_other) the joint's force on each is scale f(u).
-    if isinstance(joint, JenkinsElement):
-        limit, stiffness = scale * joint.limit_force, scale**2 * joint.tangential_stiffness
-        return {"type": "Jenkins", **place, "mu": 1.0, "N0": limit, "k": stiffness}
-    if isinstance(joint, CubicSpring):
-        return {"type": "CubicSpring", **place, "k": scale**4 * joint.stiffness}
-    return {"type": "PenaltyUnilateralGap", **place, "k": scale**2 * joint.stiffness, "g": joint.gap / scale}
+    return {**_place(dof, other), **joint.pyharm(scale)}
 
 
-def _ends(joint: JenkinsElement | ElasticStop | CubicSpring) -> tuple[int, int | None, float]:
+def _ends(joint: Joint) -> tuple[int, int | None, float]:
     """Degree of freedom, the one that it moves against, and a positive scale."""
-    row = joint.direction
+    row = joint.directions[0]
     dofs = np.flatnonzero(row)
     if len(dofs) == 1:
         dof, weight = int(dofs[0]), float(row[dofs[0]])
-        if weight > 0 or not isinstance(joint, ElasticStop):
+        if weight > 0 or not joint.one_sided:
             return dof, None, abs(weight)
         raise ExchangeError(
             f'joint "{joint.name}" stops degree of freedom {dof} in its negative direction, which pyHarm cannot say: '

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from fe.blas_threads import on_one_blas_thread
 from reduction.array_input import real_array
 from reduction.errors import JointError
-from reduction.joint import Friction, FrictionContact
+from reduction.joint.friction_contact import Friction, FrictionContact
 from reduction.stuck import stuck_stiffness
 
 Row = Float[NDArray[np.float64], " r"]

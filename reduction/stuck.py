@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fe.damping import rayleigh_damping
 from fe.dense_modes import dense_modes
 from reduction.errors import JointError
-from reduction.joint import FrictionContact, JenkinsElement, Joint
+from reduction.joint.law import Joint
 
 Matrix = Float[NDArray[np.float64], "r r"]
 
@@ -32,11 +32,8 @@ def stuck_stiffness(stiffness: Matrix, joints: Iterable[Joint]) -> Matrix:
     """
     stuck = np.array(stiffness)
     for joint in joints:
-        if isinstance(joint, FrictionContact):
-            stuck += joint.tangential_stiffness * joint.tangents.T @ joint.tangents
-            stuck += joint.normal_stiffness * np.outer(joint.normal, joint.normal)
-        elif isinstance(joint, JenkinsElement):
-            stuck += joint.tangential_stiffness * np.outer(joint.direction, joint.direction)
+        for row, spring in zip(joint.directions, joint.stuck_stiffness, strict=True):
+            stuck += spring * np.outer(row, row)
     return stuck
 
 

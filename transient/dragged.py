@@ -5,8 +5,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.compiled import compiled
+from transient.joint_forces import joint_forces
 from transient.joint_table import Packed
-from transient.law import joint_forces
 
 Vector = Float[NDArray[np.float64], " n"]
 
@@ -18,7 +18,7 @@ def dragged(joints: Packed, position: Float[NDArray[np.float64], "t d"], slider:
     Parameters
     ----------
     joints
-        Of a `JointTable`.
+        Of a `WitnessTable`.
     position
         Of all directions at the ends of all steps, shape (t, d) [m].
     slider

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from reduction.jointed_system import JointedSystem
 from transient.errors import TransientError
-from transient.law import joint_forces
+from transient.joint_forces import joint_forces
 from transient.march import solve_positions
 from transient.state import TransientState
 from transient.transition import ModalStructure, modal_structure, modes

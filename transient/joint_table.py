@@ -1,36 +1,29 @@
 """Joints as plain arrays, the form in which the compiled march reads them."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from reduction.jointed_system import (
-    CubicSpring,
-    ElasticStop,
-    Friction,
-    FrictionContact,
-    JenkinsElement,
-    Joint,
-    JointedSystem,
-    QuadraticDamper,
-)
+from reduction.joint.law import Joint
+from reduction.joint.packing import starts
+from reduction.jointed_system import JointedSystem
+from transient.law.function import force as function_force
+from transient.law.witness import WITNESSES, Witness
 
-CONTACT, COULOMB_CONTACT, JENKINS, CUBIC, STOP, DAMPER = range(6)
-
-#: Columns of `parameter`.
-TANGENTIAL, NORMAL, FRICTION, PRELOAD, GAP, STRENGTH = range(6)
+#: Number of the law of a joint whose force is a function of its user's own.
+FUNCTION = -1
 
 Integers = Int[NDArray[np.int64], " joint"]
 
-#: kind, first direction, first slider, number of tangents, parameters: what compiled code takes.
-Packed = tuple[Integers, Integers, Integers, Integers, Float[NDArray[np.float64], "joint 6"]]
+#: Number of the law, first direction, first slider, address of a user's function, parameters: what compiled code takes.
+#: Directions and sliders have one entry more, their number.
+Packed = tuple[Integers, Integers, Integers, Integers, Float[NDArray[np.float64], "joint p"]]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class JointTable:
+class WitnessTable:
     """All joints of a system.
 
     Parameters
@@ -48,6 +41,8 @@ class JointTable:
     normal_terms
         |N_0| + k_n |g| in the normals of contacts and stops, shape (d,) [N]: normal forces that cancel each other leave
         round-off of the size of their terms, however small their sum.
+    slider_stiffness
+        Stiffness that weighs each slider, shape (s,) [N/m].
     """
 
     rows: Float[NDArray[np.float64], "d r"]
@@ -56,64 +51,48 @@ class JointTable:
     n_slider: int
     damper: Float[NDArray[np.float64], " d"]
     normal_terms: Float[NDArray[np.float64], " d"]
+    slider_stiffness: Float[NDArray[np.float64], " s"]
 
 
-def joint_table(system: JointedSystem) -> JointTable:
-    """Rows, stiffness and parameters of the joints of a system in its order."""
-    kind, first, slider, tangent, parameter = [], [], [], [], []
-    stiffness: list[float] = []
-    damper: list[float] = []
-    terms: list[float] = []
-    n_slider = 0
-    for joint in system.joints:
-        code, values, stuck = _describe(joint)
-        n_tangent = len(joint.tangents) if isinstance(joint, FrictionContact) else int(code == JENKINS)
-        kind.append(code)
-        first.append(len(stiffness))
-        slider.append(n_slider)
-        tangent.append(n_tangent)
-        parameter.append(values)
-        stiffness.extend(stuck)
-        damper.extend([joint.damping if isinstance(joint, QuadraticDamper) else 0.0] * len(stuck))
-        terms.extend([0.0] * (len(stuck) - 1) + [abs(values[PRELOAD]) + abs(values[NORMAL] * values[GAP])])
-        n_slider += n_tangent
-    integers = [np.array(column, dtype=np.int64) for column in (kind, first, slider, tangent)]
-    return JointTable(
-        rows=np.vstack([joint.directions for joint in system.joints]) if system.joints else np.zeros((0, system.n_dof)),
-        stuck_stiffness=np.array(stiffness, dtype=np.float64),
+def joint_table(system: JointedSystem) -> WitnessTable:
+    """Rows, stiffness and parameters of the joints of a system in its order.
+
+    Raises
+    ------
+    RegistryError
+        A law that the integration in time does not know.
+    """
+    laws, names = [_witness(joint) for joint in system.joints], WITNESSES.names()
+    stuck = [np.asarray(law.stuck_stiffness(joint)) for law, joint in zip(laws, system.joints, strict=True)]
+    values = np.zeros((len(laws), max((len(joint.parameters) for joint in system.joints), default=0)))
+    damper, terms = [np.zeros(0)], [np.zeros(0)]
+    for number, (law, joint) in enumerate(zip(laws, system.joints, strict=True)):
+        values[number, : len(joint.parameters)] = [getattr(joint, name) for name in joint.parameter_names]
+        damper.append(np.full(len(stuck[number]), law.damping(joint)))
+        terms.append(np.append(np.zeros(len(stuck[number]) - 1), law.normal_terms(joint)))
+    n_slider = [joint.n_slider for joint in system.joints]
+    address = [0 if joint.function is None else joint.function.address for joint in system.joints]
+    return WitnessTable(
+        rows=np.vstack([joint.directions for joint in system.joints]) if laws else np.zeros((0, system.n_dof)),
+        stuck_stiffness=np.concatenate([np.zeros(0), *stuck]),
         packed=(
-            integers[0],
-            integers[1],
-            integers[2],
-            integers[3],
-            np.array(parameter, dtype=np.float64).reshape(-1, 6),
+            np.array([FUNCTION if law.name not in names else names.index(law.name) for law in laws], dtype=np.int64),
+            starts([len(each) for each in stuck]),
+            starts(n_slider),
+            np.array(address, dtype=np.int64),
+            values,
         ),
-        n_slider=n_slider,
-        damper=np.array(damper, dtype=np.float64),
-        normal_terms=np.array(terms, dtype=np.float64),
+        n_slider=sum(n_slider),
+        damper=np.concatenate(damper),
+        normal_terms=np.concatenate(terms),
+        slider_stiffness=np.concatenate(
+            [np.zeros(0), *(np.full(count, each[0]) for count, each in zip(n_slider, stuck, strict=True))]
+        ),
     )
 
 
-def _describe(joint: Joint) -> tuple[int, Sequence[float], Sequence[float]]:
-    """Kind, row of `parameter`, and stiffness of each direction in stick."""
-    match joint:
-        case FrictionContact():
-            coupled = joint.friction is Friction.COULOMB and len(joint.tangents) == 2
-            values = (
-                joint.tangential_stiffness,
-                joint.normal_stiffness,
-                joint.friction_coefficient,
-                joint.preload,
-                joint.gap,
-                0.0,
-            )
-            stuck = [joint.tangential_stiffness] * len(joint.tangents) + [joint.normal_stiffness]
-            return (COULOMB_CONTACT if coupled else CONTACT), values, stuck
-        case JenkinsElement():
-            return JENKINS, (joint.tangential_stiffness, 0, 0, 0, 0, joint.limit_force), [joint.tangential_stiffness]
-        case CubicSpring():
-            return CUBIC, (0, 0, 0, 0, 0, joint.stiffness), [0.0]
-        case ElasticStop():
-            return STOP, (0, joint.stiffness, 0, 0, joint.gap, 0), [joint.stiffness]
-        case QuadraticDamper():
-            return DAMPER, (0, 0, 0, 0, 0, joint.damping), [0.0]
+def _witness(joint: Joint) -> Witness:
+    """The law of a joint; a user's own function, which has no second writing, is marched as it is."""
+    if joint.function is not None:
+        return Witness(name=joint.kind, force=function_force)
+    return WITNESSES[joint.force_law]

@@ -15,8 +15,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.compiled import compiled
+from transient.joint_forces import joint_force, joint_forces
 from transient.joint_table import Packed
-from transient.law import joint_force, joint_forces
 
 Vector = Float[NDArray[np.float64], " n"]
 Matrix = Float[NDArray[np.float64], "n m"]
@@ -77,7 +77,7 @@ def jacobian_inverse(
     probe = after.copy()
     for joint in range(joints[0].size):
         first = joints[1][joint]
-        last = joints[1][joint + 1] if joint + 1 < joints[0].size else n
+        last = joints[1][joint + 1]
         joint_force(joint, joints, before, after, slider, step, mean, end, moved)
         base = end.copy() if at_end else mean.copy()
         for column in range(first, last):

@@ -298,16 +298,12 @@ def _multiple(
 
 def _weights(structure: ModalStructure) -> Vector:
     """Square roots of the energy weights of modal displacements, modal velocities and sliders."""
-    kind, _, slider, tangent, parameter = structure.table.packed
-    stiffness = np.zeros(structure.table.n_slider)
-    for joint in range(len(kind)):
-        stiffness[slider[joint] : slider[joint] + tangent[joint]] = parameter[joint, 0]
     frequency = np.sqrt(np.abs(structure.eigenvalue))
     # A rigid-body mode has no energy of displacement: its displacement counts like that of the slowest other mode.
     floor = 1e-6 * frequency.max()
     others = frequency[frequency > floor]
     frequency = np.maximum(frequency, others.min() if others.size else 1.0)
-    return np.concatenate([frequency, np.ones_like(frequency), np.sqrt(stiffness)])
+    return np.concatenate([frequency, np.ones_like(frequency), np.sqrt(structure.table.slider_stiffness)])
 
 
 def _decay(changes: list[float], slowest: float) -> float:

@@ -10,7 +10,7 @@ from reduction.array_input import finite_number, real_number, whole_number
 from reduction.jointed_system import JointedSystem
 from transient.equilibrium import equilibrium
 from transient.errors import StepError, TransientError
-from transient.law import joint_forces
+from transient.joint_forces import joint_forces
 from transient.march import march
 from transient.state import TransientState, check_state
 from transient.transition import ModalStructure, modal_structure, transition

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from reduction.jointed_system import JointedSystem
 from transient.errors import TransientError
-from transient.joint_table import JointTable, joint_table
+from transient.joint_table import WitnessTable, joint_table
 
 Vector = Float[NDArray[np.float64], " n"]
 Matrix = Float[NDArray[np.float64], "n m"]
@@ -56,7 +56,7 @@ class ModalStructure:
     """
 
     system: JointedSystem
-    table: JointTable
+    table: WitnessTable
     mode_shapes: Matrix
     inverse_shapes: Matrix
     eigenvalue: Vector
@@ -143,7 +143,7 @@ def transition(structure: ModalStructure, angular_frequency: float, steps_per_pe
     )
 
 
-def modes(system: JointedSystem, table: JointTable, offset: Vector) -> tuple[Vector, Matrix]:
+def modes(system: JointedSystem, table: WitnessTable, offset: Vector) -> tuple[Vector, Matrix]:
     """Eigenvalues [1/s^2] and mass-normalised shapes of the structure with springs k_0 of shape (d,) at its joints."""
     from scipy.linalg import eigh
 
@@ -151,7 +151,7 @@ def modes(system: JointedSystem, table: JointTable, offset: Vector) -> tuple[Vec
     return eigenvalue, shapes
 
 
-def decomposed(system: JointedSystem, table: JointTable, offset: Vector) -> ModalStructure:
+def decomposed(system: JointedSystem, table: WitnessTable, offset: Vector) -> ModalStructure:
     """The structure with the springs k_0, shape (d,) [N/m], in its modes."""
     eigenvalue, shapes = modes(system, table, offset)
     damping = shapes.T @ system.damping @ shapes

@@ -15,7 +15,7 @@ from correlation.model import Model
 from correlation.prediction import Prediction, Predictor
 from hbsolve.balance import HarmonicBalance
 from hbsolve.sensitivity import MatrixParameter, ModelParameter
-from reduction.jointed_system import FrictionContact
+from reduction.joint.friction_contact import friction_contacts
 
 Modes = Float[NDArray[np.float64], "m q"]
 
@@ -146,7 +146,7 @@ def history_modes(
     again. What they do beyond that stays, with a history or without.
     """
     points = features.points
-    contacts = [joint for joint in model.system.joints if isinstance(joint, FrictionContact)]
+    contacts = friction_contacts(model.system.joints)
     jointed = np.flatnonzero(~points.free)
     if not contacts or not len(jointed):
         return np.zeros((len(features.row), 0))
@@ -191,10 +191,11 @@ def left_by(
 
     def slider(balance: HarmonicBalance) -> NDArray[np.float64]:
         start = np.zeros(balance.n_slider)
-        for number, joint in enumerate(model.system.joints):
-            if isinstance(joint, FrictionContact):
-                first, last = balance.table.slider[number : number + 2]
-                start[first:last] = multiplier[number] * joint.limit_at_rest / joint.tangential_stiffness
+        numbers = {joint.name: number for number, joint in enumerate(model.system.joints)}
+        for contact in friction_contacts(model.system.joints):
+            number = numbers[contact.name]
+            first, last = balance.table.slider[number : number + 2]
+            start[first:last] = multiplier[number] * contact.limit_at_rest / contact.tangential_stiffness
         return start
 
     return slider

@@ -6,13 +6,14 @@ from math import sqrt
 
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from reduction.joint.friction_contact import friction_contacts
 from reduction.jointed_system import FrictionContact
 
 
 def contacts(model: Model, line: str) -> list[FrictionContact]:
     """Contacts of a line, in order along it; none where the test does not have the line."""
     members = model.lines.get(line, ())
-    found = {joint.name: joint for joint in model.system.joints if isinstance(joint, FrictionContact)}
+    found = {contact.name: contact for contact in friction_contacts(model.system.joints)}
     return [found[name] for name in members]
 
 

@@ -1,7 +1,6 @@
 """Where an effect may act at a point: the named places that move, each once, and what hangs on them."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
@@ -83,24 +82,18 @@ def dof_of(model: Model, row: Row) -> Dof | None:
 
 def with_cubic_spring(model: Model, name: str, row: Row, stiffness: float) -> Model:
     """A cubic spring more; one of this name gets stiffer instead."""
-    joints = list(model.system.joints)
-    for number, joint in enumerate(joints):
-        if isinstance(joint, CubicSpring) and joint.name == name:
-            joints[number] = replace(joint, stiffness=joint.stiffness + stiffness)
-            return model.with_system(joints=joints)
-    return _with_joint(model, CubicSpring(name=name, direction=row, stiffness=stiffness))
+    return _with_joint(model, CubicSpring(name=name, direction=row, stiffness=stiffness), "stiffness")
 
 
 def with_quadratic_damper(model: Model, name: str, row: Row, damping: float) -> Model:
     """A quadratic damper more; one of this name damps more instead."""
+    return _with_joint(model, QuadraticDamper(name=name, direction=row, damping=damping), "damping")
+
+
+def _with_joint(model: Model, joint: Joint, strength: str) -> Model:
     joints = list(model.system.joints)
-    for number, joint in enumerate(joints):
-        if isinstance(joint, QuadraticDamper) and joint.name == name:
-            joints[number] = replace(joint, damping=joint.damping + damping)
+    for number, there in enumerate(joints):
+        if there.kind == joint.kind and there.name == joint.name:
+            joints[number] = there.with_values({strength: getattr(there, strength) + getattr(joint, strength)})
             return model.with_system(joints=joints)
-    return _with_joint(model, QuadraticDamper(name=name, direction=row, damping=damping))
-
-
-def _with_joint(model: Model, joint: Joint) -> Model:
-    joints: Sequence[Joint] = [*model.system.joints, joint]
-    return model.with_system(joints=joints)
+    return model.with_system(joints=[*joints, joint])

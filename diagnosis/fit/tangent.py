@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from correlation.configuration import Tangent
 from correlation.model import Model
 from diagnosis.candidate.effect import EffectError
-from hbsolve.contact.catalogue import parameter_names
 from hbsolve.sensitivity import MatrixParameter, ModelParameter
 from reduction.jointed_system import JointedSystem
 
@@ -118,7 +117,7 @@ def _joint_rates(before: JointedSystem, after: JointedSystem, step: float) -> di
         )
     rates: dict[tuple[str, str], float] = {}
     for a, b in zip(before.joints, after.joints, strict=True):
-        for field in parameter_names(a):
+        for field in a.parameter_names:
             if getattr(a, field) != getattr(b, field):
                 rates[a.name, field] = (getattr(b, field) - getattr(a, field)) / step
     return rates

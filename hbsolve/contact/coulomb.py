@@ -32,7 +32,7 @@ from typing import Any
 import numpy as np
 
 from fe.compiled import compiled
-from hbsolve.contact.law import JACOBIAN, PARAMETERS, SEPARATED, SLIP, STICK
+from hbsolve.contact.law import FORCES, JACOBIAN, PARAMETERS, SEPARATED, SLIP, STICK, CompiledLaw
 from hbsolve.contact.unilateral import normal_force, unilateral
 
 #: Periods at most; sliders that creep on after these are left where they are.
@@ -233,3 +233,6 @@ def _follow(
         j = 3 * nh + i
         turn = c_before * r_by_before[i] + c * r_by[i] - a0 * S[0, j] - a1 * S[1, j]
         S[0, j], S[1, j] = x * turn - n0 * r_by[i], y * turn - n1 * r_by[i]
+
+
+FORCES.register(CompiledLaw(name="coulomb", force=force, instant=None))

@@ -2,12 +2,18 @@
 
 from typing import Any
 
+import numpy as np
+
 from fe.compiled import compiled
-from hbsolve.contact.law import JACOBIAN, PARAMETERS
+from hbsolve.contact.law import FORCES, JACOBIAN, PARAMETERS, CompiledLaw
 from hbsolve.contact.pointwise import displacement_jacobian
 
-#: In the order of `parameters`; fields of `reduction.jointed_system.CubicSpring`.
-NAMES = ("stiffness",)
+
+@compiled
+def instant(u: float, velocity: float, parameters: Any, slope: Any) -> float:
+    """Force at one instant; see `hbsolve.contact.law.CompiledLaw`."""
+    slope[0], slope[1], slope[2] = 3.0 * parameters[0] * u**2, 0.0, u**3
+    return float(parameters[0] * u**3)
 
 
 @compiled
@@ -16,8 +22,15 @@ def force(
     sampling: Any, want: int, out: Any,
 ) -> None:  # fmt: skip
     """One direction; see `hbsolve.contact.law`."""
-    out.force[0] = parameters[0] * u[0] ** 3 - reference[0] * u[0]
+    n = u.shape[1]
+    slope, by_displacement = np.empty(3), np.empty(n)
+    for k in range(n):
+        out.force[0, k] = instant(u[0, k], 0.0, parameters, slope) - reference[0] * u[0, k]
+        by_displacement[k] = slope[0] - reference[0]
+        if want >= PARAMETERS:
+            out.by_parameter[0, 0, k] = slope[2]
     if want >= JACOBIAN:
-        displacement_jacobian(3.0 * parameters[0] * u[0] ** 2 - reference[0], sampling, out)
-    if want >= PARAMETERS:
-        out.by_parameter[0, 0] = u[0] ** 3
+        displacement_jacobian(by_displacement, sampling, out)
+
+
+FORCES.register(CompiledLaw(name="cubic", force=force, instant=instant))

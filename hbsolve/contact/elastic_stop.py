@@ -5,11 +5,17 @@ from typing import Any
 import numpy as np
 
 from fe.compiled import compiled
-from hbsolve.contact.law import SEPARATED, STICK
+from hbsolve.contact.law import FORCES, SEPARATED, STICK, CompiledLaw
 from hbsolve.contact.unilateral import normal_force, unilateral
 
-#: In the order of `parameters`; fields of `reduction.jointed_system.ElasticStop`.
-NAMES = ("stiffness", "gap")
+
+@compiled
+def instant(u: float, velocity: float, parameters: Any, slope: Any) -> float:
+    """Force at one instant; see `hbsolve.contact.law.CompiledLaw`."""
+    touched = max(u - parameters[1], 0.0)
+    slope[0] = parameters[0] if u > parameters[1] else 0.0
+    slope[1], slope[2], slope[3] = 0.0, touched, -slope[0]
+    return float(parameters[0] * touched)
 
 
 @compiled
@@ -26,3 +32,6 @@ def force(
     unilateral(0, u[0], N, closed, n_open, reference[0], parameters[0], parameters[1], -1, 0, 1, sampling, want, out)
     if n_open == n and reference[0] == 0.0:
         out.active[0] = 0  # never touched: nothing there
+
+
+FORCES.register(CompiledLaw(name="stop", force=force, instant=instant))

@@ -10,12 +10,9 @@ from typing import Any
 import numpy as np
 
 from fe.compiled import compiled
-from hbsolve.contact.law import JACOBIAN, PARAMETERS
+from hbsolve.contact.law import FORCES, JACOBIAN, PARAMETERS, CompiledLaw
 from hbsolve.contact.slider import slide, state, tangent_jacobian
 from hbsolve.contact.unilateral import normal_force, unilateral
-
-#: In the order of `parameters`; fields of `reduction.jointed_system.FrictionContact`.
-NAMES = ("tangential_stiffness", "normal_stiffness", "friction_coefficient", "preload", "gap")
 
 
 @compiled
@@ -58,3 +55,6 @@ def force(
                 out.by_parameter[1, d, k] = s * mu * (u[n_tangent, j] - gap)
                 out.by_parameter[3, d, k] = s * mu
                 out.by_parameter[4, d, k] = -s * mu * kn
+
+
+FORCES.register(CompiledLaw(name="friction", force=force, instant=None))

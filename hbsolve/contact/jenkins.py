@@ -5,11 +5,8 @@ from typing import Any
 import numpy as np
 
 from fe.compiled import compiled
-from hbsolve.contact.law import JACOBIAN, PARAMETERS
+from hbsolve.contact.law import FORCES, JACOBIAN, PARAMETERS, CompiledLaw
 from hbsolve.contact.slider import slide, state, tangent_jacobian
-
-#: In the order of `parameters`; fields of `reduction.jointed_system.JenkinsElement`.
-NAMES = ("tangential_stiffness", "limit_force")
 
 
 @compiled
@@ -39,3 +36,6 @@ def force(
                 out.by_start[0, 0, k] = limit
             out.by_parameter[0, 0, k] = u[0, k] - u[0, j]
             out.by_parameter[1, 0, k] = sign[k]
+
+
+FORCES.register(CompiledLaw(name="jenkins", force=force, instant=None))

@@ -1,6 +1,6 @@
 """What the harmonic balance asks of a joint's law, and what it hands over.
 
-A law is one file with one compiled function `force` of this signature, and one entry in `hbsolve.contact.catalogue`::
+A law is one file that registers one compiled function `force` of this signature::
 
     force(u, velocity, omega, reference, parameters, start, by_multiplier, sampling, want, out)
 
@@ -12,7 +12,7 @@ reference
     Stiffness of each direction that is part of the linear structure, D in eq. 12, shape (d,) [N/m]. All that the law
     writes is about f - D u: for a stuck or closed contact that is a constant, which costs nothing.
 parameters :
-    Those of the catalogue, in its order, shape (n_parameter,).
+    Values of `Joint.parameters`, in their order, shape (n_parameter,).
 start, by_multiplier
     Slider positions at the first instant [m], or multipliers m of eq. 11 where the flag is set, shape (n_slider,).
 sampling
@@ -30,14 +30,18 @@ References
 Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), eqs 6-8, 11 and 12.
 """
 
-from typing import NamedTuple
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.registry import Registry
+
 FORCE, JACOBIAN, PARAMETERS = 0, 1, 2
-#: Most directions, parameters and sliders that a joint may have.
-MAX_DIRECTION, MAX_PARAMETER, MAX_SLIDER = 3, 5, 2
+#: Most directions that a joint may have.
+MAX_DIRECTION = 3
 #: State of a contact at an instant.
 STICK, SLIP, SEPARATED = 0, 1, 2
 
@@ -54,12 +58,41 @@ class LawOutput(NamedTuple):
     active: NDArray[np.int64]
     """Leading rows of each direction's Jacobian that are not zero: 0, 1 (the mean alone) or nh, shape (d,)."""
     by_parameter: Real
-    """Derivative of `force` with respect to each parameter, shape (5, d, n)."""
+    """Derivative of `force` with respect to each parameter, shape (p, d, n)."""
     by_start: Real
-    """... to each slider's position (or multiplier) at the start, shape (2, d, n)."""
+    """... to each slider's position (or multiplier) at the start, shape (s, d, n)."""
     by_frequency: Real
     """... to Omega, shape (d, n)."""
     slider: Real
-    """Slider positions at each instant, shape (2, n) [m]."""
+    """Slider positions at each instant, shape (s, n) [m]."""
     status: NDArray[np.int64]
     """STICK, SLIP or SEPARATED at each instant of each slider, or of the joint in row 0, shape (2, n)."""
+
+
+ARGUMENTS = "u, velocity, omega, reference, parameters, start, by_multiplier, sampling, want, out"
+
+
+@dataclass(frozen=True, kw_only=True)
+class CompiledLaw:
+    """A law of the balance.
+
+    Parameters
+    ----------
+    name
+        `Joint.force_law`.
+    force
+        The compiled function.
+    instant
+        For laws without memory: the compiled force at one instant, ``instant(u, velocity, parameters, slope)``, which
+        fills `slope` with the derivatives by u, velocity and each parameter; none for laws with memory.
+    """
+
+    name: str
+    force: Callable[..., Any]
+    instant: Callable[..., Any] | None
+
+
+#: Forces of the product's own laws; a user's law has a function instead, `reduction.joint.function_law`.
+FORCES: Registry[CompiledLaw] = Registry(
+    "contact force", package="hbsolve.contact", group=None, facts={"force": "over a period", "instant": "at an instant"}
+)

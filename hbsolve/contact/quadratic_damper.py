@@ -5,11 +5,15 @@ from typing import Any
 import numpy as np
 
 from fe.compiled import compiled
-from hbsolve.contact.law import JACOBIAN, PARAMETERS
+from hbsolve.contact.law import FORCES, JACOBIAN, PARAMETERS, CompiledLaw
 from hbsolve.contact.pointwise import velocity_jacobian
 
-#: In the order of `parameters`; fields of `reduction.jointed_system.QuadraticDamper`.
-NAMES = ("damping",)
+
+@compiled
+def instant(u: float, velocity: float, parameters: Any, slope: Any) -> float:
+    """Force at one instant; see `hbsolve.contact.law.CompiledLaw`."""
+    slope[0], slope[1], slope[2] = 0.0, 2.0 * parameters[0] * abs(velocity), abs(velocity) * velocity
+    return float(parameters[0] * abs(velocity) * velocity)
 
 
 @compiled
@@ -18,10 +22,16 @@ def force(
     sampling: Any, want: int, out: Any,
 ) -> None:  # fmt: skip
     """One direction; the velocity is Omega du/d(Omega t), so the force grows with Omega squared."""
-    c, speed = parameters[0], np.abs(velocity[0])
-    out.force[0] = c * speed * velocity[0]
+    n = u.shape[1]
+    slope, by_velocity = np.empty(3), np.empty(n)
+    for k in range(n):
+        out.force[0, k] = instant(0.0, velocity[0, k], parameters, slope)
+        by_velocity[k] = slope[1] * omega
+        if want >= PARAMETERS:
+            out.by_parameter[0, 0, k] = slope[2]
+            out.by_frequency[0, k] = slope[1] * velocity[0, k] / omega
     if want >= JACOBIAN:
-        velocity_jacobian(2.0 * c * speed * omega, sampling, out)
-    if want >= PARAMETERS:
-        out.by_parameter[0, 0] = speed * velocity[0]
-        out.by_frequency[0] = 2.0 * c * speed * velocity[0] / omega
+        velocity_jacobian(by_velocity, sampling, out)
+
+
+FORCES.register(CompiledLaw(name="quadratic_damper", force=force, instant=instant))

@@ -1,15 +1,14 @@
 """What a branch is continued over: the frequency, the level of the force, or a parameter of a joint."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from hbsolve.aft import JointForces, Start
 from hbsolve.balance import HarmonicBalance, Real
 from hbsolve.condensed import Condensed
-from hbsolve.contact.catalogue import parameter_names
 from hbsolve.contact.law import PARAMETERS
 from hbsolve.errors import BalanceError
 from hbsolve.newton import apply_receptance
@@ -153,9 +152,8 @@ class JointPath:
             A value that the joint cannot have.
         """
         number, index = joint_index(self.balance, self.joint, self.parameter)
-        changed: dict[str, Any] = {self.parameter: value}
         try:
-            replace(self.balance.system.joints[number], **changed)
+            self.balance.system.joints[number].with_values({self.parameter: value})
         except JointError as error:
             raise BalanceError(f"{error} all along its branch") from error
         table = self.balance.table
@@ -182,7 +180,7 @@ def joint_index(balance: HarmonicBalance, joint: str, parameter: str) -> tuple[i
     if joint not in names:
         raise BalanceError(f'there is no joint "{joint}": the system has {", ".join(names) or "none"}')
     number = names.index(joint)
-    known = parameter_names(balance.system.joints[number])
+    known = balance.system.joints[number].parameter_names
     if parameter not in known:
         raise BalanceError(f'joint "{joint}" has no parameter "{parameter}": it has {", ".join(known)}')
     return number, int(balance.table.parameter[number]) + known.index(parameter)

@@ -30,7 +30,6 @@ from hbsolve.limits.objective import OutputHarmonic
 from hbsolve.limits.response_limits import limit_problem, response_limits
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.sampling import complex_from_real
-from reduction.jointed_system import FrictionContact, JenkinsElement
 
 Real = NDArray[np.float64]
 
@@ -45,10 +44,10 @@ class LossFactor:
         Raises
         ------
         BalanceError
-            A joint that is neither a friction contact nor a Jenkins element.
+            A joint whose energy is not that of springs in series with sliders.
         """
         for joint in balance.system.joints:
-            if not isinstance(joint, FrictionContact | JenkinsElement):
+            if not joint.series_springs:
                 raise BalanceError(
                     f'the loss factor knows the energy of friction contacts alone, but "{joint.name}" is a '
                     f"{type(joint).__name__}: bound an amplitude instead"

@@ -24,7 +24,6 @@ from hbsolve.limits.sliders import slider_table
 from hbsolve.solution import forces_at
 from hbsolve.state import slider_start
 from reduction.array_input import real_array, whole_number
-from reduction.jointed_system import FrictionContact
 
 Real = NDArray[np.float64]
 Array = NDArray[np.complex128]
@@ -190,7 +189,7 @@ class ContactForceHarmonic:
         names = [joint.name for joint in balance.system.joints]
         found = []
         for name in self.joints:
-            if name not in names or not isinstance(balance.system.joints[names.index(name)], FrictionContact):
+            if name not in names or balance.system.joints[names.index(name)].normal_direction is None:
                 raise BalanceError(f'"{name}" is no friction contact of the system: give the name of one')
             first, last = balance.table.direction[names.index(name) :][:2]
             if not -1 <= self.direction < last - first - 1:

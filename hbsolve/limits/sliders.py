@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from fe.compiled import compiled
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
-from reduction.jointed_system import Friction, FrictionContact, JenkinsElement
+from reduction.joint.law import SliderInterval
 
 Real = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -67,27 +67,16 @@ def slider_table(balance: HarmonicBalance) -> SliderTable:
     BalanceError
         A system without sliders, or tangents coupled by one Coulomb limit: a disc has no interval.
     """
-    rows: list[tuple[int, int, float, float, float]] = []
+    rows: list[SliderInterval] = []
     lines: list[str] = []
     for joint, first in zip(balance.system.joints, balance.table.direction, strict=False):
-        line = re.sub(r"[\s._-]*\d+$", "", joint.name)
-        if isinstance(joint, JenkinsElement):
-            rows.append((int(first), -1, joint.tangential_stiffness, joint.limit_force, 0.0))
-            lines.append(line)
-        elif isinstance(joint, FrictionContact):
-            n_tangent = len(joint.tangents)
-            if n_tangent == 2 and joint.friction is Friction.COULOMB:
-                raise BalanceError(
-                    f'limits need a limit for each tangent, but "{joint.name}" couples its two by Coulomb\'s disc: '
-                    "give it Friction.UNCOUPLED, or one tangent"
-                )
-            mu, kn = joint.friction_coefficient, joint.normal_stiffness
-            constant = mu * (joint.preload - kn * joint.gap)
-            for tangent in range(n_tangent):
-                rows.append(
-                    (int(first) + tangent, int(first) + n_tangent, joint.tangential_stiffness, constant, mu * kn)
-                )
-                lines.append(f"{line} {tangent}")
+        intervals, line = joint.slider_intervals, re.sub(r"[\s._-]*\d+$", "", joint.name)
+        if isinstance(intervals, str):
+            raise BalanceError(f'limits need a limit for each tangent, but "{joint.name}" {intervals}')
+        for each in intervals:
+            normal = -1 if each.normal < 0 else int(first) + each.normal
+            rows.append(each._replace(tangent=int(first) + each.tangent, normal=normal))
+            lines.append(line if each.normal < 0 else f"{line} {each.tangent}")
     if not rows:
         raise BalanceError("the system has no sliders, so its response does not depend on friction history")
     columns = [np.array(each) for each in zip(*rows, strict=True)]

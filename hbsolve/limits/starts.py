@@ -11,7 +11,6 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.limits.box import SliderBox
 from hbsolve.limits.sliders import SliderTable
-from reduction.jointed_system import FrictionContact
 
 Real = NDArray[np.float64]
 Sliders = Float[Real, " s"]
@@ -83,20 +82,16 @@ def _static_vertices(
     """
     n = len(table.tangent)
     pressed = [
-        int(first) + len(joint.tangents)
+        int(first) + joint.normal_direction
         for joint, first in zip(balance.system.joints, balance.table.direction, strict=False)
-        if isinstance(joint, FrictionContact)
+        if joint.normal_direction is not None
     ]
     if not pressed or count < 1:
         return []
     # Forces where every direction keeps its reference stiffness: g there is that of all contacts closed and stuck.
     rest = balance.linear(condensed, 0.0)[:, 0]
     A = condensed.receptance[0].real
-    joints = {int(first): joint for first, joint in zip(balance.table.direction, balance.system.joints, strict=False)}
-    g = np.zeros(balance.n_direction)
-    for first, joint in joints.items():
-        if isinstance(joint, FrictionContact):
-            g[first + len(joint.tangents)] = joint.preload - joint.normal_stiffness * joint.gap
+    g = np.concatenate([joint.stuck_force for joint in balance.system.joints])
     x0 = rest - A @ g
     by_w = A[:, table.tangent] * table.stiffness
     T0, T_by_w = table.stiffness * x0[table.tangent], table.stiffness[:, None] * (by_w[table.tangent] - np.eye(n))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from reduction.errors import JointError
 from reduction.file.structure_file import StructureMatrices
-from reduction.jointed_system import FrictionContact, Joint
+from reduction.joint.law import Joint
 from reduction.stuck import stuck_damping, stuck_stiffness
 from study.case.joint_table import DampingTable
 
@@ -27,8 +27,4 @@ def case_damping(table: DampingTable, structure: StructureMatrices, joints: Sequ
 
 def stuck_at_rest(stiffness: Matrix, joints: Sequence[Joint]) -> Matrix:
     """Stiffness of the structure with the springs of all sliders and of the contacts that are closed at rest [N/m]."""
-    return stuck_stiffness(stiffness, [joint for joint in joints if not _is_open(joint)])
-
-
-def _is_open(joint: Joint) -> bool:
-    return isinstance(joint, FrictionContact) and joint.force_at_rest <= 0
+    return stuck_stiffness(stiffness, [joint for joint in joints if not joint.open_at_rest])

@@ -15,7 +15,7 @@ from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.continuation.stop import StopReason
 from hbsolve.fourier import harmonics, samples_from_coefficients
 from hbsolve.state import SteadyState
-from reduction.jointed_system import ElasticStop, Joint, JointedSystem
+from reduction.jointed_system import Joint, JointedSystem
 from study.solve.model import Curve, Output, SolveModel
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ class SolvedCurve:
 
 def state_names(joint: Joint, names: Sequence[str] = STATES) -> dict[int, str]:
     """Names of a joint's states by their place in `STATES`: a stop has no friction, and so neither sticks nor slips."""
-    return {0: "closed", 2: "separated"} if isinstance(joint, ElasticStop) else dict(enumerate(names))
+    return dict(enumerate(names)) if joint.can_slip else {0: "closed", 2: "separated"}
 
 
 def main_harmonic(system: JointedSystem) -> int:

@@ -15,7 +15,6 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from pipeline.checkpoint import Checkpoint
 from pipeline.output import replace_file
-from reduction.jointed_system import ElasticStop, FrictionContact
 from study.case.joint_table import SolveCase
 from study.run_context import RunContext
 from study.solve.curve import response_curve
@@ -210,8 +209,8 @@ def _loops(model: SolveModel, balance: HarmonicBalance, curves: Sequence[SolvedC
                 time=motion.time / (2 * np.pi / state.angular_frequency),
                 displacement=motion.displacement[0],
                 force=motion.force[0],
-                normal=motion.force[-1] if isinstance(law, FrictionContact) else None,
-                is_stop=isinstance(law, ElasticStop),
+                normal=None if law.normal_direction is None else motion.force[law.normal_direction],
+                is_stop=not law.can_slip,
             )
         )
     return found

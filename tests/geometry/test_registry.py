@@ -3,6 +3,7 @@
 import pickle
 import subprocess
 import sys
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -98,6 +99,30 @@ def test_what_a_failing_file_registered_before_does_not_stay(springs: Registry[A
     with pytest.raises(RegistryError, match="line 3: ZeroDivisionError"):
         springs.load(written(tmp_path, "SPRINGS.register(Spring(name='mine', stiffness=2))\n1 / 0"))
     assert "mine" not in springs
+
+
+def test_an_abstract_fact_is_a_missing_one_and_members_may_have_another_key(springs: Registry[Any]) -> None:
+    class Base(ABC):
+        word: str
+
+        @abstractmethod
+        def stiffness(self) -> float: ...
+
+    class Half(Base):
+        word = "half"
+
+    class Whole(Base):
+        word = "whole"
+
+        def stiffness(self) -> float:
+            return 1.0
+
+    registry: Registry[type[Base]] = Registry(
+        "spring", package=springs.package, group="test.none", key="word", facts={"stiffness": "N per m"}
+    )
+    assert registry.register(Whole) is registry["whole"]
+    with pytest.raises(RegistryError, match='"half" lacks stiffness'):
+        registry.register(Half)
 
 
 def test_a_missing_file_and_an_unknown_name_say_what_there_is(springs: Registry[Any], tmp_path: Path) -> None:

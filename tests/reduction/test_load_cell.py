@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from reduction.joint import FrictionContact
+from reduction.jointed_system import FrictionContact
 from reduction.load_cell import LineReaction, blade_contact, decoupler_contact
 from reduction.static_contact import static_state
 

@@ -11,8 +11,16 @@ import scipy.io
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
 from reduction.errors import ExchangeError
-from reduction.joint import CubicSpring, ElasticStop, FrictionContact, JenkinsElement, QuadraticDamper
-from reduction.jointed_system import JointedSystem, along, between
+from reduction.jointed_system import (
+    CubicSpring,
+    ElasticStop,
+    FrictionContact,
+    JenkinsElement,
+    JointedSystem,
+    QuadraticDamper,
+    along,
+    between,
+)
 from reduction.nlvib import load_nlvib, save_nlvib
 
 N = 3

@@ -11,8 +11,16 @@ import pytest
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
 from reduction.errors import ExchangeError
-from reduction.joint import CubicSpring, ElasticStop, FrictionContact, JenkinsElement, QuadraticDamper
-from reduction.jointed_system import JointedSystem, along, between
+from reduction.jointed_system import (
+    CubicSpring,
+    ElasticStop,
+    FrictionContact,
+    JenkinsElement,
+    JointedSystem,
+    QuadraticDamper,
+    along,
+    between,
+)
 from reduction.pyharm import pyharm_input, save_pyharm
 
 N, N_HARMONIC, N_SAMPLE = 3, 6, 256

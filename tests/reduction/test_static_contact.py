@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from reduction.errors import JointError
-from reduction.joint import Friction, FrictionContact
+from reduction.jointed_system import Friction, FrictionContact
 from reduction.static_contact import StaticState, static_state
 
 Array = NDArray[np.float64]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from geometry.errors import InputError
 from reduction.errors import JointError
-from reduction.joint import CubicSpring, ElasticStop, FrictionContact, JenkinsElement, Joint
+from reduction.jointed_system import CubicSpring, ElasticStop, FrictionContact, JenkinsElement, Joint
 from reduction.stuck import stuck_damping, stuck_stiffness
 
 Array = NDArray[np.float64]

@@ -16,7 +16,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from reduction.jointed_system import FrictionContact, JointedSystem
+from reduction.joint.friction_contact import friction_contacts
+from reduction.jointed_system import JointedSystem
 from transient.bench.campaign import Sweep
 from transient.bench.sweep import Readings, SweptBench
 from transient.equilibrium import quasi_static
@@ -96,7 +97,7 @@ def repeated_tests(
     """
     random = np.random.default_rng(seed)
     bench = SweptBench(system, sensors, steps_per_period=steps_per_period)
-    line = np.array([each.name.split()[0] for each in system.joints if isinstance(each, FrictionContact)])
+    line = np.array([each.name.split()[0] for each in friction_contacts(system.joints)])
     for repeat in range(1, n_repeat + 1):
         # The hand that puts a body in its place leaves each line a share of its limit.
         shares = {name: random.uniform(-PLACED, PLACED) for name in dict.fromkeys(line.tolist())}

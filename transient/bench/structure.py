@@ -6,7 +6,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from reduction.jointed_system import FrictionContact, JointedSystem
+from reduction.joint.friction_contact import friction_contacts
+from reduction.jointed_system import JointedSystem
 from transient.joint_table import joint_table
 from transient.transition import ModalStructure, decomposed
 
@@ -16,14 +17,14 @@ Matrix = Float[NDArray[np.float64], "n m"]
 def stuck_structure(system: JointedSystem) -> ModalStructure:
     """Modes with sticking contacts, full damping: such contacts then move exactly, whatever the step."""
     table = joint_table(system)
-    contact = [isinstance(joint, FrictionContact) for joint in system.joints for _ in joint.directions]
+    contact = [joint.normal_direction is not None for joint in system.joints for _ in joint.directions]
     offset = np.where(contact, table.stuck_stiffness, 0.0)
     return replace(decomposed(system, table, offset), diagonal=False)
 
 
 def line_sums(system: JointedSystem) -> Matrix:
     """Tangential and normal sums over each line, over the directions of all joints, shape (4 or 0, d) [-]."""
-    names = [joint.name.split()[0] for joint in system.joints if isinstance(joint, FrictionContact)]
+    names = [joint.name.split()[0] for joint in friction_contacts(system.joints)]
     sums = np.zeros((2 * len(set(names)), sum(len(joint.directions) for joint in system.joints)))
     for row, line in enumerate(dict.fromkeys(names)):
         for contact, name in enumerate(names):

@@ -26,7 +26,8 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from reduction.jointed_system import FrictionContact, JenkinsElement, JointedSystem
+from reduction.joint.friction_contact import friction_contacts
+from reduction.jointed_system import JointedSystem
 from transient.bench.structure import line_sums, stuck_structure
 from transient.dragged import dragged
 from transient.equilibrium import equilibrium
@@ -121,9 +122,9 @@ class SweptBench:
     ) -> None:
         self.system = system
         self.steps_per_period = steps_per_period
-        self._contacts = [joint for joint in system.joints if isinstance(joint, FrictionContact)]
+        self._contacts = friction_contacts(system.joints)
         for joint in system.joints:
-            if isinstance(joint, JenkinsElement) or (isinstance(joint, FrictionContact) and len(joint.tangents) > 1):
+            if joint.n_slider != int(joint.normal_direction is not None):
                 raise TransientError(
                     f'the bench follows the friction of contacts with one tangent, "{joint.name}" is none: make it one'
                 )

@@ -32,20 +32,6 @@ def lock_numbers(joint: object, *names: str) -> None:
                 raise JointError(f"{what} = {value:g} must be a finite number")
 
 
-def check_positive(joint: object, *names: str) -> None:
-    """Refuse a parameter that is zero or negative."""
-    for name in names:
-        if not getattr(joint, name) > 0:
-            raise JointError(f"{label(joint)}: {name} = {getattr(joint, name):g} must be positive")
-
-
-def check_not_negative(joint: object, *names: str) -> None:
-    """Refuse a negative parameter."""
-    for name in names:
-        if getattr(joint, name) < 0:
-            raise JointError(f"{label(joint)}: {name} = {getattr(joint, name):g} must not be negative")
-
-
 def label(joint: object) -> str:
     """How messages call a joint."""
     return f'joint "{getattr(joint, "name", "")}"'

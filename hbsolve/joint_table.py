@@ -1,0 +1,70 @@
+"""Joints as arrays, and the compiled switch between the forces of all laws."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fe.compiled import compiled_switch
+from hbsolve.contact import function
+from hbsolve.contact.law import ARGUMENTS, FORCES
+from reduction.joint.law import Joint
+from reduction.joint.packing import starts
+
+#: Number of the law of a joint whose force is a user's function.
+FUNCTION = -1
+
+
+class JointTable(NamedTuple):
+    """Joints as arrays, one row each; d directions, s sliders and p parameters in all."""
+
+    kind: NDArray[np.int64]
+    address: NDArray[np.int64]
+    """Of a user's compiled function, 0 for others."""
+    direction: NDArray[np.int64]
+    """First direction of each joint and, last, d: shape (n_joint + 1,)."""
+    slider: NDArray[np.int64]
+    """First slider of each joint and, last, s."""
+    parameter: NDArray[np.int64]
+    """First parameter of each joint and, last, p."""
+    value: NDArray[np.float64]
+    """Parameters, shape (p,)."""
+    reference: NDArray[np.float64]
+    """Stiffness of each direction in the linear structure, D of eq. 12, shape (d,) [N/m]."""
+
+
+def joint_table(joints: Sequence[Joint]) -> JointTable:
+    """Joints as arrays.
+
+    Raises
+    ------
+    RegistryError
+        A law without a force here.
+    """
+    names = [joint.parameter_names for joint in joints]
+    return JointTable(
+        kind=np.array([_kind(joint) for joint in joints], dtype=np.int64),
+        address=addresses(joints),
+        direction=starts([len(joint.directions) for joint in joints]),
+        slider=starts([joint.n_slider for joint in joints]),
+        parameter=starts([len(each) for each in names]),
+        value=np.array([float(getattr(j, name)) for j, each in zip(joints, names, strict=True) for name in each]),
+        reference=np.array([stiffness for joint in joints for stiffness in joint.reference_stiffness]),
+    )
+
+
+def addresses(joints: Sequence[Joint]) -> NDArray[np.int64]:
+    """Addresses of users' compiled functions in this process, 0 for other joints, shape (n_joint,)."""
+    return np.array([0 if joint.function is None else joint.function.address for joint in joints], dtype=np.int64)
+
+
+def _kind(joint: Joint) -> int:
+    if joint.function is not None:
+        return FUNCTION
+    return FORCES.names().index(FORCES[joint.force_law].name)
+
+
+joint_force = compiled_switch(
+    __name__, ARGUMENTS, [each.force for each in FORCES], (function.force, f"address, {ARGUMENTS}")
+)

@@ -1,0 +1,168 @@
+"""A law with memory, a four-element Iwan chain, added by one file outside the product, passes what every law must."""
+
+import pickle
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from geometry.errors import RegistryError
+from hbsolve.balance import HarmonicBalance
+from hbsolve.contact_motion import contact_motion
+from hbsolve.continuation.response import frequency_response
+from hbsolve.steady_state import steady_state
+from reduction.joint.law import LAWS, Joint
+from reduction.jointed_system import JenkinsElement, JointedSystem
+from tests.hbsolve import test_laws
+from transient.steady import steady_motion
+
+IWAN = Path(__file__).with_name("iwan.py")
+ONE = np.ones(1)
+
+
+@pytest.fixture(scope="module")
+def law() -> Iterator[type[Joint]]:
+    """The chain; the other tests of this process do without it."""
+    (chain,) = LAWS.load(IWAN)
+    yield chain
+    LAWS.forget(IWAN)
+
+
+for _name, _test in list(vars(test_laws).items()):
+    if _name.startswith("test_"):
+        globals()[_name] = _test
+
+
+def oscillator(*joints: Joint) -> JointedSystem:
+    return JointedSystem(
+        mass=[[1.0]], damping=[[20.0]], stiffness=[[1e6]], joints=joints, harmonic_force=[[0.0], [15.0]]
+    )
+
+
+def test_the_chain_is_four_jenkins_elements(law: type[Joint]) -> None:
+    """Written as one law of a user's, or as four of the product's: the same motion, slider by slider."""
+    chain = law.build("chain", {"direction": ONE}, {"stiffness": 1e6, "limit_force": 10.0})
+    four = [
+        JenkinsElement(name=f"{i}", direction=ONE, tangential_stiffness=2.5e5, limit_force=10.0 * (2 * i + 1) / 16)
+        for i in range(4)
+    ]
+    motions = []
+    for system in (oscillator(chain), oscillator(*four)):
+        balance = HarmonicBalance(system=system, n_harmonic=8, n_sample=512)
+        state = steady_state(balance, 1150.0)
+        motions.append((balance, state))
+    (one, state), (other, expected) = motions
+    # Newton's method stops at 1e-9 of the linear motion.
+    np.testing.assert_allclose(
+        state.coefficients, expected.coefficients, atol=1e-8 * np.abs(expected.coefficients).max()
+    )
+    (together,) = contact_motion(one, state)
+    apart = contact_motion(other, expected)
+    np.testing.assert_allclose(together.force, sum(each.force for each in apart), atol=1e-6)
+    np.testing.assert_allclose(together.slider, np.vstack([each.slider for each in apart]), atol=1e-12)
+    assert 0 < together.share[1] < 1
+
+
+def test_the_chain_slips_along_a_curve(law: type[Joint]) -> None:
+    chain = law.build("chain", {"direction": ONE}, test_laws.typical(law))
+    balance = HarmonicBalance(system=oscillator(chain), n_harmonic=6, n_sample=256)
+    branch = frequency_response(balance, 1000.0, 1500.0)
+    peak = branch.angular_frequency[np.abs(branch.coefficients[:, 1, 0]).argmax()]
+    assert 1000.0 < peak < np.sqrt(2e6)  # softer than stuck
+
+
+def test_a_balance_with_the_chain_works_in_another_process(law: type[Joint], tmp_path: Path) -> None:
+    """The address of its machine code is of one process: another one compiles its own."""
+    chain = law.build("chain", {"direction": ONE}, test_laws.typical(law))
+    balance = HarmonicBalance(system=oscillator(chain), n_harmonic=4)
+    file = tmp_path / "balance"
+    file.write_bytes(pickle.dumps(balance))
+    script = (
+        f"import pickle, geometry.registry\nbalance = pickle.load(open({str(file)!r}, 'rb'))\n"
+        "from hbsolve.steady_state import steady_state\nprint(repr(steady_state(balance, 1150.0).amplitude(0)))"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert float(done.stdout) == pytest.approx(steady_state(balance, 1150.0).amplitude(0), rel=1e-12)
+
+
+HEAD = """
+import random
+from math import tanh
+from reduction.joint.function_law import joint_law
+from reduction.joint.law import LawParameter
+STIFFNESS = LawParameter(name="stiffness", unit="N/m", meaning="k", typical=1e4, positive=True)
+FACTS = dict(
+    kind="mine", parameters=[STIFFNESS], typical_displacement=1e-3, n_state=0, stuck_stiffness=lambda k: k, energy=None
+)
+"""
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "def f(u, velocity, state, parameters):\n    return parameters[0] * max(u - 1e-4, 0.0)",
+        "def f(u, velocity, state, parameters):\n    return parameters[0] * abs(u) ** 1.5 * (1 if u > 0 else -1)",
+        "def f(u, velocity, state, parameters):\n    return parameters[0] * 1e-3 * tanh(u / 1e-3) + 3 * velocity",
+        "def f(u, velocity, state, parameters):\n    return 0.0 if u < 0 else parameters[0] * u",
+    ],
+    ids=["stop", "Hertz", "softening", "branches of other types"],
+)
+def test_a_scalar_function_is_enough(tmp_path: Path, body: str) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text(f"{HEAD}\n@joint_law(**FACTS)\n{body}\n")
+    (law,) = LAWS.load(file)
+    try:
+        test_laws.test_derivatives_equal_central_differences(law, 0)
+        test_laws.test_hostile_parameters_and_rows_are_one_sentence(law)
+        joint = law.build("joint", {"direction": ONE}, {"stiffness": 1e4})
+        system = test_laws.vibrating(joint)
+        state = steady_state(HarmonicBalance(system=system, n_harmonic=26, n_sample=2048), test_laws.OMEGA)
+        steady = steady_motion(system, test_laws.OMEGA, tolerance=1e-7, steps_per_period=1024)
+        scale = np.abs(state.coefficients[1]).max()
+        np.testing.assert_allclose(steady.coefficients(4), state.coefficients[:4], rtol=0, atol=3e-4 * scale)
+    finally:
+        LAWS.forget(file)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("@joint_law(**(FACTS | dict(energy=1)) )\ndef f(u, v, s, p):\n    return u", ["mine.py, line", "energy", "1"]),
+        ("F = dict(FACTS); del F['energy']\n@joint_law(**F)\ndef f(u, v, s, p):\n    return u", ["line 12", "energy"]),
+        ("@joint_law(**FACTS)\ndef f(u, v, s, p):\n    return open(u)", ["line 11", '"mine"', "compiled"]),
+        ("@joint_law(**FACTS)\ndef f(u, v, s, p):\n    return u, (1.0,)", ["line 11", '"mine"', "return a number"]),
+        ("@joint_law(**FACTS)\ndef f(u, v):\n    return u", ["line 11", '"mine"', "compiled"]),
+        ("@joint_law(**(FACTS | dict(n_state=2)))\ndef f(u, v, s, p):\n    return u, (u,)", ["a tuple of 2"]),
+        ("@joint_law(**FACTS)\ndef f(u, v, s, p):\n    return u * random.random()", ["differences", "arguments alone"]),
+        ("@joint_law(**FACTS)\ndef f(u, v, s, p):\n    return p[0] * (u + 1e-3 * (u // 1e-9))", ["mine"]),
+        ("@joint_law(**FACTS)\ndef f(u, v, s, p):\n    return p[0] * u / 0.0", ["finite"]),
+        ("@joint_law(**(FACTS | dict(kind='cubic')))\ndef f(u, v, s, p):\n    return u", ["cubic_spring.py", "cubic"]),
+        ("@joint_law(**(FACTS | dict(parameters=['k'])))\ndef f(u, v, s, p):\n    return u", ["LawParameter", "'k'"]),
+        ("@joint_law(**(FACTS | dict(n_state=-1)))\ndef f(u, v, s, p):\n    return u", ["n_state", "-1"]),
+        ("@joint_law(**(FACTS | dict(typical_displacement=0)))\ndef f(u, v, s, p):\n    return u", ["typical_", "0"]),
+    ],
+)
+def test_a_law_that_does_not_do_is_refused_when_it_is_registered(tmp_path: Path, text: str, words: list[str]) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text(f"{HEAD}\n{text}\n")
+    with pytest.raises(RegistryError) as error:
+        LAWS.load(file)
+    for word in words:
+        assert word in str(error.value)
+    assert "\n" not in str(error.value)
+    assert "mine" not in LAWS
+
+
+def test_the_example_of_the_documentation_is_a_law(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[2] / "docs" / "extending.md").read_text()
+    file = tmp_path / "example.py"
+    file.write_text(text.split("```python\n")[1].split("```")[0])
+    (law,) = LAWS.load(file)
+    try:
+        test_laws.test_derivatives_equal_central_differences(law, 0)
+        test_laws.test_facts_fit_each_other(law)
+    finally:
+        LAWS.forget(file)

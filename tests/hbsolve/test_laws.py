@@ -1,0 +1,184 @@
+"""What every registered joint law must pass: exact derivatives, agreement with time integration, refusal of bad input.
+
+A test that takes the fixture `law` runs for each law of the product; `tests/extension/test_joint_law.py` runs the same
+for laws from outside.
+"""
+
+from collections.abc import Iterator
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from hbsolve.aft import JointForces, Start, joint_forces
+from hbsolve.balance import HarmonicBalance
+from hbsolve.contact.law import PARAMETERS
+from hbsolve.energy import energy_balance
+from hbsolve.joint_table import joint_table
+from hbsolve.sampling import sampling
+from hbsolve.steady_state import steady_state
+from reduction.errors import ExchangeError, JointError
+from reduction.joint.law import LAWS, Joint
+from reduction.jointed_system import JointedSystem
+from reduction.pyharm import pyharm_input
+from transient.steady import steady_motion
+
+N_HARMONIC, N_SAMPLE, OMEGA = 4, 128, 300.0
+#: Step of the differences as a share of each quantity, and the relative error allowed: round-off over the step is
+#: 1e-9, and where a kink lies within a step of an instant, 1 / n_sample of the force is not differentiable.
+STEP, TOLERANCE = 1e-7, 1e-5
+
+
+@pytest.fixture(params=LAWS.names())
+def law(request: pytest.FixtureRequest) -> type[Joint]:
+    return LAWS[request.param]
+
+
+def typical(law: type[Joint]) -> dict[str, Any]:
+    return {each.name: each.typical for each in law.parameters}
+
+
+def variants(law: type[Joint]) -> Iterator[Joint]:
+    """A joint for each choice of its places and options, with typical parameters."""
+    optional = [place for place, needed in law.places.items() if not needed]
+    for count in range(len(optional) + 1):
+        left_out = set(optional[count:])
+        places = [place for place in law.places if place not in left_out]
+        # Tangents first: so are the rows of `directions`, and each direction is a degree of freedom of its own.
+        rows = dict(zip(sorted(places, key=lambda place: place == "normal"), np.eye(len(places)), strict=True))
+        for choice in product(*(each.choices for each in law.options)):
+            chosen = dict(zip((each.name for each in law.options), choice, strict=True))
+            yield law.build("joint", rows, typical(law) | chosen)
+
+
+def motion(joint: Joint, seed: int) -> NDArray[np.float64]:
+    d, nh = len(joint.directions), 2 * N_HARMONIC - 1
+    return np.random.default_rng(seed).normal(size=(d, nh)) * joint.typical_displacement / 2
+
+
+def evaluated(
+    x: NDArray[np.float64], joint: Joint, start: NDArray[np.float64], values: NDArray[np.float64] | None = None,
+    omega: float = OMEGA, want: int = 0,
+) -> JointForces:  # fmt: skip
+    table = joint_table([joint])
+    if values is not None:
+        table = table._replace(value=values)
+    flags = np.zeros(len(start), dtype=np.int64)
+    forces: JointForces = joint_forces(x, omega, table, Start(start, flags), sampling(N_HARMONIC, N_SAMPLE), want)
+    return forces
+
+
+def check_column(exact: NDArray[np.float64], low: JointForces, high: JointForces, step: float) -> None:
+    difference = (high.coefficients - low.coefficients) / (2 * step)
+    force = np.abs(high.coefficients).max() / step * 1e-12
+    np.testing.assert_allclose(exact, difference, rtol=0, atol=TOLERANCE * np.abs(difference).max() + force)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_derivatives_equal_central_differences(law: type[Joint], seed: int) -> None:
+    for joint in variants(law):
+        x, table = motion(joint, seed), joint_table([joint])
+        scale = joint.typical_displacement
+        begin = np.random.default_rng(seed).uniform(-0.1, 0.1, joint.n_slider) * scale
+        exact = evaluated(x, joint, begin, want=PARAMETERS)
+        d, nh = x.shape
+        for column in np.ndindex(x.shape):
+            shift = np.zeros_like(x)
+            shift[column] = step = STEP * scale
+            low, high = evaluated(x - shift, joint, begin), evaluated(x + shift, joint, begin)
+            check_column(exact.jacobian.reshape(d, nh, 3, nh)[:, :, column[0], column[1]], low, high, step)
+        for number, value in enumerate(table.value):
+            shift = np.zeros_like(table.value)
+            shift[number] = step = STEP * (abs(value) or scale)
+            low, high = (evaluated(x, joint, begin, table.value + sign * shift) for sign in (-1, 1))
+            check_column(exact.by_parameter[number, :d], low, high, step)
+        for number in range(joint.n_slider):
+            shift = np.zeros_like(begin)
+            shift[number] = step = STEP * scale
+            check_column(exact.by_start[number, :d], *(evaluated(x, joint, begin + s * shift) for s in (-1, 1)), step)
+        step = STEP * OMEGA
+        low, high = (evaluated(x, joint, begin, omega=OMEGA + sign * step) for sign in (-1, 1))
+        check_column(exact.by_frequency, low, high, step)
+
+
+def vibrating(joint: Joint) -> JointedSystem:
+    """The joint between masses and the ground, pushed so hard that its force bends; 2 % of damping."""
+    d, scale = len(joint.directions), joint.typical_displacement
+    x = np.zeros((d, 2 * N_HARMONIC - 1))
+    x[:, 1] = scale
+    coefficients = evaluated(x, joint, np.zeros(joint.n_slider)).coefficients
+    spring = np.abs(coefficients[:, 1:]).max() / scale + max(joint.reference_stiffness)
+    mass, force = spring / OMEGA**2, np.zeros((2, d), dtype=np.complex128)
+    force[1] = 1.2 * spring * scale * np.exp(0.7j * np.arange(d))
+    return JointedSystem(
+        mass=mass * np.eye(d),
+        damping=0.1 * mass * OMEGA * np.eye(d),
+        stiffness=spring * np.eye(d),
+        joints=[joint],
+        harmonic_force=force,
+    )
+
+
+def test_the_balance_agrees_with_time_integration(law: type[Joint]) -> None:
+    for joint in variants(law):
+        system = vibrating(joint)
+        balance = HarmonicBalance(system=system, n_harmonic=26, n_sample=2048)
+        state = steady_state(balance, OMEGA)
+        amplitude = np.abs(state.coefficients[1])
+        assert amplitude.max() > 0.3 * joint.typical_displacement
+        steady = steady_motion(system, OMEGA, tolerance=1e-7, steps_per_period=1024, max_steps_per_period=2048)
+        assert steady.periodic
+        # Of both: harmonics above 25, 2,048 samples, kinks within a step of the integration.
+        np.testing.assert_allclose(steady.coefficients(4), state.coefficients[:4], rtol=0, atol=3e-4 * amplitude.max())
+
+
+def test_work_is_dissipated_work(law: type[Joint]) -> None:
+    for joint in variants(law):
+        balance = HarmonicBalance(system=vibrating(joint), n_harmonic=12, n_sample=1024)
+        energy = energy_balance(balance, steady_state(balance, OMEGA))
+        assert energy.input_work > 0
+        assert energy.joint_dissipation.min() > -4e-5 * energy.input_work  # kinks between instants: (2 pi / n)^2
+        np.testing.assert_allclose(energy.dissipated, energy.input_work, rtol=1e-8)  # the residual of the balance
+        assert energy.stored > 0
+
+
+def test_hostile_parameters_and_rows_are_one_sentence(law: type[Joint]) -> None:
+    for joint in variants(law):
+        for parameter in law.parameters:
+            bad = [np.nan, np.inf, "much", None]
+            bad += [0.0, -1.0] if parameter.positive else []
+            bad += [parameter.lower - 1.0] if np.isfinite(parameter.lower) else []
+            for value in bad:
+                with pytest.raises(JointError, match=parameter.name) as error:
+                    joint.with_values({parameter.name: value})
+                assert '"joint"' in str(error.value)
+        rows = dict(zip(law.places, np.eye(len(law.places)), strict=True))
+        for wrong in (np.zeros(len(rows)), np.full(len(rows), np.nan), np.eye(2)):
+            with pytest.raises(JointError, match="joint"):
+                law.build("joint", rows | dict.fromkeys(law.places, wrong), typical(law))
+
+
+def test_facts_fit_each_other(law: type[Joint]) -> None:
+    assert law.typical_displacement > 0
+    for joint in variants(law):
+        d = len(joint.directions)
+        assert len(joint.stuck_stiffness) == len(joint.reference_stiffness) == len(joint.stuck_force) == d
+        assert joint.normal_direction is None or 0 <= joint.normal_direction < d
+        intervals = joint.slider_intervals
+        assert isinstance(intervals, str) or len(intervals) == joint.n_slider
+        if joint.series_springs:
+            assert all(joint.stuck_stiffness)
+        for parameter in law.parameters:
+            assert parameter.unit
+            assert parameter.meaning
+            assert parameter.default is None or parameter.default >= parameter.lower
+
+
+def test_other_programs_get_it_or_a_sentence(law: type[Joint]) -> None:
+    for joint in variants(law):
+        try:
+            assert "joint" in pyharm_input(vibrating(joint), 1.0, 2.0)["connectors"]
+        except ExchangeError as error:
+            assert '"joint"' in str(error)  # noqa: PT017  # either answer is right

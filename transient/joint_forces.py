@@ -1,0 +1,49 @@
+"""Forces of all joints over a step: the compiled switch between their laws."""
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.compiled import compiled, compiled_switch
+from transient.joint_table import Packed
+from transient.law.function import force as function_force
+from transient.law.witness import ARGUMENTS, WITNESSES
+
+Vector = Float[NDArray[np.float64], " n"]
+
+_switch = compiled_switch(
+    __name__, ARGUMENTS, [each.force for each in WITNESSES], (function_force, f"address, {ARGUMENTS}")
+)
+
+
+@compiled
+def joint_force(
+    joint: int,
+    joints: Packed,
+    before: Vector,
+    after: Vector,
+    slider: Vector,
+    step: float,
+    mean: Vector,
+    end: Vector,
+    moved: Vector,
+) -> None:
+    """Write mean and end force [N] of one joint's directions and the moved sliders [m] into the last three arguments.
+
+    before, after: positions of all directions at both ends of the step, shape (d,) [m]; slider: all sliders before it,
+    shape (s,) [m]; step: its length [s].
+    """
+    i, k, j, m = joints[1][joint], joints[1][joint + 1], joints[2][joint], joints[2][joint + 1]
+    _switch(
+        joints[0][joint], joints[3][joint], joints[4][joint], before[i:k], after[i:k], slider[j:m], step, mean[i:k],
+        end[i:k], moved[j:m],
+    )  # fmt: skip
+
+
+@compiled
+def joint_forces(
+    joints: Packed, before: Vector, after: Vector, slider: Vector, step: float, mean: Vector, end: Vector, moved: Vector
+) -> None:
+    """`joint_force` of all joints."""
+    for joint in range(joints[0].size):
+        joint_force(joint, joints, before, after, slider, step, mean, end, moved)

@@ -1,0 +1,23 @@
+"""A cubic spring."""
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.compiled import compiled
+from transient.law.witness import WITNESSES, Witness
+
+Vector = Float[NDArray[np.float64], " n"]
+
+
+@compiled
+def force(
+    value: Vector, before: Vector, after: Vector, slider: Vector, step: float, mean: Vector, end: Vector, moved: Vector
+) -> None:  # fmt: skip
+    """See `transient.law.witness`."""
+    a, b = before[0], after[0]
+    end[0] = value[0] * b * b * b
+    mean[0] = 0.25 * value[0] * (a + b) * (a * a + b * b)
+
+
+WITNESSES.register(Witness(name="cubic", force=force))

@@ -1,0 +1,23 @@
+"""Drag that grows with the square of the velocity."""
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.compiled import compiled
+from transient.law.witness import WITNESSES, Witness
+
+Vector = Float[NDArray[np.float64], " n"]
+
+
+@compiled
+def force(
+    value: Vector, before: Vector, after: Vector, slider: Vector, step: float, mean: Vector, end: Vector, moved: Vector
+) -> None:  # fmt: skip
+    """See `transient.law.witness`."""
+    speed = (after[0] - before[0]) / step
+    mean[0] = value[0] * abs(speed) * speed
+    end[0] = mean[0]
+
+
+WITNESSES.register(Witness(name="quadratic_damper", force=force, damping=lambda joint: joint.damping))

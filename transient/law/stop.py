@@ -1,0 +1,32 @@
+"""A one-sided elastic stop."""
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.compiled import compiled
+from transient.law.path import closed_part
+from transient.law.witness import WITNESSES, Witness
+
+Vector = Float[NDArray[np.float64], " n"]
+
+
+@compiled
+def force(
+    value: Vector, before: Vector, after: Vector, slider: Vector, step: float, mean: Vector, end: Vector, moved: Vector
+) -> None:  # fmt: skip
+    """See `transient.law.witness`."""
+    a, b = value[0] * (before[0] - value[1]), value[0] * (after[0] - value[1])
+    first, last = closed_part(a, b)
+    end[0] = max(b, 0.0)
+    mean[0] = 0.5 * (max(a, 0.0) + end[0]) * (last - first)
+
+
+WITNESSES.register(
+    Witness(
+        name="stop",
+        force=force,
+        stuck_stiffness=lambda joint: [joint.stiffness],
+        normal_terms=lambda joint: abs(joint.stiffness * joint.gap),
+    )
+)
