@@ -7,7 +7,7 @@ instead of its type. `docs/extending.md` shows how to add one.
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 from jaxtyping import Float
@@ -16,9 +16,6 @@ from numpy.typing import NDArray
 from geometry.registry import Registry
 from reduction.errors import ExchangeError, JointError
 from reduction.joint.check import label
-
-if TYPE_CHECKING:
-    from reduction.joint.function_law import CompiledFunction
 
 Row = Float[NDArray[np.float64], " r"]
 Rows = Float[NDArray[np.float64], "d r"]
@@ -90,6 +87,14 @@ class LawOption:
     meaning: str
 
 
+class MachineCode(Protocol):
+    """A compiled function of a user's: `reduction.joint.function_law.CompiledFunction`."""
+
+    @property
+    def address(self) -> int:
+        """Where it is in this process."""
+
+
 class SliderInterval(NamedTuple):
     """A slider that sticks while abs(k_t (u - w)) <= constant + by_normal v."""
 
@@ -130,7 +135,7 @@ class Joint(ABC):
     """Type of its element in NLvib, and names of NLvib's numbers with the fields that they are; none for a law that
     other programs do not have."""
 
-    function: "ClassVar[CompiledFunction | None]" = None
+    function: ClassVar[MachineCode | None] = None
     """Force as a user's function, which is called by its address; none for a law whose force is part of `hbsolve`."""
 
     name: str
