@@ -17,7 +17,6 @@ EXCEPTIONS = {
     "diagnosis/diagnose.py diagnose",
     "diagnosis/record/diagnose.py diagnose_records",
     "diagnosis/record/diagnose.py record_rounds",
-    "figure/misfit_map.py misfit_map_figure",
     "figure/scene/mode_picture.py mode_animation",
     "study/command/modes.py modes",
 }
