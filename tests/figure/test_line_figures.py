@@ -40,11 +40,8 @@ def state_of(image: NDArray[np.int64]) -> NDArray[np.int64]:
 
 def test_each_cell_has_the_colour_of_its_state_at_its_place() -> None:
     states = np.array([[0, 1, 2, 1], [1, 1, 0, 0], [2, 0, 1, 2]])
-    found = state_of(
-        pixels(
-            png(line_states_figure(StateHistories(panels=[[LineStates(name="line", states=states)]], title="Title")))
-        )
-    )
+    one = StateHistories(panels=[[LineStates(name="line", states=states)]], title="Title")
+    found = state_of(pixels(png(line_states_figure(one))))
     # The panel alone is wider than half of the figure; the boxes of the legend are not.
     rows = np.flatnonzero((found >= 0).mean(axis=1) > 0.5)
     columns = np.flatnonzero((found[rows] >= 0).mean(axis=0) > 0.5)
