@@ -5,7 +5,8 @@ import math
 from benchmarks.hidden_effects_confusion import ELSEWHERE, Confusion
 from benchmarks.hidden_effects_plan import EXCLUDED, KIND, PLANTED, ROWS
 from benchmarks.hidden_effects_score import POOLED, Score, Share
-from figure.confusion import confusion_figure
+from figure.confusion import ConfusionMatrix, confusion_figure
+from figure.style import png
 from transient.bench.effect import NOTHING
 
 WORDS = {
@@ -29,15 +30,16 @@ def picture(confusion: Confusion) -> bytes:
     rows = confusion.rows
     parted = [number for number, row in enumerate(rows) if number and row in (NOTHING, EXCLUDED[0])]
     right, total = int(confusion.count[confusion.right].sum()), int(confusion.count.sum())
-    return confusion_figure(
-        confusion.count,
-        confusion.right,
+    matrix = ConfusionMatrix(
+        count=confusion.count,
+        right=confusion.right,
         rows=[WORDS[row] for row in rows],
         columns=confusion.columns,
         gaps=(parted, [confusion.columns.index(ELSEWHERE)]),
         title="Hidden effects: planted and named",
         subtitle=f"{total} campaigns of the virtual test bench; the verdict is as it should be in {right} (blue)",
     )
+    return png(confusion_figure(matrix))
 
 
 def told(share: Share) -> str:

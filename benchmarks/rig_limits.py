@@ -22,9 +22,10 @@ import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
 from casefile.table import load_case  # noqa: E402
-from figure.force_limits import ForceLimits, force_limits_figure  # noqa: E402
-from figure.limit_band import Band, limit_band_figure  # noqa: E402
-from figure.limit_levels import LimitsByLevel, limit_levels_figure  # noqa: E402
+from figure.force_limits import ForceLimits, LineForceLimits  # noqa: E402
+from figure.limit_band import Band, LimitBands  # noqa: E402
+from figure.limit_levels import LimitsByLevel  # noqa: E402
+from figure.registry import pictures  # noqa: E402
 from geometry.rig import SIDES  # noqa: E402
 from hbsolve.balance import HarmonicBalance  # noqa: E402
 from hbsolve.limits.objective import ContactForceHarmonic, OutputHarmonic  # noqa: E402
@@ -119,6 +120,9 @@ def by_level(limits: ResponseLimits) -> LimitsByLevel:
         value=value,
         frequency=limits.frequency[at],
         doubtful=jump | (at == 0) | (at == len(limits.frequency) - 1),
+        title="",
+        amplitude_label="displacement [um]",
+        level_label="amplitude of the force [N]",
     )
 
 
@@ -197,11 +201,9 @@ def main() -> None:
             )
             for at, level in enumerate(LEVELS)
         ]
-        pictures = {
-            "band": limit_band_figure(bands, title=title, amplitude_label="displacement [um]"),
-            "levels": limit_levels_figure(
-                told, title=title, amplitude_label="displacement [um]", level_label="amplitude of the force [N]"
-            ),
+        drawn: dict[str, object] = {
+            "band": LimitBands(bands=bands, title=title, amplitude_label="displacement [um]"),
+            "levels": replace(told, title=title),
         }
         if number in asked.forces:
             frequency = float(told.frequency[1, 0])
@@ -210,10 +212,10 @@ def main() -> None:
                 "|---|---|---|---|"
             )
             title = f"Rig, configuration {number}: contact forces at {frequency:g} Hz"
-            pictures["forces"] = force_limits_figure(
-                force_panels(system, frequency), title=title, sampled_label="random histories"
+            drawn["forces"] = LineForceLimits(
+                panels=force_panels(system, frequency), title=title, sampled_label="random histories"
             )
-        for name, picture in pictures.items():
+        for name, picture in pictures(drawn).items():
             (asked.folder / f"configuration_{number}_{name}.png").write_bytes(picture)
 
 

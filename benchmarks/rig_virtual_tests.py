@@ -24,7 +24,8 @@ from numpy.typing import NDArray  # noqa: E402
 from benchmarks.rig_campaign import LINES, SENSORS  # noqa: E402
 from benchmarks.rig_witness import prepared  # noqa: E402
 from correlation.metric.band import coverage, interval_score, tightness  # noqa: E402
-from figure.limit_band import Band, limit_band_figure  # noqa: E402
+from figure.limit_band import Band, LimitBands, limit_band_figure  # noqa: E402
+from figure.style import png  # noqa: E402
 from hbsolve.limits.response_limits import LimitSettings, response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
 from study.kind.rig.structure import measured_places  # noqa: E402
@@ -146,7 +147,8 @@ def picture(limits: ResponseLimits, amplitude: Real, reach: float) -> bytes:
         for row, level in enumerate(limits.level)
     ]
     title = f"Rig: repeated virtual tests, box of {1e6 * reach:.1f} um"
-    return limit_band_figure(bands, title=title, amplitude_label="tip [um]", sampled_label="repeated tests")
+    words = {"title": title, "amplitude_label": "tip [um]", "sampled_label": "repeated tests"}
+    return png(limit_band_figure(LimitBands(bands=bands, **words)))
 
 
 if __name__ == "__main__":

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from casefile.table import load_case
-from figure.force_limits import ForceLimits, force_limits_figure
-from figure.limit_band import Band, limit_band_figure
+from figure.force_limits import ForceLimits, LineForceLimits, force_limits_figure
+from figure.limit_band import Band, LimitBands, limit_band_figure
+from figure.style import png
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.loss_factor import paper_limits
 from hbsolve.limits.objective import ContactForceHarmonic, OutputHarmonic
@@ -38,15 +39,16 @@ def main() -> None:
         flags = {"jump": limits.jump[:, at], "repaired": limits.repaired[:, at]}
         value, sampled = 1e6 * limits.value[:, at], 1e6 * fresh.value[at].T
         bands.append(Band(label=f"level {level:g}", frequency=FREQUENCIES, value=value, sampled=sampled, **flags))
-    Path("limits.png").write_bytes(limit_band_figure(bands, title="Wedge damper", amplitude_label="blade [um]"))
+    drawn = LimitBands(bands=bands, title="Wedge damper", amplitude_label="blade [um]")
+    Path("limits.png").write_bytes(png(limit_band_figure(drawn)))
     # The paper's limits, in the same box: the amplitudes where the loss factor is largest and where it is least.
     paper = paper_limits(
         balance, OutputHarmonic(row=0), 2 * np.pi * FREQUENCIES, LEVELS[1:3], reach=limits.reach, settings=SETTINGS
     )
     apart = [replace(bands[at], sampled=1e6 * paper.amplitude[:, at - 1]) for at in (1, 2)]
     title, dots = "Wedge damper: limits of the amplitude, and the paper's", "at the extreme loss factors"
-    picture = limit_band_figure(apart, title=title, amplitude_label="blade [um]", sampled_label=dots)
-    Path("papers_limits.png").write_bytes(picture)
+    drawn = LimitBands(bands=apart, title=title, amplitude_label="blade [um]", sampled_label=dots)
+    Path("papers_limits.png").write_bytes(png(limit_band_figure(drawn)))
     panels, escaped = [], fresh.share_outside(1e-3)
     for line in ("blade", "ground"):
         for force, direction in (("T0", 0), ("N0", -1)):
@@ -58,7 +60,8 @@ def main() -> None:
             names = {"line": line, "force": force, "level": held.level}
             panels.append(ForceLimits(**names, value=held.value[:, :, 0], sampled=left.value[:, 0].T))
     title = f"Wedge damper: static forces at {RESONANCE:g} Hz"
-    Path("static_forces.png").write_bytes(force_limits_figure(panels, title=title, sampled_label="random histories"))
+    forces = LineForceLimits(panels=panels, title=title, sampled_label="random histories")
+    Path("static_forces.png").write_bytes(png(force_limits_figure(forces)))
     print(f"histories outside by more than 0.1 %: {100 * escaped:.2f} % at most")
     print("limits.png, papers_limits.png, static_forces.png")
     # The band is open where contacts slip, and hardly any history leaves it.

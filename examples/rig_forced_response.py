@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from casefile.table import load_case
-from figure.response_curves import DrawnCurve, response_curves_figure
+from figure.response_curves import DrawnCurve, ResponseCurves, response_curves_figure
+from figure.style import png
 from pipeline.progress import SilentProgress
 from pipeline.store import Store, default_folder
 from study.kind.rig.contact import line_pairs
@@ -42,7 +43,8 @@ def main() -> None:
         print(f"{curve.label}: {highest[curve.label]:.2f} um at most")
         drawn.append(DrawnCurve(label=curve.label, parameter=branch.frequency, response=response))
     words = {"parameter_label": "frequency [Hz]", "amplitude_label": "amplitude [um]"}
-    Path("rig_response.png").write_bytes(response_curves_figure(drawn, title="Rig: tip", **words))
+    curves = ResponseCurves(curves=drawn, title="Rig: tip", **words)
+    Path("rig_response.png").write_bytes(png(response_curves_figure(curves)))
     print("rig_response.png")
     # All stuck at 1 N, whatever came before; at 5 N friction takes a third and more, and histories differ.
     assert abs(highest["1 N, history 2"] / highest["1 N, history 1"] - 1) < 0.01

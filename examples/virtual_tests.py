@@ -11,7 +11,8 @@ import numpy as np
 from casefile.table import load_case
 from correlation.campaign.read_campaign import read_campaign
 from correlation.metric.band import coverage, interval_score, tightness
-from figure.limit_band import Band, limit_band_figure
+from figure.limit_band import Band, LimitBands, limit_band_figure
+from figure.style import png
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.objective import OutputHarmonic
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
@@ -69,8 +70,8 @@ def main() -> None:
                  sampled=1e6 * measured, **flags)
         )  # fmt: skip
     title = "Wedge damper: repeated virtual tests"
-    picture = limit_band_figure(bands, title=title, amplitude_label="blade [um]", sampled_label="repeated tests")
-    Path("virtual_tests.png").write_bytes(picture)
+    drawn = LimitBands(bands=bands, title=title, amplitude_label="blade [um]", sampled_label="repeated tests")
+    Path("virtual_tests.png").write_bytes(png(limit_band_figure(drawn)))
     print("campaign, virtual_tests.png")
 
 

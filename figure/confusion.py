@@ -1,17 +1,19 @@
-"""What was planted by what was named: a matrix of counts, shaded by the share of its row."""
+"""Confusion matrix: counts of what was planted by what was named, shaded by the share of their row."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Bool, Int
 from numpy.typing import NDArray
 
-from figure.heading import add_heading
-from figure.style import INK, PALE, png
+from figure.registry import REGISTRY, FigureKind
+from figure.style import INK, PALE, add_heading
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: From no campaign to all of a row: what is right in blue, what is not in red.
 RIGHT = ("#eef2f6", "#0b5394")
@@ -22,17 +24,9 @@ DARK = 0.45
 WIDTH, HEIGHT = 0.72, 0.42
 
 
-def confusion_figure(
-    count: Int[NDArray[np.int64], "r c"],
-    right: Bool[NDArray[np.bool_], "r c"],
-    *,
-    rows: Sequence[str],
-    columns: Sequence[str],
-    gaps: tuple[Sequence[int], Sequence[int]] = ((), ()),
-    title: str,
-    subtitle: str,
-) -> bytes:
-    """Draw the matrix as PNG.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ConfusionMatrix:
+    """Counts of what was planted by what was named.
 
     Parameters
     ----------
@@ -47,31 +41,46 @@ def confusion_figure(
     title, subtitle
         Above the figure.
     """
+
+    count: Int[NDArray[np.int64], "r c"]
+    right: Bool[NDArray[np.bool_], "r c"]
+    rows: Sequence[str]
+    columns: Sequence[str]
+    gaps: tuple[Sequence[int], Sequence[int]] = ((), ())
+    title: str
+    subtitle: str
+
+
+def confusion_figure(of: ConfusionMatrix) -> "Figure":
+    """Draw the matrix."""
     from matplotlib.figure import Figure
 
-    longest = max(len(row) for row in rows)
+    longest = max(len(row) for row in of.rows)
     figure = Figure(
-        figsize=(1.5 + 0.085 * longest + WIDTH * len(columns), 2.5 + HEIGHT * len(rows)), layout="constrained", dpi=150
+        figsize=(1.5 + 0.085 * longest + WIDTH * len(of.columns), 2.5 + HEIGHT * len(of.rows)),
+        layout="constrained",
     )
     axes = figure.subplots()
-    total = count.sum(axis=1, keepdims=True)
-    share = count / np.maximum(total, 1)
-    axes.imshow(_shades(share, right), aspect="auto", interpolation="nearest")
-    for (i, j), number in np.ndenumerate(count):
+    total = of.count.sum(axis=1, keepdims=True)
+    share = of.count / np.maximum(total, 1)
+    axes.imshow(_shades(share, of.right), aspect="auto", interpolation="nearest")
+    for (i, j), number in np.ndenumerate(of.count):
         if number:
             axes.text(
                 j, i, str(number), ha="center", va="center", fontsize=10, color="white" if share[i, j] > DARK else INK,
-                fontweight="bold" if right[i, j] else "normal",
+                fontweight="bold" if of.right[i, j] else "normal",
             )  # fmt: skip
-    axes.set_xticks(range(len(columns)), columns, rotation=35, ha="left", rotation_mode="anchor", fontsize=9)
-    axes.set_yticks(range(len(rows)), [f"{row}  ({n})" for row, (n,) in zip(rows, total, strict=True)], fontsize=9)
+    axes.set_xticks(range(len(of.columns)), of.columns, rotation=35, ha="left", rotation_mode="anchor", fontsize=9)
+    axes.set_yticks(
+        range(len(of.rows)), [f"{row}  ({n})" for row, (n,) in zip(of.rows, total, strict=True)], fontsize=9
+    )
     axes.xaxis.tick_top()
     axes.xaxis.set_label_position("top")
     axes.set_xlabel("named by the verdict", fontsize=10, color=PALE, loc="left")
     axes.set_ylabel("planted (campaigns)", fontsize=10, color=PALE)
-    _part(axes, count.shape, gaps)
-    add_heading(figure, title, subtitle)
-    return png(figure)
+    _part(axes, of.count.shape, of.gaps)
+    add_heading(figure, of.title, of.subtitle)
+    return figure
 
 
 def _shades(share: NDArray[np.float64], right: NDArray[np.bool_]) -> NDArray[np.float64]:
@@ -94,3 +103,6 @@ def _part(axes: "Axes", shape: tuple[int, ...], gaps: tuple[Sequence[int], Seque
         axes.axhline(row - 0.5, color=PALE, linewidth=1.0)
     for column in gaps[1]:
         axes.axvline(column - 0.5, color=PALE, linewidth=1.0)
+
+
+REGISTRY.register(FigureKind(name="confusion", draws=ConfusionMatrix, draw=confusion_figure))

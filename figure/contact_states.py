@@ -9,13 +9,13 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.evenly import evenly
-from figure.style import add_title, png
+from figure.registry import REGISTRY, FigureKind
+from figure.style import CONTACT_STATES, add_title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-#: In the order of the legend; "closed" is a contact without friction, which can neither stick nor slip.
-COLOURS = {"stuck": "#0072b2", "slipping": "#e69f00", "closed": "#009e73", "separated": "#d1d5db"}
 #: Labelled places along a curve that turns back.
 N_TICK = 5
 
@@ -31,7 +31,7 @@ class StatePanel:
     parameter
         Frequency [Hz] or level [-], shape (p,).
     states
-        Names of its s states, of those in `COLOURS`, from the lowest area to the highest.
+        Names of its s states, of those in `CONTACT_STATES`, from the lowest area to the highest.
     share
         Shares of the period in each, shape (p, s), rows sum to 1 [-].
     """
@@ -42,8 +42,9 @@ class StatePanel:
     share: Float[NDArray[np.float64], "p s"]
 
 
-def contact_states_figure(panels: Sequence[Sequence[StatePanel]], *, title: str, parameter_label: str) -> bytes:
-    """Draw a grid of panels as PNG.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ContactStates:
+    """Shares of the states of contacts along curves, as a grid of panels.
 
     Parameters
     ----------
@@ -54,26 +55,34 @@ def contact_states_figure(panels: Sequence[Sequence[StatePanel]], *, title: str,
     parameter_label
         Of the horizontal axes, with its unit.
     """
+
+    panels: Sequence[Sequence[StatePanel]]
+    title: str
+    parameter_label: str
+
+
+def contact_states_figure(of: ContactStates) -> "Figure":
+    """Draw a grid of panels."""
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
-    n_row, n_column = len(panels), len(panels[0])
-    figure = Figure(figsize=(max(6.5, 3.4 * n_column), 1.5 + 1.9 * n_row), layout="constrained", dpi=160)
+    n_row, n_column = len(of.panels), len(of.panels[0])
+    figure = Figure(figsize=(max(6.5, 3.4 * n_column), 1.5 + 1.9 * n_row), layout="constrained")
     grid = figure.subplots(n_row, n_column, squeeze=False, sharey=True)
-    for row, line in enumerate(panels):
+    for row, line in enumerate(of.panels):
         for column, panel in enumerate(line):
             axes = grid[row, column]
             turns = _draw(axes, panel)
             if row == n_row - 1:
-                axes.set_xlabel(f"{parameter_label}, along the curve" if turns else parameter_label)
+                axes.set_xlabel(f"{of.parameter_label}, along the curve" if turns else of.parameter_label)
             if column == 0:
-                axes.set_ylabel("share of the period")
+                axes.set_ylabel("share of the period [-]")
     # Above all panels, where no area is.
-    there = {state for line in panels for panel in line for state in panel.states}
-    patches = [Patch(color=colour, label=name) for name, colour in COLOURS.items() if name in there]
+    there = {state for line in of.panels for panel in line for state in panel.states}
+    patches = [Patch(color=colour, label=name) for name, colour in CONTACT_STATES.items() if name in there]
     figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False)
-    add_title(figure, title)
-    return png(figure)
+    add_title(figure, of.title)
+    return figure
 
 
 def _draw(axes: "Axes", panel: StatePanel) -> bool:
@@ -86,7 +95,7 @@ def _draw(axes: "Axes", panel: StatePanel) -> bool:
     place = np.arange(len(panel.parameter), dtype=np.float64) if turns else panel.parameter
     edges = np.hstack([np.zeros((len(place), 1)), np.cumsum(panel.share, axis=1)])
     for number, state in enumerate(panel.states):
-        axes.fill_between(place, edges[:, number], edges[:, number + 1], color=COLOURS[state], linewidth=0)
+        axes.fill_between(place, edges[:, number], edges[:, number + 1], color=CONTACT_STATES[state], linewidth=0)
     if turns:
         ticks = evenly(len(place), N_TICK)
         axes.set_xticks(ticks, [f"{panel.parameter[tick]:.4g}" for tick in ticks])
@@ -98,3 +107,6 @@ def _draw(axes: "Axes", panel: StatePanel) -> bool:
     axes.spines[["top", "right"]].set_visible(False)
     axes.set_title(panel.label, fontsize=10, loc="left")
     return turns
+
+
+REGISTRY.register(FigureKind(name="contact_states", draws=ContactStates, draw=contact_states_figure))

@@ -2,13 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from figure.limit_band import COLOURS
-from figure.style import INK, PALE, add_title, open_box, png
+from figure.registry import REGISTRY, FigureKind
+from figure.style import INK, LIMITS, PALE, add_title, open_box
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Real = NDArray[np.float64]
 
@@ -39,8 +43,9 @@ class ForceLimits:
     sampled: Float[Real, "n l"]
 
 
-def force_limits_figure(panels: Sequence[ForceLimits], *, title: str, sampled_label: str) -> bytes:
-    """Draw one row a force and one column a line as PNG.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LineForceLimits:
+    """Limits of the forces of contact lines: one row per force, one column per line.
 
     Parameters
     ----------
@@ -50,22 +55,33 @@ def force_limits_figure(panels: Sequence[ForceLimits], *, title: str, sampled_la
         Above the figure.
     sampled_label
         What the points are.
+    level_label
+        Of the horizontal axes, with its unit.
     """
+
+    panels: Sequence[ForceLimits]
+    title: str
+    sampled_label: str
+    level_label: str = "level of the harmonic force [-]"
+
+
+def force_limits_figure(of: LineForceLimits) -> "Figure":
+    """Draw the limits as bars, with the samples in them."""
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    forces, lines = (list(dict.fromkeys(getattr(each, name) for each in panels)) for name in ("force", "line"))
+    forces, lines = (list(dict.fromkeys(getattr(each, name) for each in of.panels)) for name in ("force", "line"))
     size = (1.5 + 3.6 * len(lines), 1.3 + 2.5 * len(forces))
-    figure = Figure(figsize=size, layout="constrained", dpi=160)
+    figure = Figure(figsize=size, layout="constrained")
     grid = figure.subplots(len(forces), len(lines), squeeze=False, sharex=True, sharey="row")
-    for panel in panels:
+    for panel in of.panels:
         axes = grid[forces.index(panel.force), lines.index(panel.line)]
         # A bar would end at the edge of its panel.
         axes.use_sticky_edges = False
         place = np.arange(len(panel.level))
         axes.bar(place, np.ptp(panel.value, axis=0), BAR, panel.value[0], color=PALE, alpha=0.2)
-        for colour, limit in zip(COLOURS, panel.value, strict=True):
+        for colour, limit in zip(LIMITS, panel.value, strict=True):
             axes.hlines(limit, place - BAR / 2, place + BAR / 2, color=colour, linewidth=2)
         # Side by side in their order: points of one value would hide each other.
         beside = np.linspace(-SCATTER, SCATTER, len(panel.sampled))[:, None] + place
@@ -76,13 +92,16 @@ def force_limits_figure(panels: Sequence[ForceLimits], *, title: str, sampled_la
     for row, force in zip(grid[:, 0], forces, strict=True):
         row.set_ylabel(f"{force} [N]")
     for axes in grid[-1]:
-        axes.set_xlabel("level of the harmonic force")
+        axes.set_xlabel(of.level_label)
     shown = [
-        Line2D([], [], color=COLOURS[1], linewidth=2, label="upper limit"),
-        Line2D([], [], color=COLOURS[0], linewidth=2, label="lower limit"),
+        Line2D([], [], color=LIMITS[1], linewidth=2, label="upper limit"),
+        Line2D([], [], color=LIMITS[0], linewidth=2, label="lower limit"),
         Patch(color=PALE, alpha=0.2, label="between them"),
-        Line2D([], [], color=INK, marker=".", linestyle="", markersize=4, label=sampled_label),
+        Line2D([], [], color=INK, marker=".", linestyle="", markersize=4, label=of.sampled_label),
     ]
     figure.legend(handles=shown, loc="outside lower center", ncols=4, frameon=False)
-    add_title(figure, title)
-    return png(figure)
+    add_title(figure, of.title)
+    return figure
+
+
+REGISTRY.register(FigureKind(name="force_limits", draws=LineForceLimits, draw=force_limits_figure))

@@ -1,4 +1,4 @@
-"""Measured and predicted responses over frequency, one colour a level: points with error bars, and lines."""
+"""Measured and predicted responses over frequency, one colour per level: points with error bars, and lines."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,12 +8,12 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from figure.heading import add_heading
-from figure.response_curves import family_colours
-from figure.style import INK, open_box, png
+from figure.registry import REGISTRY, FigureKind
+from figure.style import INK, add_heading, family_colours, open_box
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -49,7 +49,7 @@ class OverlayPanel:
     unit
         Of the amplitude.
     curves
-        One a level.
+        One per level.
     is_static
         Whether values are real, drawn with their sign.
     """
@@ -60,16 +60,9 @@ class OverlayPanel:
     is_static: bool = False
 
 
-def frf_overlay_figure(
-    panels: Sequence[OverlayPanel],
-    *,
-    levels: Sequence[str],
-    title: str,
-    subtitle: str,
-    columns: int,
-    with_phase: bool,
-) -> bytes:
-    """Draw the panels as PNG.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FrfOverlay:
+    """Measured and predicted responses over frequency.
 
     Parameters
     ----------
@@ -84,24 +77,35 @@ def frf_overlay_figure(
     with_phase
         Whether the phase is drawn below each amplitude.
     """
+
+    panels: Sequence[OverlayPanel]
+    levels: Sequence[str]
+    title: str
+    subtitle: str
+    columns: int
+    with_phase: bool
+
+
+def frf_overlay_figure(of: FrfOverlay) -> "Figure":
+    """Draw the panels."""
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-    rows = -(-len(panels) // columns)
-    height = 4.0 if with_phase else 2.6
-    figure = Figure(figsize=(max(5.6 * columns, 8.0), 1.3 + height * rows), layout="constrained", dpi=150)
-    ratios = [2.1, 1.0] * rows if with_phase else [1.0] * rows
-    axes = figure.subplots(len(ratios), columns, squeeze=False, sharex=True, height_ratios=ratios)
-    colours, step = family_colours(len(levels)), 2 if with_phase else 1
-    for number in range(rows * columns):
-        row, column = step * (number // columns), number % columns
-        if number >= len(panels):
+    rows = -(-len(of.panels) // of.columns)
+    height = 4.0 if of.with_phase else 2.6
+    figure = Figure(figsize=(max(5.6 * of.columns, 8.0), 1.3 + height * rows), layout="constrained")
+    ratios = [2.1, 1.0] * rows if of.with_phase else [1.0] * rows
+    axes = figure.subplots(len(ratios), of.columns, squeeze=False, sharex=True, height_ratios=ratios)
+    colours, step = family_colours(len(of.levels)), 2 if of.with_phase else 1
+    for number in range(rows * of.columns):
+        row, column = step * (number // of.columns), number % of.columns
+        if number >= len(of.panels):
             for each in axes[row : row + step, column]:
                 each.set_axis_off()
             continue
-        panel, last = panels[number], number + columns >= len(panels)
+        panel, last = of.panels[number], number + of.columns >= len(of.panels)
         _amplitude(axes[row, column], panel, colours)
-        if with_phase:
+        if of.with_phase:
             _phase(axes[row + 1, column], panel, colours)
         lowest = axes[row + step - 1, column]
         lowest.tick_params(labelbottom=last)
@@ -110,7 +114,7 @@ def frf_overlay_figure(
         for each in axes[row : row + step, column]:
             open_box(each)
     handles = [
-        Line2D([], [], color=colour, linewidth=2, label=level) for colour, level in zip(colours, levels, strict=True)
+        Line2D([], [], color=colour, linewidth=2, label=level) for colour, level in zip(colours, of.levels, strict=True)
     ]
     handles += [
         Line2D(
@@ -126,8 +130,8 @@ def frf_overlay_figure(
         Line2D([], [], color=INK, linewidth=1.4, label="predicted"),
     ]
     figure.legend(handles=handles, frameon=False, loc="outside lower left", ncols=len(handles))
-    add_heading(figure, title, subtitle)
-    return png(figure)
+    add_heading(figure, of.title, of.subtitle)
+    return figure
 
 
 def _amplitude(axes: "Axes", panel: OverlayPanel, colours: Sequence[str]) -> None:
@@ -140,7 +144,7 @@ def _amplitude(axes: "Axes", panel: OverlayPanel, colours: Sequence[str]) -> Non
         _points(axes, curve.frequency, shown(curve.measured), curve.deviation, colour)
     axes.set_title(panel.label, fontsize=10, loc="left", color=INK)
     unit = panel.unit.replace("um", "µm")
-    axes.set_ylabel(f"[{unit}]" if panel.is_static else f"amplitude [{unit}]")
+    axes.set_ylabel(f"static part [{unit}]" if panel.is_static else f"amplitude [{unit}]")
     if not panel.is_static:
         axes.set_ylim(bottom=0)
 
@@ -181,3 +185,6 @@ def _points(
         frequency, value, yerr=np.nan_to_num(deviation), fmt="o", markersize=3.2, markerfacecolor="white",
         markeredgewidth=0.9, color=colour, elinewidth=0.7, zorder=3,
     )  # fmt: skip
+
+
+REGISTRY.register(FigureKind(name="frf_overlay", draws=FrfOverlay, draw=frf_overlay_figure))

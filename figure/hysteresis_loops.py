@@ -5,13 +5,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from figure.period_axis import Samples, closed
-from figure.response_curves import family_colours
-from figure.style import add_title, open_box, png
+from figure.registry import REGISTRY, FigureKind
+from figure.style import LONGEST_LEGEND, add_title, family_colours, open_box
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-LONGEST_LEGEND = 6
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -42,8 +41,9 @@ class Loop:
     is_stop: bool = False
 
 
-def hysteresis_figure(joints: Sequence[tuple[str, Sequence[Loop]]], *, title: str) -> bytes:
-    """Draw the loops as PNG.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HysteresisLoops:
+    """Motions and forces of joints over one period.
 
     Parameters
     ----------
@@ -52,13 +52,20 @@ def hysteresis_figure(joints: Sequence[tuple[str, Sequence[Loop]]], *, title: st
     title
         Above the figure.
     """
+
+    joints: Sequence[tuple[str, Sequence[Loop]]]
+    title: str
+
+
+def hysteresis_figure(of: HysteresisLoops) -> "Figure":
+    """Draw the loops."""
     from matplotlib.figure import Figure
 
-    has_normal = any(loop.normal is not None for _, loops in joints for loop in loops)
+    has_normal = any(loop.normal is not None for _, loops in of.joints for loop in loops)
     columns = 3 if has_normal else 2
-    figure = Figure(figsize=(3.9 * columns, 0.9 + 3.1 * len(joints)), layout="constrained", dpi=160)
-    grid = figure.subplots(len(joints), columns, squeeze=False)
-    for row, (name, loops) in enumerate(joints):
+    figure = Figure(figsize=(3.9 * columns, 0.9 + 3.1 * len(of.joints)), layout="constrained")
+    grid = figure.subplots(len(of.joints), columns, squeeze=False)
+    for row, (name, loops) in enumerate(of.joints):
         for loop, colour in zip(loops, family_colours(len(loops)), strict=True):
             _draw(grid[row], loop, colour)
         grid[row, 0].set_title(f"{name}: loop", fontsize=10, loc="left")
@@ -74,14 +81,14 @@ def hysteresis_figure(joints: Sequence[tuple[str, Sequence[Loop]]], *, title: st
         elif has_normal:
             grid[row, 2].set_visible(False)
         for axes in grid[row, 1:]:
-            axes.set_xlabel("time / period")
+            axes.set_xlabel("time / period [-]")
             axes.set_xlim(0, 1)
     for axes in grid.flat:
         open_box(axes)
     handles, labels = grid[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), LONGEST_LEGEND), frameon=False)
-    add_title(figure, title)
-    return png(figure)
+    add_title(figure, of.title)
+    return figure
 
 
 def _draw(row: "Sequence[Axes]", loop: Loop, colour: str) -> None:
@@ -91,3 +98,6 @@ def _draw(row: "Sequence[Axes]", loop: Loop, colour: str) -> None:
     row[1].plot(time, force, color=colour, linewidth=1.4)
     if loop.normal is not None:
         row[2].plot(*closed(loop.time, loop.normal), color=colour, linewidth=1.4)
+
+
+REGISTRY.register(FigureKind(name="hysteresis_loops", draws=HysteresisLoops, draw=hysteresis_figure))

@@ -1,4 +1,4 @@
-"""The band that unknown friction history can produce, over frequency, one panel a level."""
+"""The band that unknown friction history can produce, over frequency, one panel per level."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,18 +8,18 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
-from figure.style import INK, PALE, add_title, open_box, png
+from figure.registry import REGISTRY, FigureKind
+from figure.style import INK, LIMITS, PALE, add_title, open_box
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 Real = NDArray[np.float64]
 Flags = Bool[NDArray[np.bool_], "2 f"]
 
 #: Panels in a row.
 COLUMNS = 2
-#: Of both limits, lower first.
-COLOURS = ("#0072b2", "#d55e00")
 #: Between the lowest and the highest sampled state, and each of them.
 REACH: dict[str, Any] = {"color": PALE, "linewidth": 2.5, "alpha": 0.45}
 STATE: dict[str, Any] = {"color": INK, "linestyle": "", "marker": ".", "markersize": 1.5}
@@ -53,15 +53,14 @@ class Band:
     repaired: Flags
 
 
-def limit_band_figure(
-    bands: Sequence[Band], *, title: str, amplitude_label: str, sampled_label: str = "random histories"
-) -> bytes:
-    """Draw the bands as PNG; next to a jump a limit is dotted, since nothing says where between two points it lies.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LimitBands:
+    """Bands of response limits over frequency; next to a jump a limit is dotted, since nothing says where it lies.
 
     Parameters
     ----------
     bands
-        One a level, at least one.
+        One per level, at least one.
     title
         Above the figure.
     amplitude_label
@@ -69,31 +68,40 @@ def limit_band_figure(
     sampled_label
         What `Band.sampled` shows.
     """
+
+    bands: Sequence[Band]
+    title: str
+    amplitude_label: str
+    sampled_label: str = "random histories"
+
+
+def limit_band_figure(of: LimitBands) -> "Figure":
+    """Draw the bands; next to a jump a limit is dotted, since nothing says where between two points it lies."""
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    columns = min(COLUMNS, len(bands))
-    rows = -(-len(bands) // columns)
-    figure = Figure(figsize=(max(7.0, 5.5 * columns), 1.3 + 3.1 * rows), layout="constrained", dpi=160)
+    columns = min(COLUMNS, len(of.bands))
+    rows = -(-len(of.bands) // columns)
+    figure = Figure(figsize=(max(7.0, 5.5 * columns), 1.3 + 3.1 * rows), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False, sharex=True)
-    for axes, band in zip(grid.flat, bands, strict=False):
+    for axes, band in zip(grid.flat, of.bands, strict=False):
         _draw(axes, band)
-    for axes in grid.flat[len(bands) :]:
+    for axes in grid.flat[len(of.bands) :]:
         axes.set_visible(False)
     for column in range(columns):
-        bottom = max(row for row in range(rows) if row * columns + column < len(bands))
+        bottom = max(row for row in range(rows) if row * columns + column < len(of.bands))
         grid[bottom, column].set_xlabel("frequency [Hz]")
         grid[bottom, column].tick_params(labelbottom=True)
-    figure.supylabel(amplitude_label, fontsize=10)
-    jump, repaired = (any(getattr(band, name).any() for band in bands) for name in ("jump", "repaired"))
+    figure.supylabel(of.amplitude_label, fontsize=10)
+    jump, repaired = (any(getattr(band, name).any() for band in of.bands) for name in ("jump", "repaired"))
     shown: dict[str, Any] = {
-        "upper limit": Line2D([], [], color=COLOURS[1], marker="."),
-        "lower limit": Line2D([], [], color=COLOURS[0], marker="."),
+        "upper limit": Line2D([], [], color=LIMITS[1], marker="."),
+        "lower limit": Line2D([], [], color=LIMITS[0], marker="."),
         "between them": Patch(color=PALE, alpha=0.15),
     }
-    if any(np.isfinite(band.sampled).any() for band in bands):
-        shown[sampled_label] = (Line2D([], [], **REACH), Line2D([], [], **STATE))
+    if any(np.isfinite(band.sampled).any() for band in of.bands):
+        shown[of.sampled_label] = (Line2D([], [], **REACH), Line2D([], [], **STATE))
     if jump:
         shown["jump to another optimum"] = Line2D([], [], **_ring("o"))
     if repaired:
@@ -101,8 +109,8 @@ def limit_band_figure(
     # Six in one row would touch the edges of two panels.
     ncols = min(len(shown), 3 if columns == 1 or len(shown) > 5 else 5)
     figure.legend(list(shown.values()), list(shown), loc="outside lower center", ncols=ncols, frameon=False)
-    add_title(figure, title)
-    return png(figure)
+    add_title(figure, of.title)
+    return figure
 
 
 def _draw(axes: "Axes", band: Band) -> None:
@@ -117,7 +125,7 @@ def _draw(axes: "Axes", band: Band) -> None:
         ends = [reach(band.sampled[:, there], axis=0) for reach in (np.nanmin, np.nanmax)]
         axes.vlines(f[there], *ends, **REACH)
         axes.plot(np.broadcast_to(f, band.sampled.shape).ravel(), band.sampled.ravel(), **STATE)
-    for side, colour in enumerate(COLOURS):
+    for side, colour in enumerate(LIMITS):
         y = band.value[side]
         for first in range(len(f) - 1):
             two = slice(first, first + 2)
@@ -139,3 +147,6 @@ def _ring(marker: str) -> dict[str, Any]:
         "marker": marker, "linestyle": "", "markerfacecolor": "none", "markeredgecolor": INK, "markersize": size,
         "markeredgewidth": 0.9,
     }  # fmt: skip
+
+
+REGISTRY.register(FigureKind(name="limit_band", draws=LimitBands, draw=limit_band_figure))

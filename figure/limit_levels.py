@@ -7,11 +7,12 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
-from figure.limit_band import COLOURS
-from figure.style import PALE, add_title, open_box, png
+from figure.registry import REGISTRY, FigureKind
+from figure.style import LIMITS, PALE, add_title, open_box
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 Real = NDArray[np.float64]
 
@@ -30,51 +31,46 @@ class LimitsByLevel:
         Where it is, shape (2, l) [Hz].
     doubtful
         Points at a jump, or at an end of the frequencies, beyond which there may be more, shape (2, l).
+    title
+        Above the figure.
+    amplitude_label, level_label
+        Of the axes, with their units.
     """
 
     level: Float[Real, " l"]
     value: Float[Real, "2 l"]
     frequency: Float[Real, "2 l"]
     doubtful: Bool[NDArray[np.bool_], "2 l"]
+    title: str
+    amplitude_label: str
+    level_label: str = "level of the harmonic force [-]"
 
 
-def limit_levels_figure(
-    limits: LimitsByLevel, *, title: str, amplitude_label: str, level_label: str = "level of the harmonic force"
-) -> bytes:
-    """Draw the limits over the level as PNG; their frequencies below, if there is more than one.
-
-    Parameters
-    ----------
-    limits
-        At least one level.
-    title
-        Above the figure.
-    amplitude_label, level_label
-        Of the axes, with their units.
-    """
+def limit_levels_figure(of: LimitsByLevel) -> "Figure":
+    """Draw limits over the level; their frequencies below, if there is more than one."""
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-    n_row = 2 if np.ptp(limits.frequency[np.isfinite(limits.frequency)]) > 0 else 1
-    figure = Figure(figsize=(7.5, 1.4 + 2.6 * n_row), layout="constrained", dpi=160)
+    n_row = 2 if np.ptp(of.frequency[np.isfinite(of.frequency)]) > 0 else 1
+    figure = Figure(figsize=(7.5, 1.4 + 2.6 * n_row), layout="constrained")
     rows = figure.subplots(n_row, 1, squeeze=False, sharex=True)[:, 0]
-    rows[0].fill_between(limits.level, *limits.value, color=PALE, alpha=0.15, linewidth=0)
-    _draw(rows[0], limits, limits.value)
-    rows[0].set_ylabel(amplitude_label)
-    if not np.nanmin(limits.value) < 0:
+    rows[0].fill_between(of.level, *of.value, color=PALE, alpha=0.15, linewidth=0)
+    _draw(rows[0], of, of.value)
+    rows[0].set_ylabel(of.amplitude_label)
+    if not np.nanmin(of.value) < 0:
         rows[0].set_ylim(bottom=0)
     if n_row > 1:
-        _draw(rows[1], limits, limits.frequency)
+        _draw(rows[1], of, of.frequency)
         rows[1].set_ylabel("its frequency [Hz]")
         rows[1].ticklabel_format(axis="y", useOffset=False)
-    rows[-1].set_xlabel(level_label)
+    rows[-1].set_xlabel(of.level_label)
     for axes in rows:
         open_box(axes)
     shown = [
-        Line2D([], [], color=COLOURS[side], marker="o", markersize=5, label=f"{name} limit")
+        Line2D([], [], color=LIMITS[side], marker="o", markersize=5, label=f"{name} limit")
         for side, name in ((1, "upper"), (0, "lower"))
     ]
-    if limits.doubtful.any():
+    if of.doubtful.any():
         style: dict[str, Any] = {
             "marker": "o",
             "markerfacecolor": "white",
@@ -84,13 +80,16 @@ def limit_levels_figure(
         }
         shown.append(Line2D([], [], **style, label="at a jump, or at an end of the frequencies"))
     figure.legend(handles=shown, loc="outside lower center", ncols=3, frameon=False)
-    add_title(figure, title)
-    return png(figure)
+    add_title(figure, of.title)
+    return figure
 
 
 def _draw(axes: "Axes", limits: LimitsByLevel, values: Float[Real, "2 l"]) -> None:
-    for side, colour in enumerate(COLOURS):
+    for side, colour in enumerate(LIMITS):
         axes.plot(limits.level, values[side], color=colour, linewidth=1.5)
         for doubtful, face in ((False, colour), (True, "white")):
             there = limits.doubtful[side] == doubtful
             axes.plot(limits.level[there], values[side][there], "o", color=colour, markerfacecolor=face, markersize=5)
+
+
+REGISTRY.register(FigureKind(name="limit_levels", draws=LimitsByLevel, draw=limit_levels_figure))

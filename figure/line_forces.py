@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from figure.heading import add_heading
 from figure.period_axis import Samples, closed, name_period, over_one_period, refuse_unequal
-from figure.response_curves import LONGEST_LEGEND, family_colours
-from figure.style import INK, open_box, png
+from figure.registry import REGISTRY, FigureKind
+from figure.style import INK, LONGEST_LEGEND, add_heading, family_colours, open_box
 from geometry.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: Rows that still can be read on one page.
 MOST_ROWS = 4
@@ -59,14 +59,9 @@ class LineForce:
         return np.where(closed, np.abs(self.tangential) / np.where(closed, self.normal, 1.0), np.nan)
 
 
-def line_forces_figure(
-    forces: Sequence[LineForce],
-    *,
-    friction_coefficient: Mapping[str, float],
-    title: str,
-    subtitle: str = "",
-) -> bytes:
-    """Draw one row a line as PNG, all rows on one scale.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LineForces:
+    """Forces of contact lines over one period, one row per line, all rows on one scale.
 
     Parameters
     ----------
@@ -77,6 +72,16 @@ def line_forces_figure(
         Of each line by its name [-].
     title, subtitle
         Above the figure.
+    """
+
+    forces: Sequence[LineForce]
+    friction_coefficient: Mapping[str, float]
+    title: str
+    subtitle: str = ""
+
+
+def line_forces_figure(of: LineForces) -> "Figure":
+    """Draw one row per line, all rows on one scale.
 
     Raises
     ------
@@ -87,30 +92,30 @@ def line_forces_figure(
     from matplotlib.layout_engine import ConstrainedLayoutEngine
     from matplotlib.lines import Line2D
 
-    names = list(dict.fromkeys(force.name for force in forces))
-    labels = list(dict.fromkeys(force.label for force in forces))
+    names = list(dict.fromkeys(force.name for force in of.forces))
+    labels = list(dict.fromkeys(force.label for force in of.forces))
     if not 1 <= len(names) <= MOST_ROWS:
         raise InputError(f"forces of {len(names)} lines cannot be drawn in one figure: give 1 to {MOST_ROWS}")
-    if missing := [name for name in names if name not in friction_coefficient]:
+    if missing := [name for name in names if name not in of.friction_coefficient]:
         raise InputError(f'friction_coefficient has none for "{missing[0]}": give one for each line')
     colours = dict(zip(labels, family_colours(len(labels)), strict=True))
     legend_rows = -(-len(labels) // LONGEST_LEGEND)
     size = (11.7, 1.2 + 0.25 * legend_rows + 2.2 * len(names))
-    figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(hspace=0.04, wspace=0.03), dpi=160)
+    figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(hspace=0.04, wspace=0.03))
     grid = figure.subplots(len(names), 3, squeeze=False, sharex=True, sharey="col")
     for row, name in zip(grid, names, strict=True):
-        for force in forces:
+        for force in of.forces:
             if force.name == name:
                 _draw(row, force, colours[force.label])
-        _limit(row[2], friction_coefficient[name])
+        _limit(row[2], of.friction_coefficient[name])
         for axes, what in zip(row, ("tangential force", "normal force", "|T| / N"), strict=True):
             axes.set_title(f"{name}: {what}", fontsize=10, loc="left", color=INK)
             open_box(axes)
         for axes, what in zip(row, ("T(t) [N]", "N(t) [N]", "|T| / N [-]"), strict=True):
             axes.set_ylabel(what, color=INK, labelpad=6)
     # From zero, where a line opens, and so far below it that a line on it is seen.
-    _from_zero(grid[0, 1], max(float(force.normal.max()) for force in forces), 1.08)
-    ratios = np.concatenate([force.utilisation for force in forces] + [[friction_coefficient[n]] for n in names])
+    _from_zero(grid[0, 1], max(float(force.normal.max()) for force in of.forces), 1.08)
+    ratios = np.concatenate([force.utilisation for force in of.forces] + [[of.friction_coefficient[n]] for n in names])
     # Above the highest limit there is room for its value.
     _from_zero(grid[0, 2], float(np.nanmax(ratios)), 1.25)
     for axes in grid[-1]:
@@ -118,8 +123,8 @@ def line_forces_figure(
         name_period(axes)
     lines = [Line2D([], [], color=colour, linewidth=LINE, label=label) for label, colour in colours.items()]
     figure.legend(handles=lines, loc="outside lower center", ncols=min(len(labels), LONGEST_LEGEND), frameon=False)
-    add_heading(figure, title, subtitle)
-    return png(figure)
+    add_heading(figure, of.title, of.subtitle)
+    return figure
 
 
 def _draw(row: "Sequence[Axes]", force: LineForce, colour: str) -> None:
@@ -145,3 +150,6 @@ def _limit(axes: "Axes", friction_coefficient: float) -> None:
 def _from_zero(axes: "Axes", largest: float, room: float) -> None:
     top = room * largest if largest > 0 else 1.0
     axes.set_ylim(-0.03 * top, top)
+
+
+REGISTRY.register(FigureKind(name="line_forces", draws=LineForces, draw=line_forces_figure))

@@ -8,17 +8,17 @@ import numpy as np
 from jaxtyping import Int
 from numpy.typing import NDArray
 
-from figure.contact_states import COLOURS
-from figure.heading import add_heading
 from figure.period_axis import name_period, over_one_period
-from figure.style import INK, png
+from figure.registry import REGISTRY, FigureKind
+from figure.style import CONTACT_STATES, INK, add_heading
 from geometry.errors import InputError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: Colours of the states 0, 1 and 2 by what the legend calls them, in their order.
-STATES = {name: COLOURS[name] for name in ("stuck", "slipping", "separated")}
+STATES = {name: CONTACT_STATES[name] for name in ("stuck", "slipping", "separated")}
 #: Beyond so many stations not each one has a number at the axis, and lines between them would hide the cells.
 MOST_NUMBERS, MOST_GAPS = 12, 24
 #: Height of a station, and the least and largest height of a panel [inches].
@@ -69,14 +69,9 @@ def refuse_unknown_states(what: str, states: Int[NDArray[np.int64], "..."]) -> I
     return copy
 
 
-def line_states_figure(
-    panels: Sequence[Sequence[LineStates]],
-    *,
-    title: str,
-    subtitle: str = "",
-    station_label: str = "station",
-) -> bytes:
-    """Draw a grid of panels as PNG.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StateHistories:
+    """States of contact lines over one period, as a grid of panels.
 
     Parameters
     ----------
@@ -87,6 +82,16 @@ def line_states_figure(
         Above the figure.
     station_label
         Of the vertical axes; it may say where station 1 is.
+    """
+
+    panels: Sequence[Sequence[LineStates]]
+    title: str
+    subtitle: str = ""
+    station_label: str = "station [-]"
+
+
+def line_states_figure(of: StateHistories) -> "Figure":
+    """Draw a grid of panels.
 
     Raises
     ------
@@ -97,14 +102,14 @@ def line_states_figure(
     from matplotlib.layout_engine import ConstrainedLayoutEngine
     from matplotlib.patches import Patch
 
-    if not any(panels):
-        raise InputError(f"panels = {panels} hold no line: give at least one")
-    rows = [row for row in panels if row]
+    if not any(of.panels):
+        raise InputError(f"panels = {of.panels} hold no line: give at least one")
+    rows = [row for row in of.panels if row]
     n_column = max(len(row) for row in rows)
     heights = [float(np.clip(STATION * max(len(line.states) for line in row), LOWEST, HIGHEST)) for row in rows]
     size = (max(7.5, 0.6 + 3.2 * n_column), 1.6 + sum(heights) + 0.5 * len(rows))
     # A title shall stand nearer to its own panel than to the one above.
-    figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(hspace=0.05, wspace=0.03), dpi=160)
+    figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(hspace=0.05, wspace=0.03))
     grid = figure.subplots(len(rows), n_column, squeeze=False, height_ratios=heights)
     for number, row in enumerate(rows):
         for column in range(n_column):
@@ -119,14 +124,14 @@ def line_states_figure(
             else:
                 axes.tick_params(labelbottom=False)
             if column == 0:
-                axes.set_ylabel(station_label, color=INK)
+                axes.set_ylabel(of.station_label, color=INK)
     # All three, even if there are fewer: what is nowhere in the figure did not happen.
     patches = [
         Patch(facecolor=colour, edgecolor="#9aa3ad", linewidth=0.5, label=name) for name, colour in STATES.items()
     ]
     figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False)
-    add_heading(figure, title, subtitle)
-    return png(figure)
+    add_heading(figure, of.title, of.subtitle)
+    return figure
 
 
 def _draw(axes: "Axes", line: LineStates) -> None:
@@ -159,3 +164,6 @@ def _draw(axes: "Axes", line: LineStates) -> None:
     axes.tick_params(labelsize=9, colors=INK)
     axes.spines[:].set_visible(False)
     axes.set_title(line.name, fontsize=10, loc="left", color=INK)
+
+
+REGISTRY.register(FigureKind(name="line_states", draws=StateHistories, draw=line_states_figure))

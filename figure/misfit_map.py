@@ -1,15 +1,21 @@
-"""Where a model fails: level by frequency, one panel a sensor and harmonic, in standard deviations."""
+"""Where a model fails: level by frequency, one panel per sensor and harmonic, in standard deviations."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.evenly import evenly
-from figure.heading import add_heading
-from figure.style import INK, png
+from figure.registry import REGISTRY, FigureKind
+from figure.style import INK, add_heading
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import BoundaryNorm, Colormap
+    from matplotlib.figure import Figure
 
 NOTHING = "#e5e7eb"
 #: Ends of the steps of the scale [standard deviations]; below the second, noise explains it.
@@ -37,15 +43,9 @@ class MapPanel:
     size: Float[NDArray[np.float64], "l f"]
 
 
-def misfit_map_figure(
-    panels: Sequence[MapPanel],
-    *,
-    levels: Sequence[str],
-    frequency: Float[NDArray[np.float64], " f"],
-    title: str,
-    subtitle: str,
-) -> bytes:
-    """Draw the map as PNG.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MisfitMap:
+    """Misfits by level and frequency: sensors are rows, harmonics columns.
 
     Parameters
     ----------
@@ -58,22 +58,33 @@ def misfit_map_figure(
     title, subtitle
         Above the figure.
     """
+
+    panels: Sequence[MapPanel]
+    levels: Sequence[str]
+    frequency: Float[NDArray[np.float64], " f"]
+    title: str
+    subtitle: str
+
+
+def misfit_map_figure(of: MisfitMap) -> "Figure":
+    """Draw the map."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import BoundaryNorm, ListedColormap
     from matplotlib.figure import Figure
 
-    sensors = list(dict.fromkeys(panel.sensor for panel in panels))
+    sensors = list(dict.fromkeys(panel.sensor for panel in of.panels))
     # Static parts come last: few sensors have one.
-    harmonics = sorted({panel.harmonic for panel in panels}, key=lambda harmonic: (harmonic == 0, harmonic))
-    by_place = {(panel.sensor, panel.harmonic): panel for panel in panels}
+    harmonics = sorted({panel.harmonic for panel in of.panels}, key=lambda harmonic: (harmonic == 0, harmonic))
+    by_place = {(panel.sensor, panel.harmonic): panel for panel in of.panels}
     colours = ListedColormap(COLOURS[:-1]).with_extremes(over=COLOURS[-1], bad=NOTHING)
     norm = BoundaryNorm(STEPS, len(COLOURS) - 1)
-    height = 0.62 + 0.21 * len(levels)
+    height = 0.62 + 0.21 * len(of.levels)
     figure = Figure(
-        figsize=(max(1.4 + 3.7 * len(harmonics), 7.5), 1.9 + height * len(sensors)), layout="constrained", dpi=150
+        figsize=(max(1.4 + 3.7 * len(harmonics), 7.5), 1.9 + height * len(sensors)),
+        layout="constrained",
     )
     axes = figure.subplots(len(sensors), len(harmonics), squeeze=False, sharex=True, sharey=True)
-    ticks = evenly(len(frequency), MOST_TICKS)
+    ticks = evenly(len(of.frequency), MOST_TICKS)
     bottom = {
         harmonic: max(row for row, sensor in enumerate(sensors) if (sensor, harmonic) in by_place)
         for harmonic in harmonics
@@ -85,36 +96,34 @@ def misfit_map_figure(
             if panel is None:
                 axis.set_axis_off()
                 continue
-            axis.imshow(panel.size, cmap=colours, norm=norm, aspect="auto", origin="lower", interpolation="nearest")
-            # Lines between the cells: a level and a frequency can be followed by eye.
-            axis.set_xticks(np.arange(len(frequency) + 1) - 0.5, minor=True)
-            axis.set_yticks(np.arange(len(levels) + 1) - 0.5, minor=True)
-            axis.grid(which="minor", color="white", linewidth=0.8)
-            axis.tick_params(which="both", length=0, labelsize=8, colors=INK)
-            axis.spines[:].set_visible(False)
-            axis.set_title(
-                f"{sensor}, harmonic {harmonic}" if harmonic else f"{sensor}, static",
-                fontsize=9,
-                loc="left",
-                color=INK,
-                pad=3,
-            )
-            axis.set_xticks(ticks, [f"{frequency[tick]:.4g}" for tick in ticks])
-            axis.set_yticks(range(len(levels)), levels)
+            _cells(axis, panel, colours, norm)
+            axis.set_xticks(ticks, [f"{of.frequency[tick]:.4g}" for tick in ticks])
+            axis.set_yticks(range(len(of.levels)), of.levels)
             axis.tick_params(labelleft=harmonic == first, labelbottom=row == bottom[harmonic])
             if row == bottom[harmonic]:
                 axis.set_xlabel("frequency [Hz]", fontsize=9)
+    height = figure.get_figheight()
     bar = figure.colorbar(
-        ScalarMappable(norm=norm, cmap=colours),
-        ax=axes,
-        location="bottom",
-        shrink=0.8,
-        aspect=45,
-        extend="max",
-        fraction=0.4 / figure.get_figheight(),
-        pad=0.1 / figure.get_figheight(),
-    )
+        ScalarMappable(norm=norm, cmap=colours), ax=axes, location="bottom", shrink=0.8, aspect=45, extend="max",
+        fraction=0.4 / height, pad=0.1 / height,
+    )  # fmt: skip
     bar.set_label("difference over its standard deviation (rms of real and imaginary part); below 2, noise explains it")
     bar.outline.set_visible(False)
-    add_heading(figure, title, subtitle)
-    return png(figure)
+    add_heading(figure, of.title, of.subtitle)
+    return figure
+
+
+def _cells(axes: "Axes", panel: MapPanel, colours: "Colormap", norm: "BoundaryNorm") -> None:
+    """Draw one panel, with lines between its cells: a level and a frequency can be followed by eye."""
+    axes.imshow(panel.size, cmap=colours, norm=norm, aspect="auto", origin="lower", interpolation="nearest")
+    n_level, n_frequency = panel.size.shape
+    axes.set_xticks(np.arange(n_frequency + 1) - 0.5, minor=True)
+    axes.set_yticks(np.arange(n_level + 1) - 0.5, minor=True)
+    axes.grid(which="minor", color="white", linewidth=0.8)
+    axes.tick_params(which="both", length=0, labelsize=8, colors=INK)
+    axes.spines[:].set_visible(False)
+    words = f"harmonic {panel.harmonic}" if panel.harmonic else "static"
+    axes.set_title(f"{panel.sensor}, {words}", fontsize=9, loc="left", color=INK, pad=3)
+
+
+REGISTRY.register(FigureKind(name="misfit_map", draws=MisfitMap, draw=misfit_map_figure))

@@ -46,4 +46,4 @@ def over_one_period(axes: "Axes") -> None:
 
 def name_period(axes: "Axes") -> None:
     """What the numbers of such an axis are."""
-    axes.set_xlabel("time / period", color=INK)
+    axes.set_xlabel("time / period [-]", color=INK)

@@ -1,14 +1,16 @@
-"""Reactions of load cells over one period: one panel a de-coupler, the upper and the lower cell of each curve in it."""
+"""Reactions of load cells over one period: one panel per de-coupler with the upper and the lower cell of each curve."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
-from figure.heading import add_heading
 from figure.period_axis import Samples, closed, name_period, over_one_period, refuse_unequal
-from figure.response_curves import LONGEST_LEGEND, family_colours
-from figure.style import INK, PALE, open_box, png
+from figure.registry import REGISTRY, FigureKind
+from figure.style import INK, LONGEST_LEGEND, PALE, add_heading, family_colours, open_box
 from geometry.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: Lines of the two cells, apart without colour.
 STYLES: dict[str, Literal["-", "--"]] = {"upper": "-", "lower": "--"}
@@ -46,10 +48,9 @@ class Reaction:
         refuse_unequal(f'"{self.name}"', self.time, upper=self.upper, lower=self.lower)
 
 
-def reactions_figure(
-    reactions: Sequence[Reaction], *, title: str, subtitle: str = "", force_label: str = "force of a load cell [N]"
-) -> bytes:
-    """Draw one panel a de-coupler as PNG, all on one scale.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reactions:
+    """Reactions of load cells over one period, one panel per de-coupler, all on one scale.
 
     Parameters
     ----------
@@ -60,6 +61,16 @@ def reactions_figure(
         Above the figure.
     force_label
         Of the vertical axis, with its unit; it may say which sign is tension.
+    """
+
+    reactions: Sequence[Reaction]
+    title: str
+    subtitle: str = ""
+    force_label: str = "force of a load cell [N]"
+
+
+def reactions_figure(of: Reactions) -> "Figure":
+    """Draw one panel per de-coupler, all on one scale.
 
     Raises
     ------
@@ -70,17 +81,17 @@ def reactions_figure(
     from matplotlib.layout_engine import ConstrainedLayoutEngine
     from matplotlib.lines import Line2D
 
-    names = list(dict.fromkeys(reaction.name for reaction in reactions))
-    labels = list(dict.fromkeys(reaction.label for reaction in reactions))
+    names = list(dict.fromkeys(reaction.name for reaction in of.reactions))
+    labels = list(dict.fromkeys(reaction.label for reaction in of.reactions))
     if not names:
         raise InputError("reactions are those of 0 de-couplers: give at least one")
     colours = dict(zip(labels, family_colours(len(labels)), strict=True))
     size = (max(7.5, 1.0 + 4.2 * len(names)), 4.6)
     # The end of one axis shall not run into the start of the next.
-    figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(wspace=0.04), dpi=160)
+    figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(wspace=0.04))
     (row,) = figure.subplots(1, len(names), squeeze=False, sharey=True)
     panels = dict(zip(names, row, strict=True))
-    for reaction in reactions:
+    for reaction in of.reactions:
         for cell, style in STYLES.items():
             time, force = closed(reaction.time, getattr(reaction, cell))
             panels[reaction.name].plot(
@@ -91,12 +102,15 @@ def reactions_figure(
         open_box(axes)
         over_one_period(axes)
         name_period(axes)
-    row[0].set_ylabel(force_label, color=INK)
+    row[0].set_ylabel(of.force_label, color=INK)
     cells = [Line2D([], [], color=PALE, linestyle=s, linewidth=LINE, label=f"{c} cell") for c, s in STYLES.items()]
     curves = [Line2D([], [], color=colour, linewidth=LINE + 1.5, label=label) for label, colour in colours.items()]
     handles = [*cells, *curves]
     # In two rows, the two cells stand below each other.
     n_column = len(handles) if len(handles) <= LONGEST_LEGEND else -(-len(handles) // 2)
     figure.legend(handles=handles, loc="outside lower center", ncols=n_column, frameon=False)
-    add_heading(figure, title, subtitle)
-    return png(figure)
+    add_heading(figure, of.title, of.subtitle)
+    return figure
+
+
+REGISTRY.register(FigureKind(name="load_cells", draws=Reactions, draw=reactions_figure))

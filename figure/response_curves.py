@@ -8,17 +8,15 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from figure.style import add_title, open_box, png
+from figure.registry import REGISTRY, FigureKind
+from figure.style import LONGEST_LEGEND, add_title, family_colours, open_box
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-#: Colours of an ordered family: the light end of the map would vanish on white.
-FIRST_COLOUR, LAST_COLOUR = 0.0, 0.82
 #: Lines of the curves of one group.
 LINES = ("-", "--", ":", "-.")
-#: A legend longer than this stands beside the curves.
-LONGEST_LEGEND = 6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -43,18 +41,9 @@ class DrawnCurve:
     group: float | None = None
 
 
-def family_colours(count: int) -> list[str]:
-    """Colours of an ordered family of curves, apart for colour-blind readers too."""
-    from matplotlib import colormaps
-    from matplotlib.colors import to_hex
-
-    return [to_hex(colormaps["viridis"](place)) for place in np.linspace(FIRST_COLOUR, LAST_COLOUR, count)]
-
-
-def response_curves_figure(
-    curves: Sequence[DrawnCurve], *, title: str, parameter_label: str, amplitude_label: str
-) -> bytes:
-    """Draw the curves as PNG.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ResponseCurves:
+    """Response curves of one output.
 
     Parameters
     ----------
@@ -65,11 +54,20 @@ def response_curves_figure(
     parameter_label, amplitude_label
         Of the axes, with units.
     """
+
+    curves: Sequence[DrawnCurve]
+    title: str
+    parameter_label: str
+    amplitude_label: str
+
+
+def response_curves_figure(of: ResponseCurves) -> "Figure":
+    """Draw the curves."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(9, 6), layout="constrained", dpi=160)
+    figure = Figure(figsize=(9, 6), layout="constrained")
     amplitude, phase = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1))
-    for curve, (colour, line) in zip(curves, _looks(curves), strict=True):
+    for curve, (colour, line) in zip(of.curves, _looks(of.curves), strict=True):
         look = {"color": colour, "linestyle": line, "linewidth": 1.5}
         amplitude.plot(curve.parameter, np.abs(curve.response), label=curve.label, **look)
         # A dot shows where the solver stood: the curve between two is drawn straight.
@@ -77,21 +75,21 @@ def response_curves_figure(
         phase.plot(curve.parameter, _phase(curve.response), **look)
         top = int(np.argmax(np.abs(curve.response)))
         amplitude.plot(curve.parameter[top], np.abs(curve.response[top]), "o", color=colour, markersize=5)
-    amplitude.set_ylabel(amplitude_label)
+    amplitude.set_ylabel(of.amplitude_label)
     amplitude.set_ylim(bottom=0)
     phase.set_ylabel("phase [deg]")
-    phase.set_xlabel(parameter_label)
+    phase.set_xlabel(of.parameter_label)
     _degrees(phase)
-    lowest = min(float(curve.parameter.min()) for curve in curves)
-    phase.set_xlim(lowest, max(float(curve.parameter.max()) for curve in curves))
+    lowest = min(float(curve.parameter.min()) for curve in of.curves)
+    phase.set_xlim(lowest, max(float(curve.parameter.max()) for curve in of.curves))
     for axes in (amplitude, phase):
         open_box(axes)
-    if len(curves) > LONGEST_LEGEND:
+    if len(of.curves) > LONGEST_LEGEND:
         figure.legend(*amplitude.get_legend_handles_labels(), frameon=False, loc="outside right upper")
     else:
         amplitude.legend(frameon=False)
-    add_title(figure, title)
-    return png(figure)
+    add_title(figure, of.title)
+    return figure
 
 
 def _looks(curves: Sequence[DrawnCurve]) -> list[tuple[str, str]]:
@@ -114,3 +112,6 @@ def _degrees(axes: "Axes") -> None:
     low, high = axes.get_ylim()
     if high - low > 80:
         axes.yaxis.set_major_locator(MultipleLocator(45 if high - low < 270 else 90))
+
+
+REGISTRY.register(FigureKind(name="response_curves", draws=ResponseCurves, draw=response_curves_figure))

@@ -1,14 +1,28 @@
-"""How all figures look: their inks, numbers, axes without a box around them, and the whole as PNG."""
+"""How all figures look: inks, colours, headings, numbers, axes without a box around them, and the whole as PNG."""
 
 from io import BytesIO
 from typing import TYPE_CHECKING, Literal
+
+import numpy as np
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+#: Dots per inch of all figures.
+DPI = 160
 #: Of words, of words that matter less, and of the lines behind the curves.
 INK, PALE, GRID = "#101820", "#5d6772", "#e5e7eb"
+#: Of a lower and an upper limit; colours here stay apart for colour-blind readers (Okabe and Ito, 2008).
+LIMITS = ("#0072b2", "#d55e00")
+#: Of what contacts do; "closed" is a contact without friction, which can neither stick nor slip.
+CONTACT_STATES = {"stuck": "#0072b2", "slipping": "#e69f00", "closed": "#009e73", "separated": "#d1d5db"}
+#: Colours of an ordered family: the light end of the map would vanish on white.
+FIRST_COLOUR, LAST_COLOUR = 0.0, 0.82
+#: A legend longer than this stands beside the curves, or in several rows.
+LONGEST_LEGEND = 6
+#: Heading above the axes: its height, and where its two lines stand [inches from the top and from the left].
+HEADING, TITLE, SUBTITLE, LEFT = 0.72, 0.12, 0.42, 0.12
 
 
 def open_box(axes: "Axes", grid: Literal["x", "y", "both"] = "both") -> None:
@@ -16,6 +30,25 @@ def open_box(axes: "Axes", grid: Literal["x", "y", "both"] = "both") -> None:
     axes.grid(axis=grid, color=GRID, linewidth=0.8)
     axes.spines[["top", "right"]].set_visible(False)
     axes.set_axisbelow(True)
+
+
+def family_colours(count: int) -> list[str]:
+    """Colours of an ordered family of curves, apart for colour-blind readers too."""
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
+    return [to_hex(colormaps["viridis"](place)) for place in np.linspace(FIRST_COLOUR, LAST_COLOUR, count)]
+
+
+def add_heading(figure: "Figure", title: str, subtitle: str) -> None:
+    """Write both at the top left, and keep the axes of a constrained layout below them."""
+    width, height = figure.get_size_inches()
+    engine = figure.get_layout_engine()
+    assert engine is not None
+    margin = LEFT / width
+    engine.set(rect=(margin / 2, 0.0, 1 - margin, 1 - HEADING / height))  # type: ignore[call-arg]
+    figure.text(margin, 1 - TITLE / height, title, ha="left", va="top", fontsize=13, fontweight="bold", color=INK)
+    figure.text(margin, 1 - SUBTITLE / height, subtitle, ha="left", va="top", fontsize=10, color=PALE)
 
 
 def add_title(figure: "Figure", title: str) -> None:
@@ -31,5 +64,5 @@ def three_digits(value: float) -> str:
 def png(figure: "Figure") -> bytes:
     """The figure as a file."""
     stream = BytesIO()
-    figure.savefig(stream, format="png")
+    figure.savefig(stream, format="png", dpi=DPI)
     return stream.getvalue()

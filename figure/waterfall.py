@@ -1,4 +1,4 @@
-"""The error falls: one group of bars a step, training and held-out data, and chi^2 a number beside it."""
+"""The fall of the error: one group of bars per step, training and held-out data, and reduced chi-squared beside it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from figure.heading import add_heading
-from figure.style import INK, PALE, open_box, png, three_digits
+from figure.registry import REGISTRY, FigureKind
+from figure.style import INK, PALE, add_heading, open_box, three_digits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: Training and held-out data.
 TRAINING, HELD_OUT = "#9fb3c8", "#1f4e79"
@@ -20,7 +21,7 @@ FOLD = 16
 WIDTH = 0.38
 #: Height of a number over its bar, as a share of the axes.
 LABEL = 0.075
-#: chi^2 a number of noise [-].
+#: Reduced chi-squared of noise [-].
 NOISE = 1.0
 
 
@@ -35,7 +36,7 @@ class WaterfallStep:
     training, held_out
         Relative errors [-].
     training_chi2, held_out_chi2
-        chi^2 a number [-].
+        Reduced chi-squared [-].
     proposed
         Whether it is only proposed, not yet taken.
     """
@@ -48,8 +49,9 @@ class WaterfallStep:
     proposed: bool = False
 
 
-def waterfall_figure(steps: Sequence[WaterfallStep], *, title: str, subtitle: str) -> bytes:
-    """Draw the steps as PNG.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Waterfall:
+    """Errors of a model on its way to the measurements, step by step.
 
     Parameters
     ----------
@@ -58,16 +60,24 @@ def waterfall_figure(steps: Sequence[WaterfallStep], *, title: str, subtitle: st
     title, subtitle
         Above the figure.
     """
+
+    steps: Sequence[WaterfallStep]
+    title: str
+    subtitle: str
+
+
+def waterfall_figure(of: Waterfall) -> "Figure":
+    """Draw the steps."""
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
-    figure = Figure(figsize=(max(9.0, 2.6 * len(steps) + 2.0), 4.9), layout="constrained", dpi=150)
+    figure = Figure(figsize=(max(9.0, 2.6 * len(of.steps) + 2.0), 4.9), layout="constrained")
     left, right = figure.subplots(1, 2)
-    relative = [(100 * step.training, 100 * step.held_out) for step in steps]
-    _bars(left, relative, steps)
+    relative = [(100 * step.training, 100 * step.held_out) for step in of.steps]
+    _bars(left, relative, of.steps)
     left.set_ylabel("relative error of fundamentals [%]")
-    pairs = [(step.training_chi2, step.held_out_chi2) for step in steps]
-    _bars(right, pairs, steps)
+    pairs = [(step.training_chi2, step.held_out_chi2) for step in of.steps]
+    _bars(right, pairs, of.steps)
     right.set_yscale("log")
     values = [value for pair in pairs for value in pair if value > 0]
     right.set_ylim(min(0.5, *values) / 1.2, 2.2 * max(2.0, *values))
@@ -77,13 +87,13 @@ def waterfall_figure(steps: Sequence[WaterfallStep], *, title: str, subtitle: st
     right.text(
         1.01, NOISE, "noise", transform=right.get_yaxis_transform(), ha="left", va="center", fontsize=8, color=PALE
     )
-    right.set_ylabel("chi² a number [-]")
+    right.set_ylabel("reduced chi-squared [-]")
     handles = [Patch(color=TRAINING, label="training data"), Patch(color=HELD_OUT, label="held-out data")]
-    if any(step.proposed for step in steps):
+    if any(step.proposed for step in of.steps):
         handles.append(Patch(facecolor="white", edgecolor=PALE, hatch="////", label="proposed"))
     figure.legend(handles=handles, frameon=False, loc="outside lower left", ncols=len(handles))
-    add_heading(figure, title, subtitle)
-    return png(figure)
+    add_heading(figure, of.title, of.subtitle)
+    return figure
 
 
 def label_foot(value: float, lowest: float, highest: float) -> float:
@@ -123,3 +133,6 @@ def _labels(
                 three_digits(value), (place + (side - 0.5) * WIDTH, at), xytext=(0, 3), textcoords="offset points",
                 ha="center", va="bottom", fontsize=8, color=INK, zorder=3,
             )  # fmt: skip
+
+
+REGISTRY.register(FigureKind(name="waterfall", draws=Waterfall, draw=waterfall_figure))

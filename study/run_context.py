@@ -84,6 +84,17 @@ class RunContext:
 
         return ShownStep(name, self.store, self.progress, expected)
 
+    def draw(self, results: Mapping[str, object]) -> list[Path]:
+        """Write every figure of some results, by the names of their files; those of figures from outside too."""
+        from figure.registry import pictures
+        from pipeline.output import replace_file
+
+        assert self.output is not None
+        drawn = {self.output / f"{name}.png": picture for name, picture in pictures(results).items()}
+        for file, picture in drawn.items():
+            replace_file(file, picture)
+        return list(drawn)
+
     def note(self, sentence: str) -> None:
         """Tell the user something worth knowing, on standard error, unless quiet was asked for."""
         if not (self.quiet or self.json):
@@ -115,6 +126,11 @@ class Options:
         Parameter(help="Folder of kept results, instead of STICKSLIP_CACHE or the user's cache folder."),
     ] = None
 
+    figures: Annotated[
+        tuple[Path, ...],
+        Parameter(negative="", help="Python file with figures of your own, drawn beside the others; may be repeated."),
+    ] = ()
+
     def open(self, output: Path | None = None) -> RunContext:
         """Begin a run.
 
@@ -133,6 +149,11 @@ class Options:
         from pipeline.store import Store
 
         prepared = None if output is None else prepare_output(output)
+        if self.figures:
+            from figure.registry import REGISTRY
+
+            for file in self.figures:
+                REGISTRY.load(file)
         store = Store(self.cache_folder, RunContext.warn)
         durations = Durations(store.folder / "durations.json" if store.folder else None)
         progress: Progress

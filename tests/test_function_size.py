@@ -14,7 +14,6 @@ COMPILED = {"compiled", "njit", "jit", "vectorize", "guvectorize", "cfunc"}
 
 #: Functions that are still to be cut, as "file name"; nothing may be added.
 EXCEPTIONS = {
-    "figure/misfit_map.py misfit_map_figure",
     "figure/scene/mode_picture.py mode_animation",
     "study/command/modes.py modes",
 }

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from correlation.metric.misfit import CLEAR, Misfit, configuration
 from correlation.model import LineSensor, Model, Sensor
 from correlation.prediction import Points, Prediction, Predictor
-from figure.frf_overlay import OverlayCurve, OverlayPanel, frf_overlay_figure
-from figure.misfit_map import MapPanel, misfit_map_figure
+from figure.frf_overlay import FrfOverlay, OverlayCurve, OverlayPanel
+from figure.misfit_map import MapPanel, MisfitMap
+from figure.registry import pictures as drawn_pictures
 
 Frequencies = Float[NDArray[np.float64], " f"]
 
@@ -53,7 +54,7 @@ def pictures(model: Model, train: Misfit, held: Misfit | None, prediction: Predi
         Above each figure.
     """
     everything, new = joined(train, held)
-    drawn: dict[str, bytes] = {}
+    drawn: dict[str, object] = {}
     for free in np.unique(everything.points.free):
         rows = everything.where(np.asarray(everything.points.free == free))
         name = configuration(bool(free))
@@ -63,15 +64,15 @@ def pictures(model: Model, train: Misfit, held: Misfit | None, prediction: Predi
         panels = _panels(model, rows, levels, prediction)
         for kind, (chosen, columns) in _figures(model, panels).items():
             if any(_stands_out(rows, key) for key, _ in chosen):
-                drawn[f"{kind}_{name}"] = frf_overlay_figure(
-                    [panel for _, panel in chosen],
+                drawn[f"{kind}_{name}"] = FrfOverlay(
+                    panels=[panel for _, panel in chosen],
                     levels=words,
                     title=f"{title}: {kind} of the {name} structure" if kind != "frf" else f"{title}, {name}",
                     subtitle=HISTORY if any(panel.is_static for _, panel in chosen) else ABOUT[kind],
                     columns=columns,
                     with_phase=kind == "frf",
                 )
-    return drawn
+    return drawn_pictures(drawn)
 
 
 Key = tuple[str, int]
@@ -124,7 +125,7 @@ def keys(of: Misfit) -> list[Key]:
     return sorted(dict.fromkeys(pairs), key=lambda key: (order[key[0]], key[1] == 0, key[1]))
 
 
-def _map(of: Misfit, levels: Frequencies, words: Sequence[str], title: str) -> bytes:
+def _map(of: Misfit, levels: Frequencies, words: Sequence[str], title: str) -> MisfitMap:
     points, size = of.points, of.size
     frequency = np.unique(points.frequency)
     panels = []
@@ -137,7 +138,7 @@ def _map(of: Misfit, levels: Frequencies, words: Sequence[str], title: str) -> b
     subtitle = (
         f"level by frequency; all points together: {np.sqrt(np.nanmean(of.standardised**2)):.3g} standard deviations"
     )
-    return misfit_map_figure(panels, levels=words, frequency=frequency, title=title, subtitle=subtitle)
+    return MisfitMap(panels=panels, levels=words, frequency=frequency, title=title, subtitle=subtitle)
 
 
 def _panels(model: Model, of: Misfit, levels: Frequencies, prediction: Prediction) -> list[tuple[Key, OverlayPanel]]:

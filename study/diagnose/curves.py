@@ -11,7 +11,7 @@ from correlation.metric.misfit import CLEAR, Misfit, configuration
 from correlation.model import LineSensor
 from correlation.prediction import Points, Predictor
 from figure.misfit_map import STEPS
-from figure.response_curves import family_colours
+from figure.style import family_colours
 from study.compare.pictures import fine_points, joined, keys, rows_of, unit_of
 from study.compare.run import Side
 from study.diagnose.round import Round

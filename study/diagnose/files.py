@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
-from figure.candidates import CandidateBar, candidates_figure
-from figure.waterfall import waterfall_figure
+from figure.candidates import CandidateBar, Candidates
+from figure.registry import pictures
+from figure.waterfall import Waterfall
 from study.compare.report import side_by_side
 from study.diagnose.history import History
 from study.diagnose.page import page, set_in_type
@@ -31,10 +32,10 @@ def contents(of: Round, history: History, case: Path) -> dict[str, bytes]:
     title = side_by_side(of.setup.title, of.campaign.title)
     stem = f"{case.stem}_diagnosis"
     files = {f"{stem}.html": page(of, history).encode()}
-    files[f"{stem}_waterfall.png"] = waterfall_figure(steps, title=title, subtitle=falls(steps))
+    drawn: dict[str, object] = {f"{stem}_waterfall": Waterfall(steps=steps, title=title, subtitle=falls(steps))}
     if found:
-        files[f"{stem}_candidates.png"] = candidates_figure(
-            [
+        drawn[f"{stem}_candidates"] = Candidates(
+            candidates=[
                 CandidateBar(
                     name=row.effect.name,
                     gain=row.expected if row.gain is None else row.gain,
@@ -51,4 +52,4 @@ def contents(of: Round, history: History, case: Path) -> dict[str, bytes]:
             subtitle="candidates, those named and fitted first; chance seldom exceeds "
             f"{of.diagnosis.limits.gain:.3g} (dashed)",
         )
-    return files
+    return files | {f"{name}.png": picture for name, picture in pictures(drawn).items()}

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from figure.contact_states import StatePanel, contact_states_figure
-from figure.limit_band import Band, limit_band_figure
-from figure.limit_levels import LimitsByLevel, limit_levels_figure
+from figure.contact_states import ContactStates, StatePanel
+from figure.limit_band import Band, LimitBands
+from figure.limit_levels import LimitsByLevel
 from hbsolve.limits.result import ResponseLimits
 from pipeline.output import replace_file
 from pipeline.process_pool import process_pool
@@ -84,13 +84,12 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
     if table.objective not in FORCES:
         output = next(each for each in model.outputs if table.sensor in {None, each.name})
     curves = limit_curves(table, output, search.harmonic, found)
-    files = {suffix: run.output / f"{path.stem}_limits.{suffix}" for suffix in ("nc", "csv")}
-    _save(curves.limits, files["nc"])
-    replace_file(files["csv"], limits_csv(curves))
-    for name, picture in _figures(curves, opened.title, in_newtons=model.in_newtons).items():
-        files[name] = run.output / f"{path.stem}_{name}.png"
-        replace_file(files[name], picture)
-    return Limited(curves=curves, objective=table.objective, files=tuple(files.values()))
+    files = [run.output / f"{path.stem}_limits.{suffix}" for suffix in ("nc", "csv")]
+    _save(curves.limits, files[0])
+    replace_file(files[1], limits_csv(curves))
+    drawn = _results(curves, opened.title, in_newtons=model.in_newtons)
+    files += run.draw({f"{path.stem}_{name}": result for name, result in drawn.items()})
+    return Limited(curves=curves, objective=table.objective, files=tuple(files))
 
 
 def _found(search: LimitSearch, stem: str, run: RunContext, executor: Executor | None) -> FoundLimits:
@@ -118,8 +117,10 @@ def _save(limits: ResponseLimits, file: Path) -> None:
         replace_file(file, draft.read_bytes())
 
 
-def _figures(curves: LimitCurves, title: str, *, in_newtons: bool) -> dict[str, bytes]:
-    limits, drawn = curves.limits, {}
+def _results(curves: LimitCurves, title: str, *, in_newtons: bool) -> dict[str, object]:
+    """What is drawn, by name."""
+    limits = curves.limits
+    drawn: dict[str, object] = {}
     names = [f"{level:g} N" if in_newtons else f"level {level:g}" for level in limits.level]
     n_level, n_point = len(limits.level), len(limits.frequency)
     if n_point > 1:
@@ -134,7 +135,7 @@ def _figures(curves: LimitCurves, title: str, *, in_newtons: bool) -> dict[str, 
             )
             for level in range(n_level)
         ]
-        drawn["limits"] = limit_band_figure(bands, title=f"{title}: {curves.quantity}", amplitude_label=curves.label)
+        drawn["limits"] = LimitBands(bands=bands, title=f"{title}: {curves.quantity}", amplitude_label=curves.label)
         chosen = np.unique(np.linspace(0, n_level - 1, min(n_level, MOST_LEVELS)).round().astype(int))
         panels = [
             [
@@ -148,21 +149,20 @@ def _figures(curves: LimitCurves, title: str, *, in_newtons: bool) -> dict[str, 
             ]
             for side in (1, 0)
         ]
-        drawn["limit_states"] = contact_states_figure(
-            panels, title=f"{title}: what the contacts do at the limits", parameter_label="frequency [Hz]"
+        drawn["limit_states"] = ContactStates(
+            panels=panels, title=f"{title}: what the contacts do at the limits", parameter_label="frequency [Hz]"
         )
     if n_level > 1:
         what = "highest points" if curves.has_peaks else "range"
-        drawn["limit_levels"] = limit_levels_figure(
-            _by_level(curves),
+        drawn["limit_levels"] = _by_level(
+            curves,
             title=f"{title}: {what} of both limits",
-            amplitude_label=curves.label,
-            level_label="amplitude of the force [N]" if in_newtons else "level of the harmonic force",
+            level_label="amplitude of the force [N]" if in_newtons else "level of the harmonic force [-]",
         )
     return drawn
 
 
-def _by_level(curves: LimitCurves) -> LimitsByLevel:
+def _by_level(curves: LimitCurves, title: str, level_label: str) -> LimitsByLevel:
     limits = curves.limits
     n_level, last = len(limits.level), len(limits.frequency) - 1
     value, frequency = np.full((2, 2, n_level), np.nan)
@@ -173,4 +173,7 @@ def _by_level(curves: LimitCurves) -> LimitsByLevel:
             value[side, level] = curves.value[side, level, at]
             frequency[side, level] = limits.frequency[at]
             doubtful[side, level] = curves.jump[side, level, at] or (last > 0 and at in {0, last})
-    return LimitsByLevel(level=limits.level, value=value, frequency=frequency, doubtful=doubtful)
+    return LimitsByLevel(
+        level=limits.level, value=value, frequency=frequency, doubtful=doubtful, title=title,
+        amplitude_label=curves.label, level_label=level_label,
+    )  # fmt: skip

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from casefile.table import located
-from figure.contact_states import StatePanel, contact_states_figure
+from figure.contact_states import ContactStates, StatePanel
 from figure.evenly import evenly
-from figure.hysteresis_loops import Loop, hysteresis_figure
-from figure.response_curves import DrawnCurve, response_curves_figure
+from figure.hysteresis_loops import HysteresisLoops, Loop
+from figure.response_curves import DrawnCurve, ResponseCurves
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from pipeline.checkpoint import Checkpoint
@@ -102,16 +102,15 @@ def solved_curves(model: SolveModel, stem: str, title: str, run: RunContext) -> 
     assert run.output is not None
     balance = HarmonicBalance(system=model.system, n_harmonic=model.harmonics + 1, n_sample=model.n_sample)
     curves = [_solved(model, number, stem, run) for number in range(len(model.curves))]
-    files = {"nc": run.output / f"{stem}_response.nc", "csv": run.output / f"{stem}_response.csv"}
-    replace_file(files["nc"], bytes(response_dataset(model, curves, title).to_netcdf(engine="h5netcdf")))
-    replace_file(files["csv"], response_csv(model, curves))
-    for name, picture in _figures(model, balance, curves, title).items():
-        files[name] = run.output / f"{stem}_{name}.png"
-        replace_file(files[name], picture)
+    files = [run.output / f"{stem}_response.nc", run.output / f"{stem}_response.csv"]
+    replace_file(files[0], bytes(response_dataset(model, curves, title).to_netcdf(engine="h5netcdf")))
+    replace_file(files[1], response_csv(model, curves))
+    drawn = _results(model, balance, curves, title)
+    files += run.draw({f"{stem}_{name}": result for name, result in drawn.items()})
     peaks = tuple(peak_of(each, model.outputs[0], main_harmonic(model.system)) for each in curves)
     if warning := truncation_warning(peaks, model.harmonics):
         run.warn(warning)
-    return Solved(model=model, balance=balance, curves=tuple(curves), peaks=peaks, files=tuple(files.values()))
+    return Solved(model=model, balance=balance, curves=tuple(curves), peaks=peaks, files=tuple(files))
 
 
 def _solved(model: SolveModel, number: int, stem: str, run: RunContext) -> SolvedCurve:
@@ -125,13 +124,14 @@ def _solved(model: SolveModel, number: int, stem: str, run: RunContext) -> Solve
     return SolvedCurve(curve=curve, branch=branch)
 
 
-def _figures(
+def _results(
     model: SolveModel, balance: HarmonicBalance, curves: Sequence[SolvedCurve], title: str
-) -> dict[str, bytes]:
+) -> dict[str, object]:
+    """What is drawn, by name."""
     harmonic = main_harmonic(model.system)
     over_frequency = curves[0].curve.parameter == "frequency"
-    label = "frequency [Hz]" if over_frequency else "level of the harmonic force"
-    drawn: dict[str, bytes] = {}
+    label = "frequency [Hz]" if over_frequency else "level of the harmonic force [-]"
+    drawn: dict[str, object] = {}
     for number, output in enumerate(model.outputs, start=1):
         unit, scale = SURFACE_UNIT[output.quantity]
         family = [
@@ -144,8 +144,8 @@ def _figures(
             for each in curves
         ]
         which = "" if harmonic == 1 else f" of harmonic {harmonic}"
-        drawn[f"response_{number}" if len(model.outputs) > 1 else "response"] = response_curves_figure(
-            family,
+        drawn[f"response_{number}" if len(model.outputs) > 1 else "response"] = ResponseCurves(
+            curves=family,
             title=f"{title}: {output.quantity} of {output.name}",
             parameter_label=label,
             amplitude_label=f"amplitude{which} [{unit}]",
@@ -167,10 +167,10 @@ def _figures(
         for joint in joints
     ]
     which_joints = "the contacts do" if len(joints) == len(model.system.joints) else "the busiest contacts do"
-    drawn["states"] = contact_states_figure(panels, title=f"{title}: what {which_joints}", parameter_label=label)
+    drawn["states"] = ContactStates(panels=panels, title=f"{title}: what {which_joints}", parameter_label=label)
     which_curves = "each curve" if len(chosen) == len(curves) else f"{len(chosen)} of {len(curves)} curves"
-    drawn["loops"] = hysteresis_figure(
-        [(model.system.joints[joint].name, _loops(model, balance, chosen, joint)) for joint in joints],
+    drawn["loops"] = HysteresisLoops(
+        joints=[(model.system.joints[joint].name, _loops(model, balance, chosen, joint)) for joint in joints],
         title=f"{title}: contacts at the highest point of {which_curves}",
     )
     return drawn

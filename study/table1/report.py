@@ -6,6 +6,8 @@ from pathlib import Path
 
 from casefile.head import case_head, other_case
 from casefile.table import load_case
+from figure.mesh_study import MeshConvergence, ModelFrequency
+from figure.registry import pictures
 from figure.scene.off_screen import require_egl
 from pipeline.output import replace_file
 from study.kind.blade.modes import blade_shapes
@@ -14,7 +16,6 @@ from study.modes.shapes import Shapes
 from study.run_context import RunContext
 from study.table1.case import Table1Case
 from study.table1.csv_table import csv_table
-from study.table1.mesh_study_figure import mesh_study_figure
 from study.table1.page import AIM, Picture, page
 from study.table1.study import MeshStudy, row_inputs, run_study
 
@@ -54,18 +55,18 @@ def write_report(cases: Sequence[Path], run: RunContext) -> Report:
         # Files of one name in two folders must not replace each other.
         alone = path.stem != "table1" and [other.stem for other, _ in found[1:]].count(path.stem) == 1
         stem = "table1" if number == 0 else path.stem if alone else f"{path.stem}_{number + 1}"
-        figure = mesh_study_figure(study)
-        pictures = _pictures(study, run, stem)
+        drawn = pictures({stem: _convergence(study)})
+        modes = _pictures(study, run, stem)
         written: dict[str, str | bytes] = {
             f"{stem}.csv": csv_table(study),
-            f"{stem}.png": figure,
+            **{f"{name}.png": picture for name, picture in drawn.items()},
             f"{stem}.step": study.solid.step,
         }
         for name, content in written.items():
             replace_file(run.output / name, content)
             files.append(run.output / name)
-        files += [picture.file for picture in pictures]
-        parts.append((study, path.name, figure, pictures, f"{stem}.step"))
+        files += [picture.file for picture in modes]
+        parts.append((study, path.name, drawn[stem], modes, f"{stem}.step"))
     replace_file(run.output / "table1.html", page(parts))
     return Report(studies=tuple(study for _, study in found), files=(*files, run.output / "table1.html"))
 
@@ -78,3 +79,30 @@ def _pictures(study: MeshStudy, run: RunContext, stem: str) -> list[Picture]:
     found: Shapes = run.store.run(blade_shapes, row_inputs(study.case, row.asked), N_PICTURED)
     files = picture_modes(found, stem, run)
     return [Picture(file=file, caption=f"{caption} (model {row.asked.model})") for file, caption in files]
+
+
+def _convergence(study: MeshStudy) -> MeshConvergence:
+    """What is drawn of a study."""
+    rows = [
+        ModelFrequency(
+            element=row.asked.element,
+            through_thickness=row.asked.elements_through_thickness,
+            frequency=float(row.result.frequency[0]),
+            reference=row.asked.paper,
+            number=row.asked.model,
+            is_full=row.asked.root == "full",
+        )
+        for row in study.rows
+    ]
+    untuned = [
+        ModelFrequency(
+            element=each.asked.element,
+            through_thickness=each.asked.elements_through_thickness,
+            frequency=float(each.result.frequency),
+            reference=each.theory,
+        )
+        for each in study.predictions
+        if each.asked.thickness_factor == 1
+    ]
+    title = f"{study.case.title}: first natural frequency"
+    return MeshConvergence(rows=rows, untuned=untuned, measured=study.case.measured, title=title)

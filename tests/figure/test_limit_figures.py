@@ -1,27 +1,21 @@
 """Figures of limits: no clean line through a jump, every mark in its place, nothing hidden that was not found."""
 
+from dataclasses import replace
+
 import numpy as np
-import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from figure.force_limits import ForceLimits, force_limits_figure
-from figure.limit_band import COLOURS, Band, limit_band_figure
+from figure.force_limits import ForceLimits, LineForceLimits, force_limits_figure
+from figure.limit_band import Band, LimitBands, limit_band_figure
 from figure.limit_levels import LimitsByLevel, limit_levels_figure
+from figure.style import LIMITS
 
 FREQUENCY = np.array([10.0, 11.0, 12.0, 13.0, 14.0])
 LOWER, UPPER = np.array([1.0, 1.5, 2.0, 1.5, np.nan]), np.array([1.0, 2.0, 4.0, 3.0, 1.0])
 NONE = np.zeros((2, 5), dtype=bool)
 WORDS = {"title": "Title", "amplitude_label": "amplitude [um]"}
-
-
-@pytest.fixture
-def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
-    """Figures, which are not written."""
-    figures: list[Figure] = []
-    monkeypatch.setattr(Figure, "savefig", lambda figure, *_, **__: figures.append(figure))
-    return figures
 
 
 def band(jump: np.ndarray = NONE, repaired: np.ndarray = NONE) -> Band:
@@ -34,7 +28,7 @@ def band(jump: np.ndarray = NONE, repaired: np.ndarray = NONE) -> Band:
 def segments(figure: Figure, side: int) -> dict[tuple[float, float], str]:
     """Line style of each piece of a limit, by the frequencies that it joins."""
     lines = [line for line in figure.axes[0].lines if line.get_linestyle() != "None" and len(line.get_xdata()) == 2]
-    found = [line for line in lines if to_hex(line.get_color()) == COLOURS[side]]
+    found = [line for line in lines if to_hex(line.get_color()) == LIMITS[side]]
     return {tuple(map(float, line.get_xdata())): line.get_linestyle() for line in found}
 
 
@@ -49,55 +43,52 @@ def filled(figure: Figure) -> set[tuple[float, float]]:
     return {(float(path.vertices[:, 0].min()), float(path.vertices[:, 0].max())) for path in paths}
 
 
-def test_a_limit_is_dotted_on_both_sides_of_a_jump_and_the_band_is_open_there(drawn: list[Figure]) -> None:
+def test_a_limit_is_dotted_on_both_sides_of_a_jump_and_the_band_is_open_there() -> None:
     jump = NONE.copy()
     jump[1, 2] = True
-    limit_band_figure([band(jump=jump)], **WORDS)
-    assert segments(drawn[0], 1) == {(10, 11): "-", (11, 12): ":", (12, 13): ":", (13, 14): "-"}
-    assert set(segments(drawn[0], 0).values()) == {"-"}
-    assert marks(drawn[0], "o") == [(12, 4)]
-    assert not filled(drawn[0]) & {(11, 12), (12, 13)}
-    assert (10, 11) in filled(drawn[0])
+    drawn = limit_band_figure(LimitBands(bands=[band(jump=jump)], **WORDS))
+    assert segments(drawn, 1) == {(10, 11): "-", (11, 12): ":", (12, 13): ":", (13, 14): "-"}
+    assert set(segments(drawn, 0).values()) == {"-"}
+    assert marks(drawn, "o") == [(12, 4)]
+    assert not filled(drawn) & {(11, 12), (12, 13)}
+    assert (10, 11) in filled(drawn)
 
 
-def test_repaired_points_and_what_was_not_found_are_seen(drawn: list[Figure]) -> None:
+def test_repaired_points_and_what_was_not_found_are_seen() -> None:
     repaired = NONE.copy()
     repaired[0, 1] = True
-    limit_band_figure([band(repaired=repaired)] * 3, **WORDS)
-    assert marks(drawn[0], "s") == [(11, 1.5)]
-    lower = [line for line in drawn[0].axes[0].lines if line.get_marker() == "." and isinstance(line, Line2D)]
+    drawn = limit_band_figure(LimitBands(bands=[band(repaired=repaired)] * 3, **WORDS))
+    assert marks(drawn, "s") == [(11, 1.5)]
+    lower = [line for line in drawn.axes[0].lines if line.get_marker() == "." and isinstance(line, Line2D)]
     assert any(np.isnan(np.asarray(line.get_ydata())).any() for line in lower)
     # Three panels, the fourth place stays empty.
-    assert [axes.get_visible() for axes in drawn[0].axes] == [True, True, True, False]
-    labels = [text.get_text() for text in drawn[0].legends[0].get_texts()]
+    assert [axes.get_visible() for axes in drawn.axes] == [True, True, True, False]
+    labels = [text.get_text() for text in drawn.legends[0].get_texts()]
     assert labels == ["upper limit", "lower limit", "between them", "found by a random history"]
 
 
-def test_points_at_a_jump_or_an_end_are_hollow_over_the_level(drawn: list[Figure]) -> None:
+def test_points_at_a_jump_or_an_end_are_hollow_over_the_level() -> None:
     value, doubtful = np.array([[1.0, 2.0], [3.0, 5.0]]), np.array([[False, True], [False, False]])
-    limits = LimitsByLevel(level=np.array([1.0, 4.0]), value=value, frequency=100 - value, doubtful=doubtful)
-    limit_levels_figure(limits, **WORDS)
-    points = [line for line in drawn[0].axes[0].lines if line.get_marker() == "o"]
+    limits = LimitsByLevel(level=np.array([1.0, 4.0]), value=value, frequency=100 - value, doubtful=doubtful, **WORDS)
+    drawn = limit_levels_figure(limits)
+    points = [line for line in drawn.axes[0].lines if line.get_marker() == "o"]
     hollow = [line for line in points if line.get_markerfacecolor() == "white" and len(line.get_xdata())]
     assert [(line.get_xdata().tolist(), line.get_ydata().tolist()) for line in hollow] == [([4.0], [2.0])]
-    assert len(drawn[0].axes) == 2
+    assert len(drawn.axes) == 2
     # One frequency for all needs no panel of its own.
-    limit_levels_figure(
-        LimitsByLevel(level=limits.level, value=value, frequency=np.full((2, 2), 99.0), doubtful=doubtful), **WORDS
-    )
-    assert len(drawn[1].axes) == 1
+    assert len(limit_levels_figure(replace(limits, frequency=np.full((2, 2), 99.0))).axes) == 1
 
 
-def test_a_bar_goes_from_the_lower_to_the_upper_force_and_is_not_cut_off(drawn: list[Figure]) -> None:
+def test_a_bar_goes_from_the_lower_to_the_upper_force_and_is_not_cut_off() -> None:
     value = np.array([[-2.0, 0.5], [1.0, 3.0]])
     panels = [
         ForceLimits(line=line, force=force, level=np.array([1.0, 4.0]), value=value, sampled=value)
         for line in ("left", "right") for force in ("T0", "N0")
     ]  # fmt: skip
-    force_limits_figure(panels, title="Title", sampled_label="tests")
-    axes = drawn[0].axes[0]
+    drawn = force_limits_figure(LineForceLimits(panels=panels, title="Title", sampled_label="tests"))
+    axes = drawn.axes[0]
     assert [(bar.get_y(), bar.get_y() + bar.get_height()) for bar in axes.patches] == [(-2, 1), (0.5, 3)]
     low, high = axes.get_ylim()
     assert low < -2
     assert high > 3
-    assert [each.get_title("left") for each in drawn[0].axes] == ["left: T0", "right: T0", "left: N0", "right: N0"]
+    assert [each.get_title("left") for each in drawn.axes] == ["left: T0", "right: T0", "left: N0", "right: N0"]

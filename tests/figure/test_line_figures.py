@@ -6,20 +6,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
 from fe.element import HEX8
 from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
-from figure.line_forces import LineForce, line_forces_figure
-from figure.line_states import STATES, LineStates, line_states_figure
-from figure.reactions import Reaction, reactions_figure
+from figure.line_forces import LineForce, LineForces, line_forces_figure
+from figure.line_states import STATES, LineStates, StateHistories, line_states_figure
+from figure.reactions import Reaction, Reactions, reactions_figure
 from figure.scene import off_screen
 from figure.scene.caption import Layout
 from figure.scene.deflection_film import deflection_film
 from figure.scene.station_picture import StationStates
+from figure.style import png
 from geometry.errors import InputError, MissingSoftware, OutputError
 
 DPI = 160
@@ -27,8 +27,8 @@ COLOURS = np.array([[round(255 * part) for part in to_rgb(colour)] for colour in
 TIME = np.arange(16) / 16
 
 
-def pixels(png: bytes) -> NDArray[np.int64]:
-    with Image.open(BytesIO(png)) as image:
+def pixels(picture: bytes) -> NDArray[np.int64]:
+    with Image.open(BytesIO(picture)) as image:
         return np.asarray(image.convert("RGB"), dtype=np.int64)
 
 
@@ -38,20 +38,10 @@ def state_of(image: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.where(same.any(axis=2), same.argmax(axis=2), -1)
 
 
-@pytest.fixture
-def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
-    """Figures, which are not written."""
-    figures: list[Figure] = []
-    monkeypatch.setattr(Figure, "savefig", lambda figure, *_, **__: figures.append(figure))
-    return figures
-
-
-# States along lines.
-
-
 def test_each_cell_has_the_colour_of_its_state_at_its_place() -> None:
     states = np.array([[0, 1, 2, 1], [1, 1, 0, 0], [2, 0, 1, 2]])
-    found = state_of(pixels(line_states_figure([[LineStates(name="line", states=states)]], title="Title")))
+    one = StateHistories(panels=[[LineStates(name="line", states=states)]], title="Title")
+    found = state_of(pixels(png(line_states_figure(one))))
     # The panel alone is wider than half of the figure; the boxes of the legend are not.
     rows = np.flatnonzero((found >= 0).mean(axis=1) > 0.5)
     columns = np.flatnonzero((found[rows] >= 0).mean(axis=0) > 0.5)
@@ -70,12 +60,13 @@ def test_one_to_eight_lines_of_any_length_are_drawn(counts: list[int]) -> None:
     def line(number: int) -> LineStates:
         return LineStates(name=f"line {number}", states=np.ones((1 + 7 * number, 3 + number), dtype=int))
 
-    png = line_states_figure([[line(number) for number in range(count)] for count in counts], title="Title")
-    height, width, _ = pixels(png).shape
+    panels = [[line(number) for number in range(count)] for count in counts]
+    picture = png(line_states_figure(StateHistories(panels=panels, title="Title")))
+    height, width, _ = pixels(picture).shape
     assert width == round(DPI * max(7.5, 0.6 + 3.2 * max(counts)))
     assert DPI * 2 < height < DPI * 10
     # Nothing but sliding in any panel; the boxes of the legend show what else there might be.
-    share = np.bincount(state_of(pixels(png)).ravel() + 1, minlength=4)
+    share = np.bincount(state_of(pixels(picture)).ravel() + 1, minlength=4)
     assert share[2] > 50 * max(share[1], share[3]) > 0
 
 
@@ -97,10 +88,11 @@ def test_the_share_of_the_friction_limit_has_no_value_where_the_line_is_separate
     assert np.isnan(never.utilisation).all()
 
 
-def test_a_row_shows_both_forces_and_the_limit_and_closes_the_period(drawn: list[Figure]) -> None:
+def test_a_row_shows_both_forces_and_the_limit_and_closes_the_period() -> None:
     forces = [force(name, label, scale) for name in ("left", "right") for label, scale in (("5 N", 0.2), ("40 N", 1.0))]
-    line_forces_figure(forces, friction_coefficient={"left": 0.8, "right": 0.6}, title="Title")
-    (figure,) = drawn
+    figure = line_forces_figure(
+        LineForces(forces=forces, friction_coefficient={"left": 0.8, "right": 0.6}, title="Title")
+    )
     assert len(figure.axes) == 2 * 3
     for row, mu in enumerate((0.8, 0.6)):
         tangential, normal, ratio = figure.axes[3 * row : 3 * row + 3]
@@ -119,23 +111,21 @@ def test_a_row_shows_both_forces_and_the_limit_and_closes_the_period(drawn: list
 
 def test_four_rows_are_a_page() -> None:
     names = ["a", "b", "c", "d"]
-    png = line_forces_figure(
-        [force(name) for name in names], friction_coefficient=dict.fromkeys(names, 0.5), title="Title"
-    )
-    assert pixels(png).shape[:2] == (round(DPI * (1.45 + 4 * 2.2)), round(DPI * 11.7))
+    forces = [force(name) for name in names]
+    page = LineForces(forces=forces, friction_coefficient=dict.fromkeys(names, 0.5), title="Title")
+    assert pixels(png(line_forces_figure(page))).shape[:2] == (round(DPI * (1.45 + 4 * 2.2)), round(DPI * 11.7))
 
 
 # Reactions.
 
 
-def test_a_panel_has_two_lines_a_level(drawn: list[Figure]) -> None:
+def test_a_panel_has_two_lines_a_level() -> None:
     reactions = [
         Reaction(name=side, label=f"{level} N", time=TIME, upper=level + TIME, lower=-level - TIME)
         for side in ("left", "right")
         for level in (5, 20, 40)
     ]
-    reactions_figure(reactions, title="Title")
-    (figure,) = drawn
+    figure = reactions_figure(Reactions(reactions=reactions, title="Title"))
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["left", "right"]
     for axes in figure.axes:
         assert [line.get_ydata()[0] for line in axes.lines] == [5, -5, 20, -20, 40, -40]
@@ -144,8 +134,12 @@ def test_a_panel_has_two_lines_a_level(drawn: list[Figure]) -> None:
 
 
 def test_reactions_are_written_as_a_picture() -> None:
-    png = reactions_figure([Reaction(name="left", label="5 N", time=TIME, upper=TIME, lower=-TIME)], title="Title")
-    assert pixels(png).shape == (round(4.6 * DPI), round(7.5 * DPI), 3)
+    one = Reaction(name="left", label="5 N", time=TIME, upper=TIME, lower=-TIME)
+    assert pixels(png(reactions_figure(Reactions(reactions=[one], title="Title")))).shape == (
+        round(4.6 * DPI),
+        round(7.5 * DPI),
+        3,
+    )
 
 
 # Films.
@@ -279,11 +273,11 @@ def test_data_of_wrong_shapes_cannot_be_made() -> None:
 
 def test_figures_of_nothing_or_too_much_are_refused() -> None:
     with pytest.raises(InputError, match=r"hold no line"):
-        line_states_figure([[]], title="Title")
+        line_states_figure(StateHistories(panels=[[]], title="Title"))
     many = [force(name) for name in "abcde"]
     with pytest.raises(InputError, match=r"forces of 5 lines .* give 1 to 4"):
-        line_forces_figure(many, friction_coefficient=dict.fromkeys("abcde", 0.5), title="Title")
+        line_forces_figure(LineForces(forces=many, friction_coefficient=dict.fromkeys("abcde", 0.5), title="Title"))
     with pytest.raises(InputError, match='none for "b"'):
-        line_forces_figure(many[:2], friction_coefficient={"a": 0.5}, title="Title")
+        line_forces_figure(LineForces(forces=many[:2], friction_coefficient={"a": 0.5}, title="Title"))
     with pytest.raises(InputError, match="0 de-couplers"):
-        reactions_figure([], title="Title")
+        reactions_figure(Reactions(reactions=[], title="Title"))

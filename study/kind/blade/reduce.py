@@ -11,7 +11,7 @@ from casefile.table import located
 from correlation.model import Sensor
 from fe.file.mesh_file import write_mesh
 from fe.mode_check import ModeCheck
-from figure.frequency_response import frequency_response_figure
+from figure.frequency_response import FrequencyResponse
 from hbsolve.dynamic_stiffness import DynamicStiffness
 from hbsolve.forced_response import forced_response
 from pipeline.output import replace_file
@@ -69,12 +69,12 @@ def reduce_blade_case(opened: OpenCase, run: RunContext, *, checked: bool = Fals
     tasks = [_reduction(model, title), Task(stage=solid_check, inputs={"inputs": model}, label="CAD solid")]
     found, solid = (outcome.value for outcome in run_parallel(tasks, run.store, run.progress, "mesh and reduction"))
     check = run.step("check of the modes").run(checked_blade, model, found.rom) if checked else None
-    files = {name: run.output / f"{stem}{name}" for name in (".step", ".vtu", "_rom.h5", "_response.png")}
+    files = {name: run.output / f"{stem}{name}" for name in (".step", ".vtu", "_rom.h5")}
     replace_file(files[".step"], solid.step)
     write_mesh(found.mesh, files[".vtu"])
     save_rom(found.rom, files["_rom.h5"])
-    replace_file(files["_response.png"], _response_figure(found, title))
-    return Reduced(reduction=found, n_mode=model.n_mode, check=check, files=tuple(files.values()))
+    drawn = run.draw({f"{stem}_response": _tip_response(found, title)})
+    return Reduced(reduction=found, n_mode=model.n_mode, check=check, files=(*files.values(), *drawn))
 
 
 def blade_structure(opened: OpenCase, run: RunContext) -> Structure:
@@ -112,11 +112,12 @@ def _reduction(model: BladeModel, title: str) -> Task:
     return Task(stage=reduced_blade, inputs={"model": model, "title": title}, label="reduction", weight=2.0)
 
 
-def _response_figure(found: Reduction, title: str) -> bytes:
+def _tip_response(found: Reduction, title: str) -> FrequencyResponse:
     """Receptance of the tip for a force at the excitation point, over the first modes."""
     frequency = np.linspace(0.2 * found.rom_frequency[0], 1.15 * found.rom_frequency[N_DRAWN - 1], N_POINT)
     # The peaks are narrower than the grid: its points are joined by the resonances themselves.
     frequency = np.union1d(frequency, found.rom_frequency[:N_DRAWN])
     branch = forced_response(DynamicStiffness.of(found.rom), unit_force(found.rom), 2 * pi * frequency)
     response = branch.coefficients[:, 1, found.rom.rows("response", THICKNESS_DIRECTION)[0]]
-    return frequency_response_figure(frequency, response, title=f"{title}: tip displacement for a force near the root")
+    title = f"{title}: tip displacement for a force near the root"
+    return FrequencyResponse(frequency=frequency, receptance=response, title=title)

@@ -8,9 +8,9 @@ from jaxtyping import Complex
 from numpy.typing import NDArray
 
 from figure.evenly import evenly
-from figure.line_forces import LineForce, line_forces_figure
-from figure.line_states import LineStates, line_states_figure
-from figure.reactions import Reaction, reactions_figure
+from figure.line_forces import LineForce, LineForces
+from figure.line_states import LineStates, StateHistories
+from figure.reactions import Reaction, Reactions
 from geometry.errors import MissingSoftware
 from geometry.rig import SIDES, mating_pairs
 from hbsolve.fourier import samples_from_coefficients
@@ -24,7 +24,7 @@ from study.run_context import RunContext
 MOST_CURVES = 4
 N_FRAME = 24
 #: Stations of a rig are counted from the end of the damper.
-STATION_LABEL = "station, from the damper's end"
+STATION_LABEL = "station, from the damper's end [-]"
 
 
 def most_loaded(levels: Sequence[float], peaks: Sequence[RigForces]) -> list[int]:
@@ -86,21 +86,19 @@ def draw_forces(
         where = (
             f"at the highest point of {len(chosen)} of {len(peaks)} curves: of each level that with the largest |T| / N"
         )
-    pictures = {
-        "line_forces": line_forces_figure(
-            forces, friction_coefficient=friction_coefficient, title=f"{title}: contact forces", subtitle=where
+    results: dict[str, object] = {
+        "line_forces": LineForces(
+            forces=forces, friction_coefficient=friction_coefficient, title=f"{title}: contact forces", subtitle=where
         ),
-        "load_cells": reactions_figure(cells, title=f"{title}: forces of the arms on their load cells", subtitle=where),
-        "line_states": line_states_figure(
-            states, title=f"{title}: what the contacts do", subtitle=f"{labels[shown]}, highest point",
+        "load_cells": Reactions(
+            reactions=cells, title=f"{title}: forces of the arms on their load cells", subtitle=where
+        ),
+        "line_states": StateHistories(
+            panels=states, title=f"{title}: what the contacts do", subtitle=f"{labels[shown]}, highest point",
             station_label=STATION_LABEL,
         ),
     }  # fmt: skip
-    files = []
-    for name, picture in pictures.items():
-        files.append(run.output / f"{stem}_{name}.png")
-        replace_file(files[-1], picture)
-    return files
+    return run.draw({f"{stem}_{name}": result for name, result in results.items()})
 
 
 def draw_film(

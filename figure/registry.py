@@ -1,0 +1,100 @@
+"""Figures, found rather than listed: each says which result it draws, so that commands need not know it.
+
+A figure is a file with a function from a result to a Matplotlib figure, registered at its end::
+
+    def spectrum_figure(of: ResponseCurves) -> Figure: ...
+
+    REGISTRY.register(FigureKind(name="spectrum", draws=ResponseCurves, draw=spectrum_figure))
+
+Results are dataclasses of arrays, and of labels with units; each stands in the file of the product's own figure of it.
+A figure from outside appears in the output folder of every command that has a result of its kind.
+"""
+
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from figure.style import png
+from geometry.errors import InputWarning
+from geometry.registry import Registry
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, kw_only=True)
+class FigureKind:
+    """A kind of figure.
+
+    Parameters
+    ----------
+    name
+        Of its files, in lower case with underscores.
+    draws
+        Class of the results that it draws.
+    draw
+        Makes the figure of a result.
+    """
+
+    name: str
+    draws: type
+    draw: "Callable[[Any], Figure]"
+
+    @property
+    def is_own(self) -> bool:
+        """Whether it is the figure that its result comes with."""
+        return self.draws.__module__ == self.draw.__module__
+
+    def file_name(self, result: str) -> str:
+        """Name of its file of a result that has a name: its own is added, if the result came with another figure."""
+        return result if self.is_own else f"{result}_{self.name}"
+
+
+def _wrong(kind: Any) -> str | None:
+    if not isinstance(kind.draws, type):
+        return f"draws = {kind.draws!r}, which is no class: name the class of the results that it draws"
+    if not callable(kind.draw):
+        return f"has draw = {kind.draw!r}, which cannot be called: give a function from a result to a figure"
+    if not kind.name.isidentifier():
+        return "cannot be part of a file's name: use letters, digits and underscores"
+    return None
+
+
+REGISTRY: Registry[FigureKind] = Registry(
+    "figure",
+    package="figure",
+    group="stickslip.figures",
+    facts={"draws": "the class of the results that it draws", "draw": "a function from a result to a figure"},
+    check=_wrong,
+)
+
+
+def pictures(results: Mapping[str, object]) -> dict[str, bytes]:
+    """Every figure of some results, as PNG by the name of its file.
+
+    Parameters
+    ----------
+    results
+        By name.
+
+    Warns
+    -----
+    InputWarning
+        A figure from outside fails: the others are drawn.
+    """
+    drawn: dict[str, bytes] = {}
+    for name, result in results.items():
+        # The figure that a result comes with is the first.
+        for kind in sorted(REGISTRY, key=lambda each: not each.is_own):
+            if not isinstance(result, kind.draws):
+                continue
+            try:
+                drawn[kind.file_name(name)] = png(kind.draw(result))
+            except Exception as error:
+                if kind.is_own:
+                    raise
+                place = REGISTRY.entry(kind.name).place
+                what = f'{place}: the figure "{kind.name}" of "{name}" fails ({type(error).__name__}: {error})'
+                warnings.warn(f"{what}: correct it, or leave it out", InputWarning, stacklevel=2)
+    return drawn

@@ -1,0 +1,181 @@
+"""A result of each kind that a figure draws: the smallest that shows all of its parts."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from figure.candidates import CandidateBar, Candidates
+from figure.confusion import ConfusionMatrix
+from figure.contact_states import ContactStates, StatePanel
+from figure.force_limits import ForceLimits, LineForceLimits
+from figure.frequency_response import FrequencyResponse
+from figure.frf_overlay import FrfOverlay, OverlayCurve, OverlayPanel
+from figure.hysteresis_loops import HysteresisLoops, Loop
+from figure.limit_band import Band, LimitBands
+from figure.limit_levels import LimitsByLevel
+from figure.line_forces import LineForce, LineForces
+from figure.line_states import LineStates, StateHistories
+from figure.mesh_study import MeshConvergence, ModelFrequency
+from figure.misfit_map import MapPanel, MisfitMap
+from figure.reactions import Reaction, Reactions
+from figure.response_curves import DrawnCurve, ResponseCurves
+from figure.waterfall import Waterfall, WaterfallStep
+
+FREQUENCY = np.linspace(90.0, 110.0, 41)
+TIME = np.arange(32) / 32
+SINE, COSINE = np.sin(2 * np.pi * TIME), np.cos(2 * np.pi * TIME)
+TITLES = {"title": "Title", "subtitle": "Subtitle"}
+
+
+def receptance(resonance: float, damping_ratio: float = 0.01) -> np.ndarray:
+    """Of one mass on a spring of 1 N/m."""
+    ratio = FREQUENCY / resonance
+    return 1 / (1 - ratio**2 + 2j * damping_ratio * ratio)
+
+
+def response_curves() -> ResponseCurves:
+    curves = [
+        DrawnCurve(label=f"{level} N", parameter=FREQUENCY, response=level * receptance(100 - level / 10))
+        for level in (1, 2, 5)
+    ]
+    # A curve that turns back.
+    back = np.concatenate([FREQUENCY, FREQUENCY[-2:20:-1]])
+    curves.append(DrawnCurve(label="fold", parameter=back, response=np.linspace(0.5, 9.0, len(back)) * np.exp(-1j)))
+    return ResponseCurves(curves=curves, title="Title", parameter_label="frequency [Hz]", amplitude_label="tip [um]")
+
+
+def contact_states() -> ContactStates:
+    share = np.stack([np.linspace(0.8, 0.2, 41), np.linspace(0.1, 0.5, 41), np.linspace(0.1, 0.3, 41)], axis=1)
+    panel = StatePanel(label="joint", parameter=FREQUENCY, states=("stuck", "slipping", "separated"), share=share)
+    return ContactStates(panels=[[panel, panel], [panel, panel]], title="Title", parameter_label="frequency [Hz]")
+
+
+def hysteresis_loops() -> HysteresisLoops:
+    loops = [
+        Loop(label=f"{level} N", time=TIME, displacement=1e-6 * level * SINE, force=level * COSINE, normal=9 + SINE)
+        for level in (1, 2)
+    ]
+    return HysteresisLoops(joints=[("one", loops), ("two", loops)], title="Title")
+
+
+def limit_bands() -> LimitBands:
+    upper = np.abs(receptance(100.0))
+    jump = np.zeros((2, 41), dtype=bool)
+    jump[1, 20] = True
+    band = Band(
+        label="1 N", frequency=FREQUENCY, value=np.array([0.5 * upper, upper]), jump=jump, repaired=jump[::-1],
+        sampled=np.linspace(0.6, 0.9, 5)[:, None] * upper,
+    )  # fmt: skip
+    return LimitBands(bands=[band] * 3, title="Title", amplitude_label="tip [um]")
+
+
+def limits_by_level() -> LimitsByLevel:
+    value = np.array([[1.0, 2.0, 4.0], [1.5, 4.0, 9.0]])
+    return LimitsByLevel(
+        level=np.array([1.0, 2.0, 5.0]), value=value, frequency=100 - value, doubtful=value > 5, title="Title",
+        amplitude_label="tip [um]",
+    )  # fmt: skip
+
+
+def force_limits() -> LineForceLimits:
+    value = np.array([[-2.0, 0.5], [1.0, 3.0]])
+    panels = [
+        ForceLimits(line=line, force=force, level=np.array([1.0, 4.0]), value=value, sampled=value)
+        for line in ("left", "right")
+        for force in ("T0", "N0")
+    ]
+    return LineForceLimits(panels=panels, title="Title", sampled_label="tests")
+
+
+def line_forces() -> LineForces:
+    forces = [
+        LineForce(name=name, label=f"{level} N", time=TIME, tangential=level * SINE, normal=9 + level * COSINE)
+        for name in ("left", "right")
+        for level in (1, 4)
+    ]
+    return LineForces(forces=forces, friction_coefficient={"left": 0.8, "right": 0.5}, **TITLES)
+
+
+def misfit_map() -> MisfitMap:
+    panels = [
+        MapPanel(sensor=sensor, harmonic=harmonic, size=np.linspace(0, 30, 3 * 41).reshape(3, 41))
+        for sensor in ("tip", "root")
+        for harmonic in (1, 3)
+    ]
+    return MisfitMap(panels=panels, levels=["1 N", "2 N", "5 N"], frequency=FREQUENCY, **TITLES)
+
+
+def frf_overlay() -> FrfOverlay:
+    curves = [
+        OverlayCurve(
+            level=number, frequency=FREQUENCY[::4], measured=receptance(100 - number)[::4],
+            deviation=np.full(11, 0.2), line_frequency=FREQUENCY, line=receptance(99.5 - number),
+        )
+        for number in range(2)
+    ]  # fmt: skip
+    panels = [OverlayPanel(label=name, unit="um/N", curves=curves) for name in ("tip", "root", "side")]
+    return FrfOverlay(panels=panels, levels=["1 N", "5 N"], columns=2, with_phase=True, **TITLES)
+
+
+def mesh_convergence() -> MeshConvergence:
+    rows = [
+        ModelFrequency(
+            element=element, through_thickness=n, frequency=120 + 6 / n, reference=120.1 + 6 / n, number=n,
+            is_full=n != 2,
+        )
+        for element in ("hex8", "hex20")
+        for n in (1, 2, 3)
+    ]  # fmt: skip
+    untuned = [ModelFrequency(element="hex8", through_thickness=4, frequency=121.4, reference=121.5)]
+    return MeshConvergence(rows=rows, untuned=untuned, measured=122.25, title="Title")
+
+
+#: One result per kind, made when it is asked for.
+EXAMPLES: dict[type, Callable[[], object]] = {
+    ResponseCurves: response_curves,
+    ContactStates: contact_states,
+    HysteresisLoops: hysteresis_loops,
+    LimitBands: limit_bands,
+    LimitsByLevel: limits_by_level,
+    LineForceLimits: force_limits,
+    LineForces: line_forces,
+    MisfitMap: misfit_map,
+    FrfOverlay: frf_overlay,
+    MeshConvergence: mesh_convergence,
+    FrequencyResponse: lambda: FrequencyResponse(frequency=FREQUENCY, receptance=receptance(100.0), title="Title"),
+    Reactions: lambda: Reactions(
+        reactions=[
+            Reaction(name=side, label="1 N", time=TIME, upper=9 + SINE, lower=9 - COSINE) for side in ("left", "right")
+        ],
+        **TITLES,
+    ),
+    StateHistories: lambda: StateHistories(
+        panels=[[LineStates(name="left", states=np.arange(6 * 32).reshape(6, 32) % 3)] * 2], **TITLES
+    ),
+    Waterfall: lambda: Waterfall(
+        steps=[
+            WaterfallStep(
+                name=f"step {n}", training=0.3 / n, held_out=0.4 / n, training_chi2=50 / n**3, held_out_chi2=99 / n**3,
+                proposed=n == 3,
+            )
+            for n in (1, 2, 3)
+        ],
+        **TITLES,
+    ),
+    Candidates: lambda: Candidates(
+        candidates=[
+            CandidateBar(
+                name=f"effect {n}", gain=10.0 ** (3 - n), is_fitted=n < 2, is_named=n == 0, strength="0.2 +- 0.1 N",
+                held_out=0.1 if n < 2 else None,
+            )
+            for n in range(4)
+        ],
+        threshold=20.0,
+        before=0.3,
+        **TITLES,
+    ),
+    ConfusionMatrix: lambda: ConfusionMatrix(
+        count=np.array([[9, 1], [0, 20]]), right=np.eye(2, dtype=bool), rows=["gap", "nothing"],
+        columns=["gap", "nothing"], gaps=([1], [1]), **TITLES,
+    ),
+}  # fmt: skip
