@@ -13,7 +13,7 @@ from correlation.noise.nuisance import Budget
 from correlation.sensor_placement import with_sensors
 from diagnosis.candidate.catalogue import Catalogue, campaign_catalogue
 from diagnosis.fit.arrangement import Added
-from diagnosis.fit.calibration_parameter import Accepted, accepted
+from diagnosis.fit.calibration_parameter import CalibrationParameter, calibration_parameters
 from study.case.added import added_effects, apply_all, apply_by_name
 from study.case.model import model_of_case
 from study.case.tables import TestCase
@@ -47,7 +47,7 @@ class TestSetup:
 
     title: str
     model: Model
-    accepted: tuple[Accepted, ...]
+    accepted: tuple[CalibrationParameter, ...]
     budget: Budget
     effects: tuple[Path, ...]
     without: tuple[str, ...]
@@ -105,9 +105,9 @@ def read_test_case(path: Path | str, campaign: Campaign | None = None) -> TestSe
     for file in case.numerical_error.refined:
         with mistakes.at("numerical_error"):
             refined.append(_refined(path.parent / file, path, own))
-    known: tuple[Accepted, ...] = ()
+    known: tuple[CalibrationParameter, ...] = ()
     with mistakes.at("accepted"):
-        known = accepted(model, deviation=case.accepted.deviation, finer=refined)
+        known = calibration_parameters(model, deviation=case.accepted.deviation, finer=refined)
     mistakes.raise_if_any()
     files = tuple(path.parent / file for file in case.effects.files)
     added = added_effects(case, model, files, mistakes)
