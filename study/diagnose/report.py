@@ -81,8 +81,8 @@ def chance(of: Round) -> str:
     if of_layout.n_trial:
         origin = f"{of_layout.n_trial} campaigns without any effect"
     return (
-        f"chance lowers chi^2 by more than {of_layout.gain:.3g} in {100 * of_layout.false_alarms:.2g} % of campaigns in "
-        f"which nothing is missing (from {origin})"
+        f"chance lowers chi^2 by more than {of_layout.gain:.3g} in {100 * of_layout.false_alarms:.2g} % of campaigns "
+        f"in which nothing is missing (from {origin})"
     )
 
 
