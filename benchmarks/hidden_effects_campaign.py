@@ -22,8 +22,8 @@ from correlation.model import Model
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
-from diagnosis.threshold.thresholds import Limits
-from study.case.setup import TestSetup, read_test_case
+from diagnosis.threshold.thresholds import Thresholds
+from study.case.setup import Setup, read_case
 from study.diagnose.thresholds import limits_for
 from study.shipped import BEAM
 from transient.bench.hidden_effect import PlantedTruth, make_campaign
@@ -35,12 +35,12 @@ MOST_SCORES = 10
 
 
 @cache
-def setup() -> TestSetup:
+def setup() -> Setup:
     """Model, accepted parameters and numerical error under test: those of the shipped beam."""
-    return read_test_case(BEAM)
+    return read_case(BEAM).setup
 
 
-def limits(campaign: Campaign, without: Sequence[str]) -> Limits | None:
+def limits(campaign: Campaign, without: Sequence[str]) -> Thresholds | None:
     """What chance may do: shipped for the layout, else for that with all kinds of effects, which chance serves better.
 
     Parameters
@@ -100,7 +100,7 @@ def examine(
         without = excluded_kinds(planted.effect, groups) if case.excluded else ()
         campaign = read_campaign(where)
         diagnosis = judge(
-            campaign, model.model, model.accepted, model.budget, without=without, limits=limits(campaign, without)
+            campaign, model.model, model.accepted, model.budget, without=without, thresholds=limits(campaign, without)
         )
         return _record(case, planted, without, diagnosis, (made - started, time.process_time() - made))
     except Exception as error:

@@ -13,7 +13,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from casefile.table import load_case
 from fe.calculix_run import run_frequency
 from fe.file.calculix_deck import NodeSpring
 from fe.mesh import Mesh
@@ -22,18 +21,20 @@ from geometry.rig import Rig, mating_pairs
 from pipeline.progress import LineProgress
 from pipeline.store import Store, default_folder
 from reduction.line_contact import station_stiffness
+from study.case.kind import open_case
+from study.case.tables import Case
 from study.kind.rig.contact import line_pairs
 from study.kind.rig.model import BODIES, HELD
 from study.kind.rig.reduce import stuck_modes
 from study.kind.rig.reduction import reduce_rig
-from study.kind.rig.table import RigCase, rig_model
+from study.kind.rig.table import RigTable, rig_model
 from study.shipped import RIG
 
 #: Frequencies that are compared.
 N_MODE = 6
 
 
-def contact_springs(case: RigCase, rig: Rig, whole: Mesh) -> list[NodeSpring]:
+def contact_springs(case: Case[RigTable], rig: Rig, whole: Mesh) -> list[NodeSpring]:
     """Normal and both tangents of every station."""
     found = []
     pairs = mating_pairs(rig)
@@ -65,11 +66,11 @@ def held(whole: Mesh) -> NDArray[np.int64]:
 
 def main(sizes: list[float]) -> None:
     """A table for each size of the elements [mm]."""
-    case = load_case(RIG, RigCase)
+    case = open_case(RIG).case
     for size in sizes:
         model = replace(rig_model(case), size=1e-3 * size)
         reduction = reduce_rig(model, Store(default_folder()), LineProgress())
-        ours = stuck_modes(reduction.assembly, line_pairs(case, model.rig), case.contact.sliding)[0][:N_MODE]
+        ours = stuck_modes(reduction.assembly, line_pairs(case, model.rig), case.structure.contact.sliding)[0][:N_MODE]
         whole = whole_mesh(reduction.meshes)
         start = time.perf_counter()
         theirs = run_frequency(whole, model.material, held(whole), N_MODE, contact_springs(case, model.rig, whole))

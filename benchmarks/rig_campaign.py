@@ -10,17 +10,17 @@ from pathlib import Path
 
 import numpy as np
 
-from casefile.table import load_case
+from benchmarks.rig_case import stored_run, with_tables
 from fe.dense_modes import dense_modes
-from pipeline.progress import LineProgress
-from pipeline.store import Store, default_folder
 from reduction.joined import vibrating
 from reduction.jointed_system import CubicSpring, FrictionContact, JointedSystem
 from reduction.stuck import stuck_stiffness
+from study.case.kind import open_case
+from study.case.tables import Case
 from study.kind.rig.reduction import RigReduction, reduce_rig
-from study.kind.rig.structure import hanging, measured_places
+from study.kind.rig.structure import measured_places, suspension
 from study.kind.rig.system import Row, excitation, resting_rig
-from study.kind.rig.table import RigCase, rig_model
+from study.kind.rig.table import RigTable, rig_model
 from transient.bench.campaign import (
     FREQUENCY_JITTER,
     HISTORY,
@@ -67,23 +67,17 @@ class HiddenEffect:
 class Specimen:
     """A rig on a mesh of its own, and its parameters as factors on the drawing's."""
 
-    case: RigCase
+    case: Case[RigTable]
     reduction: RigReduction
     factors: Mapping[str, float]
 
 
-def meshed(path: Path, size: float, n_mode: int) -> RigCase:
+def meshed(path: Path, size: float, n_mode: int) -> Case[RigTable]:
     """The case of a file with elements of a size [m], and so many modes of all bodies together."""
-    case = load_case(path, RigCase)
-    return case.model_copy(
-        update={
-            "mesh": case.mesh.model_copy(update={"size": size}),
-            "reduction": case.reduction.model_copy(update={"modes": n_mode}),
-        }
-    )
+    return with_tables(open_case(path).case, mesh={"size": size}, reduction={"modes": n_mode})
 
 
-def specimen(case: RigCase, random: np.random.Generator) -> Specimen:
+def specimen(case: Case[RigTable], random: np.random.Generator) -> Specimen:
     """The rig of a case, as it is made.
 
     Parameters
@@ -93,32 +87,32 @@ def specimen(case: RigCase, random: np.random.Generator) -> Specimen:
     random
         Of its parameters.
     """
-    reduction = reduce_rig(rig_model(case), Store(default_folder()), LineProgress())
+    run = stored_run()
+    reduction = reduce_rig(rig_model(case), run.store, run.progress)
     factors = {name: 1 + sigma * random.standard_normal() for name, sigma in PARAMETER_DEVIATION.items()}
     return Specimen(case=case, reduction=reduction, factors=factors)
 
 
 def systems(of: Specimen, effect: HiddenEffect, load: float) -> tuple[JointedSystem, JointedSystem]:
     """The jointed and the free specimen of one set-up, whose dead weights are `load` times those of the drawing."""
-    contact, factors = of.case.contact, of.factors
-    contact = contact.model_copy(
-        update={
+    drawn, factors = of.case.structure, of.factors
+    contact, weight = drawn.contact, drawn.dead_weight
+    left = weight.force + (effect.strength if effect.kind == "preload" else 0.0)
+    case = with_tables(
+        of.case,
+        contact={
             "kt": contact.kt * factors["tangential_stiffness"],
             "kn": contact.kn * factors["normal_stiffness"],
             "mu": contact.mu * factors["friction_coefficient"],
-        }
+        },
+        dead_weight={
+            "force": weight.force * load,
+            "left": weight.left.model_copy(update={"force": left * load}),
+        },
     )
-    left = of.case.dead_weight.force + (effect.strength if effect.kind == "preload" else 0.0)
-    weight = of.case.dead_weight.model_copy(
-        update={
-            "force": of.case.dead_weight.force * load,
-            "left": of.case.dead_weight.left.model_copy(update={"force": left * load}),
-        }
-    )
-    case = of.case.model_copy(update={"contact": contact, "dead_weight": weight})
-    resting = resting_rig(case, rig_model(of.case).rig, of.reduction)
+    resting = resting_rig(case, rig_model(of.case), of.reduction)
     system = vibrating(
-        resting.joined, resting.rest, case.damping.ratio * factors["damping_ratio"], excitation(of.reduction)
+        resting.joined, resting.rest, drawn.damping.ratio * factors["damping_ratio"], excitation(of.reduction)
     )
     young, bodies = factors["youngs_modulus"] - 1, resting.joined.bodies
     # The bench knows a line by the first word of its contacts' names.
@@ -126,7 +120,7 @@ def systems(of: Specimen, effect: HiddenEffect, load: float) -> tuple[JointedSys
     jointed = replace(system, stiffness=system.stiffness + young * bodies, joints=joints)
     free = replace(
         system,
-        stiffness=(1 + young) * bodies + hanging(of.reduction),
+        stiffness=(1 + young) * bodies + suspension(of.reduction),
         joints=[],
         static_load=np.zeros(len(bodies)),
     )
@@ -163,7 +157,7 @@ def sweeps(of: Specimen, effect: HiddenEffect, points: CampaignPoints, random: n
                 yield Sweep(configuration=configuration, repeat=repeat, level=float(level), readings=readings)
 
 
-def make_rig_campaign(folder: Path, case: RigCase, *, seed: int, effect: HiddenEffect) -> Specimen:
+def make_rig_campaign(folder: Path, case: Case[RigTable], *, seed: int, effect: HiddenEffect) -> Specimen:
     """Measure a rig with a hidden effect and write the campaign's folder.
 
     Parameters

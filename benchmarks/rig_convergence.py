@@ -18,23 +18,25 @@ import numpy as np
 import scipy.sparse as sp
 
 from benchmarks.rig_calculix import contact_springs, held
-from casefile.table import load_case
 from fe.assembly import assemble
 from fe.boundary import Support, supported_system
 from fe.element import HEX20
 from fe.mesh import Mesh
 from fe.mesher.blade import mesh_blade
 from fe.mesher.rig import mesh_rig, rig_mesh
+from fe.mesher.whole_mesh import whole_mesh
 from fe.modal import modes
 from pipeline.progress import SilentProgress
 from pipeline.store import Store, default_folder
 from reduction.assembly_error import assembly_error
 from reduction.joined import joined
+from study.case.kind import open_case
+from study.case.tables import Case
 from study.kind.rig.body import held_body
 from study.kind.rig.contact import line_pairs
-from study.kind.rig.model import BODIES, RigModel, whole_mesh
+from study.kind.rig.model import BODIES, RigModel
 from study.kind.rig.reduction import reduce_rig
-from study.kind.rig.table import RigCase, rig_model
+from study.kind.rig.table import RigTable, rig_model
 from study.shipped import RIG
 from study.table1.limit import richardson
 
@@ -60,7 +62,7 @@ def free_blade(model: RigModel) -> None:
     print(f"\nLimit {limit.frequency:.3f} Hz, observed order {limit.order:.2f}. {limit.warning}")
 
 
-def first_bending(case: RigCase, model: RigModel, meshes: dict[str, Mesh]) -> tuple[float, int]:
+def first_bending(case: Case[RigTable], model: RigModel, meshes: dict[str, Mesh]) -> tuple[float, int]:
     """The first stuck mode that the exciter drives [Hz], and the number of degrees of freedom."""
     whole = whole_mesh(meshes)
     mass, stiffness = assemble(whole, model.material)
@@ -79,7 +81,7 @@ def first_bending(case: RigCase, model: RigModel, meshes: dict[str, Mesh]) -> tu
     return float(found.frequency[np.abs(found.mode_shapes[driven]).sum(axis=0).argmax()]), system.n_dof
 
 
-def stuck_rig(case: RigCase, model: RigModel) -> None:
+def stuck_rig(case: Case[RigTable], model: RigModel) -> None:
     """Sizes, and a nested pair."""
     print("\n| mesh | degrees of freedom | first bending, stuck [Hz] | beside the finest size |\n|---|---|---|---|")
     sizes = {f"{1e3 * size:g} mm": mesh_rig(model.rig, rig_mesh(model.rig, HEX20, size)) for size in SIZES}
@@ -95,13 +97,13 @@ def stuck_rig(case: RigCase, model: RigModel) -> None:
         print(f"| {name} | {n_dof} | {frequency:.4f} | {frequency / finest - 1:+.3%} |", flush=True)
 
 
-def reduced_rig(case: RigCase, model: RigModel) -> None:
+def reduced_rig(case: Case[RigTable], model: RigModel) -> None:
     """The reduced assembly against the full one."""
     model = replace(model, size=REDUCED)
     reduction = reduce_rig(model, Store(default_folder()), SilentProgress())
     assembly = reduction.assembly
     systems = {body: held_body(mesh, body, *assemble(mesh, model.material)) for body, mesh in reduction.meshes.items()}
-    springs = joined(assembly, line_pairs(case, model.rig), tangents=case.contact.sliding).springs
+    springs = joined(assembly, line_pairs(case, model.rig), tangents=case.structure.contact.sliding).springs
     found = assembly_error(systems, assembly, springs, N_MODE, np.array(BAND))
     print(f"\n{reduction.n_dof} degrees of freedom reduced to {assembly.n_dof}, all contacts stuck\n")
     print("| mode | full [Hz] | error of the reduced frequency | 1 - MAC |\n|---|---|---|---|")
@@ -114,7 +116,7 @@ def reduced_rig(case: RigCase, model: RigModel) -> None:
 
 
 def main() -> None:
-    case = load_case(RIG, RigCase)
+    case = open_case(RIG).case
     model = rig_model(case)
     free_blade(model)
     stuck_rig(case, model)

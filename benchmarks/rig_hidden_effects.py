@@ -15,24 +15,20 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.rig_campaign import HiddenEffect, make_rig_campaign, meshed
-from casefile.table import load_case
+from benchmarks.rig_case import stored_run
 from correlation.campaign.read_campaign import read_campaign
 from diagnosis.decision.verdict import INTERVAL
 from diagnosis.diagnose import diagnose
-from pipeline.progress import LineProgress
-from pipeline.store import Store, default_folder
-from study.case.setup import TestSetup, read_test_case
-from study.kind.rig.reduction import reduce_rig
-from study.kind.rig.structure import rig_test_case
-from study.kind.rig.table import RigCase, rig_model
+from study.case.kind import open_case
+from study.case.setup import read_case
 from study.shipped import RIG
 
 #: Sizes of elements [m]: no mesh is another's refinement.
 MODEL_SIZE, FINER_SIZE, SPECIMEN_SIZE = 0.003, 0.002, 0.0025
 #: Modes: up to three times the highest harmonic that the model keeps.
 N_MODE = 60
-#: Names of the model's files.
-MODEL, FINER = "rig_test", "rig_finer"
+#: Names of the case files.
+MODEL, FINER = "rig", "rig_finer"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,19 +55,17 @@ def planted(force: float) -> list[Planted]:
 
 
 def write_model(folder: Path) -> Path:
-    """The test case of the shipped rig, and the finer one that tells its numerical error."""
+    """The case of the shipped rig on another mesh, and the finer one that tells its numerical error."""
     folder.mkdir(parents=True, exist_ok=True)
+    shipped, texts = RIG.read_text(encoding="utf-8"), {}
     for stem, size in ((FINER, FINER_SIZE), (MODEL, MODEL_SIZE)):
-        file = folder / f"{stem}.toml"
-        if file.is_file():
-            continue
-        case = meshed(RIG, size, N_MODE)
-        model = rig_model(case)
-        reduction = reduce_rig(model, Store(default_folder()), LineProgress())
-        written = rig_test_case(case, model.rig, reduction, stem)
-        (folder / f"{stem}.npz").write_bytes(written.arrays)
-        error = f'\n[numerical_error]\nrefined = ["{FINER}.toml"]\n' if stem == MODEL else ""
-        file.write_text(written.case + error, encoding="utf-8")
+        texts[stem] = shipped
+        for old, new in (('"2.5 mm"\n', f'"{1e3 * size:g} mm"\n'), ("modes = 150", f"modes = {N_MODE}")):
+            assert texts[stem].count(old) == 1
+            texts[stem] = texts[stem].replace(old, new)
+    texts[MODEL] += f'\n[numerical_error]\nrefined = ["{FINER}.toml"]\n'
+    for stem, text in texts.items():
+        (folder / f"{stem}.toml").write_text(text, encoding="utf-8")
     return folder / f"{MODEL}.toml"
 
 
@@ -85,7 +79,7 @@ def examine(case: Path, folder: Path, hidden: Planted, seed: int) -> dict[str, o
         make_rig_campaign(where, meshed(RIG, SPECIMEN_SIZE, N_MODE), seed=seed, effect=hidden.effect)
     made = time.process_time()
     campaign = read_campaign(where)
-    setup: TestSetup = read_test_case(case, campaign)
+    setup = read_case(case, campaign, stored_run()).setup
     found = diagnose(campaign, setup.model, setup.accepted, setup.budget)
     best = next((each for each in found.verdict.effects if each.effect is not None), None)
     row = {
@@ -117,7 +111,7 @@ def main(words: Sequence[str] | None = None) -> None:
     print("| planted | seed | named | true | found | held-out error | made, diagnosed [CPU s] |")
     print("|---|---|---|---|---|---|---|")
     for seed in range(given.first, given.first + given.seeds):
-        for hidden in planted(load_case(RIG, RigCase).dead_weight.force):
+        for hidden in planted(open_case(RIG).case.structure.dead_weight.force):
             if given.only not in {None, hidden.effect.kind}:
                 continue
             row = examine(case, given.folder, hidden, seed)

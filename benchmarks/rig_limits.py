@@ -21,7 +21,7 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
-from casefile.table import load_case  # noqa: E402
+from benchmarks.rig_case import PreparedRig, prepared  # noqa: E402
 from figure.force_limits import ForceLimits, LineForceLimits  # noqa: E402
 from figure.limit_band import Band, LimitBands  # noqa: E402
 from figure.limit_levels import LimitsByLevel  # noqa: E402
@@ -31,11 +31,7 @@ from hbsolve.balance import HarmonicBalance  # noqa: E402
 from hbsolve.limits.objective import ContactForceHarmonic, OutputHarmonic  # noqa: E402
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
-from pipeline.progress import LineProgress  # noqa: E402
-from pipeline.store import Store, default_folder  # noqa: E402
-from study.kind.rig.reduction import RigReduction, reduce_rig  # noqa: E402
-from study.kind.rig.system import RigSystem, rig_system  # noqa: E402
-from study.kind.rig.table import RigCase, rig_model  # noqa: E402
+from study.case.kind import OpenCase, open_case  # noqa: E402
 from study.shipped import RIG  # noqa: E402
 
 Real = NDArray[np.float64]
@@ -80,8 +76,9 @@ CONFIGURATIONS = {
 }  # fmt: skip
 
 
-def configured(case: RigCase, of: Configuration, reduction: RigReduction) -> RigSystem:
-    """The rig of a case in one of the configurations."""
+def configured(opened: OpenCase, of: Configuration, size: float) -> PreparedRig:
+    """The rig of a case with elements of a size [m], in one of the configurations."""
+    drawn = opened.case.structure
     own: dict[str, dict[str, float]] = {f"{side}_{body}": {} for side in SIDES for body in ("blade", "decoupler")}
     if of.gap_angle:
         own["left_blade"]["gap_angle"] = of.gap_angle
@@ -90,22 +87,24 @@ def configured(case: RigCase, of: Configuration, reduction: RigReduction) -> Rig
             values["gap_end"] = of.gap_end
         if of.crowning is not None:
             values["crowning"] = of.crowning[line.endswith("decoupler")]
-    lines = {line: getattr(case.contact, line).model_copy(update=values) for line, values in own.items()}
-    contact = case.contact.model_copy(update={"kt": of.kt, "kn": of.kn, "mu": of.mu, **lines})
+    lines = {line: getattr(drawn.contact, line).model_copy(update=values) for line, values in own.items()}
     sides = {
-        side: getattr(case.dead_weight, side).model_copy(update={"shift": shift, "inclination": inclination})
+        side: getattr(drawn.dead_weight, side).model_copy(update={"shift": shift, "inclination": inclination})
         for side, shift, inclination in zip(SIDES, of.shift, of.inclination, strict=True)
     }
-    weight = case.dead_weight.model_copy(update=sides)
-    return rig_system(
-        case.model_copy(update={"contact": contact, "dead_weight": weight}), rig_model(case).rig, reduction
+    return prepared(
+        opened,
+        mesh={"size": size},
+        reduction={"modes": MODES},
+        contact={"kt": of.kt, "kn": of.kn, "mu": of.mu, **lines},
+        dead_weight=sides,
     )
 
 
-def amplitude_limits(system: RigSystem, frequencies: Real, samples: int) -> ResponseLimits:
+def amplitude_limits(rig: PreparedRig, frequencies: Real, samples: int) -> ResponseLimits:
     """Of the tip over frequency [Hz] and level."""
-    balance = HarmonicBalance(system=system.model.system, n_harmonic=6, n_sample=256)
-    problem = limit_problem(balance, OutputHarmonic(row=system.model.outputs[0].row), nominal=system.rest.slider)
+    balance = HarmonicBalance(system=rig.model.system, n_harmonic=6, n_sample=256)
+    problem = limit_problem(balance, OutputHarmonic(row=rig.model.outputs[0].row), nominal=rig.resting.rest.slider)
     settings = LimitSettings(population=8, sample=samples)
     return response_limits(problem, 2 * pi * frequencies, LEVELS, settings=settings)
 
@@ -126,16 +125,16 @@ def by_level(limits: ResponseLimits) -> LimitsByLevel:
     )
 
 
-def force_panels(system: RigSystem, frequency: float) -> list[ForceLimits]:
+def force_panels(rig: PreparedRig, frequency: float) -> list[ForceLimits]:
     """Static and dynamic forces of all lines at one frequency, against level, with random histories inside."""
     from hbsolve.limits.random_histories import independent_histories
 
-    balance = HarmonicBalance(system=system.model.system, n_harmonic=6, n_sample=256)
+    balance = HarmonicBalance(system=rig.model.system, n_harmonic=6, n_sample=256)
     panels = []
-    for line, members in system.joined.lines.items():
+    for line, members in rig.resting.joined.lines.items():
         for name, (direction, harmonic) in FORCES.items():
             force = ContactForceHarmonic(joints=members, direction=direction, harmonic=harmonic)
-            problem = limit_problem(balance, force, nominal=system.rest.slider)
+            problem = limit_problem(balance, force, nominal=rig.resting.rest.slider)
             settings = LimitSettings(population=4, sample=0)
             limits = response_limits(problem, [2 * pi * frequency], LEVELS, settings=settings)
             left = independent_histories(problem, limits, 20, seed=5)
@@ -163,10 +162,7 @@ def main() -> None:
     words.add_argument("--folder", type=Path, default=Path("build/rig_limits"))
     asked = words.parse_args()
     asked.folder.mkdir(parents=True, exist_ok=True)
-    case = load_case(RIG, RigCase)
-    mesh = case.mesh.model_copy(update={"size": asked.size * 1e-3})
-    case = case.model_copy(update={"mesh": mesh, "reduction": case.reduction.model_copy(update={"modes": MODES})})
-    reduction = reduce_rig(rig_model(case), Store(default_folder()), LineProgress())
+    opened = open_case(RIG)
     for number in asked.configurations:
         of = CONFIGURATIONS[number]
         if number == 4:
@@ -174,9 +170,9 @@ def main() -> None:
         if number in (5, 6):
             lean = radians(asked.inclination)
             of = replace(of, mu=asked.mu, inclination=(lean, -lean))
-        system = configured(case, of, reduction)
+        rig = configured(opened, of, 1e-3 * asked.size)
         began = time.process_time()
-        limits = amplitude_limits(system, np.arange(*asked.band), asked.samples)
+        limits = amplitude_limits(rig, np.arange(*asked.band), asked.samples)
         limits.save(asked.folder / f"configuration_{number}.nc")
         told = by_level(limits)
         print(f"\nconfiguration {number}: {time.process_time() - began:.0f} s of processor time")
@@ -213,7 +209,7 @@ def main() -> None:
             )
             title = f"Rig, configuration {number}: contact forces at {frequency:g} Hz"
             drawn["forces"] = LineForceLimits(
-                panels=force_panels(system, frequency), title=title, sampled_label="random histories"
+                panels=force_panels(rig, frequency), title=title, sampled_label="random histories"
             )
         for name, picture in pictures(drawn).items():
             (asked.folder / f"configuration_{number}_{name}.png").write_bytes(picture)

@@ -21,7 +21,7 @@ import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
 from benchmarks.limits_full_space import race  # noqa: E402
-from benchmarks.rig_witness import prepared  # noqa: E402
+from benchmarks.rig_case import prepared  # noqa: E402
 from hbsolve.limits.audit import audit  # noqa: E402
 from hbsolve.limits.local_search import LimitSide, local_search  # noqa: E402
 from hbsolve.limits.optimum import Best, Optimum  # noqa: E402
@@ -30,6 +30,7 @@ from hbsolve.limits.random_histories import independent_histories, sampled_state
 from hbsolve.limits.response_limits import LimitSettings, response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
 from hbsolve.limits.task import StageProgress  # noqa: E402
+from study.case.kind import open_case  # noqa: E402
 from study.limits.model import limit_search  # noqa: E402
 from study.limits.table import LimitsTable  # noqa: E402
 from study.shipped import RIG  # noqa: E402
@@ -43,8 +44,9 @@ WIDE, REACHED = 1.02, 0.05
 
 def rig_problem(spacing: float) -> tuple[LimitProblem, Real, tuple[float, ...]]:
     """The shipped case's search, on frequencies of that step [Hz]."""
-    rig, table = prepared(RIG, "along"), LimitsTable.model_validate({"step": f"{spacing} Hz"})
-    search = limit_search(rig.case, table, rig.case.sweep, rig.system.model, rig.system.joined.lines)
+    rig = prepared(open_case(RIG), contact={"tangents": "along"})
+    table = LimitsTable.model_validate({"step": f"{spacing} Hz"})
+    search = limit_search(rig.case, table, rig.case.sweep, rig.model)
     return search.problem(), np.array(search.angular_frequency), search.levels
 
 

@@ -22,12 +22,13 @@ import numpy as np  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
 from benchmarks.rig_campaign import LINES, SENSORS  # noqa: E402
-from benchmarks.rig_witness import prepared  # noqa: E402
+from benchmarks.rig_case import prepared  # noqa: E402
 from correlation.metric.band import coverage, interval_score, tightness  # noqa: E402
 from figure.limit_band import Band, LimitBands, limit_band_figure  # noqa: E402
 from figure.style import png  # noqa: E402
 from hbsolve.limits.response_limits import LimitSettings, response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
+from study.case.kind import open_case  # noqa: E402
 from study.kind.rig.structure import measured_places  # noqa: E402
 from study.limits.model import limit_search  # noqa: E402
 from study.limits.table import LimitsTable  # noqa: E402
@@ -87,17 +88,16 @@ def main() -> None:
     asked = words.parse_args()
     first, last, step = asked.frequencies
     frequencies = np.arange(first, last + step / 2, step)
-    rig = prepared(RIG, "along")
-    system = rig.system
-    search = limit_search(rig.case, LimitsTable(), rig.case.sweep, system.model, system.joined.lines)
+    rig = prepared(open_case(RIG), contact={"tangents": "along"})
+    search = limit_search(rig.case, LimitsTable(), rig.case.sweep, rig.model)
     problem = search.problem()
     # The bench knows a line by the first word of its contacts' names.
-    joints = [replace(each, name=each.name.replace(".", " ")) for each in system.model.system.joints]
-    places = measured_places(rig.reduction)
+    joints = [replace(each, name=each.name.replace(".", " ")) for each in rig.model.system.joints]
+    places = measured_places(rig.resting.reduction)
     began = time.process_time()
     tests = []
     for test in repeated_tests(
-        replace(system.model.system, joints=joints), {name: places[name] for name in SENSORS}, frequencies.tolist(),
+        replace(rig.model.system, joints=joints), {name: places[name] for name in SENSORS}, frequencies.tolist(),
         asked.levels, n_repeat=asked.repeats, seed=1, steps_per_period=STEPS,
     ):  # fmt: skip
         tests.append(test)

@@ -10,21 +10,17 @@ integration, with more and more harmonics until the tip's amplitude changes by l
 
 import sys
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from casefile.table import load_case
+from benchmarks.rig_case import PreparedRig, prepared
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.steady_state import steady_state
-from pipeline.progress import LineProgress
-from pipeline.store import Store, default_folder
-from study.kind.rig.reduction import RigReduction, reduce_rig
-from study.kind.rig.system import RigSystem, rig_system
-from study.kind.rig.table import RigCase, rig_model
+from study.case.kind import open_case
 from study.shipped import RIG
 from study.solve.curve import response_curve
 from study.solve.model import Curve
@@ -38,27 +34,9 @@ SAMPLES = 512
 STEPS = 2048
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Rig:
-    """A rig that is ready to be solved."""
-
-    case: RigCase
-    reduction: RigReduction
-    system: RigSystem
-
-
-def prepared(path: Path, tangents: str) -> Rig:
-    """The rig of a case, sliding in one tangent or in both."""
-    case = load_case(path, RigCase)
-    case = case.model_copy(update={"contact": case.contact.model_copy(update={"tangents": tangents})})
-    model = rig_model(case)
-    reduction = reduce_rig(model, Store(default_folder()), LineProgress())
-    return Rig(case=case, reduction=reduction, system=rig_system(case, model.rig, reduction))
-
-
-def solved(rig: Rig, curve: Curve) -> tuple[ResponseBranch, float]:
+def solved(rig: PreparedRig, curve: Curve) -> tuple[ResponseBranch, float]:
     """A curve, and the processor time that it took [s]."""
-    model, start = rig.system.model, time.process_time()
+    model, start = rig.model, time.process_time()
     branch = response_curve(model.system, curve, model.harmonics, model.n_sample)
     return branch, time.process_time() - start
 
@@ -67,8 +45,8 @@ def cost(path: Path) -> None:
     """Processor time of 100 points on one core."""
     print("\n| friction | points | s a 100 points |\n|---|---|---|")
     for tangents in ("along", "both"):
-        rig = prepared(path, tangents)
-        curves = rig.system.model.curves
+        rig = prepared(open_case(path), contact={"tangents": tangents})
+        curves = rig.model.curves
         solved(rig, curves[-1])  # compilation
         n_point, seconds = 0, 0.0
         for curve in (curves[0], curves[-1]):
@@ -79,8 +57,8 @@ def cost(path: Path) -> None:
 
 def compare(path: Path) -> None:
     """A line for each level and history."""
-    rig = prepared(path, "along")
-    model = rig.system.model
+    rig = prepared(open_case(path), contact={"tangents": "along"})
+    model = rig.model
     tip = model.outputs[0].row
     print("\n| curve | frequency [Hz] | H | harmonic balance [um] | time integration [um] | apart | periods |")
     print("|---|---|---|---|---|---|---|")

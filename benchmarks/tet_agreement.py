@@ -15,7 +15,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from casefile.table import load_case
 from fe.assembly import assemble
 from fe.boundary import Support, supported_system
 from fe.dense_modes import dense_modes
@@ -30,11 +29,13 @@ from reduction.assembly import ReducedAssembly
 from reduction.craig_bampton import craig_bampton
 from reduction.joined import joined
 from reduction.rom import ReducedModel
+from study.case.kind import open_case
+from study.case.tables import Case
 from study.kind.rig.body import held_body
 from study.kind.rig.contact import line_pairs
 from study.kind.rig.model import BODIES, HELD, RigModel, mirror_image, with_excitation
 from study.kind.rig.reduction import mirrored
-from study.kind.rig.table import RigCase, rig_model
+from study.kind.rig.table import RigTable, rig_model
 from study.kind.rig.tetrahedra import LINES
 from study.shipped import RIG
 
@@ -102,7 +103,7 @@ def blade_frequencies(model: RigModel, mesh: Mesh) -> NDArray[np.float64]:
     return modes(supported_system(mesh, *assemble(mesh, model.material), clamp), COMPARED).frequency
 
 
-def stuck_frequencies(case: RigCase, model: RigModel, bodies: Bodies) -> tuple[NDArray[np.float64], int]:
+def stuck_frequencies(case: Case[RigTable], model: RigModel, bodies: Bodies) -> tuple[NDArray[np.float64], int]:
     """Of the rig with all contacts stuck [Hz], and the place of the first one that a force on the blade drives."""
     roms = {body: reduced(model, body, *bodies[body]) for body in bodies}
     every = {body: roms[body] if body in roms else mirrored(roms[mirror_image(body) or ""], body) for body in BODIES}
@@ -116,7 +117,7 @@ def stuck_frequencies(case: RigCase, model: RigModel, bodies: Bodies) -> tuple[N
 
 
 def main(size: float) -> None:
-    case = load_case(RIG, RigCase)
+    case = open_case(RIG).case
     bricks = rig_model(case)
     kinds: Mapping[str, Callable[[], Bodies]] = {
         "hex20": lambda: from_mapped(bricks),

@@ -14,14 +14,14 @@ from diagnosis.decision.judgement import Known, judge, second_look
 from diagnosis.decision.rules import worse_than_noise
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.arrangement import Added, Arrangement, arrange
-from diagnosis.fit.calibration_parameter import Accepted
+from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.problem import Problem, Refit
 from diagnosis.fit.refit import baseline_fit, finalists, is_lost, multistart_fits, quick_fit, refit, shortlist
 from diagnosis.keep import Keep, computed
 from diagnosis.localisation import Place, localise
 from diagnosis.screening import Score, screen
 from diagnosis.threshold.parametric_bootstrap import widen_intervals
-from diagnosis.threshold.thresholds import UNLIMITED, Limits, linear_limits
+from diagnosis.threshold.thresholds import NO_THRESHOLDS, Thresholds, linear_thresholds
 from fe.blas_threads import on_one_blas_thread
 
 P = TypeVar("P", bound=Problem, covariant=True)
@@ -72,8 +72,8 @@ class Diagnosis(Generic[P]):
         In words, with numbers.
     places
         Where an unknown force would explain the residual, best first.
-    limits
-        What chance may do, where that decides.
+    thresholds
+        Detection thresholds, where they decide.
     """
 
     arrangement: P
@@ -83,7 +83,7 @@ class Diagnosis(Generic[P]):
     refits: tuple[Refit, ...]
     verdict: Verdict
     places: tuple[Place, ...] = ()
-    limits: Limits = UNLIMITED
+    thresholds: Thresholds = NO_THRESHOLDS
 
 
 def screen_and_refit(
@@ -129,13 +129,13 @@ def screen_and_refit(
 def diagnose(
     campaign: Campaign,
     base: Model,
-    accepted: Sequence[Accepted],
+    accepted: Sequence[CalibrationParameter],
     budget: Budget,
     *,
     added: Sequence[Added] = (),
     without: Collection[str] = (),
     extra: Sequence[Extra] = (),
-    limits: Limits | None = None,
+    thresholds: Thresholds | None = None,
     keep: Keep = computed,
     report: Report | None = None,
 ) -> Diagnosis[Arrangement]:
@@ -155,8 +155,8 @@ def diagnose(
         Effects that were found in earlier rounds; all are fitted again together.
     without, extra
         Kinds of effects to leave out, and effects of one's own, see `diagnosis.candidate.catalogue`.
-    limits
-        What chance may do, from a bootstrap of this layout; by the linear theory alone by default, with a margin.
+    thresholds
+        From a bootstrap of this layout; by the linear theory alone by default, with a margin.
     keep
         Looks up what a step gave before, or makes it.
     report
@@ -178,11 +178,11 @@ def diagnose(
     arrangement = keep("arrangement", lambda: arrange(campaign, base, accepted, budget, added=added, listed=every))
     shares = LONG if is_lost(arrangement, arrangement.fit) else USUAL
     screened, before, refits = screen_and_refit(arrangement, listed.candidates, keep, told, shares)
-    found = limits or linear_limits(screened)
+    found = thresholds or linear_thresholds(screened)
     told("unknown forces", shares.places)
     places = keep("places", lambda: localise(arrangement))
     told("what is left", shares.left)
-    known = Known(catalogue=listed, scores=screened, limits=found)
+    known = Known(catalogue=listed, scores=screened, thresholds=found)
     judged = judge(arrangement, before, refits, places, known, keep)
     if judged.verdict.finding is Finding.UNKNOWN and worse_than_noise(arrangement):
         judged = second_look(campaign, judged, known, every, keep, lambda what: told(what, shares.left))
@@ -191,12 +191,12 @@ def diagnose(
     best, everyone = (*verdict.effects, before)[0], [before, *judged.refits]
     where = judged.weighed or best.name
     wide = keep(f"intervals beside {where}", lambda: widen_intervals(campaign, arrangement, best, everyone))
-    # By their names: which comes first is another matter with other limits.
+    # By their names: which comes first is another matter with other thresholds.
     by_name = {each.name: each for each in wide}
     before, ranked = by_name[before.name], [by_name[each.name] for each in judged.refits]
     verdict = replace(verdict, before=before, effects=tuple(by_name[each.name] for each in verdict.effects))
     told("done", 1.0)
     return Diagnosis(
         arrangement=arrangement, catalogue=listed, scores=tuple(screened), before=before, refits=tuple(ranked),
-        places=judged.places, limits=found, verdict=verdict,
+        places=judged.places, thresholds=found, verdict=verdict,
     )  # fmt: skip

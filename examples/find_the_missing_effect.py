@@ -11,7 +11,7 @@ import numpy as np
 from correlation.campaign.read_campaign import read_campaign
 from pipeline.progress import LineProgress
 from study.beam.case import write_beam_case
-from study.case.setup import read_test_case
+from study.case.setup import read_case
 from study.compare import report as compare_words
 from study.compare.pictures import pictures
 from study.compare.run import Compared, compare
@@ -41,7 +41,7 @@ def show(compared: Compared, name: str) -> None:
 
 def diagnose(name: str) -> Round:
     """What the case lacks, in words, as a page and as figures; noted in the history of the case."""
-    found = diagnose_case(read_test_case(case, campaign), campaign, progress=progress)
+    found = diagnose_case(read_case(case, campaign).setup, campaign, progress=progress)
     record(found, case, measured)
     for file, content in contents(found, history_of(case), case).items():
         (folder / f"{name}_{file}").write_bytes(content)
@@ -49,11 +49,11 @@ def diagnose(name: str) -> Round:
     return found
 
 
-show(compare(read_test_case(case), campaign, calibrate=True), "calibrated")  # no stiffness or friction explains it
+show(compare(read_case(case).setup, campaign, calibrate=True), "calibrated")  # no stiffness or friction explains it
 best = diagnose("first").diagnosis.verdict.effects[0]
 assert best.effect is not None
 print(diagnose_words.step_in_words(add(case, best.effect.name), case))
-show(compare(read_test_case(case), campaign), f"with {best.effect.name}")
+show(compare(read_case(case).setup, campaign), f"with {best.effect.name}")
 last = diagnose("second")
 for step in waterfall(last, history_of(case)):
     print(f"{step.name:14} error {100 * step.training:6.2f} %; held-out chi^2 a number {step.held_out_chi2:6.2f}")

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from casefile.table import load_case
 from figure.force_limits import ForceLimits, LineForceLimits, force_limits_figure
 from figure.limit_band import Band, LimitBands, limit_band_figure
 from figure.style import png
@@ -18,7 +17,7 @@ from hbsolve.limits.loss_factor import paper_limits
 from hbsolve.limits.objective import ContactForceHarmonic, OutputHarmonic
 from hbsolve.limits.random_histories import independent_histories
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
-from study.case.joint_table import SolveCase
+from study.case.setup import read_case
 from study.shipped import LIMITS
 from study.solve.model import solve_model
 
@@ -27,7 +26,7 @@ SETTINGS = LimitSettings(population=8, sample=60)
 
 
 def main() -> None:
-    system = solve_model(load_case(LIMITS, SolveCase), LIMITS.parent).system
+    system = solve_model(read_case(LIMITS)).system
     balance = HarmonicBalance(system=system, n_harmonic=4, n_sample=64)
     problem = limit_problem(balance, OutputHarmonic(row=0))
     limits = response_limits(problem, 2 * np.pi * FREQUENCIES, LEVELS, settings=SETTINGS)

@@ -3,22 +3,22 @@
 A coarse mesh, so that it runs in a minute or two; `stickslip solve` ships the same case with `size = "2.5 mm"`.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from casefile.table import load_case
 from figure.response_curves import DrawnCurve, ResponseCurves, response_curves_figure
 from figure.style import png
-from pipeline.progress import SilentProgress
 from pipeline.store import Store, default_folder
+from study.case.kind import open_case
+from study.case.setup import read_case
 from study.kind.rig.contact import line_pairs
 from study.kind.rig.reduce import stuck_modes
-from study.kind.rig.reduction import reduce_rig
-from study.kind.rig.system import rig_system
-from study.kind.rig.table import RigCase, rig_model
+from study.run_context import silent_run
 from study.shipped import RIG
 from study.solve.curve import response_curve
+from study.solve.model import solve_model
 
 
 def main() -> None:
@@ -26,16 +26,17 @@ def main() -> None:
     for old, new in (("2.5 mm", "5 mm"), ("modes = 150", "modes = 60"), ("[1, 3, 5, 10]", "[1, 5]")):
         text = text.replace(old, new)
     Path("coarse_rig.toml").write_text(text.replace("histories = 3", "histories = 2"), encoding="utf-8")
-    case = load_case("coarse_rig.toml", RigCase)
-    model = rig_model(case)
-    reduction = reduce_rig(model, Store(default_folder()), SilentProgress())
-    frequency = stuck_modes(reduction.assembly, line_pairs(case, model.rig), case.contact.sliding)[0]
+    opened = open_case("coarse_rig.toml")
+    read = read_case(opened, run=replace(silent_run(), store=Store(default_folder())))
+    resting, pairs = read.structure.details, line_pairs(opened.case, read.structure.details.model.rig)
+    reduction, tangents = resting.reduction, opened.case.structure.contact.sliding
+    frequency = stuck_modes(reduction.assembly, pairs, tangents)[0]
     print(f"{reduction.n_dof} degrees of freedom reduced to {reduction.assembly.n_dof}")
     print("all contacts stuck:", ", ".join(f"{hertz:.1f}" for hertz in frequency[:4]), "Hz")
 
-    system = rig_system(case, model.rig, reduction)
-    print("normal force of a line at rest:", np.split(system.rest.normal, 4)[0].sum().round(2), "N")
-    solved, tip, drawn, highest = system.model, system.model.outputs[0].row, [], {}
+    print("normal force of a line at rest:", np.split(resting.rest.normal, 4)[0].sum().round(2), "N")
+    solved = solve_model(read)
+    tip, drawn, highest = solved.outputs[0].row, [], {}
     for curve in solved.curves:
         branch = response_curve(solved.system, curve, solved.harmonics, solved.n_sample)
         response = 1e6 * branch.coefficients[:, 1] @ tip

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from casefile.table import load_case
 from correlation.campaign.read_campaign import read_campaign
 from correlation.metric.band import coverage, interval_score, tightness
 from figure.limit_band import Band, LimitBands, limit_band_figure
@@ -16,7 +15,7 @@ from figure.style import png
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.objective import OutputHarmonic
 from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
-from study.case.joint_table import SolveCase
+from study.case.setup import read_case
 from study.shipped import LIMITS
 from study.solve.model import solve_model
 from transient.bench.campaign import CampaignLayout, CampaignPoints, write_campaign
@@ -30,7 +29,7 @@ BETWEEN_THEM = 0.01
 
 
 def main() -> None:
-    model = solve_model(load_case(LIMITS, SolveCase), LIMITS.parent)
+    model = solve_model(read_case(LIMITS))
     tests = list(
         repeated_tests(
             model.system, {"blade": model.outputs[0].row}, FREQUENCIES.tolist(), LEVELS, n_repeat=REPEATS, seed=1,

@@ -10,24 +10,24 @@ from correlation.model import Model
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.decision.rules import decide, passes, support
 from diagnosis.decision.verdict import Finding, Verdict
-from diagnosis.fit.arrangement import Arrangement, weighed_beside
+from diagnosis.fit.arrangement import Arrangement, weighted_beside
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit, refit_anew
 from diagnosis.keep import Keep
 from diagnosis.localisation import Place, localise
 from diagnosis.screening import Score
-from diagnosis.threshold.thresholds import Limits
+from diagnosis.threshold.thresholds import Thresholds
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Known:
-    """What every judgement goes by: candidates, their screening, and what chance may do."""
+    """What every judgement goes by: candidates, their screening, and detection thresholds."""
 
     catalogue: Catalogue
     scores: Sequence[Score]
-    limits: Limits
+    thresholds: Thresholds
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -55,10 +55,10 @@ def judge(
 
     # What may be claimed stands before what may not.
     def rank(each: Refit) -> tuple[bool, float]:
-        return not passes(arrangement, before, each, known.limits), -support(arrangement, before, each)
+        return not passes(arrangement, before, each, known.thresholds), -support(arrangement, before, each)
 
     ranked = sorted(refits, key=rank)
-    verdict = decide(arrangement, known.catalogue, known.scores, before, ranked, places, known.limits, keep)
+    verdict = decide(arrangement, known.catalogue, known.scores, before, ranked, places, known.thresholds, keep)
     return Judgement(
         arrangement=arrangement, before=before, refits=tuple(ranked), places=tuple(places), verdict=verdict
     )
@@ -92,12 +92,12 @@ def second_look(
     """
     held = []
     for each in first.refits:
-        if each.effect is None or not passes(first.arrangement, first.before, each, known.limits):
+        if each.effect is None or not passes(first.arrangement, first.before, each, known.thresholds):
             continue
         told(f"weights beside {each.name}")
         there = _within(keep, f"weighed beside {each.name}: ")
         beside = there(
-            "arrangement", partial(weighed_beside, campaign, first.arrangement, each.effect, each.fit, listed)
+            "arrangement", partial(weighted_beside, campaign, first.arrangement, each.effect, each.fit, listed)
         )
         before = there("held-out error", partial(baseline_fit, beside))
         refits = [there(f"refit of {other.name}", partial(refit_anew, beside, other)) for other in first.refits]

@@ -21,7 +21,7 @@ from diagnosis.fit.problem import Refit
 from diagnosis.keep import Keep
 from diagnosis.localisation import Place
 from diagnosis.screening import Score
-from diagnosis.threshold.thresholds import Limits
+from diagnosis.threshold.thresholds import Thresholds
 
 #: An effect whose falls of chi^2 are less than this behind the best one's may be the one: odds of 20 to 1 end there.
 BEHIND = 6.0
@@ -80,9 +80,9 @@ def support(arrangement: Arrangement, before: Refit, refit: Refit) -> float:
     return gain(arrangement, refit) + held_gain(arrangement, before, refit)
 
 
-def passes(arrangement: Arrangement, before: Refit, refit: Refit, limits: Limits) -> bool:
+def passes(arrangement: Arrangement, before: Refit, refit: Refit, thresholds: Thresholds) -> bool:
     """Whether an effect may be claimed."""
-    return gain(arrangement, refit) > limits.gain and held_gain(arrangement, before, refit) > 0
+    return gain(arrangement, refit) > thresholds.gain and held_gain(arrangement, before, refit) > 0
 
 
 def decide(
@@ -92,25 +92,25 @@ def decide(
     before: Refit,
     refits: Sequence[Refit],
     places: Sequence[Place],
-    limits: Limits,
+    thresholds: Thresholds,
     keep: Keep,
 ) -> Verdict:
     """The verdict.
 
     Parameters
     ----------
-    arrangement, catalogue, scores, before, places, limits
+    arrangement, catalogue, scores, before, places, thresholds
         See `diagnosis.diagnose.Diagnosis`.
     refits
         Best first, see `diagnosis.diagnose.Diagnosis`.
     keep
         Looks up what a step gave before, or makes it.
     """
-    gate = _ChanceGate(arrangement, catalogue, before, places, limits, keep)
+    gate = _ChanceGate(arrangement, catalogue, before, places, thresholds, keep)
     finding, effects = find(gate, refits)
     return Verdict(
-        finding=finding, effects=effects, before=before, threshold=limits.gain,
-        detectable=smallest_detectable(scores, limits.gain),
+        finding=finding, effects=effects, before=before, threshold=thresholds.gain,
+        detectable=smallest_detectable(scores, thresholds.gain),
         units={score.effect.name: score.effect.parameters[0].unit for score in scores},
         place=places[0] if places and finding is Finding.UNKNOWN else None,
     )  # fmt: skip
@@ -124,18 +124,18 @@ class _ChanceGate:
     catalogue: Catalogue
     before: Refit
     places: Sequence[Place]
-    limits: Limits
+    thresholds: Thresholds
     keep: Keep
 
     def passes(self, refit: Refit) -> bool:
-        return passes(self.arrangement, self.before, refit, self.limits)
+        return passes(self.arrangement, self.before, refit, self.thresholds)
 
     def explains(self, refit: Refit) -> bool:
         rest = self.keep(
-            f"what is left beside {refit.name}, limit {self.limits.gain:.6g}",
-            lambda: leftover(with_effect(self.arrangement, refit), self.catalogue.candidates, self.limits.gain),
+            f"what is left beside {refit.name}, limit {self.thresholds.gain:.6g}",
+            lambda: leftover(with_effect(self.arrangement, refit), self.catalogue.candidates, self.thresholds.gain),
         )
-        stands_in = _stand_in(gain(self.arrangement, refit), rest, self.limits)
+        stands_in = _stand_in(gain(self.arrangement, refit), rest, self.thresholds)
         return not (stands_in or _bad(self.arrangement, self.before, refit))
 
     def is_alike(self, best: Refit, other: Refit) -> bool:
@@ -143,7 +143,7 @@ class _ChanceGate:
         return support(self.arrangement, self.before, other) > least
 
     def is_unexplained(self) -> bool:
-        return bool(self.places) and misfit(self.places[0]) > self.limits.misfit
+        return bool(self.places) and misfit(self.places[0]) > self.thresholds.misfit
 
 
 def worse_than_noise(arrangement: Arrangement) -> bool:
@@ -164,8 +164,8 @@ def _bad(arrangement: Arrangement, before: Refit, refit: Refit) -> bool:
     return any(left > BAD + LEFT * max(was - BAD, 0.0) for left, was in pairs)
 
 
-def _stand_in(explained: float, rest: Leftover, limits: Limits) -> bool:
+def _stand_in(explained: float, rest: Leftover, thresholds: Thresholds) -> bool:
     """Whether something else explains a good part of what an effect does, beyond chance."""
     unknown = misfit(rest.places[0]) if rest.places else 0.0
-    beyond = max(rest.gain - limits.gain, unknown - limits.misfit)
+    beyond = max(rest.gain - thresholds.gain, unknown - thresholds.misfit)
     return beyond > STAND_IN * explained

@@ -16,13 +16,13 @@ from correlation.prediction import Prediction
 from diagnosis.candidate.catalogue import Catalogue, catalogue
 from diagnosis.candidate.effect import Effect
 from diagnosis.fit.calibration import Fit, calibrate
-from diagnosis.fit.calibration_parameter import Accepted
+from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.comparison import FAINT, Comparison
 from diagnosis.fit.finer_model import FinerModel
 from diagnosis.fit.jitter import jitter
 from diagnosis.fit.problem import Effort, Refit
 from diagnosis.fit.unknowns import Unknowns, Values
-from diagnosis.fit.weighting import DRAWS, Measured, weighed
+from diagnosis.fit.weighting import DRAWS, Measured, weighted
 
 Report = Callable[[str, float], None]
 
@@ -66,7 +66,7 @@ class Arrangement:
     """
 
     base: Model
-    accepted: tuple[Accepted, ...]
+    accepted: tuple[CalibrationParameter, ...]
     added: tuple[Effect, ...]
     train: Comparison
     held: Comparison
@@ -79,7 +79,7 @@ class Arrangement:
     effort: ClassVar[Effort] = Effort()
 
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
-        """Accepted parameters with their priors; what was added and more effects without."""
+        """Calibration parameters with their priors; what was added and more effects without."""
         return _unknowns(self.base, self.accepted, [*self.added, *effects])
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
@@ -95,7 +95,7 @@ class Arrangement:
 def arrange(
     campaign: Campaign,
     base: Model,
-    accepted: Sequence[Accepted],
+    accepted: Sequence[CalibrationParameter],
     budget: Budget,
     report: Report | None = None,
     *,
@@ -163,7 +163,7 @@ def _compared(
     # Jitter and numerical error depend on where the contacts slip, and so on the fit that they weigh.
     for n_draw in HISTORIES:
         refined = [each.compose(values) for each in finer]
-        comparison, _ = weighed(train, model, prediction, budget, refined, n_draw, fitted=fit is not None)
+        comparison, _ = weighted(train, model, prediction, budget, refined, n_draw, fitted=fit is not None)
         fit = _calibrated(comparison, unknowns, values, prediction, _told(report, "calibration"))
         model, prediction, values = fit.model, fit.prediction, fit.values
         if not known:
@@ -173,7 +173,7 @@ def _compared(
     return {"train": comparison, "fit": fit, "finer": tuple(finer), **_unseen(held, model, prediction, budget, refined)}
 
 
-def weighed_beside(
+def weighted_beside(
     campaign: Campaign, arrangement: Arrangement, effect: Effect, fit: Fit, listed: Callable[[Model], Catalogue]
 ) -> Arrangement:
     """The same measurements, weighed where the model with an effect stands; the fit is still that without it.
@@ -194,7 +194,7 @@ def weighed_beside(
     train, held = _sides(campaign)
     finer = [each.with_effects([listed(each.unknowns.base).alike(effect)]) for each in of.finer]
     refined = [each.compose(fit.values) for each in finer]
-    comparison, _ = weighed(train, fit.model, fit.prediction, of.budget, refined)
+    comparison, _ = weighted(train, fit.model, fit.prediction, of.budget, refined)
     without = _calibrated(comparison, of.unknowns([]), of.fit.values, of.fit.prediction, None)
     rest = _unseen(held, fit.model, fit.prediction, of.budget, refined)
     return replace(of, train=comparison, fit=without, **rest)
@@ -209,7 +209,7 @@ def _sides(campaign: Campaign) -> tuple[Measured, Measured]:
 
 def _unseen(held: Measured, model: Model, near: Prediction, budget: Budget, refined: Sequence[Model]) -> dict[str, Any]:
     """What an arrangement has of the held-out data."""
-    tested, apart = weighed(held, model, held.predictor.predict(model, near), budget, refined)
+    tested, apart = weighted(held, model, held.predictor.predict(model, near), budget, refined)
     settled, shifts = _settled(tested, apart, model)
     return {"held": tested, "settled": settled, "jitter": tuple(shifts)}
 
@@ -257,7 +257,7 @@ def _relative(comparison: Comparison, prediction: Prediction) -> float:
     return float(np.sqrt(np.mean(np.abs(prediction.value[there] / measured - 1) ** 2)))
 
 
-def _unknowns(base: Model, accepted: Sequence[Accepted], effects: Sequence[Effect]) -> Unknowns:
+def _unknowns(base: Model, accepted: Sequence[CalibrationParameter], effects: Sequence[Effect]) -> Unknowns:
     return Unknowns.of(base, [(each, each.deviation) for each in accepted], effects)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from correlation.model import Model
 from diagnosis.candidate.contact_line import contacts, scaled_contacts
 from diagnosis.candidate.effect import EffectError, EffectParameter
-from diagnosis.fit.contact_position import bearing_bounds, with_bearing
+from diagnosis.fit.contact_position import contact_position_bounds, with_contact_position
 
 #: Relative standard deviation of the prior of each; bearing is taken as drawn unless it is given one.
 DEVIATION = {"kt": 0.10, "kn": 0.10, "mu": 0.10, "zeta": 0.20, "E": 0.01, "bearing": 0.0}
@@ -38,7 +38,7 @@ BOUNDS = {
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Accepted:
+class CalibrationParameter:
     """A factor on what all contacts, the damping or all parts have in common.
 
     Parameters
@@ -67,15 +67,15 @@ class Accepted:
         if self.name == "zeta":
             return model.with_system(damping=factor * system.damping)
         if self.name == "bearing":
-            return with_bearing(model, factor)
+            return with_contact_position(model, factor)
         whole = np.sum([part.stiffness for part in model.parts], axis=0)
         return model.with_system(stiffness=system.stiffness + (factor - 1) * whole)
 
 
-def accepted(
+def calibration_parameters(
     model: Model, *, deviation: Mapping[str, float] | None = None, finer: Sequence[Model] = ()
-) -> tuple[Accepted, ...]:
-    """Accepted parameters that the model has.
+) -> tuple[CalibrationParameter, ...]:
+    """Calibration parameters that the model has.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def accepted(
         if not (np.isfinite(value) and value >= 0):
             raise EffectError(f"the deviation of {name} is {value:g}: give a relative standard deviation, such as 0.1")
     return tuple(
-        Accepted(
+        CalibrationParameter(
             name=name,
             physics=WHAT[name],
             deviation=float(value),
@@ -113,7 +113,7 @@ def accepted(
 def _factor(test_models: Sequence[Model], name: str, deviation: float) -> EffectParameter:
     lower, upper = BOUNDS[name]
     for each in test_models if name == "bearing" else ():
-        lower, upper = bearing_bounds(each, lower, upper)
+        lower, upper = contact_position_bounds(each, lower, upper)
     typical = min(1 + deviation, upper)
     return EffectParameter(name="factor", unit="-", lower=lower, upper=upper, typical=typical, vanishes=1.0)
 

@@ -26,7 +26,7 @@ SHARED = ("tangential_stiffness", "normal_stiffness", "preload")
 LEFT = 0.1
 
 
-def with_bearing(model: Model, factor: float) -> Model:
+def with_contact_position(model: Model, factor: float) -> Model:
     """The model with the contacts of all lines at `factor` times their distance from the middle; 1 changes nothing."""
     if factor == 1.0:
         return model
@@ -43,7 +43,7 @@ def with_bearing(model: Model, factor: float) -> Model:
     return model.with_system(joints=joints, static_load=static)
 
 
-def bearing_bounds(model: Model, lower: float, upper: float) -> tuple[float, float]:
+def contact_position_bounds(model: Model, lower: float, upper: float) -> tuple[float, float]:
     """Factors within the given ones that leave every contact a share, since moments are kept."""
     for names in model.lines.values():
         if len(names) < 3:

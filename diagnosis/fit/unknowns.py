@@ -45,7 +45,7 @@ class Unknowns:
     def of(
         cls, base: Model, accepted: Sequence[tuple[Effect, float]], effects: Sequence[Effect], n_start: int = 0
     ) -> "Unknowns":
-        """Accepted parameters with their priors, then effects without."""
+        """Calibration parameters with their priors, then effects without."""
         prior = [np.inf] * n_start + [sd for effect, sd in accepted for _ in effect.parameters]
         prior += [np.inf for effect in effects for _ in effect.parameters]
         applied = (*(effect for effect, _ in accepted), *effects)

@@ -39,7 +39,7 @@ class Measured:
         return cls(observed=observed, features=features, predictor=Predictor(points=observed.points, sweeps=sweeps))
 
 
-def weighed(
+def weighted(
     of: Measured,
     model: Model,
     prediction: Prediction,

@@ -120,7 +120,7 @@ def arrange_records(
     records
         Some of them held out.
     accepted
-        Parameters that are always fitted, such as `calibration_parameter.accepted(base)` and the gain of a sensor.
+        Parameters that are always fitted, such as `calibration_parameters(base)` and the gain of a sensor.
     added
         Effects that were added before.
     run_in

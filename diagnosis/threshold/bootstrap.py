@@ -1,4 +1,4 @@
-r"""What chance may do in one layout of tests, sensors and model: a bootstrap of the whole procedure.
+r"""Detection thresholds of one layout of tests, sensors and model, by a bootstrap of the whole procedure.
 
 Campaigns are drawn anew from the calibrated model, without any effect (see `simulation`); then all is done as
 with measured ones: noise from the repeats, calibration, screening, refits, the test on held-out data, unknown forces.
@@ -28,12 +28,12 @@ from diagnosis.fit.refit import baseline_fit, finalists, fitted, refit, shortlis
 from diagnosis.localisation import localise
 from diagnosis.screening import screen
 from diagnosis.threshold.simulation import Simulation
-from diagnosis.threshold.thresholds import Limits
+from diagnosis.threshold.thresholds import Thresholds
 
 #: Draws that a layout deserves.
 TRIALS = 40
 #: What campaigns of a real structure gain beyond those drawn from its model: the model's error is not all in the
-#: budget. With this ratio 3 of 100 campaigns of the virtual bench without any effect passed the limits.
+#: budget. With this ratio 3 of 100 campaigns of the virtual bench without any effect passed the thresholds.
 STRANGER = 1.5
 
 
@@ -78,8 +78,8 @@ def null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int) -> 
     )
 
 
-def limits_of(trials: Sequence[Trial], false_alarms: float = 0.01) -> Limits:
-    """Limits that a share of campaigns without any effect exceeds, by Gumbel's law of the trials and `STRANGER`.
+def thresholds_from(trials: Sequence[Trial], false_alarms: float = 0.01) -> Thresholds:
+    """Thresholds that a share of campaigns without any effect exceeds, by Gumbel's law of the trials and `STRANGER`.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def limits_of(trials: Sequence[Trial], false_alarms: float = 0.01) -> Limits:
         raise ValueError(f"{len(trials)} trials tell no distribution: make at least 2")
     # One candidate alone does as much as a chi-square of one degree of freedom.
     least = float(chi2.isf(false_alarms, 1))
-    return Limits(
+    return Thresholds(
         gain=max(STRANGER * _quantile(np.array([trial.gain for trial in trials]), 1 - false_alarms), least),
         misfit=max(_quantile(np.array([trial.misfit for trial in trials]), 1 - false_alarms), least),
         false_alarms=false_alarms,

@@ -36,7 +36,7 @@ FEW = float(stats.t.ppf(stats.norm.cdf(INTERVAL), DRAWS)) / INTERVAL
 def widen_intervals(campaign: Campaign, arrangement: Arrangement, best: Refit, refits: Sequence[Refit]) -> list[Refit]:
     """Refits with the deviations that campaigns drawn from the best of them have, where those are larger.
 
-    Accepted parameters are as uncertain as finer models say as well.
+    Calibration parameters are as uncertain as finer models say as well.
 
     Parameters
     ----------

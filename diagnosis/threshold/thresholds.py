@@ -1,4 +1,4 @@
-"""What chance may do: the gain and the misfit that a diagnosis must exceed before it claims anything."""
+"""Detection thresholds: the gain and the misfit that a diagnosis must exceed before it claims anything."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ LEAST_MISFIT = 18.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class Limits:
+class Thresholds:
     """Thresholds of one layout of tests, sensors and model.
 
     Parameters
@@ -37,10 +37,10 @@ class Limits:
 
 
 #: Where the gains of chi^2 decide nothing.
-UNLIMITED = Limits(gain=0.0, misfit=0.0)
+NO_THRESHOLDS = Thresholds(gain=0.0, misfit=0.0)
 
 
-def linear_limits(scores: Sequence[Score], false_alarms: float = 0.01) -> Limits:
-    """Limits for a layout without a bootstrap: those of the linear theory with a margin."""
+def linear_thresholds(scores: Sequence[Score], false_alarms: float = 0.01) -> Thresholds:
+    """Thresholds for a layout without a bootstrap: those of the linear theory with a margin."""
     gain = MARGIN * threshold(null_gains(scores), false_alarms)
-    return Limits(gain=gain, misfit=max(UNKNOWN_FORCE * gain, LEAST_MISFIT), false_alarms=false_alarms)
+    return Thresholds(gain=gain, misfit=max(UNKNOWN_FORCE * gain, LEAST_MISFIT), false_alarms=false_alarms)

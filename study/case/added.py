@@ -16,7 +16,7 @@ from correlation.model import Model
 from diagnosis.candidate.catalogue import Catalogue, catalogue
 from diagnosis.candidate.effect import Effect, EffectError, EffectParameter
 from diagnosis.fit.arrangement import Added
-from diagnosis.fit.calibration_parameter import Accepted
+from diagnosis.fit.calibration_parameter import CalibrationParameter
 from study.case.tables import Case, StructureTable
 
 #: Units that a value is written in, by its SI unit, with the SI value of one.
@@ -101,7 +101,7 @@ def added_effects(
 
 
 def apply_all(
-    model: Model, known: Sequence[Accepted], calibrated: Mapping[str, float], added: Sequence[Added]
+    model: Model, known: Sequence[CalibrationParameter], calibrated: Mapping[str, float], added: Sequence[Added]
 ) -> Model:
     """The model with calibrated factors, and the added effects on top of them."""
     for factor in known:
@@ -115,7 +115,7 @@ def apply_all(
 def apply_by_name(
     finer: Model,
     files: Sequence[Path],
-    known: Sequence[Accepted],
+    known: Sequence[CalibrationParameter],
     calibrated: Mapping[str, float],
     added: Sequence[Added],
 ) -> Model:

@@ -12,7 +12,7 @@ from correlation.noise.nuisance import Budget
 from correlation.sensor_placement import with_sensors
 from diagnosis.candidate.catalogue import Catalogue, campaign_catalogue
 from diagnosis.fit.arrangement import Added
-from diagnosis.fit.calibration_parameter import Accepted, accepted
+from diagnosis.fit.calibration_parameter import CalibrationParameter, calibration_parameters
 from study.case.added import added_effects, apply_all, apply_by_name
 from study.case.kind import OpenCase, open_case
 from study.case.model import model_of_case
@@ -46,7 +46,7 @@ class Setup:
 
     title: str
     model: Model
-    accepted: tuple[Accepted, ...]
+    accepted: tuple[CalibrationParameter, ...]
     budget: Budget
     effects: tuple[Path, ...]
     without: tuple[str, ...]
@@ -119,8 +119,7 @@ def read_case(path: Path | str | OpenCase, campaign: Campaign | None = None, run
     run = run or silent_run()
     structure = opened.kind.structure(opened, run)
     own = model_of_case(opened.case, structure)
-    model = own if campaign is None else with_sensors(own, campaign)
-    return ReadCase(opened=opened, structure=structure, setup=_setup(opened, own, model, run))
+    return ReadCase(opened=opened, structure=structure, setup=_setup(opened, own, campaign, run))
 
 
 def require_loads(read: ReadCase) -> ReadCase:
@@ -138,9 +137,10 @@ def require_loads(read: ReadCase) -> ReadCase:
     return read
 
 
-def _setup(opened: OpenCase, own: Model, model: Model, run: RunContext) -> Setup:
+def _setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: RunContext) -> Setup:
     """The set-up of a model; `own` has the sensors of the case alone."""
     case, folder = opened.case, opened.folder
+    model = own if campaign is None else with_sensors(own, campaign)
     mistakes = Mistakes(case)
     for number, file in enumerate(case.effects.files):
         with mistakes.at("effects"):
@@ -151,10 +151,11 @@ def _setup(opened: OpenCase, own: Model, model: Model, run: RunContext) -> Setup
     refined = []
     for file in case.numerical_error.refined:
         with mistakes.at("numerical_error"):
-            refined.append(_refined(folder / file, opened.path, own, run))
-    known: tuple[Accepted, ...] = ()
+            finer = _refined(folder / file, opened.path, own, run)
+            refined.append(finer if campaign is None else with_sensors(finer, campaign))
+    known: tuple[CalibrationParameter, ...] = ()
     with mistakes.at("accepted"):
-        known = accepted(model, deviation=case.accepted.deviation, finer=refined)
+        known = calibration_parameters(model, deviation=case.accepted.deviation, finer=refined)
     mistakes.raise_if_any()
     files = tuple(folder / file for file in case.effects.files)
     added = added_effects(case, model, files, mistakes)

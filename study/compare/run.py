@@ -19,7 +19,7 @@ from correlation.sensor_placement import with_sensors
 from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.comparison import NOT_FOUND, Comparison
 from diagnosis.fit.finer_model import as_uncertain
-from diagnosis.fit.weighting import Measured, weighed
+from diagnosis.fit.weighting import Measured, weighted
 from pipeline import fingerprint
 from pipeline.output import replace_file
 from pipeline.store import stage
@@ -61,7 +61,7 @@ class Compared:
     suspicions
         What looks wrong in the campaign.
     calibrated
-        Accepted parameters, if they were calibrated first.
+        Calibration parameters, if they were calibrated first.
     files
         Written ones.
     """
@@ -204,7 +204,7 @@ def beside(
     """
     measured = Measured.of(observed, sweeps)
     prediction = measured.predictor.predict(model, before)
-    comparison, _ = weighed(measured, model, prediction, budget, budget.refined, fitted=False)
+    comparison, _ = weighted(measured, model, prediction, budget, budget.refined, fitted=False)
     return Side(comparison=comparison, prediction=prediction)
 
 

@@ -46,10 +46,10 @@ def contents(of: Round, history: History, case: Path) -> dict[str, bytes]:
                 )
                 for row in found
             ],
-            threshold=of.diagnosis.limits.gain,
+            threshold=of.diagnosis.thresholds.gain,
             before=of.diagnosis.before.held_error,
             title=title,
             subtitle="candidates, those named and fitted first; chance seldom exceeds "
-            f"{of.diagnosis.limits.gain:.3g} (dashed)",
+            f"{of.diagnosis.thresholds.gain:.3g} (dashed)",
         )
     return files | {f"{name}.png": picture for name, picture in pictures(drawn).items()}

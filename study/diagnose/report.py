@@ -76,11 +76,13 @@ def advice(of: Round) -> str:
 
 def chance(of: Round) -> str:
     """Where the threshold comes from."""
-    limits = of.diagnosis.limits
-    told = f"{limits.n_trial} campaigns without any effect" if limits.n_trial else "the linear theory, with a margin"
+    of_layout = of.diagnosis.thresholds
+    origin = "the linear theory, with a margin"
+    if of_layout.n_trial:
+        origin = f"{of_layout.n_trial} campaigns without any effect"
     return (
-        f"chance lowers chi^2 by more than {limits.gain:.3g} in {100 * limits.false_alarms:.2g} % of campaigns in "
-        f"which nothing is missing (from {told})"
+        f"chance lowers chi^2 by more than {of_layout.gain:.3g} in {100 * of_layout.false_alarms:.2g} % of campaigns "
+        f"in which nothing is missing (from {origin})"
     )
 
 
@@ -94,7 +96,7 @@ def document(of: Round) -> dict[str, Any]:
         "verdict": found.verdict.sentence,
         "effects": [each.effect.name for each in found.verdict.effects if each.effect is not None],
         "threshold": found.verdict.threshold,
-        "limits": vars(found.limits),
+        "thresholds": vars(found.thresholds),
         "errors": {**_case_errors(of), "before": errors(found.before).document},
         "named": [
             {"effect": effect.name, **_estimate(strength, deviation), "unit": effect.parameters[0].unit}

@@ -19,7 +19,7 @@ from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit
 from diagnosis.keep import Keep, computed
 from diagnosis.threshold.simulation import Simulation
-from diagnosis.threshold.thresholds import Limits
+from diagnosis.threshold.thresholds import Thresholds
 from pipeline import fingerprint
 from pipeline.progress import Progress, SilentProgress
 from pipeline.store import Store
@@ -88,8 +88,8 @@ def diagnose_case(
     without
         Kinds of effects that are left out, besides those of the case.
     trials
-        Campaigns without any effect that tell what chance does in a layout for which no limits are shipped; 0 trusts
-        the linear theory, with a margin.
+        Campaigns without any effect that give the thresholds of a layout for which none are shipped; 0 trusts the
+        linear theory, with a margin.
     store
         Where steps are kept; nowhere by default.
     progress
@@ -108,9 +108,9 @@ def diagnose_case(
     without = tuple(sorted({*setup.without, *without}))
     store, progress = store or Store(None), progress or SilentProgress()
     keep = remembered(kept(store, setup, campaign, without))
-    limits = limits_for(setup, campaign, without)
-    if limits is None and trials:
-        limits = bootstrap(setup, campaign, without, trials, keep, store, progress, announce)
+    thresholds = limits_for(setup, campaign, without)
+    if thresholds is None and trials:
+        thresholds = bootstrap(setup, campaign, without, trials, keep, store, progress, announce)
     with phases(progress, partial(holds, store, setup, campaign, without), len(setup.added) + 1) as shown:
         diagnosis = diagnose(
             campaign,
@@ -120,7 +120,7 @@ def diagnose_case(
             added=setup.added,
             without=without,
             extra=setup.effects,
-            limits=limits,
+            thresholds=thresholds,
             keep=shown.watched(keep),
             report=shown.report,
         )
@@ -137,8 +137,8 @@ def bootstrap(
     store: Store,
     progress: Progress,
     announce: Callable[[str], None] | None,
-) -> Limits:
-    """Limits of this layout, measured once."""
+) -> Thresholds:
+    """Thresholds of this layout, measured once."""
 
     def finer(model: Model) -> Catalogue:
         return replace(setup, model=model).candidates(campaign)
@@ -211,7 +211,7 @@ def as_drawn(arrangement: Arrangement, model: Model) -> Refit:
 
 
 def kept(store: Store, setup: Setup, campaign: Campaign, without: Sequence[str]) -> Keep:
-    """What looks steps up in a store, under a fingerprint of all that they depend on; limits only judge them."""
+    """What looks steps up in a store, under a fingerprint of all that they depend on; thresholds only judge them."""
     if store.folder is None:
         return computed
     key = _key(setup, campaign, without)

@@ -1,11 +1,11 @@
-"""Limits of a layout into the file that is shipped: ``python -m study.diagnose.ship CASE CAMPAIGN [TRIALS]``."""
+"""Thresholds of a layout into the file that is shipped: ``python -m study.diagnose.ship CASE CAMPAIGN [TRIALS]``."""
 
 import json
 import sys
 from pathlib import Path
 
 from correlation.campaign.read_campaign import read_campaign
-from diagnosis.threshold.thresholds import Limits
+from diagnosis.threshold.thresholds import Thresholds
 from pipeline.output import replace_file
 from pipeline.progress import LineProgress, Progress
 from pipeline.store import Store, default_folder
@@ -17,7 +17,7 @@ from study.diagnose.thresholds import SHIPPED, layout, layout_key
 TRIALS = 200
 
 
-def ship(case: Path, folder: Path, trials: int, store: Store, progress: Progress, file: Path = SHIPPED) -> Limits:
+def ship(case: Path, folder: Path, trials: int, store: Store, progress: Progress, file: Path = SHIPPED) -> Thresholds:
     """Measure what chance does in a layout, and write it into the file of shipped limits.
 
     Parameters

@@ -143,7 +143,7 @@ def read_values(document: Mapping[str, Sequence[Any]]) -> dict[str, Written]:
 
 
 def factors(of: Round, refit: Refit) -> dict[str, tuple[float, float]]:
-    """Accepted parameters of a fit with their standard deviations, by name."""
+    """Calibration parameters of a fit with their standard deviations, by name."""
     n = len(of.setup.accepted)
     pairs = zip(refit.fit.values[:n].tolist(), refit.fit.deviation[:n].tolist(), strict=True)
     return dict(zip((each.name for each in of.setup.accepted), pairs, strict=True))

@@ -10,9 +10,9 @@ import numpy as np
 from correlation.campaign.measurement import Campaign
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import Effect
-from diagnosis.threshold.bootstrap import Trial, limits_of
+from diagnosis.threshold.bootstrap import Trial, thresholds_from
 from diagnosis.threshold.simulation import Simulation
-from diagnosis.threshold.thresholds import Limits
+from diagnosis.threshold.thresholds import Thresholds
 from pipeline.parallel import Task, run_parallel
 from pipeline.progress import Progress
 from pipeline.store import Store
@@ -20,7 +20,7 @@ from study.case.setup import Setup
 from study.diagnose.steps import chance
 from study.shipped import CASES
 
-#: Limits of shipped layouts: a JSON object, key of the layout to the fields of `Limits`.
+#: Thresholds of shipped layouts: a JSON object, key of the layout to the fields of `Thresholds`.
 SHIPPED = CASES / "limits.json"
 
 
@@ -72,19 +72,19 @@ def layout_key(of: dict[str, Any]) -> str:
     return hashlib.sha256(json.dumps(of, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def shipped_limits(key: str) -> Limits | None:
-    """Limits that come with stickslip; none for a layout that it does not know."""
+def shipped_limits(key: str) -> Thresholds | None:
+    """Thresholds that come with stickslip; none for a layout that it does not know."""
     try:
         known: dict[str, Any] = json.loads(SHIPPED.read_text(encoding="utf-8"))
     except FileNotFoundError:
         return None
-    return Limits(**known[key]["limits"]) if key in known else None
+    return Thresholds(**known[key]["limits"]) if key in known else None
 
 
 def measured_limits(
     key: str, simulation: Simulation, effects: Sequence[Effect], n_trial: int, store: Store, progress: Progress
-) -> Limits:
-    """Limits of a layout, from campaigns without any effect; each is kept, so that this is done once.
+) -> Thresholds:
+    """Thresholds of a layout, from campaigns without any effect; each is kept, so that this is done once.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def measured_limits(
     ]
     found = [outcome.value for outcome in run_parallel(tasks, store, progress, "what chance does in this layout")]
     trials = [Trial(seed=int(each["seed"]), gain=each["gain"], misfit=each["misfit"]) for each in found]
-    return limits_of(trials)
+    return thresholds_from(trials)
 
 
 def is_measured(key: str, n_trial: int, store: Store) -> bool:
@@ -121,8 +121,8 @@ def is_measured(key: str, n_trial: int, store: Store) -> bool:
     return all(store.holds(chance, key, seed, **ignored) for seed in range(n_trial))
 
 
-def limits_for(setup: Setup, campaign: Campaign, without: Sequence[str]) -> Limits | None:
-    """Limits of a layout; none lets the diagnosis reckon them by the linear theory.
+def limits_for(setup: Setup, campaign: Campaign, without: Sequence[str]) -> Thresholds | None:
+    """Thresholds of a layout; none lets the diagnosis reckon them by the linear theory.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def limits_for(setup: Setup, campaign: Campaign, without: Sequence[str]) -> Limi
         Kinds that are left out.
     """
 
-    def known(left_out: Sequence[str]) -> Limits | None:
+    def known(left_out: Sequence[str]) -> Thresholds | None:
         return shipped_limits(layout_key(layout(setup, campaign, setup.candidates(campaign, left_out))))
 
     # With fewer candidates chance does less: the limits of the whole catalogue are on the safe side.

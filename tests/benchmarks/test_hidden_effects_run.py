@@ -229,7 +229,7 @@ def judge(campaign: Any, base: Any, *_: object, without: tuple[str, ...], **__: 
     scores = (SimpleNamespace(effect=effect, gain=99.0),)
     return Diagnosis(
         arrangement=SimpleNamespace(settled=comparison()), catalogue=names, scores=scores,  # type: ignore[arg-type]
-        before=before, refits=(best,), places=(place,), limits=None, verdict=verdict,  # type: ignore[arg-type]
+        before=before, refits=(best,), places=(place,), thresholds=None, verdict=verdict,  # type: ignore[arg-type]
     )  # fmt: skip
 
 

@@ -1,46 +1,55 @@
-"""What is measured on a rig on the bench is what its test case predicts: written twice, once in time."""
+"""What is measured on a rig on the bench is what its case predicts: written twice, once in time."""
 
-from pathlib import Path
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from benchmarks.rig_campaign import LINES, SENSORS, HiddenEffect, Specimen, rig_points, systems
-from casefile.table import load_case
 from correlation.configuration import Configuration
 from correlation.model import Model
 from hbsolve.steady_state import steady_state
-from pipeline.progress import SilentProgress
 from pipeline.store import Store
-from study.case.setup import read_test_case
-from study.kind.rig.reduction import reduce_rig
-from study.kind.rig.structure import measured_places, rig_test_case
-from study.kind.rig.table import RigCase, rig_model
+from study.case.setup import read_case
+from study.kind.rig.structure import measured_places
+from study.run_context import silent_run
 from transient.bench.campaign import PARAMETER_DEVIATION
 from transient.bench.sweep import Readings, SweptBench
 
 CASE = """\
-schema = 1
+schema = 2
+[structure]
 kind = "rig"
-[material]
+[structure.material]
 young = "210 GPa"
 poisson = 0.3
 density = "7800 kg/m^3"
-[mesh]
+[structure.mesh]
 element = "hex8"
 size = "8 mm"
-[reduction]
+[structure.reduction]
 modes = 20
-[contact]
+[structure.contact]
 kn = "8.5 N/um"
 kt = "4.6 N/um"
 mu = 0.8
 crowning = "2.5 um"
-[dead_weight]
+[structure.dead_weight]
 force = "55 N"
-[damping]
+[structure.damping]
 ratio = "0.2 %"
+[harmonics]
+highest = 5
 """
+#: What the bench reads.
+READ = "".join(
+    [f'[[sensor]]\nname = "{name}"\nplace = "{name}"\n' for name in SENSORS]
+    + [
+        f'[[sensor]]\nname = "{line}_{component[0].upper()}"\nline = "{line}"\ncomponent = "{component}"\n'
+        for line in LINES
+        for component in ("tangential", "normal")
+    ]
+)
 #: Far below the stuck resonance, and at a level at which nothing slips: there is no past to remember.
 FREQUENCY, LEVEL = 150.0, 0.5
 ORDER = [f"{line}_{component}" for line in LINES for component in "TN"]
@@ -50,15 +59,14 @@ ORDER = [f"{line}_{component}" for line in LINES for component in "TN"]
 def drawn(tmp_path_factory: pytest.TempPathFactory) -> tuple[Specimen, Model]:
     """A specimen without deviations, and the model of the same mesh."""
     folder = tmp_path_factory.mktemp("rig")
-    (folder / "rig.toml").write_text(CASE, encoding="utf-8")
-    case = load_case(folder / "rig.toml", RigCase)
-    model = rig_model(case)
-    reduction = reduce_rig(model, Store(folder / "cache"), SilentProgress())
-    written = rig_test_case(case, model.rig, reduction, "rig_test")
-    (folder / "rig_test.npz").write_bytes(written.arrays)
-    (folder / "rig_test.toml").write_text(written.case, encoding="utf-8")
-    specimen = Specimen(case=case, reduction=reduction, factors=dict.fromkeys(PARAMETER_DEVIATION, 1.0))
-    return specimen, read_test_case(Path(folder / "rig_test.toml")).model
+    (folder / "rig.toml").write_text(CASE + READ, encoding="utf-8")
+    read = read_case(folder / "rig.toml", run=replace(silent_run(), store=Store(folder / "cache")))
+    specimen = Specimen(
+        case=read.opened.case,
+        reduction=read.structure.details.reduction,
+        factors=dict.fromkeys(PARAMETER_DEVIATION, 1.0),
+    )
+    return specimen, read.model
 
 
 def measured(specimen: Specimen, effect: HiddenEffect) -> Readings:

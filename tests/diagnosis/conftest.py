@@ -14,7 +14,7 @@ from correlation.model import Dof, LineSensor, Model, Part, Sensor
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue, catalogue
 from diagnosis.fit.arrangement import Arrangement, arrange
-from diagnosis.fit.calibration_parameter import accepted
+from diagnosis.fit.calibration_parameter import calibration_parameters
 from reduction.jointed_system import FrictionContact, JointedSystem, along
 
 #: Nodes 0 to 2 of the beam move in z and x, degrees of freedom 2 n and 2 n + 1; then the stand in z.
@@ -135,5 +135,8 @@ def heavy_campaign(small: Model, paper: ModuleType, listed: Catalogue) -> Campai
 def heavy(small: Model, heavy_campaign: Campaign) -> Arrangement:
     """Of the campaign that hides a mass."""
     return arrange(
-        heavy_campaign, small, accepted(small, deviation={"kn": 0.0, "E": 0.0}), Budget(frequency=0.0, compliance=0.0)
+        heavy_campaign,
+        small,
+        calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0}),
+        Budget(frequency=0.0, compliance=0.0),
     )

@@ -17,9 +17,9 @@ from diagnosis.decision.rules import gain, held_gain, support
 from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.arrangement import Added
-from diagnosis.fit.calibration_parameter import accepted
+from diagnosis.fit.calibration_parameter import calibration_parameters
 from diagnosis.fit.refit import is_lost, shortlist
-from diagnosis.threshold.thresholds import Limits, linear_limits
+from diagnosis.threshold.thresholds import Thresholds, linear_thresholds
 
 EXACT_MODEL = Budget(frequency=0.0, compliance=0.0)
 MASS, WHERE = 5e-3, "mass at tip z"  # kg, of 0.8
@@ -48,7 +48,7 @@ class Bench:
 
     def __init__(self, small: Model, paper: ModuleType) -> None:
         self.small, self.paper = small, paper
-        self.accepted = accepted(small, deviation={"kn": 0.0, "E": 0.0})
+        self.accepted = calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0})
         self.listed = catalogue(small, level=paper.LEVELS[1])
 
     def effect(self, name: str) -> Effect:
@@ -124,13 +124,13 @@ def test_refits_are_ranked_by_both_falls(heavy: Diagnosis) -> None:
 
 def test_scores_are_of_all_candidates_and_limits_of_the_scores(heavy: Diagnosis) -> None:
     assert {score.effect.name for score in heavy.scores} == {each.name for each in heavy.catalogue.candidates}
-    assert heavy.limits == linear_limits(heavy.scores)
-    assert heavy.verdict.threshold == heavy.limits.gain
+    assert heavy.thresholds == linear_thresholds(heavy.scores)
+    assert heavy.verdict.threshold == heavy.thresholds.gain
     assert {place.name for place in heavy.places} == {"root z", "tip z"}
 
 
 def left_of(heavy: Diagnosis) -> str:
-    return f"what is left beside {heavy.verdict.effects[0].name}, limit {heavy.limits.gain:.6g}"
+    return f"what is left beside {heavy.verdict.effects[0].name}, limit {heavy.thresholds.gain:.6g}"
 
 
 def test_steps_have_stable_names(heavy: Diagnosis, kept: Kept) -> None:
@@ -174,7 +174,7 @@ def test_an_interrupted_run_goes_on_where_it_was(heavy: Diagnosis, kept: Kept, b
 def test_intervals_that_were_kept_in_another_order_stay_with_their_effects(
     heavy: Diagnosis, kept: Kept, bench: Bench
 ) -> None:
-    """Other limits rank otherwise."""
+    """Other thresholds rank otherwise."""
 
     def turned(name: str, make: Callable[[], Any]) -> Any:
         del make
@@ -266,11 +266,11 @@ def test_limits_that_are_given_judge(bench: Bench, kept: Kept, heavy: Diagnosis)
     def stored(name: str, make: Callable[[], Any]) -> Any:
         return pickle.loads(kept.results[name]) if name in kept.results else make()
 
-    enormous = Limits(gain=1e9, misfit=1e9)
-    found = bench.diagnose(bench.campaign((WHERE, MASS)), limits=enormous, keep=stored)
-    assert found.limits is enormous
+    enormous = Thresholds(gain=1e9, misfit=1e9)
+    found = bench.diagnose(bench.campaign((WHERE, MASS)), thresholds=enormous, keep=stored)
+    assert found.thresholds is enormous
     assert found.verdict.finding is Finding.NOTHING
-    unknown = bench.diagnose(bench.campaign((WHERE, MASS)), limits=Limits(gain=1e9, misfit=100.0), keep=stored)
+    unknown = bench.diagnose(bench.campaign((WHERE, MASS)), thresholds=Thresholds(gain=1e9, misfit=100.0), keep=stored)
     assert unknown.verdict.finding is Finding.UNKNOWN
     assert unknown.verdict.place is not None
     assert unknown.verdict.place.name == "tip z"

@@ -10,7 +10,7 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.place import with_cubic_spring
 from diagnosis.fit.arrangement import arrange
-from diagnosis.fit.calibration_parameter import accepted
+from diagnosis.fit.calibration_parameter import calibration_parameters
 from diagnosis.localisation import Place, localise
 from reduction.jointed_system import along
 
@@ -22,7 +22,9 @@ def located(model: Model, paper: ModuleType, truth: Model, **known: float) -> li
     campaign = paper.make_campaign(truth, seed=8)
     deviation = {"kn": 0.0, "E": 0.0, **known}
     return localise(
-        arrange(campaign, model, accepted(model, deviation=deviation), Budget(frequency=0.0, compliance=0.0))
+        arrange(
+            campaign, model, calibration_parameters(model, deviation=deviation), Budget(frequency=0.0, compliance=0.0)
+        )
     )
 
 

@@ -13,7 +13,7 @@ from correlation.record_prediction import drive, predict_record
 from correlation.record_single_dof import single_dof
 from diagnosis.decision.verdict import Finding
 from diagnosis.effect.gain import Gain
-from diagnosis.fit.calibration_parameter import accepted
+from diagnosis.fit.calibration_parameter import calibration_parameters
 from diagnosis.record.arrangement import about_mean, arrange_records
 from diagnosis.record.diagnose import diagnose_records
 from reduction.jointed_system import JointedSystem
@@ -71,7 +71,7 @@ def test_a_sensor_that_reads_the_other_way_turns_the_force() -> None:
 
 def test_a_fit_finds_the_oscillator_exactly() -> None:
     base = oscillator().with_system(damping=[[1.3 * DAMPING]], stiffness=[[1.05 * STIFFNESS]])
-    found = arrange_records(base, [driven(1), driven(2)], accepted(base), run_in=1.0).fit
+    found = arrange_records(base, [driven(1), driven(2)], calibration_parameters(base), run_in=1.0).fit
     # The march: 8 steps a sample are right to 1e-4 here.
     np.testing.assert_allclose(matrices(found.model), [MASS, DAMPING, STIFFNESS], rtol=5e-4)
 
@@ -80,7 +80,7 @@ def test_a_fit_to_a_ring_down_finds_its_start_as_well() -> None:
     base = oscillator().with_system(damping=[[1.3 * DAMPING]], stiffness=[[0.97 * STIFFNESS]])
     runs = [ring_down(0.1, 0.3, held_out=False), ring_down(0.05, -1.0, held_out=False)]
     runs.append(ring_down(0.2, 2.0, held_out=True))
-    found = diagnose_records(base, runs, accepted(base))
+    found = diagnose_records(base, runs, calibration_parameters(base))
     # Without a force the march is exact: the fit ends when it gains no more than 1e-7 of the squared error.
     np.testing.assert_allclose(matrices(found.before.fit.model), [MASS, DAMPING, STIFFNESS], rtol=1e-6)
     # Each has a start of its own, the held-out one as well.
@@ -95,7 +95,9 @@ def test_three_factors_absorb_all_that_is_linear() -> None:
         replace(each, values=each.values + 1e-3 * np.random.default_rng(9).normal(size=each.values.shape))
         for each in (driven(1), driven(2))
     ]
-    found = diagnose_records(base, noisy, [*accepted(base), Gain(name="gain of y", sensor="y")], run_in=1.0)
+    found = diagnose_records(
+        base, noisy, [*calibration_parameters(base), Gain(name="gain of y", sensor="y")], run_in=1.0
+    )
     absorbed = {each.effect.kind for each in found.scores if each.absorbed > 0.9999}
     assert absorbed == {"spring", "mass", "density", "dashpot"}
     assert all(each.gain == 0 for each in found.scores if each.effect.kind in absorbed)

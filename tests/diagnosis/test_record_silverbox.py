@@ -14,7 +14,7 @@ from correlation.record_prediction import numerical_error
 from correlation.record_single_dof import single_dof
 from diagnosis.decision.verdict import Finding
 from diagnosis.effect.density import Density
-from diagnosis.fit.calibration_parameter import accepted
+from diagnosis.fit.calibration_parameter import calibration_parameters
 from diagnosis.record.arrangement import about_mean, stretch
 from diagnosis.record.diagnose import RecordDiagnosis, record_rounds
 
@@ -50,7 +50,7 @@ def diagnosed(whole: TimeRecord, train: int, held: int, most: int = 3) -> list[R
     records.append(stretch(whole, *ARROW, name="arrow", held_out=True))
     base = single_dof(records[0], "V2")
     # Mass, damping and stiffness of one degree of freedom in volts: three factors.
-    fitted = [*accepted(base), Density(name="density of all", part="all")]
+    fitted = [*calibration_parameters(base), Density(name="density of all", part="all")]
     return record_rounds(base, records, fitted, run_in=0.5, units={"N": "V", "m": "V"}, most=most)
 
 

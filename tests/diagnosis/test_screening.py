@@ -9,9 +9,9 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.fit.arrangement import Arrangement, arrange
-from diagnosis.fit.calibration_parameter import accepted
+from diagnosis.fit.calibration_parameter import calibration_parameters
 from diagnosis.fit.refit import MOST_RUGGED, baseline_fit, refit, shortlist
-from diagnosis.screening import Score, accepted_basis, screen
+from diagnosis.screening import Score, calibration_basis, screen
 from diagnosis.threshold.null_gain import null_gains, threshold
 
 #: What `heavy` hides [kg], of 0.8.
@@ -27,7 +27,10 @@ def scores(heavy: Arrangement, listed: Catalogue) -> list[Score]:
 def complete(small: Model, paper: ModuleType) -> Arrangement:
     campaign = paper.make_campaign(small, jitter=3e-5, seed=6)
     return arrange(
-        campaign, small, accepted(small, deviation={"kn": 0.0, "E": 0.0}), Budget(frequency=0.0, compliance=0.0)
+        campaign,
+        small,
+        calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0}),
+        Budget(frequency=0.0, compliance=0.0),
     )
 
 
@@ -42,7 +45,7 @@ def test_a_planted_mass_comes_first_with_its_strength(scores: list[Score]) -> No
 
 
 def test_directions_are_units_across_the_accepted_parameters(scores: list[Score], heavy: Arrangement) -> None:
-    basis = accepted_basis(heavy)
+    basis = calibration_basis(heavy)
     np.testing.assert_allclose(basis.T @ basis, np.eye(3), atol=1e-12)
     for score in scores:
         assert 0 <= score.absorbed <= 1

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from diagnosis.candidate.own_effect import read_effects
-from diagnosis.threshold.thresholds import Limits
+from diagnosis.threshold.thresholds import Thresholds
 from study.case.setup import read_case
 from study.diagnose.codec import STEP, STEP_FILE
 from study.shipped import BEAM
@@ -24,12 +24,12 @@ def there_and_back(value: object, folder: Path) -> object:
 def test_arrays_models_and_own_effects_come_back(tmp_path: Path) -> None:
     model = read_case(BEAM).setup.model
     back = there_and_back(
-        {"model": model, "list": [1 + 2j, np.float64(3), {4}], "limits": Limits(gain=1, misfit=2)}, tmp_path
+        {"model": model, "list": [1 + 2j, np.float64(3), {4}], "limits": Thresholds(gain=1, misfit=2)}, tmp_path
     )
     assert isinstance(back, dict)
     np.testing.assert_array_equal(back["model"].system.mass, model.system.mass)
     assert back["list"] == [1 + 2j, 3.0, {4}]
-    assert back["limits"] == Limits(gain=1, misfit=2)
+    assert back["limits"] == Thresholds(gain=1, misfit=2)
     (effect,) = read_effects(OWN).candidates(model)
     again = there_and_back(effect, tmp_path)
     assert again.name == effect.name  # type: ignore[attr-defined,union-attr]

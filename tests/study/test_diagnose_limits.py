@@ -1,4 +1,4 @@
-"""Limits belong to a layout: what is measured and asked, whatever the values are."""
+"""Thresholds belong to a layout: what is measured and asked, whatever the values are."""
 
 import json
 from collections.abc import Callable
@@ -10,7 +10,7 @@ import pytest
 from correlation.campaign.measurement import HeldOut
 from correlation.campaign.read_campaign import read_campaign
 from diagnosis.keep import computed
-from diagnosis.threshold.thresholds import Limits
+from diagnosis.threshold.thresholds import Thresholds
 from pipeline.progress import SilentProgress
 from pipeline.store import Store
 from study.case.setup import read_case
@@ -29,10 +29,10 @@ def test_a_new_layout_is_measured_once(two_masses: TwoMasses, monkeypatch: pytes
     case, folder, store = two_masses({"mass at tip": 0.006}), Path("campaign"), Store(Path("kept"))
     said: list[str] = []
 
-    def diagnosed() -> Limits:
+    def diagnosed() -> Thresholds:
         campaign = read_campaign(folder)
         setup = read_case(case, campaign).setup
-        return diagnose_case(setup, campaign, trials=4, store=store, announce=said.append).diagnosis.limits
+        return diagnose_case(setup, campaign, trials=4, store=store, announce=said.append).diagnosis.thresholds
 
     first = diagnosed()
     assert first.n_trial == 4
@@ -77,7 +77,7 @@ def test_effects_of_ones_own_are_found_in_finer_models(two_masses: TwoMasses, mo
     setup, campaign = read_case(two_masses({})).setup, read_campaign(Path("campaign"))
     setup, asked = replace(setup, effects=(OWN,)), {}
     monkeypatch.setattr(diagnose_round, "arrange", lambda *_, **options: asked.update(options))
-    monkeypatch.setattr(diagnose_round, "measured_limits", lambda *_: Limits(gain=1.0, misfit=1.0))
+    monkeypatch.setattr(diagnose_round, "measured_limits", lambda *_: Thresholds(gain=1.0, misfit=1.0))
     bootstrap(setup, campaign, (), 2, computed, Store(None), SilentProgress(), None)
     finer = setup.model.with_system(mass=1.001 * setup.model.system.mass)
     known, expected = asked["listed"](finer), replace(setup, model=finer).candidates(campaign)
@@ -107,7 +107,7 @@ def test_a_layout_is_known_by_its_design_and_not_by_its_values(
     shipped = tmp_path / "limits.json"
     shipped.write_text(json.dumps({key: {"limits": {"gain": 15.5, "misfit": 20.0, "n_trial": 300}}}), encoding="utf-8")
     monkeypatch.setattr(diagnose_limits, "SHIPPED", shipped)
-    found = Limits(gain=15.5, misfit=20.0, n_trial=300)
+    found = Thresholds(gain=15.5, misfit=20.0, n_trial=300)
     assert limits_for(setup, campaign, ()) == found
     # Those of all candidates hold for fewer, too.
     assert limits_for(setup, campaign, ("cubic",)) == found

@@ -71,7 +71,13 @@ def test_the_page_holds_everything_and_loads_nothing(two_masses: TwoMasses) -> N
     assert len([script for script in page.scripts if "plotly.js v" in script[:300]]) == 1
     words = " ".join(page.words)
     assert re.search(r"mass at tip \(6\.\d+ ± [\d.]+ g\) is missing: the held-out error falls from", words)
-    for section in ("The error falls", "Candidates", "Accepted parameters", "What these tests would show", "History"):
+    for section in (
+        "The error falls",
+        "Candidates",
+        "Calibration parameters",
+        "What these tests would show",
+        "History",
+    ):
         assert section in words
     assert "friction coefficient" in words  # which these tests say nothing about
 

@@ -41,8 +41,20 @@ def test_a_round_with_an_added_effect_says_what_the_case_holds_and_what_it_fits_
     names = {stage.name: stage.refit for stage in stages(later)}
     assert list(names) == ["as drawn", "as the case says", "fitted anew"]
     assert names["fitted anew"].fit.chi2 < names["as the case says"].fit.chi2 < names["as drawn"].fit.chi2
-    (told,) = document(later)["added"]
+    (named,), found = document(first)["named"], document(later)
+    lower, upper = named["interval_95"]
+    assert named["effect"] == "mass at tip"
+    assert lower < 0.006 < upper
+    assert upper - lower == pytest.approx(2 * 1.96 * named["deviation"])
+    assert all(
+        each["interval_95"][0] < each["factor"] < each["interval_95"][1] for each in found["calibrated"].values()
+    )
+    (told,) = found["added"]
     assert told["in_case"] == 0.0055
+    assert told["interval_95"][0] < told["strength"] < told["interval_95"][1]
+    # What the case says is more than what is drawn: its factors and its mass are in it.
+    assert found["errors"]["in_case"]["training_chi2"] < found["errors"]["drawn"]["training_chi2"]
+    assert "in_case" not in document(first)["errors"]
     page = contents(later, history_of(case), case)["chain_diagnosis.html"].decode()
     assert "<th>in the case</th><th>fitted anew</th>" in page
     assert "<td>5.5 g</td>" in page

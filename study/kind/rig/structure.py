@@ -4,7 +4,7 @@ from functools import partial
 from math import pi
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Float
 from numpy.typing import NDArray
 
 from casefile.table import located
@@ -17,7 +17,7 @@ from study.case.structure import Structure
 from study.case.tables import Case
 from study.kind.rig.contact import dead_weights
 from study.kind.rig.reduction import RigReduction, reduce_rig
-from study.kind.rig.system import RestingRig, Row, resting_rig
+from study.kind.rig.system import RestingRig, Row, Y, excitation, resting_rig
 from study.kind.rig.table import RigTable, rig_model
 from study.kind.rig.tetrahedra import in_tetrahedra
 from study.reduce.mode_count import fewer_modes_of_rig
@@ -25,8 +25,6 @@ from study.run_context import RunContext
 
 Matrix = Float[NDArray[np.float64], "r r"]
 
-#: The direction of vibration, through the blade's thickness.
-Y = 1
 #: Largest share of Coulomb's limit that a drawn friction history leaves in a contact.
 HISTORY = 0.9
 #: Dampers without contacts hang on springs: so many times per second they then move as rigid bodies [Hz].
@@ -78,13 +76,6 @@ def rig_structure(case: Case[RigTable], run: RunContext) -> Structure:
         histories=partial(friction_histories, resting.rest, resting.joined),
         details=resting,
     )
-
-
-def excitation(reduction: RigReduction) -> Complex[NDArray[np.complex128], "2 r"]:
-    """A harmonic force of 1 N along y on the disc that the shaker pushes, shape (2, r) [N]."""
-    force = np.zeros((2, reduction.assembly.n_dof), dtype=np.complex128)
-    force[1, reduction.assembly.rows("blade", "excitation", Y)] = 1.0
-    return force
 
 
 def measured_places(reduction: RigReduction) -> dict[str, Row]:

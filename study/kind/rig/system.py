@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import cos, sin
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from casefile.source import value_at
@@ -102,7 +102,7 @@ def _dampers(reduction: RigReduction) -> dict[str, Float[NDArray[np.float64], "r
     }
 
 
-def excitation(reduction: RigReduction) -> NDArray[np.complex128]:
+def excitation(reduction: RigReduction) -> Complex[NDArray[np.complex128], "2 r"]:
     """A harmonic force of 1 N along y on the disc that the shaker pushes, shape (2, r) [N]."""
     force = np.zeros((2, reduction.assembly.n_dof), dtype=np.complex128)
     force[1, reduction.assembly.rows("blade", "excitation", Y)] = 1.0

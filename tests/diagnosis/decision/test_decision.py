@@ -25,11 +25,11 @@ from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
 from diagnosis.screening import Score
-from diagnosis.threshold.thresholds import Limits
+from diagnosis.threshold.thresholds import Thresholds
 
 #: Numbers held out, chi^2 of both sets before anything is added.
 N_TRAIN, N_HELD, CHI2, HELD_CHI2 = 1000, 500, 900.0, 400.0
-LIMITS = Limits(gain=20.0, misfit=30.0)
+LIMITS = Thresholds(gain=20.0, misfit=30.0)
 
 
 def arrangement(held: int = 2, train: int = 2) -> Any:

@@ -14,13 +14,13 @@ from diagnosis.candidate.catalogue import campaign_catalogue, catalogue
 from diagnosis.decision.judgement import Judgement, Known, judge, second_look
 from diagnosis.decision.rules import worse_than_noise
 from diagnosis.decision.verdict import Finding
-from diagnosis.fit.arrangement import Added, Arrangement, arrange, weighed_beside
-from diagnosis.fit.calibration_parameter import Accepted, accepted
+from diagnosis.fit.arrangement import Added, Arrangement, arrange, weighted_beside
+from diagnosis.fit.calibration_parameter import CalibrationParameter, calibration_parameters
 from diagnosis.fit.refit import baseline_fit, refit
 from diagnosis.keep import computed
 from diagnosis.localisation import localise
 from diagnosis.screening import Score, screen
-from diagnosis.threshold.thresholds import linear_limits
+from diagnosis.threshold.thresholds import linear_thresholds
 
 BUDGET = Budget(frequency=0.0, compliance=0.0)
 MASS, TRUE, FALSE = 5e-3, "mass at tip z", "spring at tip z"  # kg, of 0.8
@@ -33,12 +33,12 @@ def campaign(small: Model, paper: ModuleType) -> Any:
 
 
 @pytest.fixture(scope="module")
-def free(small: Model) -> tuple[Accepted, ...]:
-    return tuple(accepted(small, deviation={"kn": 0.0, "E": 0.0}))
+def free(small: Model) -> tuple[CalibrationParameter, ...]:
+    return tuple(calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0}))
 
 
 @pytest.fixture(scope="module")
-def arrangement(campaign: Any, small: Model, free: tuple[Accepted, ...]) -> Arrangement:
+def arrangement(campaign: Any, small: Model, free: tuple[CalibrationParameter, ...]) -> Arrangement:
     return arrange(campaign, small, free, BUDGET)
 
 
@@ -50,7 +50,7 @@ def scores(campaign: Any, small: Model, arrangement: Arrangement) -> list[Score]
 
 @pytest.fixture(scope="module")
 def known(campaign: Any, small: Model, scores: list[Score]) -> Known:
-    return Known(catalogue=campaign_catalogue(campaign, small), scores=scores, limits=linear_limits(scores))
+    return Known(catalogue=campaign_catalogue(campaign, small), scores=scores, thresholds=linear_thresholds(scores))
 
 
 @pytest.fixture(scope="module")
@@ -70,12 +70,12 @@ def test_a_fit_is_worse_than_noise_only_without_what_is_hidden(first: Judgement,
 
 
 def test_weights_beside_an_effect_are_those_of_an_arrangement_that_has_it(
-    campaign: Any, small: Model, free: tuple[Accepted, ...], first: Judgement
+    campaign: Any, small: Model, free: tuple[CalibrationParameter, ...], first: Judgement
 ) -> None:
     best = first.refits[0]
     assert best.effect is not None
     listed = partial(campaign_catalogue, campaign)
-    found = weighed_beside(campaign, first.arrangement, best.effect, best.fit, listed)
+    found = weighted_beside(campaign, first.arrangement, best.effect, best.fit, listed)
     added = Added(effect=best.effect, values=best.fit.values[-1:])
     other = arrange(campaign, small, free, BUDGET, added=[added], listed=listed)
     assert found.fit.values.shape == first.arrangement.fit.values.shape

@@ -14,7 +14,7 @@ from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import fitted, refit
 from diagnosis.screening import Score, screen, slope_gains
-from diagnosis.threshold.thresholds import Limits, linear_limits
+from diagnosis.threshold.thresholds import Thresholds, linear_thresholds
 
 #: What `heavy` hides, and what it does not.
 RIGHT, WRONG = "mass at tip z", "mass at root z"
@@ -36,17 +36,17 @@ def left(heavy: Arrangement, listed: Catalogue, refits: dict[str, Refit]) -> dic
 
 
 @pytest.fixture(scope="module")
-def limits(scores: dict[str, Score]) -> Limits:
-    return linear_limits(list(scores.values()))
+def limits(scores: dict[str, Score]) -> Thresholds:
+    return linear_thresholds(list(scores.values()))
 
 
-def test_after_the_right_effect_chance_alone_is_left(left: dict[str, Leftover], limits: Limits) -> None:
+def test_after_the_right_effect_chance_alone_is_left(left: dict[str, Leftover], limits: Thresholds) -> None:
     assert left[RIGHT].gain < limits.gain
     assert misfit(left[RIGHT].places[0]) < limits.misfit
 
 
 def test_after_a_wrong_effect_a_good_part_is_left(
-    left: dict[str, Leftover], limits: Limits, heavy: Arrangement, refits: dict[str, Refit]
+    left: dict[str, Leftover], limits: Thresholds, heavy: Arrangement, refits: dict[str, Refit]
 ) -> None:
     rest = left[WRONG]
     # A mass elsewhere shifts the resonance as well, and cannot have the shape right.

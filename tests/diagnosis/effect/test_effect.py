@@ -13,7 +13,7 @@ from diagnosis.candidate.effect import Effect, Untestable
 from diagnosis.candidate.scale import scale
 from diagnosis.effect import EFFECTS, EffectKind
 from diagnosis.fit.arrangement import arrange
-from diagnosis.fit.calibration_parameter import accepted
+from diagnosis.fit.calibration_parameter import calibration_parameters
 from diagnosis.fit.refit import baseline_fit, refit
 from diagnosis.screening import screen
 from hbsolve.balance import HarmonicBalance
@@ -159,7 +159,7 @@ def test_planted_it_is_found(planted_kind: EffectKind, small: Model, paper: Modu
     strength = parameter.vanishes + 2 * (parameter.typical - parameter.vanishes)
     rest = [each.typical for each in effect.parameters[1:]]
     campaign = paper.make_campaign(effect.apply(small, [strength, *rest]), jitter=3e-5, seed=5)
-    free = accepted(small, deviation={"kn": 0.0, "E": 0.0})
+    free = calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0})
     arrangement = arrange(campaign, small, free, Budget(frequency=0.0, compliance=0.0))
     (score,) = screen(arrangement, [effect])
     found = refit(arrangement, score)

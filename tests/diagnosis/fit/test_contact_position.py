@@ -9,8 +9,8 @@ from scipy.linalg import eigh
 
 from correlation.model import Model
 from diagnosis.effect.preload import Preload
-from diagnosis.fit.calibration_parameter import Accepted, accepted
-from diagnosis.fit.contact_position import SHARED, bearing_bounds, with_bearing
+from diagnosis.fit.calibration_parameter import CalibrationParameter, calibration_parameters
+from diagnosis.fit.contact_position import SHARED, contact_position_bounds, with_contact_position
 from reduction.jointed_system import FrictionContact, JointedSystem
 from study.beam.model import LINE_ENDS, beam_model
 from transient.bench.beam import STATIONS, BeamParameters, contacts, full_beam
@@ -41,9 +41,9 @@ def stuck_frequencies(system: JointedSystem) -> NDArray[np.float64]:
 
 
 def test_a_factor_of_one_changes_nothing(beam: Model) -> None:
-    assert with_bearing(beam, 1.0) is beam
+    assert with_contact_position(beam, 1.0) is beam
     # What takes the way through all formulae ends at the same numbers: round-off.
-    for before, after in zip(beam.system.joints, with_bearing(beam, 1 + 1e-13).system.joints, strict=True):
+    for before, after in zip(beam.system.joints, with_contact_position(beam, 1 + 1e-13).system.joints, strict=True):
         for name in (*SHARED, "gap", "normal", "tangents"):
             was, now = (np.atleast_1d(getattr(contact, name)) for contact in (before, after))
             # Gaps are of the order of 1e-6 m.
@@ -54,7 +54,7 @@ def test_a_factor_of_one_changes_nothing(beam: Model) -> None:
 @pytest.mark.parametrize("n_station", [3, 5])
 def test_sums_balance_and_moments_of_inertia_are_kept(n_station: int, factor: float) -> None:
     before = beam_model(n_station=n_station)
-    after, place = with_bearing(before, factor), np.linspace(-1, 1, n_station)
+    after, place = with_contact_position(before, factor), np.linspace(-1, 1, n_station)
     for line in before.lines:
         for name in SHARED:
             was, now = values(before, line, name), values(after, line, name)
@@ -71,7 +71,7 @@ def test_a_line_that_is_loaded_on_one_side_keeps_its_own_middle(beam: Model) -> 
     was = values(lopsided, "left", "normal_stiffness")
     place = np.linspace(-1, 1, 3)
     place = place - was @ place / was.sum()
-    now = values(with_bearing(lopsided, 0.9), "left", "normal_stiffness")
+    now = values(with_contact_position(lopsided, 0.9), "left", "normal_stiffness")
     # Round-off. About the middle of what they carry, so that the line neither moves nor turns.
     assert now @ place == pytest.approx(0.0, abs=1e-13 * was.sum())
     assert now @ (0.9 * place) ** 2 == pytest.approx(was @ place**2, rel=1e-13)
@@ -80,7 +80,7 @@ def test_a_line_that_is_loaded_on_one_side_keeps_its_own_middle(beam: Model) -> 
 def test_rows_and_gaps_are_those_of_the_places_between(beam: Model) -> None:
     """w and w' are cubic within an element, so that a parabola through three stations is off by h^3 w''' / 15 or so."""
     factor = 0.95
-    closer = with_bearing(beam, factor)
+    closer = with_contact_position(beam, factor)
     stations = tuple(MIDDLE + factor * (x - MIDDLE) for x in STATIONS)
     own = full_beam(stations=stations)
     drawn = np.linalg.solve(beam.system.stiffness, beam.places["tip"])
@@ -104,7 +104,7 @@ def test_rows_and_gaps_are_those_of_the_places_between(beam: Model) -> None:
 @pytest.mark.parametrize("factor", [0.93, 0.98, 1.04])
 def test_it_agrees_with_a_bench_whose_stations_lie_there(beam: Model, factor: float) -> None:
     own = full_beam(stations=tuple(MIDDLE + factor * (x - MIDDLE) for x in STATIONS))
-    closer = with_bearing(beam, factor)
+    closer = with_contact_position(beam, factor)
     for contact, bench in zip(closer.system.joints, contacts(own, BeamParameters()), strict=True):
         for name in SHARED:
             # The bench solves for the moments of a uniform line; round-off.
@@ -113,8 +113,8 @@ def test_it_agrees_with_a_bench_whose_stations_lie_there(beam: Model, factor: fl
 
 def test_the_stuck_structure_keeps_its_frequencies(beam: Model) -> None:
     drawn = stuck_frequencies(beam.system)
-    closer = stuck_frequencies(with_bearing(beam, 0.95).system)
-    naive = with_bearing(beam, 0.95)
+    closer = stuck_frequencies(with_contact_position(beam, 0.95).system)
+    naive = with_contact_position(beam, 0.95)
     naive = naive.with_joints(
         {name: {each: getattr(beam.contact(name), each) for each in SHARED} for name in sum(beam.lines.values(), ())}
     )
@@ -129,7 +129,7 @@ def test_rest_stays_rest(beam: Model) -> None:
     """The static load balances the pre-loads of the contacts where they bear; the two lines alone would cancel."""
     harder = Preload(name="left", of="left").apply(beam, [1.5])
     for factor in (0.9, 1.1):
-        closer = with_bearing(harder, factor).system
+        closer = with_contact_position(harder, factor).system
         balance = sum(joint.preload * joint.normal for joint in closer.joints if isinstance(joint, FrictionContact))
         # Round-off of 20 N.
         np.testing.assert_allclose(closer.static, balance, rtol=0, atol=1e-13 * 24)
@@ -137,27 +137,27 @@ def test_rest_stays_rest(beam: Model) -> None:
 
 def test_another_static_load_stays(beam: Model) -> None:
     own_weight = beam.with_system(static_load=beam.system.static + 2 * beam.places["tip"])
-    change = with_bearing(own_weight, 0.9).system.static - with_bearing(beam, 0.9).system.static
+    change = with_contact_position(own_weight, 0.9).system.static - with_contact_position(beam, 0.9).system.static
     np.testing.assert_allclose(change, 2 * beam.places["tip"], rtol=0, atol=1e-12)
 
 
 def test_lines_of_two_contacts_and_free_structures_are_left_alone(small: Model) -> None:
     for model in (small, small.free()):
-        closer = with_bearing(model, 0.9).system
+        closer = with_contact_position(model, 0.9).system
         for before, after in zip(model.system.joints, closer.joints, strict=True):
             assert before is after
         np.testing.assert_array_equal(closer.static, model.system.static)
 
 
-def given(model: Model) -> Accepted:
-    (found,) = (each for each in accepted(model, deviation={"bearing": 0.05}) if each.name == "bearing")
+def given(model: Model) -> CalibrationParameter:
+    (found,) = (each for each in calibration_parameters(model, deviation={"bearing": 0.05}) if each.name == "bearing")
     return found
 
 
 def test_it_is_accepted_where_a_line_has_three_contacts_and_a_prior(beam: Model, small: Model) -> None:
-    assert "bearing" not in [each.name for each in accepted(beam)]
+    assert "bearing" not in [each.name for each in calibration_parameters(beam)]
     assert given(beam).deviation == 0.05
-    assert "bearing" not in [each.name for each in accepted(small, deviation={"bearing": 0.05})]
+    assert "bearing" not in [each.name for each in calibration_parameters(small, deviation={"bearing": 0.05})]
     assert values(given(beam).apply(beam, [0.9]), "left", "preload")[0] == pytest.approx(4 / 0.81)
 
 
@@ -166,12 +166,12 @@ def test_its_bounds_leave_a_finer_model_possible(beam: Model) -> None:
     (alone,), (both,) = (
         [
             each.parameters[0]
-            for each in accepted(beam, deviation={"bearing": 0.05}, finer=models)
+            for each in calibration_parameters(beam, deviation={"bearing": 0.05}, finer=models)
             if each.name == "bearing"
         ]
         for models in ([], [finer])
     )
-    assert (both.lower, both.upper) == bearing_bounds(finer, alone.lower, alone.upper)
+    assert (both.lower, both.upper) == contact_position_bounds(finer, alone.lower, alone.upper)
     assert alone.lower < both.lower
 
 
@@ -189,7 +189,7 @@ def test_within_its_bounds_every_contact_carries_something(shares: tuple[int, ..
     for end in (factor.lower, factor.upper):
         for line in model.lines:
             for name in SHARED:
-                assert (values(with_bearing(model, end), line, name) > 0.05 * values(model, line, name)).all()
+                assert (values(with_contact_position(model, end), line, name) > 0.05 * values(model, line, name)).all()
 
 
 def test_bounds_are_no_tighter_than_they_must_be() -> None:
@@ -199,10 +199,10 @@ def test_bounds_are_no_tighter_than_they_must_be() -> None:
         {joint.name: {"tangential_stiffness": 1e6, "normal_stiffness": 1e6, "preload": 8.0}
          for joint in model.system.joints}
     )  # fmt: skip
-    lower, upper = bearing_bounds(equal, 0.5, 1.5)
+    lower, upper = contact_position_bounds(equal, 0.5, 1.5)
     # A tenth of s is left: f^2 = 2 / 2.9.
     assert lower == pytest.approx((2 / 2.9) ** 0.5)
     assert upper == 1.5
     # A line of two contacts is left alone.
     two = replace(equal, sensors=(), lines={"left": model.lines["left"][:2]}, pressed_together=())
-    assert bearing_bounds(two, 0.5, 1.5) == (0.5, 1.5)
+    assert contact_position_bounds(two, 0.5, 1.5) == (0.5, 1.5)

@@ -13,7 +13,7 @@ from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.fit.arrangement import Added, Arrangement, arrange, arranged_anew
 from diagnosis.fit.calibration import calibrate
-from diagnosis.fit.calibration_parameter import accepted
+from diagnosis.fit.calibration_parameter import calibration_parameters
 from diagnosis.fit.finer_model import as_uncertain
 from diagnosis.fit.refit import baseline_fit, refit
 from diagnosis.fit.unknowns import Unknowns
@@ -33,13 +33,13 @@ def campaign(small: Model, paper: ModuleType) -> Campaign:
 
 
 def stiffer(model: Model) -> Model:
-    (young,) = (each for each in accepted(model) if each.name == "E")
+    (young,) = (each for each in calibration_parameters(model) if each.name == "E")
     return young.apply(model, [1 + STIFFER])
 
 
 def beside(campaign: Campaign, small: Model, finer: Model, added: tuple[Added, ...] = ()) -> Arrangement:
     budget = Budget(frequency=0.0, compliance=0.0, shares=0.0, refined=(finer,))
-    return arrange(campaign, small, accepted(small, deviation={"kn": 0.0}), budget, added=added)
+    return arrange(campaign, small, calibration_parameters(small, deviation={"kn": 0.0}), budget, added=added)
 
 
 def left(of: Arrangement) -> NDArray[np.float64]:
@@ -110,7 +110,7 @@ def test_a_finer_model_that_is_the_model_needs_no_shift(
     # Damping that was calibrated does not scale a dashpot that was added.
     added = listed.effect(effect)
     strength = added.parameters[0].typical
-    (zeta,) = (each for each in accepted(small) if each.name == "zeta")
+    (zeta,) = (each for each in calibration_parameters(small) if each.name == "zeta")
     truth = added.apply(zeta.apply(small, [1.5]), [strength])
     of = paper.make_campaign(truth, jitter=3e-5, seed=8)
     found = beside(of, small, small, (Added(effect=added, values=np.array([strength])),))
@@ -132,7 +132,7 @@ def test_states_that_the_model_does_not_find_say_nothing(small: Model, campaign:
 
 def test_of_several_finer_models_each_counts(small: Model, campaign: Campaign) -> None:
     budget = Budget(frequency=0.0, compliance=0.0, shares=0.0, refined=(stiffer(small), stiffer(small)))
-    found = arrange(campaign, small, accepted(small, deviation={"kn": 0.0}), budget)
+    found = arrange(campaign, small, calibration_parameters(small, deviation={"kn": 0.0}), budget)
     young = [each.name for each in found.accepted].index("E")
     assert as_uncertain(found.fit, found.finer).deviation[young] == pytest.approx(np.sqrt(2) * STIFFER, rel=FOUND)
 

@@ -11,9 +11,9 @@ from correlation.noise.nuisance import Budget
 from correlation.prediction import Prediction
 from diagnosis.fit import calibration_parameter as accepted_parameters
 from diagnosis.fit.arrangement import Arrangement, arrange
-from diagnosis.fit.calibration_parameter import Accepted, accepted
+from diagnosis.fit.calibration_parameter import CalibrationParameter, calibration_parameters
 from diagnosis.fit.comparison import STEP
-from diagnosis.fit.contact_position import with_bearing
+from diagnosis.fit.contact_position import with_contact_position
 from diagnosis.fit.tangent import tangents
 from reduction.jointed_system import FrictionContact, along
 
@@ -42,9 +42,9 @@ def long(small: Model) -> Model:
 
 @pytest.fixture(scope="module")
 def arranged(long: Model, paper: ModuleType) -> Arrangement:
-    known = accepted(long, deviation={"kn": 0.0, "E": 0.0, "bearing": 0.05})
+    known = calibration_parameters(long, deviation={"kn": 0.0, "E": 0.0, "bearing": 0.05})
     (kt,) = (each for each in known if each.name == "kt")
-    campaign = paper.make_campaign(with_bearing(kt.apply(long, [KT]), BEARING), jitter=3e-5, seed=3)
+    campaign = paper.make_campaign(with_contact_position(kt.apply(long, [KT]), BEARING), jitter=3e-5, seed=3)
     return arrange(campaign, long, known, EXACT_MODEL)
 
 
@@ -60,8 +60,8 @@ def test_it_comes_back_within_its_error(arranged: Arrangement) -> None:
 
 
 def test_without_it_the_fit_is_bad(arranged: Arrangement, long: Model, paper: ModuleType) -> None:
-    campaign = paper.make_campaign(with_bearing(long, BEARING), jitter=3e-5, seed=3)
-    fixed = arrange(campaign, long, accepted(long, deviation={"kn": 0.0, "E": 0.0}), EXACT_MODEL)
+    campaign = paper.make_campaign(with_contact_position(long, BEARING), jitter=3e-5, seed=3)
+    fixed = arrange(campaign, long, calibration_parameters(long, deviation={"kn": 0.0, "E": 0.0}), EXACT_MODEL)
     assert fixed.fit.chi2 > 3 * arranged.fit.chi2
 
 
@@ -91,7 +91,7 @@ def test_at_its_upper_bound_it_is_differentiated_from_below(
 ) -> None:
     train, unknowns = arranged.train, arranged.fit.unknowns
     *others, bearing = unknowns.effects
-    assert isinstance(bearing, Accepted)
+    assert isinstance(bearing, CalibrationParameter)
     parameter = replace(bearing.parameters[0], upper=1.0, typical=0.95)
     tight = replace(unknowns, effects=(*others, replace(bearing, parameters=(parameter,))))
     values = np.array([*arranged.fit.values[:3], 1.0])
@@ -101,9 +101,9 @@ def test_at_its_upper_bound_it_is_differentiated_from_below(
 
     def watched(test_model: Model, factor: float) -> Model:
         seen.append(factor)
-        return with_bearing(test_model, factor)
+        return with_contact_position(test_model, factor)
 
-    monkeypatch.setattr(accepted_parameters, "with_bearing", watched)
+    monkeypatch.setattr(accepted_parameters, "with_contact_position", watched)
     slopes = train.slopes(tight, values, model, prediction)
     assert max(seen) == 1.0
     assert min(seen) < 1.0 - 0.5 * STEP * tight.size[3]

@@ -8,7 +8,7 @@ import pytest
 from correlation.model import Model
 from diagnosis.candidate.effect import EffectError
 from diagnosis.candidate.place import with_cubic_spring
-from diagnosis.fit.calibration_parameter import accepted
+from diagnosis.fit.calibration_parameter import calibration_parameters
 from diagnosis.fit.jitter import FrequencyShift
 from diagnosis.fit.tangent import tangents
 from diagnosis.fit.unknowns import Unknowns
@@ -24,7 +24,7 @@ def at(compose, *values: float, bounds: tuple[float, float] = WIDE):
 
 
 def test_accepted_parameters_scale_what_they_name(small: Model) -> None:
-    unknowns = Unknowns.of(small, [(each, each.deviation) for each in accepted(small)], ())
+    unknowns = Unknowns.of(small, [(each, each.deviation) for each in calibration_parameters(small)], ())
     found = dict(
         zip(unknowns.names, tangents(unknowns.compose, unknowns.vanishing, unknowns.size, unknowns.bounds), strict=True)
     )

@@ -9,7 +9,7 @@ from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.refit import fitted, shortlist
 from diagnosis.screening import screen
-from diagnosis.threshold.bootstrap import STRANGER, Trial, limits_of, null_trial
+from diagnosis.threshold.bootstrap import STRANGER, Trial, null_trial, thresholds_from
 from diagnosis.threshold.simulation import Simulation
 
 SEEDS = range(6)
@@ -23,7 +23,7 @@ def trials(gains: np.ndarray, misfits: np.ndarray) -> list[Trial]:
 def test_the_tail_of_gumbels_law_is_told() -> None:
     draw = np.random.default_rng(1)
     gains, misfits = (gumbel_r.rvs(loc=m, scale=s, size=20_000, random_state=draw) for m, s in ((6, 2), (9, 3)))
-    limits = limits_of(trials(gains, misfits), false_alarms=0.01)
+    limits = thresholds_from(trials(gains, misfits), false_alarms=0.01)
     # The standard deviation of 20,000 draws is known to 1 %; the quantile is 4.6 scales away.
     assert limits.gain == pytest.approx(STRANGER * gumbel_r.isf(0.01, loc=6, scale=2), rel=0.03)
     assert limits.misfit == pytest.approx(gumbel_r.isf(0.01, loc=9, scale=3), rel=0.03)
@@ -31,14 +31,14 @@ def test_the_tail_of_gumbels_law_is_told() -> None:
 
 
 def test_chance_does_as_much_as_one_candidate_alone() -> None:
-    limits = limits_of(trials(np.zeros(4), np.zeros(4)), false_alarms=0.01)
+    limits = thresholds_from(trials(np.zeros(4), np.zeros(4)), false_alarms=0.01)
     assert limits.gain == limits.misfit == pytest.approx(chi2.isf(0.01, 1))
 
 
 @pytest.mark.parametrize("n", [0, 1])
 def test_a_trial_is_no_distribution(n: int) -> None:
     with pytest.raises(ValueError, match=f"{n} trials tell no distribution"):
-        limits_of(trials(np.zeros(n), np.zeros(n)))
+        thresholds_from(trials(np.zeros(n), np.zeros(n)))
 
 
 @pytest.fixture(scope="module")

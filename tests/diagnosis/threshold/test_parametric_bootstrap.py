@@ -10,7 +10,7 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration import Fit, inverse
-from diagnosis.fit.calibration_parameter import accepted
+from diagnosis.fit.calibration_parameter import calibration_parameters
 from diagnosis.fit.refit import baseline_fit
 from diagnosis.threshold.parametric_bootstrap import FEW, taken_to, widen_intervals
 from diagnosis.threshold.simulation import Simulation
@@ -23,7 +23,7 @@ def campaign(small: Model, paper: ModuleType) -> Campaign:
 
 @pytest.fixture(scope="module")
 def arrangement(small: Model, campaign: Campaign) -> Arrangement:
-    return arrange(campaign, small, accepted(small), Budget(frequency=1e-4, compliance=0.0))
+    return arrange(campaign, small, calibration_parameters(small), Budget(frequency=1e-4, compliance=0.0))
 
 
 def deviations(fit: Fit, size: float, n: int = 4000) -> np.ndarray:

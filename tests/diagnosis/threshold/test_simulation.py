@@ -12,7 +12,7 @@ from correlation.feature.observation import observation, point_of_row
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.fit.arrangement import Arrangement, arrange
-from diagnosis.fit.calibration_parameter import accepted
+from diagnosis.fit.calibration_parameter import calibration_parameters
 from diagnosis.threshold.simulation import Simulation
 
 DRAWS = 40
@@ -25,7 +25,7 @@ def quiet(small: Model, paper: ModuleType) -> tuple[Campaign, Arrangement]:
     return campaign, arrange(
         campaign,
         small,
-        accepted(small, deviation={"kn": 0.0, "E": 0.0}),
+        calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0}),
         Budget(frequency=0.0, compliance=0.0, shares=0.0),
     )
 
