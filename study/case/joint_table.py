@@ -1,11 +1,22 @@
-"""The tables of a case that describe joints: one joint per law, and lines of frictional contacts."""
+"""The tables of a case that describe joints: contact lines, and one model per law, made of the law's own facts."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, create_model, model_validator
 
-from casefile.quantity import CubicStiffness, Force, Length, QuadraticDamping, Ratio, Stiffness
+from casefile.quantity import (
+    CUBIC_STIFFNESS,
+    DIMENSIONS,
+    QUADRATIC_DAMPING,
+    RATIO,
+    Dimension,
+    Force,
+    Length,
+    Ratio,
+    Stiffness,
+)
 from casefile.table import CaseModel
+from reduction.joint.law import LAWS, Joint, LawParameter
 from study.case.place import Places, PlaceTable, listed
 
 Positive = Annotated[Stiffness, Field(gt=0)]
@@ -16,61 +27,52 @@ Stiffnesses = Annotated[tuple[Positive, ...], BeforeValidator(listed), Field(min
 Ratios = Annotated[tuple[NotNegative, ...], BeforeValidator(listed), Field(min_length=1)]
 Forces = Annotated[tuple[Force, ...], BeforeValidator(listed), Field(min_length=1)]
 Lengths = Annotated[tuple[Length, ...], BeforeValidator(listed), Field(min_length=1)]
+#: The place of a law that acts along one row; its keys stand in the joint's table itself.
+DIRECTION = "direction"
 
 
-class FrictionTable(CaseModel):
-    """A contact: `reduction.jointed_system.FrictionContact`, one for each station of its places."""
-
-    kind: Literal["friction"]
-    name: Name
-    normal: PlaceTable
-    tangent: PlaceTable
-    second_tangent: PlaceTable | None = None
-    normal_stiffness: Positive
-    tangential_stiffness: Positive
-    friction_coefficient: Annotated[Ratio, Field(ge=0, examples=[0.4])]
-    preload: Force = 0.0
-    gap: Length = 0.0
-    friction: Literal["uncoupled", "coulomb"] = "uncoupled"
+def joint_table() -> Any:
+    """The type of an entry of ``[[joint]]``: the tables of all laws that are registered, told apart by ``kind``."""
+    tables = [table_of_law(law) for law in LAWS]
+    union: Any = tables[0]
+    for table in tables[1:]:
+        union |= table
+    return Annotated[union, Field(discriminator="kind")]
 
 
-class JenkinsTable(PlaceTable):
-    """A spring and a slider in series with a constant limit."""
-
-    kind: Literal["jenkins"]
-    name: Name
-    tangential_stiffness: Positive
-    limit_force: Annotated[Force, Field(ge=0)]
-
-
-class CubicTable(PlaceTable):
-    """A spring with f = stiffness u^3."""
-
-    kind: Literal["cubic"]
-    name: Name
-    stiffness: CubicStiffness
+def table_of_law(law: type[Joint]) -> type[CaseModel]:
+    """The model of a law's table: its name, its places, and its numbers with units, bounds and defaults."""
+    fields: dict[str, Any] = {"kind": (Literal[law.kind], ...), "name": (Name, ...)}
+    is_single = set(law.places) == {DIRECTION}
+    for place, is_needed in {} if is_single else law.places.items():
+        fields[place] = (PlaceTable, ...) if is_needed else (PlaceTable | None, None)
+    for parameter in law.parameters:
+        fields[parameter.name] = (_quantity(parameter), ... if parameter.default is None else parameter.default)
+    for option in law.options:
+        fields[option.name] = (Literal[option.choices], option.choices[0])
+    base = PlaceTable if is_single else CaseModel
+    table: type[CaseModel] = create_model(f"{law.__name__}Table", __base__=base, __doc__=law.__doc__, **fields)
+    return table
 
 
-class StopTable(PlaceTable):
-    """A one-sided elastic stop."""
-
-    kind: Literal["stop"]
-    name: Name
-    stiffness: Positive
-    gap: Length = 0.0
-
-
-class QuadraticDamperTable(PlaceTable):
-    """A damper with f = damping |v| v."""
-
-    kind: Literal["quadratic_damper"]
-    name: Name
-    damping: Annotated[QuadraticDamping, Field(ge=0)]
+def _quantity(parameter: LawParameter) -> Any:
+    bounds: dict[str, Any] = {}
+    if parameter.positive:
+        bounds["gt"] = 0
+    elif parameter.lower > float("-inf"):
+        bounds["ge"] = parameter.lower
+    dimension = _dimension(parameter)
+    example = parameter.typical if dimension is RATIO else dimension.example
+    return Annotated[float, BeforeValidator(dimension.read), Field(**bounds, examples=[example])]
 
 
-JointTable = Annotated[
-    FrictionTable | JenkinsTable | CubicTable | StopTable | QuadraticDamperTable, Field(discriminator="kind")
-]
+def _dimension(parameter: LawParameter) -> Dimension:
+    if parameter.unit == "-":
+        return RATIO
+    known = next(
+        (each for each in (*DIMENSIONS, CUBIC_STIFFNESS, QUADRATIC_DAMPING) if each.si == parameter.unit), None
+    )
+    return known or Dimension(f"a {parameter.name}", parameter.unit, f"{parameter.typical:g} {parameter.unit}")
 
 
 class LineTable(CaseModel):

@@ -7,15 +7,18 @@ A kind is one member of a registry, in a folder of its own below `study.kind`. I
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
-from pydantic import AfterValidator, ConfigDict, Field
+from pydantic import AfterValidator, ConfigDict, Field, create_model
 
 from casefile.errors import CaseError, Problem
 from casefile.head import case_head
 from casefile.table import CaseModel, load_case
 from casefile.validation import did_you_mean
+from geometry.errors import RegistryError
 from geometry.registry import Registry
+from reduction.joint.law import LAWS
+from study.case.joint_table import joint_table
 from study.case.structure import Structure
 from study.case.tables import Case, StructureTable
 from study.run_context import Answer, RunContext
@@ -145,8 +148,28 @@ def open_case(path: Path | str) -> OpenCase:
         load_case(path, _AnyCase)  # says what is wrong with the file
         raise AssertionError(f"{path}: the kind {name!r} was accepted")
     kind = CASE_KINDS[name]
-    case: Case[Any] = load_case(path, Case[kind.table])  # type: ignore[name-defined]
-    return OpenCase(path=path, case=case, kind=kind)
+    _load_laws(path)
+    return OpenCase(path=path, case=load_case(path, case_model(kind)), kind=kind)
+
+
+def case_model(kind: CaseKind) -> type[Case[Any]]:
+    """The model of a whole case of a kind, with the joint laws that are registered now."""
+    base: Any = Case[kind.table]  # type: ignore[name-defined]
+    joints: Any = (tuple[joint_table(), ...], ())  # type: ignore[misc]
+    model: Any = create_model("Case", __base__=base, joint=joints)
+    return cast(type[Case[Any]], model)
+
+
+def _load_laws(path: Path) -> None:
+    """Register the laws of the user's files that a case names; what is no list of names is refused with the rest."""
+    head = case_head(path).get("laws")
+    files = head.get("files") if isinstance(head, Mapping) else None
+    for file in files if isinstance(files, list) else ():
+        if isinstance(file, str):
+            try:
+                LAWS.load(path.parent / file)
+            except RegistryError as error:
+                raise CaseError([Problem(file=str(path), line=0, key="laws.files", text=str(error))]) from error
 
 
 def _known(name: str) -> str:

@@ -11,7 +11,7 @@ from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
 from casefile.quantity import Angle, Force, Ratio
 from casefile.table import CaseModel
-from study.case.joint_table import JointTable, LineTable, Name, NotNegative
+from study.case.joint_table import LineTable, Name, NotNegative
 from study.case.place import PlaceTable
 from study.case.sweep import Sweep
 from study.limits.table import LimitsTable
@@ -133,6 +133,12 @@ class NumericalErrorTable(CaseModel):
     refined: tuple[str, ...] = ()
 
 
+class LawsTable(CaseModel):
+    """Python files with joint laws of one's own."""
+
+    files: tuple[str, ...] = ()
+
+
 class EffectsTable(CaseModel):
     """Effects of one's own, and kinds that are left out."""
 
@@ -183,7 +189,7 @@ class Case(CaseModel, Generic[S]):
     structure: S
     place: tuple[NamedPlaceTable, ...] = ()
     line: tuple[LineTable, ...] = ()
-    joint: tuple[JointTable, ...] = ()
+    joint: tuple[Any, ...] = ()  # of the laws that are registered, see `case_model`
     load: tuple[LoadTable, ...] = ()
     static_load: tuple[StaticLoadTable, ...] = ()
     dead_weight: tuple[DeadWeightTable, ...] = ()
@@ -193,6 +199,7 @@ class Case(CaseModel, Generic[S]):
     limits: LimitsTable = LimitsTable()
     accepted: AcceptedTable = AcceptedTable()
     numerical_error: NumericalErrorTable = NumericalErrorTable()
+    laws: LawsTable = LawsTable()
     effects: EffectsTable = EffectsTable()
     added: tuple[AddedTable, ...] = ()
     calibrated: CalibratedTable = CalibratedTable()

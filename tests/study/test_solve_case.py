@@ -223,7 +223,7 @@ ROM_MISTAKES = [
     ('"left", other_at = "right", direction = "y"', '"lift", direction = "y"', 'no boundary set "lift": it has left'),
     ("station = 1", "station = 2", 'sensor[0].station = 2: .* boundary set "right" has stations 0 to 1'),
     ('other_at = "right", direction = "y"', 'other_at = "three", direction = "y"', "2 stations but other_at = .* 3:"),
-    ('"y" }', '"y", station = 0 }', "different numbers of stations (tangent 1, normal 2): a contact needs one of each"),
+    ('"y" }', '"y", station = 0 }', "different numbers of stations (normal 2, tangent 1): a contact needs one of each"),
     ("[0.6, 0.0, 0.8]", "[0, 0, 0]", "joint[0].normal: direction = [0, 0, 0] points nowhere"),
     ('direction = "z"', 'direction = "w"', 'sensor[0].direction = "w": must be "x", "y", "z", "rx",'),
     ('direction = "z"\n', "\n", 'at = "right" needs a direction'),
