@@ -1,12 +1,10 @@
-"""What a file format is, and the registries of mesh and matrix formats: one file each, and those from outside."""
+"""What a file format is, and how formats are found by suffix and content; their registries stand in their packages."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Generic, TypeAlias, TypeVar
 
-from fe.file.matrix_content import FileMatrix
-from fe.file.mesh_content import FileMesh
 from geometry.registry import Registry
 
 Content = TypeVar("Content")
@@ -43,7 +41,8 @@ class FileFormat(Generic[Content]):
     write: Callable[..., None] | None
 
 
-def _registry(kind: str, folder: str) -> Registry[Format]:
+def format_registry(what: str) -> Registry[Format]:
+    """Formats of what is "mesh" or "matrix": the modules of the package `fe.file.mesh` or `fe.file.matrix`."""
     registry: Registry[Format]
 
     def wrong(given: Format) -> str | None:
@@ -55,15 +54,14 @@ def _registry(kind: str, folder: str) -> Registry[Format]:
                 return f'writes {sorted(shared)[0]} files, as "{other.name}" does: give it a suffix of its own'
         return None
 
-    facts = dict.fromkeys(FileFormat.__dataclass_fields__, "see `fe.file.format.FileFormat`")
     registry = Registry(
-        kind, package=f"fe.file.{folder}", group=f"stickslip.{folder}_formats", facts=facts, check=wrong
+        f"{what} format",
+        package=f"fe.file.{what}",
+        group=f"stickslip.{what}_formats",
+        facts=dict.fromkeys(FileFormat.__dataclass_fields__, "see `fe.file.format.FileFormat`"),
+        check=wrong,
     )
     return registry
-
-
-MESH_FORMATS: Registry[FileFormat[FileMesh]] = _registry("mesh format", "mesh")
-MATRIX_FORMATS: Registry[FileFormat[Mapping[str, FileMatrix]]] = _registry("matrix format", "matrix")
 
 
 def suffixes(formats: Registry[FileFormat[Content]], *, written: bool = False) -> list[str]:

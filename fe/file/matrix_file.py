@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from fe.errors import MatrixFileError
-from fe.file.format import MATRIX_FORMATS, format_of, suffixes
+from fe.file.format import format_of, suffixes
+from fe.file.matrix import MATRIX_FORMATS
 from fe.file.matrix_content import FileMatrix
 
 

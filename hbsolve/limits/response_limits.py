@@ -19,7 +19,7 @@ from hbsolve.limits.objective import Objective
 from hbsolve.limits.optimum import Best, Key
 from hbsolve.limits.problem import Frequencies, LimitProblem
 from hbsolve.limits.result import ResponseLimits
-from hbsolve.limits.search import Search
+from hbsolve.limits.search import StagedSearch
 from hbsolve.limits.starts import starting_sliders
 from hbsolve.limits.task import Runner, StageProgress
 from reduction.array_input import real_array, whole_number
@@ -135,7 +135,7 @@ def response_limits(
         chosen.seed,
     )  # fmt: skip
     run = Runner.of(problem, omega, store, executor, progress)
-    search = Search(
+    search = StagedSearch(
         run=run, levels=scale.tolist(), starts=starts, block=chosen.block, sample=chosen.sample, seed=chosen.seed
     )
     best, audits, certificates = search.limits()

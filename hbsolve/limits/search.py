@@ -32,7 +32,7 @@ BRIDGES = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Search:
+class StagedSearch:
     """Limits at all frequencies and levels.
 
     Parameters

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fe.errors import MeshError
-from fe.file.format import MESH_FORMATS, FileFormat
+from fe.file.format import FileFormat
+from fe.file.mesh import MESH_FORMATS
 from fe.file.mesh_content import FileMesh
 from fe.mesh import Mesh
 

@@ -11,11 +11,13 @@ import scipy.sparse as sp
 
 from fe.element import HEX8
 from fe.errors import MatrixFileError
-from fe.file.format import MATRIX_FORMATS, MESH_FORMATS
 from fe.file.imported_matrices import read_matrices
+from fe.file.matrix import MATRIX_FORMATS
 from fe.file.matrix_file import MatrixSource, read_matrix
+from fe.file.mesh import MESH_FORMATS
 from fe.file.mesh_file import read_mesh, write_mesh
 from geometry.errors import RegistryError
+from pipeline.code_dependencies import dependencies
 from tests.extension.sweep import sweeps
 from tests.fe import conftest
 from tests.fe.file import test_matrix_file, test_mesh_file
@@ -92,3 +94,11 @@ def test_a_format_that_lacks_a_fact_is_refused_by_file_and_fact(tmp_path: Path) 
     (tmp_path / "mesh.py").write_text("\n".join(lines))
     with pytest.raises(RegistryError, match=r"mesh\.py, line \d+: .*recognise"):
         MESH_FORMATS.load(tmp_path / "mesh.py")
+
+
+@pytest.mark.parametrize("kind", ["mesh", "matrix"])
+def test_a_stored_result_depends_on_every_format_that_its_reader_may_find(kind: str) -> None:
+    formats = {"mesh": MESH_FORMATS, "matrix": MATRIX_FORMATS}[kind]
+    own = {Path(formats.entry(name).file) for name in formats.names()} - {*formats.outside_files()}
+    assert own <= {*dependencies(f"fe.file.{kind}_file").values()}
+    assert own

@@ -1,1 +1,9 @@
-"""Formats of sparse matrices, one file each."""
+"""Formats of sparse matrices, one file each; `MATRIX_FORMATS` finds them."""
+
+from collections.abc import Mapping
+
+from fe.file.format import FileFormat, format_registry
+from fe.file.matrix_content import FileMatrix
+from geometry.registry import Registry
+
+MATRIX_FORMATS: Registry[FileFormat[Mapping[str, FileMatrix]]] = format_registry("matrix")

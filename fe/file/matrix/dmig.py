@@ -24,8 +24,9 @@ import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
 from fe.file.dof_table import DofLabels
-from fe.file.format import MATRIX_FORMATS, FileFormat
+from fe.file.format import FileFormat
 from fe.file.fortran_number import fortran_real
+from fe.file.matrix import MATRIX_FORMATS
 from fe.file.matrix_content import FileMatrix
 
 _SYMMETRIC, _REAL = 6, {1, 2}

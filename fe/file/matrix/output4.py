@@ -19,8 +19,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
-from fe.file.format import MATRIX_FORMATS, FileFormat
+from fe.file.format import FileFormat
 from fe.file.fortran_number import columns, reals
+from fe.file.matrix import MATRIX_FORMATS
 from fe.file.matrix_content import FileMatrix, both_triangles
 
 _PACKED = 65536

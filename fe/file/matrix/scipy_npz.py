@@ -6,7 +6,8 @@ from pathlib import Path
 import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
-from fe.file.format import MATRIX_FORMATS, FileFormat
+from fe.file.format import FileFormat
+from fe.file.matrix import MATRIX_FORMATS
 from fe.file.matrix_content import FileMatrix, real_matrix
 
 

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from fe.element import ELEMENTS
 from fe.errors import MeshError
 from fe.file.calculix_deck import mesh_text
-from fe.file.format import MESH_FORMATS, FileFormat
+from fe.file.format import FileFormat
+from fe.file.mesh import MESH_FORMATS
 from fe.file.mesh_content import FileMesh
 from fe.mesh import Mesh
 

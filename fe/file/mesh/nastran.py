@@ -13,7 +13,8 @@ from jaxtyping import Int
 from numpy.typing import NDArray
 
 from fe.errors import MeshError
-from fe.file.format import MESH_FORMATS, FileFormat
+from fe.file.format import FileFormat
+from fe.file.mesh import MESH_FORMATS
 from fe.file.mesh_content import FileMesh
 from fe.file.meshio_reader import read_with_meshio
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from fe.element import ELEMENTS, HEX8, HEX20, TET10, Element
 from fe.errors import InvertedCell, MeshError
-from fe.file.format import MESH_FORMATS, suffixes
+from fe.file.format import suffixes
+from fe.file.mesh import MESH_FORMATS
 from fe.file.mesh_file import read_mesh, write_mesh
 from fe.mesh import Mesh
 from fe.mesh_quality import cell_quality
