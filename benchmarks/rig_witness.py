@@ -23,7 +23,7 @@ from hbsolve.steady_state import steady_state
 from study.case.kind import open_case
 from study.shipped import RIG
 from study.solve.curve import response_curve
-from study.solve.model import Curve
+from study.solve.request import Curve
 from transient.state import start_from
 from transient.steady import steady_motion
 

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from geometry.errors import InputWarning, RegistryError
 
@@ -31,6 +31,10 @@ M = TypeVar("M")
 
 #: Modules of users' files are called by this and their path in hexadecimal digits.
 PREFIX = "stickslip_outside_"
+
+
+#: All registries that were made: results depend on the files of their outside members.
+REGISTRIES: "list[Registry[Any]]" = []
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +90,7 @@ class Registry(Generic[M]):
         check: Callable[[M], str | None] | None = None,
     ) -> None:
         self.kind, self.package, self.group, self.key = kind, package, group, key
+        REGISTRIES.append(self)
         self.facts = {key: "what it is called", **(facts or {})}
         self._check = check
         self._entries: dict[str, Entry[M]] = {}
@@ -201,8 +206,7 @@ class Registry(Generic[M]):
         sys.modules.pop(module_name(Path(file)), None)
 
     def outside_files(self) -> list[Path]:
-        """Files of members that are not the product's own, sorted: stored results depend on them too."""
-        self._discover()
+        """Files of registered members that are not the product's own, sorted: stored results depend on them too."""
         files = {Path(entry.file).resolve() for entry in self._entries.values() if not self._is_own(entry)}
         return sorted(file for file in files if file.is_file())
 

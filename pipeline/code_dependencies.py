@@ -1,8 +1,8 @@
 """Which files the result of a module's code depends on: those that it imports, those that these import, and so on.
 
 Imports are read from the source, within functions too, so that nothing is run and no list of modules is kept by hand.
-A module that imports from a package itself, and not from a module of it, may find members of the package while it runs
-(a registry does): it depends on all modules of that package.
+A module that makes a registry, or imports from a package itself and not from a module of it, may find members of the
+package while it runs: it depends on all modules of that package.
 """
 
 import ast
@@ -68,7 +68,19 @@ def _imports(file: Path) -> frozenset[str]:
             found |= modules
             if any(_file(module) is None for module in modules):
                 found.update(_below(node.module))
+        elif isinstance(node, ast.Call):
+            found.update(name for package in _packages_of_members(node) for name in _below(package))
     return frozenset(found)
+
+
+def _packages_of_members(call: ast.Call) -> Iterator[str]:
+    """Package in which a registry that is made here looks for its members."""
+    if getattr(call.func, "id", "") == "Registry":
+        yield from (
+            each.value.value
+            for each in call.keywords
+            if each.arg == "package" and isinstance(each.value, ast.Constant) and isinstance(each.value.value, str)
+        )
 
 
 def _below(package: str) -> Iterator[str]:

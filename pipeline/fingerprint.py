@@ -12,6 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from geometry.registry import REGISTRIES
 from pipeline.code_dependencies import dependencies
 from pipeline.codec import is_array, is_numpy_scalar, is_sparse
 
@@ -104,8 +105,15 @@ def code_version(module: str) -> str:
 
 def key(stage: str, inputs: Mapping[str, Any], module: str) -> str:
     """Name of a stage's result: hexadecimal, the same on every run with equal inputs and code of a module."""
-    text = json.dumps([stage, canonical(inputs), code_version(module)], sort_keys=True)
+    text = json.dumps([stage, canonical(inputs), code_version(module), _outside_members(module)], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _outside_members(module: str) -> list[str]:
+    """Hashes of files from which members came, such as a user's joint law, into registries that a module uses."""
+    used = dependencies(module)
+    files = {file for registry in REGISTRIES if registry.package in used for file in registry.outside_files()}
+    return [_code(file) for file in sorted(files)]
 
 
 @cache

@@ -14,7 +14,8 @@ from hbsolve.limits.response_limits import LimitSettings
 from study.case.sweep import FrequencySweepTable, LevelSweepTable
 from study.limits.search import LimitSearch
 from study.limits.table import FORCES, MOST_POINTS, LimitsTable
-from study.solve.model import Output, SolveModel
+from study.solve.model import SolveModel
+from study.solve.request import Output
 from study.solve.result import main_harmonic
 
 #: Without a step the band has so many intervals.

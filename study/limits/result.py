@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from hbsolve.limits.result import ResponseLimits
 from study.limits.curve import FoundLimits
 from study.limits.table import LimitsTable
-from study.solve.model import Output
+from study.solve.request import Output
 from study.solve.result import STATES, SURFACE_UNIT
 
 Real = NDArray[np.float64]

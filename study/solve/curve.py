@@ -12,7 +12,7 @@ from hbsolve.errors import NoSteadyState
 from pipeline.checkpoint import Checkpoint
 from pipeline.store import stage
 from reduction.jointed_system import JointedSystem
-from study.solve.model import Curve
+from study.solve.request import Curve
 
 #: Share of the way from which on it tells the time left.
 WORTH_REPORTING = 0.03

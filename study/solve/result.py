@@ -16,7 +16,8 @@ from hbsolve.continuation.stop import StopReason
 from hbsolve.fourier import harmonics, samples_from_coefficients
 from hbsolve.state import SteadyState
 from reduction.jointed_system import Joint, JointedSystem
-from study.solve.model import Curve, Output, SolveModel
+from study.solve.model import SolveModel
+from study.solve.request import Curve, Output
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -69,3 +69,19 @@ def test_a_package_that_is_imported_itself_counts_with_all_its_modules(
     monkeypatch.syspath_prepend(tmp_path)
     assert "found_members.one" in dependencies("asks")
     assert "found_members" not in dependencies("names")
+
+
+def test_a_module_that_makes_a_registry_depends_on_the_members_that_it_will_find(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "swept_members"
+    folder.mkdir()
+    (folder / "__init__.py").write_text("")
+    (folder / "one.py").write_text("")
+    (tmp_path / "sweeps.py").write_text("R = Registry('thing', package='swept_members', group=None)\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert {"swept_members", "swept_members.one"} <= set(dependencies("sweeps"))
+
+
+def test_every_joint_law_and_its_force_count_for_a_response_curve() -> None:
+    assert {"reduction.joint.jenkins", "hbsolve.contact.jenkins"} <= set(dependencies("study.solve.curve"))
