@@ -211,12 +211,12 @@ def test_a_kind_that_is_not_loaded_is_unknown(case: Path) -> None:
 
 def test_a_kind_without_a_fact_or_with_a_name_that_is_taken_is_refused(case: Path, tmp_path: Path) -> None:
     member = CASE_KINDS["mass_on_wall"]
-    with pytest.raises(RegistryError, match='"mass_on_wall" is registered already in .*mass_on_wall.py, line'):
+    with pytest.raises(RegistryError, match=r'"mass_on_wall" is registered already in .*mass_on_wall.py, line'):
         CASE_KINDS.register(member)
     short = tmp_path / "short.py"
     short.write_text(
         "from types import SimpleNamespace\nfrom study.case.kind import CASE_KINDS\n"
-        'CASE_KINDS.register(SimpleNamespace(name="short", summary="nothing", table=None, structure=None, reduce=""))\n',
+        'CASE_KINDS.register(SimpleNamespace(name="short", summary="none", table=None, structure=None, reduce=""))\n',
         encoding="utf-8",
     )
     with pytest.raises(RegistryError, match=r'short.py, line 3: .* "short" lacks modes \(what `stickslip modes` does'):
