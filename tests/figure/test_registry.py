@@ -32,12 +32,12 @@ def kinds() -> Iterator[FigureKind]:
     yield outside
 
 
-@pytest.fixture(params=list(kinds()), ids=lambda kind: kind.name)
+@pytest.fixture(scope="module", params=list(kinds()), ids=lambda kind: kind.name)
 def kind(request: pytest.FixtureRequest) -> FigureKind:
     return request.param
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def figure(kind: FigureKind) -> Figure:
     """The figure of an example, laid out."""
     drawn: Figure = kind.draw(EXAMPLES[kind.draws]())
