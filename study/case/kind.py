@@ -5,11 +5,11 @@ A kind is one member of a registry, in a folder of its own below `study.kind`. I
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, cast
 
-from pydantic import AfterValidator, ConfigDict, Field, create_model
+from pydantic import AfterValidator, ConfigDict, Field, create_model, model_validator
 
 from casefile.errors import CaseError, Problem
 from casefile.head import case_head
@@ -124,13 +124,13 @@ class OpenCase:
         Parameters
         ----------
         key
-            The table that is not there.
+            The table that is not there, or that is another than the command needs.
         remedy
             What the command needs it for, and an example.
         """
         if self.case.source is None:
             return CaseError([Problem(file=str(self.path), line=0, key=key, text=remedy)])
-        return CaseError([self.case.source.problem((), remedy)])
+        return CaseError([replace(self.case.source.problem((key,), ""), text=remedy)])
 
 
 def open_case(path: Path | str) -> OpenCase:
@@ -190,3 +190,17 @@ class _AnyCase(CaseModel):
     model_config = ConfigDict(extra="allow")
 
     structure: _AnyStructure
+
+    @model_validator(mode="before")
+    @classmethod
+    def _described(cls, tables: dict[str, Any]) -> dict[str, Any]:
+        if "structure" in tables:
+            return tables
+        if isinstance(tables.get("model"), list):
+            raise ValueError(
+                "this is the case of a mesh study: run it with `stickslip table1`, or describe one structure under "
+                "[structure]"
+            )
+        near = next((key for key in tables if did_you_mean(key, ["structure"])), None)
+        hint = f"; did you mean it by [{near}]?" if near else ""
+        raise ValueError(f'table [structure] is missing; add it, with a kind such as "plain"{hint}')

@@ -144,6 +144,7 @@ def find_case(folder: Path) -> Path:
     # A finer one of another is no case of its own.
     finer = {(folder / name).resolve() for case in cases.values() for name in _refined(case)}
     found = [file for file in cases if file.resolve() not in finer]
+    found = [file for file in found if cases[file]["schema"] == SCHEMA] or found
     if len(found) > 1:
         found = [file for file in found if history_of(file).steps] or found
     if len(found) == 1:
@@ -233,12 +234,13 @@ def _saved(case: Path, history: History, step: Step, text: str) -> Step:
 
 
 def _case(file: Path) -> dict[str, Any] | None:
-    """What a file says; none if it is no case."""
+    """What a file says; none if it is no case. One of an earlier form is named, so that it is refused with a remedy."""
     try:
         data = tomllib.loads(file.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError):
         return None
-    return data if data.get("schema") == SCHEMA and isinstance(data.get("structure"), dict) else None
+    described = any(isinstance(data.get(table), dict) for table in ("structure", "model"))
+    return data if "schema" in data and described else None
 
 
 def _refined(case: dict[str, Any]) -> list[str]:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from casefile.errors import CaseError
-from correlation.campaign.measurement import Campaign, MeasuredSensor, Measurement, Test
+from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.campaign.write_campaign import write_campaign
 from correlation.prediction import Points, Predictor
 from geometry.errors import RegistryError
@@ -145,7 +145,12 @@ def measured(case: Path, folder: Path) -> None:
     )
     sensor = MeasuredSensor(name="along", quantity="displacement", direction="x", place="along")
     campaign = Campaign(
-        title="Shaken", folder=Path(), sensors=(sensor,), tests=(Test(name="stepped"),), measurement=table
+        title="Shaken",
+        folder=Path(),
+        sensors=(sensor,),
+        tests=(Test(name="stepped"),),
+        measurement=table,
+        held_out=HeldOut(),
     )
     write_campaign(campaign, folder)
 
@@ -181,7 +186,7 @@ def test_a_command_that_has_nothing_to_do_says_so_in_the_words_of_the_kind(
     assert cli.main([command, case.name, "--out", "out", "--quiet"]) == 2
     message = capfd.readouterr().err
     assert message.count("\n") == 1
-    assert re.match(rf"wall\.toml:\d+: .*stickslip {command}.* a case of a mass on a wall: .*{why}", message)
+    assert re.match(rf"wall\.toml:\d+: .*`stickslip {command}` .* case of a mass on a wall: .*{why}", message)
 
 
 @pytest.mark.parametrize(

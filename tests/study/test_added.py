@@ -8,10 +8,12 @@ import pytest
 
 from casefile.errors import CaseError
 from diagnosis.fit.arrangement import Added
+from study import cli
 from study.beam.model import beam_model
 from study.case.added import apply_by_name, case_catalogue, key_of, text_of, value_of
 from study.case.setup import read_case
 from study.shipped import BEAM
+from study.solve.model import solve_model
 
 
 def case_with(folder: Path, tables: str) -> Path:
@@ -100,3 +102,60 @@ def test_a_factor_that_is_no_accepted_parameter_is_refused(tmp_path: Path) -> No
         CaseError, match=r"calibrated.mu = 1.1: mu is calibrated, but is no calibration parameter here: remove it"
     ):
         read_case(case)
+
+
+#: Two masses, of which one rubs on a wall; small enough to be solved at once.
+RUBBING = """\
+schema = 2
+title = "Two masses" # as drawn
+[structure]
+kind = "plain"
+file = "chain.npz"
+[[place]]
+name = "tip"
+dof = 1
+[[sensor]]
+name = "tip"
+place = "tip"
+[[load]]
+place = "tip"
+[[joint]]
+kind = "jenkins"
+name = "pad"
+dof = 0
+tangential_stiffness = "5 N/mm"
+limit_force = "2 N"
+[sweep]
+from = "20 Hz"
+to = "30 Hz"
+"""
+
+
+def test_every_command_sees_the_model_that_add_has_mended_and_undo_gives_the_earlier_bytes(at_home: Path) -> None:
+    stiffness = np.array([[5e4, -2e4], [-2e4, 2e4]])
+    dofs = {"dof_body": ["chain"] * 2, "dof_node": [0, 1], "dof_direction": ["z", "z"]}
+    np.savez(at_home / "chain.npz", M=np.diag([1.0, 0.5]), C=2e-5 * stiffness, K=stiffness, **dofs)
+    case = at_home / "chain.toml"
+    case.write_text(RUBBING, encoding="utf-8")
+    drawn = solve_model(read_case(case)).system
+    assert drawn.mass[1, 1] == 0.5
+    assert cli.main(["add", "mass at tip", "--value", "5 g", "--quiet"]) == 0
+    read = read_case(case)
+    mended = solve_model(read)
+    np.testing.assert_allclose(mended.system.mass - drawn.mass, np.diag([0, 5e-3]), atol=1e-15)
+    # What is drawn stays to be seen, and all else is the same.
+    assert read.setup.model.system.mass[1, 1] == 0.5
+    np.testing.assert_array_equal(mended.system.stiffness, drawn.stiffness)
+    case.write_text(case.read_text(encoding="utf-8") + "[calibrated]\nzeta = 1.2\n", encoding="utf-8")
+    calibrated = solve_model(read_case(case)).system
+    np.testing.assert_allclose(calibrated.damping, 1.2 * drawn.damping, rtol=1e-12)
+    assert calibrated.mass[1, 1] == mended.system.mass[1, 1]
+    # An edit elsewhere survives the step back.
+    assert cli.main(["undo", "--quiet"]) == 0
+    left = case.read_text(encoding="utf-8").replace("[calibrated]\nzeta = 1.2\n", "")
+    assert left.rstrip("\n") == RUBBING.rstrip("\n")
+    case.write_text(RUBBING, encoding="utf-8")
+    assert cli.main(["add", "spring at tip", "--value", "1 N/mm", "--quiet"]) == 0
+    assert solve_model(read_case(case)).system.stiffness[1, 1] == pytest.approx(2.1e4, rel=1e-12)
+    assert cli.main(["undo", "--quiet"]) == 0
+    assert case.read_bytes() == RUBBING.encode()

@@ -14,6 +14,7 @@ from reduction.jointed_system import CubicSpring
 from reduction.rom import ReducedModel
 from study.beam.case import write_beam_case
 from study.beam.model import beam_model
+from study.case.kind import open_case
 from study.case.setup import read_case
 from study.shipped import BEAM
 
@@ -311,6 +312,21 @@ def test_parts_add_up_to_the_structure(folder: Path) -> None:
     np.savez(folder / "chain.npz", M=M, K=K, part_base_mass=0.5 * M, part_base_stiffness=K)
     with pytest.raises(CaseError, match="the parts base do not add up to the mass: store every part, or none"):
         read_case(written(folder, CASE))
+
+
+def cases_of_documents() -> dict[str, str]:
+    """Text of every whole case in the documents, by file and line."""
+    found = {}
+    for file in sorted((Path(__file__).parents[2] / "docs").glob("*.md")):
+        text = file.read_text(encoding="utf-8")
+        for block in re.finditer(r"^    schema = 2\n(?:^    .*\n|^\n)*", text, re.MULTILINE):
+            found[f"{file.name}:{text[: block.start()].count(chr(10)) + 1}"] = textwrap.dedent(block.group())
+    return found
+
+
+@pytest.mark.parametrize("text", cases_of_documents().values(), ids=cases_of_documents().keys())
+def test_every_case_of_the_documents_is_valid(tmp_path: Path, text: str) -> None:
+    assert open_case(written(tmp_path, text)).case.structure.kind == open_case(tmp_path / "case.toml").kind.name
 
 
 def test_the_case_of_the_document_can_be_read(tmp_path: Path) -> None:

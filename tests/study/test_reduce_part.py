@@ -13,6 +13,7 @@ import pytest
 from fe.assembly import assemble
 from fe.boundary import Support, supported_system
 from fe.calculix_run import find_ccx, run_frequency
+from fe.dense_modes import dense_modes
 from fe.element import HEX8, HEX20, TET10
 from fe.face_integral import face_areas
 from fe.file.mesh_file import read_mesh, write_mesh
@@ -22,6 +23,8 @@ from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
 from fe.modal import modes
 from reduction.file.rom_hdf5 import load_rom
+from reduction.stuck import stuck_stiffness
+from study.case.setup import read_case
 from study.cli import main
 from study.kind.part.reduce import _drawn as drawn
 
@@ -399,6 +402,67 @@ highest = 1
     (curve,) = document(capfd, "solve", "solve.toml", "--out", "solved")["curves"]
     # The peak lies a factor sqrt(1 - 2 zeta^2) below the frequency, between points 1/2000 apart.
     assert curve["peak_frequency_hz"] == pytest.approx(first, rel=2e-3)
+
+
+#: A plate rubs on the end of the bar, at the stations of its contact line and across it.
+PLATE = """
+[[place]]
+name = "end"
+at = "tip"
+direction = "y"
+[[line]]
+name = "plate"
+normal = { row = "rub normal" }
+tangent = { row = "rub across" }
+shares = [1, 2, 1]
+normal_stiffness = "8 N/um"
+tangential_stiffness = "4 N/um"
+friction_coefficient = 0.5
+preload = "60 N"
+balanced_preload = true
+[[joint]]
+kind = "cubic"
+name = "stop"
+place = "end"
+stiffness = "1e6 N/m^3"
+[[load]]
+place = "end"
+amplitude = "0.1 N"
+[[sensor]]
+name = "end"
+place = "end"
+[[sensor]]
+name = "friction"
+line = "plate"
+component = "tangential"
+[harmonics]
+highest = 3
+"""
+
+
+def test_one_case_of_a_part_is_reduced_and_solved_with_its_joints(
+    home: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    case = home / "bar.toml"
+    case.write_text(MESH_CASE + PLATE)
+    free = document(capfd, "reduce", "bar.toml", "--out", "out")["rom_frequency_hz"][0]
+    read = read_case(case)
+    assert [joint.name for joint in read.model.system.joints] == ["plate.1", "plate.2", "plate.3", "stop"]
+    assert [sensor.name for sensor in read.model.sensors] == ["end", "friction"]
+    system = read.model.system
+    stuck = dense_modes(system.mass, stuck_stiffness(system.stiffness, system.joints))
+    omega, shape = np.sqrt(stuck.lambda_[0]), stuck.mode_shapes[:, 0]
+    first = omega / (2 * np.pi)
+    # 4 N/um beside the bar's own 3 E I / L^3 of 5 N/um.
+    assert first > 1.1 * free
+    sweep = f'[sweep]\nfrom = "{0.98 * first} Hz"\nto = "{1.02 * first} Hz"\nstep = "{first / 2000} Hz"\n'
+    case.write_text(MESH_CASE + PLATE + sweep)
+    (curve,) = document(capfd, "solve", "bar.toml", "--out", "solved")["curves"]
+    # At 0.1 N all stations stick; the peak lies a factor sqrt(1 - 2 zeta^2) below, between points 1/2000 apart.
+    assert curve["peak_frequency_hz"] == pytest.approx(first, rel=2e-3)
+    # The mode alone; the others add their static parts, across the phase.
+    modal = 1e6 * 0.1 * (read.model.places["end"] @ shape) ** 2 / (omega * (shape @ system.damping @ shape))
+    assert curve["peak_amplitude"] == pytest.approx(modal, rel=5e-3)
 
 
 # STEP files, written by the CAD kernel from plain boxes.

@@ -10,7 +10,7 @@ from casefile.table import load_case
 from fe.modal import modes
 from study.case.kind import open_case
 from study.kind.blade.model import clamped
-from study.shipped import BLADE, CASES, LIMITS, RIG, SOLVE, TABLE1
+from study.shipped import BEAM, BLADE, CASES, LIMITS, RIG, SOLVE, TABLE1
 from study.table1.case import Table1Case
 from study.table1.study import row_inputs
 
@@ -33,6 +33,13 @@ PUBLISHED = [
 
 def test_every_shipped_file_is_used() -> None:
     assert {*TABLE1, BLADE, LIMITS, RIG, SOLVE} == set(CASES.glob("*.toml"))
+
+
+@pytest.mark.parametrize(
+    ("path", "kind"), [(BLADE, "blade"), (RIG, "rig"), (SOLVE, "plain"), (LIMITS, "plain"), (BEAM, "plain")]
+)
+def test_every_shipped_case_is_one_of_its_kind(path: Path, kind: str) -> None:
+    assert open_case(path).kind.name == kind
 
 
 @BOTH
