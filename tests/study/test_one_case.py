@@ -125,7 +125,7 @@ def test_one_case_goes_through_every_command(at_home: Path, short_rig: str, capf
     write_campaign(measured(heavy, bending(heavy)), at_home / "campaign")
 
     (light,) = command("solve", "rig.toml")["curves"]
-    # What friction does at 0.5 N: next to nothing, below the stuck resonance.
+    # At 0.5 N the contacts stick.
     assert light["peak_frequency_hz"] == pytest.approx(first, rel=2e-3)
     bounds = command("limits", "rig.toml")
     # All contacts stick: histories leave no band, at the top of the curve.
