@@ -1,6 +1,7 @@
 """Natural frequencies and mode shapes of a sparse system, by block Lanczos on one factorisation."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.linalg
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
 from fe.errors import SupportError
+from fe.notebook import Tabular
 from fe.sparse.block_lanczos import COLUMNS_PER_MODE, NoConvergence, block_lanczos
 from fe.sparse.factor import Symmetric
 from fe.sparse.node_matrix import BlockProduct
@@ -16,6 +18,9 @@ from fe.sparse.solver import Definiteness, Factor, SingularMatrix, factorise
 from fe.sparse.symmetry import check_symmetric
 from fe.system import LinearSystem
 from geometry.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas
 
 SINGULAR = (
     "the stiffness is singular to working accuracy: the supports leave a rigid-body motion or a mechanism, or are too "
@@ -31,7 +36,7 @@ AT_ONCE = 16
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ModeSet:
+class ModeSet(Tabular):
     """Modes in ascending order of frequency.
 
     Parameters
@@ -52,6 +57,15 @@ class ModeSet:
     def frequency(self) -> Float[NDArray[np.float64], " m"]:
         """Natural frequencies, shape (m,) [Hz]."""
         return np.asarray(self.angular_frequency / (2 * np.pi))
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Frequency and damping ratio of each mode, numbered from 1."""
+        import pandas
+
+        return pandas.DataFrame(
+            {"frequency [Hz]": self.frequency, "damping ratio [-]": self.damping_ratio},
+            index=pandas.RangeIndex(1, len(self.frequency) + 1, name="mode"),
+        )
 
 
 @on_one_blas_thread

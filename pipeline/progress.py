@@ -7,22 +7,17 @@ now and then. Here such a callback belongs to a named step::
         modes(system, 10, report=report)
 """
 
-import json
 import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from pathlib import Path
 from threading import Timer
 from typing import TYPE_CHECKING, Protocol, TextIO
 
-from pipeline.output import replace_file
+from pipeline.duration import WORTH_SHOWING, Durations, format_duration
 
 if TYPE_CHECKING:
     from rich.progress import Progress as RichBars
-
-# A step shorter than this is not worth a line.
-WORTH_SHOWING = 1.0  # s
 
 # Where nobody watches a bar, such as a log file, a step says so often how far it is.
 LINE_EVERY = 10.0  # s
@@ -58,41 +53,6 @@ class SilentProgress:
         """Do nothing."""
 
 
-class Durations:
-    """How long each step took last time, in a file of the cache.
-
-    Parameters
-    ----------
-    file
-        JSON, step name to seconds; None remembers nothing beyond this process.
-    """
-
-    def __init__(self, file: Path | None = None) -> None:
-        self._file = file
-        self._seconds: dict[str, float] = {}
-        if file is not None:
-            try:
-                known = json.loads(file.read_text(encoding="utf-8"))
-                self._seconds = {str(name): float(seconds) for name, seconds in known.items()}
-            except (OSError, ValueError, AttributeError, TypeError):
-                self._seconds = {}  # an estimate, not worth a word
-
-    def expected(self, name: str) -> float | None:
-        """Seconds of the last time, None for a step not seen before."""
-        return self._seconds.get(name)
-
-    def remember(self, name: str, seconds: float) -> None:
-        """Keep for the next run, if the step was worth showing."""
-        if seconds < WORTH_SHOWING:
-            return
-        self._seconds[name] = round(seconds, 1)
-        if self._file is not None and self._file.parent.is_dir():
-            try:
-                replace_file(self._file, json.dumps(self._seconds))
-            except OSError:
-                self._file = None
-
-
 class LineProgress:
     """Plain lines: one when a step has become long, one every ten seconds, one at its end.
 
@@ -124,7 +84,7 @@ class LineProgress:
         indent = "  " * self._depth
         guess = self._durations.expected(name) or expected
         if guess is not None and guess >= WORTH_SHOWING:
-            self._line(f"{indent}{name} ... about {spoken(guess)}")
+            self._line(f"{indent}{name} ... about {format_duration(guess)}")
 
         def report(done: float, total: float) -> None:
             nonlocal last
@@ -141,7 +101,7 @@ class LineProgress:
         seconds = self._clock() - start
         self._durations.remember(name, seconds)
         if seconds >= WORTH_SHOWING:
-            self._line(f"{indent}{name}: done in {spoken(seconds)}")
+            self._line(f"{indent}{name}: done in {format_duration(seconds)}")
 
     def kept(self, name: str) -> None:
         """Say so."""
@@ -193,7 +153,7 @@ class BarProgress:
             bars.remove_task(task)
             seconds = time.monotonic() - start
             if finished and seconds >= WORTH_SHOWING:
-                bars.console.print(f"{label}: {spoken(seconds)}", style="dim", markup=False, highlight=False)
+                bars.console.print(f"{label}: {format_duration(seconds)}", style="dim", markup=False, highlight=False)
             if self._depth == 0:
                 bars.stop()
                 self._bars = None
@@ -215,20 +175,7 @@ class BarProgress:
         return self._bars
 
 
-def spoken(seconds: float) -> str:
-    """Time as a person says it: ``3.2 s``, ``48 s``, ``2 min 05 s``, ``1 h 02 min``."""
-    if seconds < 10:
-        return f"{seconds:.1f} s"
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    minutes, rest = divmod(whole, 60)
-    if minutes < 60:
-        return f"{minutes} min {rest:02d} s"
-    return f"{minutes // 60} h {minutes % 60:02d} min"
-
-
 def _left(done: float, total: float, seconds: float) -> str:
     if done <= 0 or done >= total:
         return ""
-    return f", about {spoken(seconds * (total - done) / done)} left"
+    return f", about {format_duration(seconds * (total - done) / done)} left"

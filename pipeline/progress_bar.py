@@ -4,7 +4,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
 from rich.text import Text
 
-from pipeline.progress import spoken
+from pipeline.duration import format_duration
 
 # A step that takes longer than last time waits here rather than claim to be done.
 NEARLY_DONE = 0.97
@@ -19,10 +19,14 @@ class TimeLeft(ProgressColumn):
         guess = task.fields.get("guess")
         if guess:
             left = guess - elapsed
-            return Text(f"about {spoken(left)} left" if left > 0 else f"{spoken(elapsed)}, longer than last time")
+            return Text(
+                f"about {format_duration(left)} left"
+                if left > 0
+                else f"{format_duration(elapsed)}, longer than last time"
+            )
         if task.total and task.completed:
-            return Text(f"about {spoken(elapsed * (task.total - task.completed) / task.completed)} left")
-        return Text(spoken(elapsed))
+            return Text(f"about {format_duration(elapsed * (task.total - task.completed) / task.completed)} left")
+        return Text(format_duration(elapsed))
 
 
 class ClockedBar(BarColumn):

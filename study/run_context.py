@@ -144,8 +144,9 @@ class Options:
         OutputError
             The folder cannot be written.
         """
+        from pipeline.duration import Durations
         from pipeline.output import prepare_output
-        from pipeline.progress import BarProgress, Durations, LineProgress, Progress, SilentProgress
+        from pipeline.progress import BarProgress, LineProgress, Progress, SilentProgress
         from pipeline.store import Store
 
         prepared = None if output is None else prepare_output(output)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
@@ -11,6 +12,10 @@ from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.metric.response import amplitude_error, phase_error
 from correlation.prediction import Points
+from fe.notebook import Tabular
+
+if TYPE_CHECKING:
+    import pandas
 
 Mask = Bool[NDArray[np.bool_], " k"]
 Numbers = Float[NDArray[np.float64], " k"]
@@ -25,7 +30,7 @@ CLEAR = 5.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Misfit:
+class Misfit(Tabular):
     """A model beside measurements, one row a point.
 
     Parameters
@@ -70,6 +75,24 @@ class Misfit:
         deviation = np.nan_to_num(self.deviation)
         there = (np.abs(self.measured) > 0) & np.isfinite(self.predicted)
         return np.asarray(there & (np.abs(self.measured) > CLEAR * deviation))
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """One row per point: where it is, what was measured and predicted, and by how much they differ."""
+        import pandas
+
+        points = self.points
+        return pandas.DataFrame(
+            {
+                "without contacts": points.free,
+                "level [N]": points.level,
+                "frequency [Hz]": points.frequency,
+                "sensor": points.sensor,
+                "harmonic": points.harmonic,
+                "measured [SI]": self.measured,
+                "predicted [SI]": self.predicted,
+                "misfit [standard deviations]": self.size,
+            }
+        )
 
     def where(self, chosen: Mask) -> "Misfit":
         """Some of the rows."""

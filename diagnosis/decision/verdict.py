@@ -3,12 +3,17 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from diagnosis.fit.problem import Refit
 from diagnosis.localisation import Place
 from diagnosis.screening import Score
+from fe.notebook import Tabular
+
+if TYPE_CHECKING:
+    import pandas
 
 #: Standard deviations of an interval.
 INTERVAL = 1.96
@@ -30,7 +35,7 @@ class Finding(Enum):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Verdict:
+class Verdict(Tabular):
     """The outcome of one round.
 
     Parameters
@@ -61,6 +66,20 @@ class Verdict:
     threshold: float | None = None
     place: Place | None = None
     reason: str = ""
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """One row per fit, the model as it is first; errors relative to what was measured."""
+        import pandas
+
+        fits = [self.before, *self.effects]
+        columns = {
+            "strength": [each.strength for each in fits],
+            "standard deviation": [each.deviation for each in fits],
+            "training error [-]": [each.error for each in fits],
+            "held-out error [-]": [each.held_error for each in fits],
+            "held-out reduced chi-squared [-]": [each.held_chi2 for each in fits],
+        }
+        return pandas.DataFrame(columns, index=pandas.Index([each.name for each in fits], name="added"))
 
     @property
     def sentence(self) -> str:

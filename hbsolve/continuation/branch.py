@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
+from fe.notebook import Labelled
 from hbsolve.continuation.stop import StopReason
 from hbsolve.errors import BalanceError
 from hbsolve.netcdf import write_netcdf
@@ -28,7 +29,7 @@ def _none() -> NDArray[np.float64]:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ResponseBranch:
+class ResponseBranch(Labelled):
     """Periodic responses along a curve; arrays are copied and read-only.
 
     Parameters

@@ -2,12 +2,13 @@
 
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy.typing import NDArray
 
+from fe.notebook import Labelled
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
 from hbsolve.limits.local_search import LimitSide
@@ -15,11 +16,14 @@ from hbsolve.netcdf import write_netcdf
 from hbsolve.state import SteadyState
 from hbsolve.steady_state import steady_state
 
+if TYPE_CHECKING:
+    import xarray
+
 Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ResponseLimits:
+class ResponseLimits(Labelled):
     """Lower and upper limit of one number; f frequencies, l levels, s sliders. Arrays are copied and read-only.
 
     Arrays of both sides have the lower limit first. A limit that was not found is NaN.
@@ -135,6 +139,16 @@ class ResponseLimits:
             slider=self.slider[at],
         )
 
+    def to_xarray(self) -> "xarray.Dataset":
+        """As a labelled data set, frequencies in Hz beside the points."""
+        import xarray
+
+        data = xarray.Dataset(
+            {each.name: (_DIMENSIONS[each.name], getattr(self, each.name)) for each in fields(self)},
+            coords={"side": ["lower", "upper"], "state": ["stick", "slip", "separated"]},
+        )
+        return data.assign_coords(frequency=("point", self.frequency, {"units": "Hz"}))
+
     def save(self, path: Path | str) -> None:
         """Write netCDF4 (an HDF5 file).
 
@@ -143,13 +157,8 @@ class ResponseLimits:
         BalanceError
             The file cannot be written.
         """
-        import xarray
-
-        variables = {each.name: (_DIMENSIONS[each.name], getattr(self, each.name)) for each in fields(self)}
-        for name in ("repaired", "jump"):
-            variables[name] = _DIMENSIONS[name], getattr(self, name).astype(np.int8)
-        data = xarray.Dataset(variables, coords={"side": ["lower", "upper"], "state": ["stick", "slip", "separated"]})
-        write_netcdf(data, path)
+        data = self.to_xarray().drop_vars("frequency")
+        write_netcdf(data.assign({name: data[name].astype(np.int8) for name in ("repaired", "jump")}), path)
 
 
 def load_limits(path: Path | str) -> ResponseLimits:

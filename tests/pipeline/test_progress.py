@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.progress import BarProgress, Durations, LineProgress, Progress, Report, SilentProgress, spoken
+from pipeline.duration import Durations, format_duration
+from pipeline.progress import BarProgress, LineProgress, Progress, Report, SilentProgress
 from pipeline.store import Store, stage
 from study.shown_step import ShownStep
 
@@ -129,4 +130,4 @@ def test_every_kind_lets_a_function_report_and_an_error_through(progress: Progre
     [(0.04, "0.0 s"), (9.94, "9.9 s"), (59.4, "59 s"), (59.6, "1 min 00 s"), (125, "2 min 05 s"), (3720, "1 h 02 min")],
 )
 def test_time_is_spoken_as_people_do(seconds: float, text: str) -> None:
-    assert spoken(seconds) == text
+    assert format_duration(seconds) == text

@@ -1,0 +1,33 @@
+"""How results show themselves in a notebook: as the table or the labelled arrays that they can be turned into.
+
+pandas and xarray are imported when they are used.
+"""
+
+from abc import abstractmethod
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+
+class Tabular:
+    """A result with one row per item."""
+
+    @abstractmethod
+    def to_pandas(self) -> "pandas.DataFrame":
+        """As a table; units are in the names of the columns."""
+
+    def _repr_html_(self) -> str:
+        return str(self.to_pandas()._repr_html_())
+
+
+class Labelled:
+    """A result of arrays over shared dimensions."""
+
+    @abstractmethod
+    def to_xarray(self) -> "xarray.Dataset":
+        """As a labelled data set; units are attributes."""
+
+    def _repr_html_(self) -> str:
+        return str(self.to_xarray()._repr_html_())
