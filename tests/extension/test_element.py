@@ -12,7 +12,6 @@ import pytest
 from numpy.typing import NDArray
 
 from casefile.errors import CaseError
-from casefile.table import load_case
 from fe.element import ELEMENTS, HEX20, REGISTRY, TET10, Element
 from fe.errors import MeshError
 from fe.face_integral import enclosed_volume, outer_faces
@@ -22,8 +21,8 @@ from fe.mesher.block import Block, mesh_blocks
 from fe.modal import modes
 from figure.scene.skin import skin_of
 from geometry.errors import RegistryError
+from study.case.kind import open_case
 from study.kind.blade.model import blade_model, clamped
-from study.kind.blade.table import BladeCase
 from study.shipped import BLADE
 from tests.extension.sweep import sweeps
 from tests.fe import (
@@ -160,8 +159,10 @@ def test_a_case_file_names_it_and_the_blade_is_meshed_with_it(element: Element, 
     found = {}
     for name in ("hex20", element.name):
         (tmp_path / "blade.toml").write_text(text.replace('"hex20"', f'"{name}"'), encoding="utf-8")
-        case = load_case(tmp_path / "blade.toml", BladeCase)
-        mesh, system, _ = clamped(blade_model(case, element=case.mesh.element, through_thickness=1))
+        case = open_case(tmp_path / "blade.toml").case
+        table = case.structure
+        model = blade_model(case, table, "structure", element=table.mesh.element, through_thickness=1)
+        mesh, system, _ = clamped(model)
         assert [ELEMENTS[cell_type].name for cell_type in mesh.cells] == [name]
         found[name] = enclosed_volume(mesh), modes(system, 3).frequency
     (volume, bricks), (filled, wedges) = found.values()
@@ -173,7 +174,7 @@ def test_a_case_file_names_it_and_the_blade_is_meshed_with_it(element: Element, 
 def test_a_case_file_that_names_none_is_answered_with_those_that_there_are(element: Element, tmp_path: Path) -> None:
     (tmp_path / "blade.toml").write_text(BLADE.read_text(encoding="utf-8").replace('"hex20"', '"wedge16"'))
     with pytest.raises(CaseError, match=r'mesh\.element = "wedge16": .*"hex20".*"wedge15".*did you mean "wedge15"'):
-        load_case(tmp_path / "blade.toml", BladeCase)
+        open_case(tmp_path / "blade.toml")
 
 
 @pytest.mark.parametrize(
