@@ -9,13 +9,13 @@
     print(ss.modes(system, 3).frequency)  # Hz
 
 `__all__` is the promise of what stays; ``docs/api.md`` lists it. Nothing is imported before a name is used: each is
-found in its room, whose other modules can be imported as well, without the promise.
+found in its package, whose other modules can be imported as well, without the promise.
 """
 
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from stickslip._rooms import require_own_rooms
+from stickslip._packages import require_own_packages
 
 if TYPE_CHECKING:
     from correlation.campaign.read_campaign import read_campaign as read_campaign
@@ -130,7 +130,7 @@ __all__ = sorted(_HOME)  # named once
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"stickslip has no public name {name!r}: dir(stickslip) lists them")
-    require_own_rooms()
+    require_own_packages()
     module, _, there = _HOME[name].partition(":")
     found = getattr(importlib.import_module(module), there)
     globals()[name] = found

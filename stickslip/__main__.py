@@ -2,13 +2,13 @@
 
 import sys
 
-from stickslip._rooms import require_own_rooms
+from stickslip._packages import require_own_packages
 
 
 def main() -> int:
     """Run the command of the command line; returns the exit code."""
     try:
-        require_own_rooms()
+        require_own_packages()
     except ImportError as error:
         sys.stderr.write(f"stickslip: {error}\n")
         return 2

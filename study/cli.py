@@ -161,7 +161,3 @@ def _failed(error: Exception, words: Sequence[str], output: console.Output) -> i
 def _help_line(words: Sequence[str]) -> str:
     known = [name for name, _, _ in COMMANDS if words and words[0] == name]
     return " ".join(["stickslip", *known, "--help"])
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import stickslip
-from stickslip._rooms import ROOMS
+from stickslip._packages import PACKAGES
 
 ROOT = Path(__file__).parents[2]
 #: What takes long to import, and what only pictures, solids or compiled code need.
@@ -19,7 +19,7 @@ HEAVY = {"numpy", "scipy", "numba", "cadquery", "OCP", "vtkmodules", "pyvista", 
 def test_every_name_is_there_and_lies_in_its_room() -> None:
     for name in stickslip.__all__:
         assert getattr(stickslip, name) is not None
-        assert stickslip._HOME[name].partition(".")[0] in ROOMS
+        assert stickslip._HOME[name].partition(".")[0] in PACKAGES
     assert set(dir(stickslip)) == set(stickslip.__all__)
 
 
@@ -46,7 +46,7 @@ def test_an_unknown_name_is_an_attribute_error_that_names_it() -> None:
 
 @pytest.mark.parametrize("use", ["import stickslip", "import stickslip; dir(stickslip)", "import stickslip.__main__"])
 def test_the_import_loads_nothing_heavy(use: str) -> None:
-    script = f"{use}\nimport sys\nprint(*sorted(set(sys.modules) & {HEAVY | set(ROOMS)!r}))"
+    script = f"{use}\nimport sys\nprint(*sorted(set(sys.modules) & {HEAVY | set(PACKAGES)!r}))"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=60)
     assert done.stdout.split() == []
 
@@ -65,21 +65,21 @@ def test_the_import_and_the_help_are_quick(words: list[str], most: float) -> Non
     assert min(spent) < most
 
 
-@pytest.mark.parametrize("room", ["geometry", "study", "figure"])
+@pytest.mark.parametrize("package", ["geometry", "study", "figure"])
 @pytest.mark.parametrize("is_file", [False, True])
-def test_a_folder_that_hides_a_room_is_named_with_a_remedy(tmp_path: Path, room: str, is_file: bool) -> None:
+def test_a_folder_that_hides_a_package_is_named_with_a_remedy(tmp_path: Path, package: str, is_file: bool) -> None:
     if is_file:
-        (tmp_path / f"{room}.py").touch()
+        (tmp_path / f"{package}.py").touch()
     else:
-        (tmp_path / room).mkdir()
-        (tmp_path / room / "__init__.py").touch()
-    hiding = tmp_path / (f"{room}.py" if is_file else room)
+        (tmp_path / package).mkdir()
+        (tmp_path / package / "__init__.py").touch()
+    hiding = tmp_path / (f"{package}.py" if is_file else package)
     python = subprocess.run([sys.executable, "-c", "import stickslip; stickslip.Blade"], cwd=tmp_path,
                             capture_output=True, text=True, check=False, timeout=60)  # fmt: skip
     command = subprocess.run([sys.executable, "-m", "stickslip", "doctor"], cwd=tmp_path,
                              capture_output=True, text=True, check=False, timeout=60)  # fmt: skip
     for said in (python.stderr.splitlines()[-1], command.stderr):
-        assert f"{hiding} hides the package {room} of stickslip: rename it" in said
+        assert f"{hiding} hides the package {package} of stickslip: rename it" in said
     assert command.returncode == 2
     assert command.stderr.count("\n") == 1
 

@@ -113,7 +113,7 @@ def rig_command() -> Callable[..., "subprocess.CompletedProcess[str]"]:
 
     def run(folder: Path, *words: str) -> "subprocess.CompletedProcess[str]":
         return subprocess.run(
-            [sys.executable, "-m", "study", *words, "--cache", str(folder / "cache")],
+            [sys.executable, "-m", "stickslip", *words, "--cache", str(folder / "cache")],
             cwd=folder,
             capture_output=True,
             text=True,

@@ -241,7 +241,7 @@ HEAVY = (
 
 def test_help_imports_nothing_heavy() -> None:
     done = subprocess.run(
-        [sys.executable, "-X", "importtime", "-m", "study", "--help"], capture_output=True, text=True, check=True
+        [sys.executable, "-X", "importtime", "-m", "stickslip", "--help"], capture_output=True, text=True, check=True
     )
     imported = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
     assert "study.cli" in imported
@@ -253,7 +253,7 @@ def test_help_knows_every_command_and_each_has_examples_that_begin_with_its_name
     from study.cli import COMMANDS
 
     overview = subprocess.run(
-        [sys.executable, "-m", "study", "--help"], capture_output=True, text=True, check=True
+        [sys.executable, "-m", "stickslip", "--help"], capture_output=True, text=True, check=True
     ).stdout
     assert "Exit codes: 0 done" in overview
     script = "import sys; from study import cli; [cli.main([name, '--help']) for name, _, _ in cli.COMMANDS]"
@@ -269,7 +269,7 @@ def test_help_knows_every_command_and_each_has_examples_that_begin_with_its_name
 def test_version_and_module_agree() -> None:
     import importlib.metadata
 
-    done = subprocess.run([sys.executable, "-m", "study", "--version"], capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, "-m", "stickslip", "--version"], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == importlib.metadata.version("stickslip")
 
 

@@ -31,7 +31,7 @@ ALLOY = ["--young", "70 GPa", "--poisson", "0.33", "--density", "2.7 g/cm^3"]
 
 def stickslip(folder: Path, *words: str) -> "subprocess.CompletedProcess[str]":
     done = subprocess.run(
-        [sys.executable, "-m", "study", *words, "--cache", str(folder / "cache")],
+        [sys.executable, "-m", "stickslip", *words, "--cache", str(folder / "cache")],
         cwd=folder,
         capture_output=True,
         text=True,

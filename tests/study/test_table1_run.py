@@ -39,7 +39,7 @@ class Run:
 
 def command(folder: Path, *more: str) -> list[str]:
     words = ["table1", "coarse.toml", "--out", "out", "--cache", str(folder / "cache"), *more]
-    return [sys.executable, "-m", "study", *words]
+    return [sys.executable, "-m", "stickslip", *words]
 
 
 def entries(folder: Path) -> dict[Path, int]:

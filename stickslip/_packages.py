@@ -4,13 +4,13 @@ import importlib.util
 from pathlib import Path
 
 #: The packages beside this one.
-ROOMS = (
+PACKAGES = (
     "geometry", "fe", "reduction", "hbsolve", "transient", "correlation", "diagnosis", "casefile", "pipeline", "figure",
     "study",
 )  # fmt: skip
 
 
-def require_own_rooms() -> None:
+def require_own_packages() -> None:
     """Refuse to start with a package of another's.
 
     Raises
@@ -19,14 +19,14 @@ def require_own_rooms() -> None:
         A folder or file hides one of ours.
     """
     ours = Path(__file__).resolve().parent.parent
-    for room in ROOMS:
-        spec = importlib.util.find_spec(room)
+    for package in PACKAGES:
+        spec = importlib.util.find_spec(package)
         if spec is None or spec.origin is None:
-            raise ImportError(f"the package {room} of stickslip is not in {ours}: install stickslip again")
+            raise ImportError(f"the package {package} of stickslip is not in {ours}: install stickslip again")
         found = Path(spec.origin).resolve()
-        if not found.is_relative_to(ours / room):
+        if not found.is_relative_to(ours / package):
             hiding = found.parent if found.name == "__init__.py" else found
             raise ImportError(
-                f"{hiding} hides the package {room} of stickslip: rename it, or start elsewhere and without it on "
+                f"{hiding} hides the package {package} of stickslip: rename it, or start elsewhere and without it on "
                 "PYTHONPATH"
             )
