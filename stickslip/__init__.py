@@ -9,7 +9,7 @@
     print(ss.modes(system, 3).frequency)  # Hz
 
 `__all__` is the promise of what stays; ``docs/api.md`` lists it. Nothing is imported before a name is used: each is
-found in its package, whose other modules can be imported as well, without the promise.
+found in its package. The other modules of that package can be imported as well, without the promise.
 """
 
 import importlib
@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     from fe.assembly import assemble as assemble
     from fe.boundary import Support as Support
     from fe.boundary import supported_system as supported_system
+    from fe.element.hex8 import HEX8 as HEX8
     from fe.element.hex20 import HEX20 as HEX20
+    from fe.element.tet10 import TET10 as TET10
     from fe.file.mesh_file import read_mesh as read_mesh
     from fe.file.mesh_file import write_mesh as write_mesh
     from fe.mac import modal_assurance_criterion as modal_assurance_criterion
@@ -50,6 +52,7 @@ if TYPE_CHECKING:
     from reduction.craig_bampton import craig_bampton as craig_bampton
     from reduction.file.rom_hdf5 import load_rom as load_rom
     from reduction.file.rom_hdf5 import save_rom as save_rom
+    from reduction.joint.function_law import joint_law as joint_law
     from reduction.jointed_system import CubicSpring as CubicSpring
     from reduction.jointed_system import ElasticStop as ElasticStop
     from reduction.jointed_system import FrictionContact as FrictionContact
@@ -79,7 +82,9 @@ _HOME = {
     "Mesh": "fe.mesh:Mesh",
     "read_mesh": "fe.file.mesh_file:read_mesh",
     "write_mesh": "fe.file.mesh_file:write_mesh",
+    "HEX8": "fe.element.hex8:HEX8",
     "HEX20": "fe.element.hex20:HEX20",
+    "TET10": "fe.element.tet10:TET10",
     "Material": "fe.material:Material",
     "STEEL": "fe.material:STEEL",
     "assemble": "fe.assembly:assemble",
@@ -98,6 +103,7 @@ _HOME = {
     "CubicSpring": "reduction.jointed_system:CubicSpring",
     "ElasticStop": "reduction.jointed_system:ElasticStop",
     "QuadraticDamper": "reduction.jointed_system:QuadraticDamper",
+    "joint_law": "reduction.joint.function_law:joint_law",
     "along": "reduction.jointed_system:along",
     "between": "reduction.jointed_system:between",
     "static_state": "reduction.static_contact:static_state",
