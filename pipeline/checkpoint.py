@@ -1,33 +1,30 @@
-"""The state of an unfinished computation as one file, so that the same command goes on where it was stopped."""
+"""What an unfinished computation has reached, in files of its own, so that the same command goes on from there."""
 
-import contextlib
-import io
-import tempfile
+import hashlib
+import shutil
 import time
-import zipfile
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Iterator, MutableMapping
 from pathlib import Path
 from typing import Any
 
-from pipeline.codec import NPZ, Codec
-from pipeline.output import replace_file
+from pipeline.record import DamagedRecord, Record, read_record, write_record
 
-KEY = "key"
 #: Saving may take this share of the time at most, however much there is to save.
 SHARE = 0.05
 
 
 class Checkpoint:
-    """A file that holds one value and the key of the inputs and code that it belongs to.
-
-    It is replaced in one step: whatever happens, it holds one value whole, or another, or none.
+    """One record (`pipeline.record`) that is replaced as the work goes on.
 
     Parameters
     ----------
     file
         In an existing folder.
     key
-        A value that was saved under another key is not found.
+        Of the inputs and the code: a value that was saved under another key counts as none.
+    warn
+        Receives one sentence about a damaged record.
     every
         `offer` saves when so much time has passed, or more where saving itself takes long [s].
     clock
@@ -38,40 +35,28 @@ class Checkpoint:
         self,
         file: Path,
         key: str,
+        warn: Callable[[str], None] = warnings.warn,
         *,
         every: float = 1.0,
-        codec: Codec = NPZ,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self.file = file
-        self.key = key
-        self._every = every
-        self._codec = codec
-        self._clock = clock
-        self._last = clock()
-        self._cost = 0.0
+        self.file, self.key = file, key
+        self._warn, self._every, self._clock = warn, every, clock
+        self._last, self._cost = clock(), 0.0
 
     def load(self) -> Any:
-        """The value; None if there is none, it belongs to something else, or the file is damaged."""
+        """The value; None if there is none, it belongs to something else, or the record is damaged."""
         try:
-            with zipfile.ZipFile(self.file) as archive, tempfile.TemporaryDirectory() as folder:
-                if archive.read(KEY).decode() != self.key:
-                    return None
-                archive.extractall(folder)
-                return self._codec.load(Path(folder))
-        except (OSError, ValueError, LookupError, TypeError, AttributeError, zipfile.BadZipFile):
+            record = read_record(self.file)
+        except DamagedRecord:
+            self._warn(f"{self.file} is damaged; its content will be computed again")
             return None
+        return record.value if record is not None and record.key == self.key else None
 
     def save(self, value: Any) -> None:
         """Save a value in place of the one before."""
         begin = self._clock()
-        stream = io.BytesIO()
-        with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(stream, "w") as archive:
-            self._codec.save(value, Path(folder))
-            archive.writestr(KEY, self.key)
-            for file in sorted(Path(folder).iterdir()):
-                archive.write(file, file.name)
-        replace_file(self.file, stream.getvalue())
+        write_record(self.file, Record(value=value, key=self.key))
         self._last = self._clock()
         self._cost = self._last - begin
 
@@ -82,5 +67,68 @@ class Checkpoint:
 
     def remove(self) -> None:
         """Remove the file, if there is one."""
-        with contextlib.suppress(FileNotFoundError):
-            self.file.unlink()
+        self.file.unlink(missing_ok=True)
+
+
+class StoredTasks(MutableMapping[str, Any]):
+    """Results of the tasks of one long computation: a folder with one checkpoint per task.
+
+    A result is always the one that was read back from its file, at once or after a restart: both go on with the same
+    bits.
+
+    Parameters
+    ----------
+    folder
+        Created if need be; it belongs to this computation alone.
+    key
+        Results that were stored under another key count as none.
+    warn
+        Receives one sentence about each damaged record.
+    """
+
+    def __init__(self, folder: Path, key: str, warn: Callable[[str], None] = warnings.warn) -> None:
+        self.folder, self.key, self._warn = folder, key, warn
+        self._known: dict[str, Any] = {}
+        folder.mkdir(exist_ok=True)
+
+    def __getitem__(self, task: str) -> Any:
+        """The result of a task."""
+        if task not in self._known:
+            value = self._checkpoint(task).load()
+            if value is None:
+                raise KeyError(task)
+            self._known[task] = value
+        return self._known[task]
+
+    def __setitem__(self, task: str, result: Any) -> None:
+        """Store a result, which is not None."""
+        self._checkpoint(task).save(result)
+        self._known.pop(task, None)
+
+    def __delitem__(self, task: str) -> None:
+        """Forget a result."""
+        self[task]
+        del self._known[task]
+        self._checkpoint(task).remove()
+
+    def __iter__(self) -> Iterator[str]:
+        """Tasks whose results were asked for in this process."""
+        return iter(self._known)
+
+    def __len__(self) -> int:
+        """Their number."""
+        return len(self._known)
+
+    @property
+    def n_left(self) -> int:
+        """Results under the key that are there, whoever stored them [-]."""
+        files = (Checkpoint(file, self.key, warn=lambda _: None) for file in self.folder.iterdir())
+        return sum(file.load() is not None for file in files)
+
+    def remove(self) -> None:
+        """Remove the folder."""
+        self._known.clear()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def _checkpoint(self, task: str) -> Checkpoint:
+        return Checkpoint(self.folder / hashlib.sha256(task.encode()).hexdigest()[:32], self.key, self._warn)

@@ -1,76 +1,46 @@
-"""How a stage's value is saved into a folder and read back: as JSON, or as JSON beside a file of arrays.
+"""A value as a tree that JSON can write, beside numpy arrays, and back again.
 
-Both know text, numbers (complex ones too), None, lists, tuples, sets, dicts, and dataclasses and enums of the
-product; `NPZ` also knows numpy arrays and SciPy sparse matrices. A dataclass is rebuilt by its constructor, so its own
-checks run again. Nothing is pickled: a cache entry can never run code. (`study.diagnose.codec` pickles, and reads back
-with care.)
+Known are text, numbers, None, lists, tuples, sets, mappings, paths, numpy arrays and scalars, SciPy sparse matrices,
+dataclasses, named tuples and enums of the product, and objects of classes from outside: those of a file of effects or
+joint laws that this process has read, or of an installed package with members. What stands in a value several times is
+written once, and is one object again when it is read.
+
+Nothing is pickled. A dataclass is rebuilt by its constructor, so that its own checks run again; no file is run and no
+package is imported that this process does not use anyway.
 """
 
+import copyreg
 import dataclasses
-import json
+import sys
 from collections.abc import Callable, Mapping
 from enum import Enum
+from functools import cache
 from importlib import import_module
+from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any, Protocol
+from types import MappingProxyType
+from typing import Any
 
+from geometry.registry import REGISTRIES
 from pipeline.code_dependencies import PRODUCT
 
-TREE_FILE = "tree.json"
-ARRAY_FILE = "arrays.npz"
-
-# What is not JSON by itself is a list that starts with one of these marks.
-_TUPLE, _LIST, _SET, _PAIRS, _COMPLEX, _ENUM, _DATACLASS, _ARRAY, _SPARSE = (
-    "tuple", "list", "set", "dict", "complex", "enum", "dataclass", "array", "sparse"
+#: What is not JSON by itself is a list that begins with a mark: one of these, or a name of `_CONTAINERS` or `_PARTS`.
+_SAME, _CLASS, _ENUM, _OBJECT, _ARRAY, _NUMBER, _SPARSE = (
+    "same", "dataclass", "enum", "object", "array", "number", "sparse"
 )  # fmt: skip
-
-
-class Codec(Protocol):
-    """Writes a value into an empty folder, and reads it back equal."""
-
-    def save(self, value: Any, folder: Path) -> None:
-        """Write the value; TypeError if it is of a kind that this codec does not know."""
-
-    def load(self, folder: Path) -> Any:
-        """Read it back; ValueError, KeyError or OSError if the folder does not hold one."""
-
-
-@dataclasses.dataclass(frozen=True)
-class _JsonCodec:
-    def save(self, value: Any, folder: Path) -> None:
-        (folder / TREE_FILE).write_text(json.dumps(_encode(value, None)), encoding="utf-8")
-
-    def load(self, folder: Path) -> Any:
-        return _decode(json.loads((folder / TREE_FILE).read_text(encoding="utf-8")), {})
-
-
-@dataclasses.dataclass(frozen=True)
-class _NpzCodec:
-    def save(self, value: Any, folder: Path) -> None:
-        import numpy as np
-
-        arrays: dict[str, Any] = {}
-
-        def keep(array: Any) -> str:
-            if array.dtype.hasobject:
-                raise TypeError(f"an array of {array.dtype} cannot be cached: its elements are Python objects")
-            name = f"a{len(arrays)}"
-            arrays[name] = array
-            return name
-
-        tree = _encode(value, keep)
-        (folder / TREE_FILE).write_text(json.dumps(tree), encoding="utf-8")
-        np.savez(folder / ARRAY_FILE, **arrays)
-
-    def load(self, folder: Path) -> Any:
-        import numpy as np
-
-        with np.load(folder / ARRAY_FILE, allow_pickle=False) as arrays:
-            return _decode(json.loads((folder / TREE_FILE).read_text(encoding="utf-8")), arrays)
-
-
-JSON: Codec = _JsonCodec()
-NPZ: Codec = _NpzCodec()
+#: Containers by their exact type.
+_CONTAINERS: dict[str, Any] = {
+    "list": list, "tuple": tuple, "set": set, "frozenset": frozenset, "dict": dict, "frozen dict": MappingProxyType
+}  # fmt: skip
+#: Other plain values: their class, and the arguments that make them again.
+_PARTS: dict[str, tuple[type, Callable[[Any], tuple[Any, ...]]]] = {
+    "complex": (complex, lambda value: (value.real, value.imag)),
+    "path": (Path, lambda value: (str(value),)),
+    "range": (range, lambda value: (value.start, value.stop, value.step)),
+    "slice": (slice, lambda value: (value.start, value.stop, value.step)),
+}
+#: Modules of users' files are called so, by `geometry.registry` and `diagnosis.candidate.own_effect`.
+_USER_FILE = "stickslip_"
 
 
 def is_array(value: object) -> bool:
@@ -88,74 +58,190 @@ def is_sparse(value: object) -> bool:
     return type(value).__module__.startswith("scipy.sparse") and hasattr(value, "tocsr")
 
 
-def _encode(value: Any, keep: Callable[[Any], str] | None) -> Any:
-    """Value as JSON; `keep` stores an array and returns its name, or is None where arrays cannot be kept."""
-    if is_numpy_scalar(value):
-        value = value.item()
-    kind = type(value)
-    own = kind.__module__.partition(".")[0] in PRODUCT
-    if isinstance(value, Enum) and own:  # before numbers: some enums are such
-        return [_ENUM, kind.__module__, kind.__qualname__, value.name]
-    if value is None or isinstance(value, bool | int | float | str):
-        return value
-    if isinstance(value, complex):
-        return [_COMPLEX, value.real, value.imag]
-    if isinstance(value, tuple | list | set):
-        mark = _TUPLE if isinstance(value, tuple) else _LIST if isinstance(value, list) else _SET
-        return [mark, *(_encode(item, keep) for item in value)]
-    if isinstance(value, Mapping):
-        return [_PAIRS, *([_encode(key, keep), _encode(item, keep)] for key, item in value.items())]
-    if dataclasses.is_dataclass(value) and own:
-        names = [field.name for field in dataclasses.fields(value) if field.init]
-        fields = {name: _encode(getattr(value, name), keep) for name in names}
-        return [_DATACLASS, kind.__module__, kind.__qualname__, fields]
-    if keep is not None and is_array(value):
-        return [_ARRAY, keep(value)]
-    if keep is not None and is_sparse(value):
-        rows = value.tocsr()
-        flavour = "csr_array" if kind.__name__.endswith("_array") else "csr_matrix"
-        return [_SPARSE, flavour, list(value.shape), keep(rows.data), keep(rows.indices), keep(rows.indptr)]
-    raise TypeError(f"a value of type {kind.__module__}.{kind.__qualname__} cannot be cached by this codec")
+def encode(value: Any) -> tuple[Any, dict[str, Any]]:
+    """Tree and arrays of a value.
+
+    Returns
+    -------
+    What `json.dumps` takes, and the numpy arrays by the names that stand for them there.
+
+    Raises
+    ------
+    TypeError
+        A value of a kind that is not known; the message names its class.
+    """
+    encoder = _Encoder()
+    return encoder.tree(value), encoder.arrays
 
 
-def _decode(tree: Any, arrays: Mapping[str, Any]) -> Any:
-    if not isinstance(tree, list):
+def decode(tree: Any, array: Callable[[str], Any]) -> Any:
+    """The value of a tree.
+
+    Parameters
+    ----------
+    tree
+        From `encode`.
+    array
+        Gives an array by its name.
+
+    Raises
+    ------
+    ValueError, LookupError, TypeError, AttributeError, ImportError
+        A tree that was not written by this version of the code, or names a class that has no place in one.
+    """
+    return _Decoder(array).value(tree)
+
+
+class _Encoder:
+    def __init__(self) -> None:
+        self.arrays: dict[str, Any] = {}
+        # Numbers of what was written, by identity, which is unique as long as all of it is alive.
+        self._numbers: dict[int, int] = {}
+        self._alive: list[Any] = []
+
+    def tree(self, value: Any) -> Any:
+        if value is None or (isinstance(value, bool | int | float | str) and not _is_special(value)):
+            return value
+        if id(value) in self._numbers:
+            return [_SAME, self._numbers[id(value)]]
+        tree = self._marked(value)
+        self._numbers[id(value)] = len(self._alive)
+        self._alive.append(value)
         return tree
-    mark, *rest = tree
-    if mark == _LIST:
-        return [_decode(item, arrays) for item in rest]
-    if mark == _TUPLE:
-        return tuple(_decode(item, arrays) for item in rest)
-    if mark == _SET:
-        return {_decode(item, arrays) for item in rest}
-    if mark == _PAIRS:
-        return {_decode(key, arrays): _decode(item, arrays) for key, item in rest}
-    if mark == _COMPLEX:
-        return complex(*rest)
-    if mark == _ARRAY:
-        return arrays[rest[0]]
-    if mark == _SPARSE:
-        from scipy import sparse
 
-        flavour, shape, data, indices, indptr = rest
-        return getattr(sparse, flavour)((arrays[data], arrays[indices], arrays[indptr]), shape=tuple(shape))
-    if mark == _ENUM:
-        module, name, member = rest
-        return _own_class(module, name, "__members__")[member]
-    if mark == _DATACLASS:
-        module, name, fields = rest
-        kind = _own_class(module, name, "__dataclass_fields__")
-        return kind(**{field: _decode(value, arrays) for field, value in fields.items()})
-    raise ValueError(f"unknown mark {mark!r} in a cache entry")
+    def _marked(self, value: Any) -> list[Any]:
+        kind = type(value)
+        for name, container in _CONTAINERS.items():
+            if kind is container:
+                if isinstance(value, Mapping):
+                    return [name, *([self.tree(key), self.tree(item)] for key, item in value.items())]
+                return [name, *map(self.tree, value)]
+        if is_array(value):
+            return [_ARRAY, self._array(value)]
+        if is_numpy_scalar(value):
+            return [_NUMBER, value.dtype.str, self.tree(value.item())]
+        for name, (base, parts) in _PARTS.items():
+            if isinstance(value, base):
+                return [name, *map(self.tree, parts(value))]
+        if is_sparse(value):
+            rows = value.tocsr()
+            flavour = "csr_array" if kind.__name__.endswith("_array") else "csr_matrix"
+            return [_SPARSE, flavour, list(value.shape), *map(self._array, (rows.data, rows.indices, rows.indptr))]
+        return self._of_class(value, kind)
+
+    def _of_class(self, value: Any, kind: type) -> list[Any]:
+        place = [kind.__module__, kind.__qualname__]
+        if _is_own(kind.__module__) or _is_outside(kind.__module__):
+            if isinstance(value, Enum):
+                return [_ENUM, *place, value.name]
+            if dataclasses.is_dataclass(value) and _is_own(kind.__module__):
+                names = [field.name for field in dataclasses.fields(value) if field.init]
+                return [_CLASS, *place, {name: self.tree(getattr(value, name)) for name in names}]
+            if _is_outside(kind.__module__) or hasattr(value, "_fields"):
+                make, arguments, state, *items = (*value.__reduce_ex__(2), None, None, None)[:5]
+                if make is copyreg.__newobj__ and items == [None, None]:  # type: ignore[attr-defined]
+                    return [_OBJECT, *place, self.tree(arguments[1:]), self.tree(state)]
+        if isinstance(value, Mapping):
+            return ["dict", *([self.tree(key), self.tree(item)] for key, item in value.items())]
+        raise TypeError(f"a value of type {kind.__module__}.{kind.__qualname__} cannot be stored")
+
+    def _array(self, array: Any) -> str:
+        if array.dtype.hasobject:
+            raise TypeError(f"an array of {array.dtype} cannot be stored: its elements are Python objects")
+        name = str(len(self.arrays))
+        self.arrays[name] = array
+        return name
 
 
-def _own_class(module: str, name: str, mark: str) -> Any:
-    """A class of the product that has what all of its kind have."""
-    if module.partition(".")[0] not in PRODUCT:
-        raise ValueError(f"a cache entry names the foreign module {module}")
+class _Decoder:
+    def __init__(self, array: Callable[[str], Any]) -> None:
+        self._array = array
+        self._read: list[Any] = []
+
+    def value(self, tree: Any) -> Any:
+        if not isinstance(tree, list):
+            return tree
+        mark, *rest = tree
+        if mark == _SAME:
+            return self._read[rest[0]]
+        value = self._unmarked(mark, rest)
+        self._read.append(value)
+        return value
+
+    def _unmarked(self, mark: str, rest: list[Any]) -> Any:
+        if mark in {"dict", "frozen dict"}:
+            return _CONTAINERS[mark]({self.value(key): self.value(item) for key, item in rest})
+        if mark in _CONTAINERS:
+            return _CONTAINERS[mark]([self.value(item) for item in rest])
+        if mark in _PARTS:
+            return _PARTS[mark][0](*map(self.value, rest))
+        if mark == _ARRAY:
+            return self._array(rest[0])
+        if mark == _NUMBER:
+            import numpy as np
+
+            return np.dtype(rest[0]).type(self.value(rest[1]))
+        if mark == _SPARSE:
+            from scipy import sparse
+
+            flavour, shape, *names = rest
+            return getattr(sparse, flavour)(tuple(map(self._array, names)), shape=tuple(shape))
+        return self._of_class(mark, rest)
+
+    def _of_class(self, mark: str, rest: list[Any]) -> Any:
+        module, name, *given = rest
+        if mark == _ENUM:
+            return _class(module, name, "__members__")[given[0]]
+        if mark == _CLASS:
+            kind = _class(module, name, "__dataclass_fields__")
+            return kind(**{field: self.value(item) for field, item in given[0].items()})
+        if mark == _OBJECT:
+            kind = _class(module, name, "__class__" if _is_outside(module) else "_fields")
+            made = kind.__new__(kind, *self.value(given[0]))
+            return _with_state(made, self.value(given[1]))
+        raise ValueError(f"unknown mark {mark!r} in a stored value")
+
+
+def _is_special(value: object) -> bool:
+    """Whether a number or text is of a class that must not be forgotten."""
+    return isinstance(value, Enum) or is_numpy_scalar(value)
+
+
+def _with_state(made: Any, state: Any) -> Any:
+    """An object of a class from outside with its attributes, as `copy.copy` sets them."""
+    if hasattr(made, "__setstate__"):
+        made.__setstate__(state)
+        return made
+    for attributes in state if isinstance(state, tuple) else (state,):
+        for name, value in (attributes or {}).items():
+            object.__setattr__(made, name, value)
+    return made
+
+
+def _is_own(module: str) -> bool:
+    return module.partition(".")[0] in PRODUCT
+
+
+def _is_outside(module: str) -> bool:
+    """Whether a module that this process has loaded is a user's file with members, or an installed package's."""
+    return module in sys.modules and (module.startswith(_USER_FILE) or module.partition(".")[0] in _packages())
+
+
+@cache
+def _packages() -> frozenset[str]:
+    """Installed packages with members of any registry."""
+    groups = {registry.group for registry in REGISTRIES if registry.group}
+    points = (point for group in groups for point in entry_points(group=group))
+    return frozenset(point.value.partition(":")[0].partition(".")[0] for point in points)
+
+
+def _class(module: str, name: str, mark: str) -> Any:
+    """A class of the product or from outside that has what all of its kind have."""
+    if not (_is_own(module) or _is_outside(module)):
+        raise ValueError(f"a stored value names the foreign module {module}")
     kind: Any = import_module(module)
     for part in name.split("."):
         kind = getattr(kind, part)
-    if not (isinstance(kind, type) and hasattr(kind, mark)):
-        raise ValueError(f"a cache entry names {module}.{name}, which is no dataclass or enum")
+    if not (isinstance(kind, type) and kind.__module__ == module and hasattr(kind, mark)):
+        raise ValueError(f"a stored value names {module}.{name}, which is no class of that kind")
     return kind

@@ -1,47 +1,43 @@
 """How long steps take: remembered from run to run, and written as a person reads it."""
 
-import json
+import contextlib
+import warnings
+from collections.abc import Callable
 from pathlib import Path
 
-from pipeline.output import replace_file
+from pipeline.checkpoint import Checkpoint
 
-# A step shorter than this is not worth a line.
-WORTH_SHOWING = 1.0  # s
+#: A step shorter than this is not worth a line [s].
+WORTH_SHOWING = 1.0
 
 
 class Durations:
-    """How long each step took last time, in a file of the cache.
+    """How long each step took last time, as a record in the cache.
 
     Parameters
     ----------
     file
-        JSON, step name to seconds; None remembers nothing beyond this process.
+        Its place; None remembers nothing beyond this process.
+    warn
+        Receives one sentence about a damaged record.
     """
 
-    def __init__(self, file: Path | None = None) -> None:
-        self._file = file
-        self._seconds: dict[str, float] = {}
-        if file is not None:
-            try:
-                known = json.loads(file.read_text(encoding="utf-8"))
-                self._seconds = {str(name): float(seconds) for name, seconds in known.items()}
-            except (OSError, ValueError, AttributeError, TypeError):
-                self._seconds = {}  # an estimate, not worth a word
+    def __init__(self, file: Path | None = None, warn: Callable[[str], None] = warnings.warn) -> None:
+        self._checkpoint = None if file is None else Checkpoint(file, "durations", warn)
+        self._seconds: dict[str, float] = (self._checkpoint.load() if self._checkpoint else None) or {}
 
     def expected(self, name: str) -> float | None:
         """Seconds of the last time, None for a step not seen before."""
         return self._seconds.get(name)
 
     def remember(self, name: str, seconds: float) -> None:
-        """Keep for the next run, if the step was worth showing."""
+        """Store for the next run, if the step was worth showing."""
         if seconds < WORTH_SHOWING:
             return
         self._seconds[name] = round(seconds, 1)
-        if self._file is not None and self._file.parent.is_dir():
-            try:
-                replace_file(self._file, json.dumps(self._seconds))
-            except OSError:
-                self._file = None
+        if self._checkpoint is not None:
+            with contextlib.suppress(OSError):  # only an estimate
+                self._checkpoint.save(self._seconds)
 
 
 def format_duration(seconds: float) -> str:

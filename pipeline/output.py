@@ -4,7 +4,10 @@ import errno
 import os
 import re
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from geometry.errors import OutputError
 from pipeline.made_folders import make_folder
@@ -44,6 +47,34 @@ def prepare_output(path: str | Path) -> Path:
     return folder
 
 
+@contextmanager
+def draft_of(path: Path, drafts: Path | None = None) -> Iterator[BinaryIO]:
+    """A file open for writing and reading that takes the place of `path` in the end, or none if writing it fails.
+
+    Parameters
+    ----------
+    path
+        The file, in an existing folder: a reader, or a crash, finds its old content or the new, never a part.
+    drafts
+        Where the file is until then, on the same disk; beside `path` by default.
+    """
+    handle, name = tempfile.mkstemp(prefix=f".{path.name}-", dir=drafts or path.parent)
+    draft = Path(name)
+    try:
+        with os.fdopen(handle, "w+b") as stream:
+            yield stream
+        # mkstemp makes private files; results are as readable as the user's other files.
+        umask = os.umask(0)
+        os.umask(umask)
+        draft.chmod(0o666 & ~umask)
+        draft.replace(path)
+    except BaseException as error:
+        draft.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            error.filename = str(path)
+        raise
+
+
 def replace_file(path: Path, content: str | bytes) -> None:
     """Write a file such that a reader, or a crash, finds the old content or the new, never a part.
 
@@ -54,21 +85,8 @@ def replace_file(path: Path, content: str | bytes) -> None:
     content
         Text is written as UTF-8.
     """
-    raw = content.encode("utf-8") if isinstance(content, str) else content
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(raw)
-        # mkstemp makes private files; results are as readable as the user's other files.
-        umask = os.umask(0)
-        os.umask(umask)
-        Path(name).chmod(0o666 & ~umask)
-        Path(name).replace(path)
-    except BaseException as error:
-        Path(name).unlink(missing_ok=True)
-        if isinstance(error, OSError):
-            error.filename = str(path)
-        raise
+    with draft_of(path) as stream:
+        stream.write(content.encode("utf-8") if isinstance(content, str) else content)
 
 
 def disk_failure(error: BaseException) -> str | None:

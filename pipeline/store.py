@@ -1,4 +1,4 @@
-"""Results of stages, kept by what they depend on, so that a second run is instant and an interrupted one goes on.
+"""Results of stages, stored by what they depend on: a second run is instant, and an interrupted one goes on.
 
 A stage is a function with a name; its result depends on the code of its module and of all that this imports::
 
@@ -8,50 +8,38 @@ A stage is a function with a name; its result depends on the code of its module 
     mesh = store.run(blade_mesh, blade, n=3)
 
 Its result is looked up by a hash over the stage's name, its inputs and its code (`pipeline.fingerprint`): an edited
-comment recomputes nothing, an edited formula all that depends on it. Each entry is a folder of files::
-
-    objects/ab/abcdef.../entry.json      stage, seconds, checksum of each file
-                         tree.json, arrays.npz, ...
-
-It is written under another name and then renamed: at any moment, after any crash and with any number of processes, an
-entry is complete or absent. An entry that was damaged later is found by its checksums: that is told in a sentence, the
-entry is removed, and it is computed again like any that was never there.
+comment recomputes nothing, an edited formula all that depends on it. Each result is a file of its own, a record
+(`pipeline.record`), which is complete or absent: ``objects/ab/abcdef....npz``. One that was damaged later is noticed:
+it is reported in a sentence, and computed again like any that was never there.
 """
 
 import contextlib
-import errno
-import hashlib
 import inspect
-import json
 import os
 import shutil
-import socket
 import tempfile
 import time
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
-from typing import Any, Generic, ParamSpec, TypeVar
+from typing import Generic, ParamSpec, TypeVar
 
 from pipeline import fingerprint
-from pipeline.codec import NPZ, Codec
+from pipeline.record import DamagedRecord, Record, is_intact, read_record, write_record
 
 P = ParamSpec("P")
 R = TypeVar("R")
-T = TypeVar("T")
 
-# What a crash leaves behind is removed after this time; no stage writes its result for longer.
-LEFTOVER_AGE = 24 * 3600.0  # s
-
-# Backup programs leave folders with this file alone (bford.info/cachedir).
+#: What a crash leaves behind is removed after this time; no stage writes its result for longer [s].
+LEFTOVER_AGE = 24 * 3600.0
+#: Backup programs pass over folders with this file (bford.info/cachedir).
 CACHE_TAG = "Signature: 8a477f597d28d172789f06886806bc55\n# Results of stickslip, which can be computed again.\n"
 
 
 @dataclass(frozen=True)
 class Stage(Generic[P, R]):
-    """A function whose results are kept; made by `stage`.
+    """A function whose results are stored; made by `stage`.
 
     Parameters
     ----------
@@ -59,15 +47,12 @@ class Stage(Generic[P, R]):
         Shown to the user, and part of the key.
     compute
         The function.
-    codec
-        How the result is saved.
     ignore
         Parameters that do not change the result, such as a progress callback.
     """
 
     name: str
     compute: Callable[P, R]
-    codec: Codec
     ignore: frozenset[str]
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
@@ -75,21 +60,21 @@ class Stage(Generic[P, R]):
         return self.compute(*args, **kwargs)
 
     def key(self, *args: P.args, **kwargs: P.kwargs) -> str:
-        """Where the result for these inputs is kept, as hexadecimal."""
+        """Name of the result for these inputs, as hexadecimal."""
         bound = inspect.signature(self.compute).bind(*args, **kwargs)
         bound.apply_defaults()
         inputs = {name: value for name, value in bound.arguments.items() if name not in self.ignore}
         return fingerprint.key(self.name, inputs, self.compute.__module__)
 
 
-def stage(name: str, *, codec: Codec = NPZ, ignore: tuple[str, ...] = ()) -> Callable[[Callable[P, R]], Stage[P, R]]:
+def stage(name: str, *, ignore: tuple[str, ...] = ()) -> Callable[[Callable[P, R]], Stage[P, R]]:
     """Make a function a stage; see `Stage` for the parameters."""
 
     def wrap(compute: Callable[P, R]) -> Stage[P, R]:
         unknown = set(ignore) - set(inspect.signature(compute).parameters)
         if unknown:
             raise TypeError(f"stage {name!r} ignores {sorted(unknown)}, which are none of its parameters")
-        return Stage(name=name, compute=compute, codec=codec, ignore=frozenset(ignore))
+        return Stage(name=name, compute=compute, ignore=frozenset(ignore))
 
     return wrap
 
@@ -105,7 +90,7 @@ class Outcome(Generic[R]):
     seconds
         Wall-clock time that it took when it was computed, now or then [s].
     cached
-        Whether it was found.
+        Whether it was stored.
     """
 
     value: R
@@ -114,7 +99,7 @@ class Outcome(Generic[R]):
 
 
 class Store:
-    """A folder of results; with no folder nothing is kept and everything is computed.
+    """A folder of results; with no folder nothing is stored and everything is computed.
 
     Parameters
     ----------
@@ -127,7 +112,7 @@ class Store:
     def __init__(self, folder: Path | None, warn: Callable[[str], None] = warnings.warn) -> None:
         self.folder = folder
         self._warn = warn
-        self._told: set[Path] = set()
+        self._reported: set[Path] = set()
         if folder is not None:
             try:
                 self._prepare(folder)
@@ -149,43 +134,41 @@ class Store:
         *args: P.args,
         **kwargs: P.kwargs,
     ) -> Outcome[R]:
-        """The same, computed within a context that is not entered for a result that is found."""
-        if self.folder is None:
-            with computing():
-                return _timed(stage, *args, **kwargs)
-        key = stage.key(*args, **kwargs)
-        found = self._looked_up(partial(_read, stage=stage), stage.name, key)
-        if found is not None:
-            return found
+        """The same, computed within a context that is not entered for a result that is stored."""
+        file = self._file(stage, *args, **kwargs)
+        known = self._read(stage, file)
+        if known is not None:
+            return known
         with computing():
-            outcome = _timed(stage, *args, **kwargs)
-        try:
-            self._write(self._entry(self.folder, key), stage, outcome)
-        except OSError as error:  # such as a full disk: the result itself is sound
-            self._give_up(error)
+            start = time.perf_counter()
+            value = stage(*args, **kwargs)
+            outcome = Outcome(value=value, seconds=time.perf_counter() - start, cached=False)
+        if file is not None:
+            self._write(stage, file, outcome)
         return outcome
 
     def kept(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> Outcome[R] | None:
         """Result of a stage if it is there and sound; it is not computed."""
-        if self.folder is None:
-            return None
-        return self._looked_up(partial(_read, stage=stage), stage.name, stage.key(*args, **kwargs))
+        return self._read(stage, self._file(stage, *args, **kwargs))
 
     def holds(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> bool:
-        """Whether a result is there with all its files as they were written, by their checksums."""
-        if self.folder is None:
-            return False
-        return self._looked_up(_intact, stage.name, stage.key(*args, **kwargs)) is not None
+        """Whether a result is there with all its bytes as they were written."""
+        file = self._file(stage, *args, **kwargs)
+        there = file is not None and file.exists()  # asked first: another process may put it there meanwhile
+        sound = file is not None and is_intact(file)
+        if there and not sound:
+            self._report_damage(stage, file)
+        return sound
 
     def size(self) -> tuple[int, int]:
         """Number of results, and what they take together [bytes]."""
         if self.folder is None:
             return 0, 0
         count = size = 0
-        for file in (self.folder / "objects").rglob("*"):
+        for file in (self.folder / "objects").rglob("*.npz"):
             with contextlib.suppress(FileNotFoundError):  # removed by another process meanwhile
-                size += file.stat().st_size if file.is_file() else 0
-                count += file.name == "entry.json"
+                size += file.stat().st_size
+                count += 1
         return count, size
 
     def clear(self) -> None:
@@ -205,45 +188,43 @@ class Store:
         if not tag.exists():
             tag.write_text(CACHE_TAG, encoding="ascii")
         for leftover in unfinished.iterdir():
-            try:
+            with contextlib.suppress(OSError):  # another process was quicker
                 if time.time() - leftover.stat().st_mtime > LEFTOVER_AGE:
-                    shutil.rmtree(leftover, ignore_errors=True)
-            except FileNotFoundError:
-                continue  # another process was quicker
+                    leftover.unlink()
 
-    @staticmethod
-    def _entry(folder: Path, key: str) -> Path:
-        return folder / "objects" / key[:2] / key
+    def _file(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> Path | None:
+        if self.folder is None:
+            return None
+        key = stage.key(*args, **kwargs)
+        return self.folder / "objects" / key[:2] / f"{key}.npz"
 
-    def _looked_up(self, read: Callable[[Path], T | None], name: str, key: str) -> T | None:
-        """What is read of an entry; of one that is there and cannot be read this is told, once.
+    def _read(self, stage: Stage[P, R], file: Path | None) -> Outcome[R] | None:
+        try:
+            record = None if file is None else read_record(file)
+        except DamagedRecord:
+            self._report_damage(stage, file)
+            return None
+        return None if record is None else Outcome(value=record.value, seconds=record.seconds, cached=True)
+
+    def _write(self, stage: Stage[P, R], file: Path, outcome: Outcome[R]) -> None:
+        assert self.folder is not None
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            record = Record(value=outcome.value, name=stage.name, key=file.stem, seconds=outcome.seconds)
+            write_record(file, record, drafts=self.folder / "unfinished")
+        except OSError as error:  # such as a full disk: the result itself is sound
+            self._give_up(error)
+        except TypeError as error:  # such as an effect from outside that has a function among its values
+            self._warn(f"the result of {stage.name} is not stored, and will be computed again: {error}")
+
+    def _report_damage(self, stage: Stage[P, R], file: Path | None) -> None:
+        """Once per file.
 
         It stays until a new result takes its place: a disk that fails for a moment makes no sound result a bad one.
         """
-        assert self.folder is not None
-        entry = self._entry(self.folder, key)
-        there = entry.exists()  # asked first: another process may put it there meanwhile
-        found = read(entry)
-        if there and found is None and entry not in self._told:
-            self._told.add(entry)
-            self._warn(f"a kept result is damaged and will be computed again: {name} in {entry}")
-        return found
-
-    def _write(self, entry: Path, stage: Stage[P, R], outcome: Outcome[R]) -> None:
-        assert self.folder is not None
-        prefix = f"{entry.name[:12]}-{socket.gethostname()}-{os.getpid()}-"
-        draft = Path(tempfile.mkdtemp(prefix=prefix, dir=self.folder / "unfinished"))
-        try:
-            stage.codec.save(outcome.value, draft)
-            checksums = {
-                str(file.relative_to(draft)): _checksum(file) for file in sorted(draft.rglob("*")) if file.is_file()
-            }
-            description = {"stage": stage.name, "seconds": outcome.seconds, "files": checksums}
-            (draft / "entry.json").write_text(json.dumps(description), encoding="utf-8")
-            entry.parent.mkdir(parents=True, exist_ok=True)
-            _replace_folder(draft, entry)
-        finally:
-            shutil.rmtree(draft, ignore_errors=True)
+        if file is not None and file not in self._reported:
+            self._reported.add(file)
+            self._warn(f"a stored result is damaged and will be computed again: {stage.name} in {file}")
 
     def _give_up(self, error: OSError) -> None:
         self._warn(f"the cache {self.folder} cannot be written ({error.strerror}): going on without it")
@@ -258,53 +239,3 @@ def default_folder() -> Path:
     from platformdirs import user_cache_path
 
     return user_cache_path("stickslip", appauthor=False)
-
-
-def _timed(stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> Outcome[R]:
-    start = time.perf_counter()
-    value = stage(*args, **kwargs)
-    return Outcome(value=value, seconds=time.perf_counter() - start, cached=False)
-
-
-def _intact(entry: Path) -> dict[str, Any] | None:
-    """Description of an entry whose files are all as they were written; None if it is absent or damaged."""
-    try:
-        description: dict[str, Any] = json.loads((entry / "entry.json").read_text(encoding="utf-8"))
-        sound = all(_checksum(entry / name) == checksum for name, checksum in description["files"].items())
-    except (OSError, ValueError, LookupError, TypeError, AttributeError):
-        return None
-    return description if sound else None
-
-
-def _read(entry: Path, stage: Stage[P, R]) -> Outcome[R] | None:
-    """An entry's value, or None if it is absent or damaged."""
-    description = _intact(entry)
-    if description is None:
-        return None
-    try:
-        value: R = stage.codec.load(entry)
-        return Outcome(value=value, seconds=float(description["seconds"]), cached=True)
-    except (OSError, ValueError, LookupError, TypeError, AttributeError):
-        return None
-
-
-def _replace_folder(draft: Path, entry: Path) -> None:
-    """Rename a folder to where a damaged one, or an equal one of a quicker process, may already be."""
-    for attempt in range(10):
-        if _intact(entry) is not None:
-            return
-        try:
-            draft.rename(entry)
-        except OSError as error:
-            if error.errno not in {errno.ENOTEMPTY, errno.EEXIST}:
-                raise
-            # Only an empty folder can be renamed over, so the damaged one is moved aside, under a name of our own.
-            aside = draft.with_name(f"{draft.name}-old{attempt}")
-            with contextlib.suppress(FileNotFoundError):
-                entry.rename(aside)
-            shutil.rmtree(aside, ignore_errors=True)
-
-
-def _checksum(file: Path) -> str:
-    with file.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -156,7 +156,7 @@ class Options:
             for file in self.figures:
                 REGISTRY.load(file)
         store = Store(self.cache_folder, RunContext.warn)
-        durations = Durations(store.folder / "durations.json" if store.folder else None)
+        durations = Durations(store.folder / "durations.npz" if store.folder else None, RunContext.warn)
         progress: Progress
         if self.quiet or self.json:
             progress = SilentProgress()

@@ -29,7 +29,6 @@ from study.compare.pictures import pictures
 from study.compare.repeats import require_repeats
 from study.compare.suspicions import all_suspicions
 from study.compare.table import misfit_csv
-from study.diagnose.codec import STEP
 from study.run_context import RunContext
 
 
@@ -120,7 +119,7 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
     return replace(compared, files=tuple(files))
 
 
-@stage("comparison", codec=STEP, ignore=("setup", "campaign", "calibrate"))
+@stage("comparison", ignore=("setup", "campaign", "calibrate"))
 def comparison(key: str, setup: Setup, campaign: Campaign, calibrate: bool) -> Compared:
     """`compare` as a stage, so that an interrupted command goes on with its figures; the key holds all inputs."""
     del key

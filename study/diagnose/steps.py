@@ -6,12 +6,10 @@ from typing import Any
 from diagnosis.candidate.effect import Effect
 from diagnosis.threshold.bootstrap import null_trial
 from diagnosis.threshold.simulation import Simulation
-from pipeline.codec import JSON
 from pipeline.store import stage
-from study.diagnose.codec import STEP
 
 
-@stage("step of a diagnosis", codec=STEP, ignore=("make",))
+@stage("step of a diagnosis", ignore=("make",))
 def step(key: str, name: str, make: Callable[[], Any]) -> Any:
     """One step of a round; the key holds all that it depends on, code included."""
     del key, name
@@ -20,7 +18,6 @@ def step(key: str, name: str, make: Callable[[], Any]) -> Any:
 
 @stage(
     "what chance does",
-    codec=JSON,
     ignore=("simulation", "effects"),
 )
 def chance(layout: str, seed: int, simulation: Simulation, effects: Sequence[Effect]) -> dict[str, float]:

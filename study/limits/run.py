@@ -12,9 +12,9 @@ from figure.contact_states import ContactStates, StatePanel
 from figure.limit_band import Band, LimitBands
 from figure.limit_levels import LimitsByLevel
 from hbsolve.limits.result import ResponseLimits
+from pipeline.checkpoint import StoredTasks
 from pipeline.output import replace_file
 from pipeline.process_pool import process_pool
-from pipeline.stored_tasks import StoredTasks
 from study.case.kind import open_case
 from study.case.setup import read_case
 from study.limits.curve import FoundLimits, found_limits
@@ -98,7 +98,7 @@ def _found(search: LimitSearch, stem: str, run: RunContext, executor: Executor |
     known = run.store.kept(found_limits, search)
     if known is not None:
         return known.value
-    kept = StoredTasks(run.output / f".{stem}_limits.part", found_limits.key(search))
+    kept = StoredTasks(run.output / f".{stem}_limits.part", found_limits.key(search), run.warn)
     before = kept.n_left
     if before:
         run.note(f"the search goes on: {before} of its tasks were finished before, and progress is told of the rest")

@@ -117,7 +117,7 @@ def _solved(model: SolveModel, number: int, stem: str, run: RunContext) -> Solve
     assert run.output is not None
     curve = model.curves[number]
     inputs = (model.system, curve, model.harmonics, model.n_sample)
-    checkpoint = Checkpoint(run.output / f".{stem}_curve{number}.part", response_curve.key(*inputs))
+    checkpoint = Checkpoint(run.output / f".{stem}_curve{number}.part", response_curve.key(*inputs), run.warn)
     with run.progress.step(f"curve {number + 1} of {len(model.curves)}, {curve.label}") as report:
         branch = run.store.run(response_curve, *inputs, checkpoint=checkpoint, report=report)
     checkpoint.remove()

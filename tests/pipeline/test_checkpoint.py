@@ -30,7 +30,9 @@ def test_a_checkpoint_of_other_inputs_or_a_damaged_one_is_not_found(tmp_path: Pa
     whole = file.read_bytes()
     for damaged in (whole[: len(whole) // 2], b"", whole.replace(b"list", b"tsil")):
         file.write_bytes(damaged)
-        assert Checkpoint(file, "key").load() is None
+        told: list[str] = []
+        assert Checkpoint(file, "key", told.append).load() is None
+        assert told == [f"{file} is damaged; its content will be computed again"]
 
 
 def test_offers_are_saved_once_the_time_has_passed(tmp_path: Path) -> None:

@@ -43,9 +43,9 @@ def test_a_stage_depends_on_every_module_of_the_product_that_its_code_imports(na
         assert own <= set(found), f"{name} would be found in the store after a change of {sorted(own - set(found))}"
 
 
-def test_the_codec_of_a_stage_is_among_its_dependencies() -> None:
+def test_the_form_of_a_record_is_among_the_dependencies_of_a_stage() -> None:
     for name, stage in STAGES.items():
-        assert type(stage.codec).__module__ in dependencies(stage.compute.__module__), name
+        assert {"pipeline.codec", "pipeline.record"} <= set(dependencies(stage.compute.__module__)), name
 
 
 def test_a_cycle_of_imports_ends_and_installed_packages_are_left_out(

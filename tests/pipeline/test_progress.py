@@ -51,7 +51,7 @@ def test_time_left_is_the_time_so_far_over_the_part_done(clock: Clock) -> None:
 
 
 def test_a_step_that_reports_nothing_says_what_it_took_last_time(clock: Clock, tmp_path: Path) -> None:
-    file = tmp_path / "durations.json"
+    file = tmp_path / "durations.npz"
     for expected_lines in (["CAD: done in 20 s"], ["CAD ... about 20 s", "CAD: done in 20 s"]):
         stream = io.StringIO()
         with LineProgress(stream, Durations(file), clock).step("CAD"):
@@ -106,10 +106,12 @@ def test_a_step_that_fails_is_not_called_done(clock: Clock) -> None:
 
 @pytest.mark.parametrize("content", ["", "{", "[1]", '{"a": "x"}', '"text"'])
 def test_damaged_memories_of_durations_are_forgotten(tmp_path: Path, content: str) -> None:
-    file = tmp_path / "durations.json"
+    file = tmp_path / "durations.npz"
     file.write_text(content)
-    durations = Durations(file)
+    told: list[str] = []
+    durations = Durations(file, told.append)
     assert durations.expected("a") is None
+    assert told == [f"{file} is damaged; its content will be computed again"]
     durations.remember("a", 3.0)
     assert Durations(file).expected("a") == 3.0
 

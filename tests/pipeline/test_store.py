@@ -1,7 +1,6 @@
 """A kept result is the computed one: found when nothing changed, computed when anything did, and never half there."""
 
 import errno
-import json
 import os
 import signal
 import subprocess
@@ -17,27 +16,26 @@ import pytest
 from numpy.typing import NDArray
 
 from pipeline import fingerprint
-from pipeline import store as store_module
-from pipeline.codec import JSON
+from pipeline import record as record_module
+from pipeline.record import is_intact
 from pipeline.store import Stage, Store, default_folder, stage
 
 TESTS_TIMEOUT = 60  # s; a hang is an error, a slow machine is none
 
 
-def counting(codec_name: str = "npz") -> tuple[Stage[..., Any], list[object]]:
+def counting() -> tuple[Stage[..., Any], list[object]]:
     """Make a stage, and the list of inputs it was computed for."""
     calls: list[object] = []
 
     def double(value: Any, report: object = None) -> Any:
         calls.append(value)
-        return {"twice": np.atleast_1d(np.asarray(value)) * 2} if codec_name == "npz" else [value, value]
+        return [value, value] if isinstance(value, str | list) else {"twice": np.atleast_1d(np.asarray(value)) * 2}
 
-    options = {"codec": JSON} if codec_name == "json" else {}
-    return stage("double", ignore=("report",), **options)(double), calls  # type: ignore[arg-type]
+    return stage("double", ignore=("report",))(double), calls
 
 
 def entries(folder: Path) -> list[Path]:
-    return sorted(file.parent for file in folder.glob("objects/*/*/entry.json"))
+    return sorted(folder.glob("objects/*/*.npz"))
 
 
 def test_the_second_run_is_found_even_by_another_store(tmp_path: Path) -> None:
@@ -51,7 +49,7 @@ def test_the_second_run_is_found_even_by_another_store(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("other", [3.5000000000000004, -3.5, np.array([3.5, 3.5]), [3.5], np.float32(3.25), "3.5"])
 def test_an_input_that_differs_at_all_is_computed(tmp_path: Path, other: Any) -> None:
-    double, calls = counting("json" if isinstance(other, str | list) else "npz")
+    double, calls = counting()
     store = Store(tmp_path)
     store.run(double, 3.5)
     store.run(double, other)
@@ -97,39 +95,45 @@ def flip(file: Path) -> None:
     file.write_bytes(bytes(raw))
 
 
-@pytest.mark.parametrize("damage", [truncate, flip, Path.unlink, lambda file: file.write_bytes(b"")])
-@pytest.mark.parametrize("name", ["entry.json", "tree.json", "arrays.npz"])
-def test_a_damaged_entry_is_computed_again_and_mended(
-    tmp_path: Path, damage: Callable[[Path], object], name: str
-) -> None:
+DAMAGES = [truncate, flip, lambda file: file.write_bytes(b"")]
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_damaged_entry_is_computed_again_and_mended(tmp_path: Path, damage: Callable[[Path], object]) -> None:
     double, calls = counting()
     warnings: list[str] = []
     store = Store(tmp_path, warnings.append)
     store.run(double, 1.0)
-    damage(entries(tmp_path)[0] / name)
+    (file,) = entries(tmp_path)
+    damage(file)
     np.testing.assert_array_equal(store.run(double, 1.0)["twice"], [2.0])
-    # A description with one bit changed may still say what matters; all else is noticed, once.
-    noticed = len(calls) == 2
-    assert noticed or (name, damage) == ("entry.json", flip)
-    assert [
-        told.startswith("a kept result is damaged and will be computed again: double in ") for told in warnings
-    ] == [True] * noticed
+    assert warnings == [f"a stored result is damaged and will be computed again: double in {file}"]
     assert store.outcome(double, 1.0).cached
-    assert len(calls) == 1 + noticed
+    assert len(calls) == 2
 
 
-@pytest.mark.parametrize("name", ["entry.json", "tree.json", "arrays.npz"])
-def test_a_damaged_result_is_not_held(tmp_path: Path, name: str) -> None:
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_damaged_result_does_not_count_as_stored(tmp_path: Path, damage: Callable[[Path], object]) -> None:
     double, _ = counting()
     warnings: list[str] = []
     store = Store(tmp_path, warnings.append)
     store.run(double, 1.0)
     assert store.holds(double, 1.0)
-    truncate(entries(tmp_path)[0] / name)
+    damage(entries(tmp_path)[0])
     assert not store.holds(double, 1.0)
-    # Told once, however often it is asked for.
+    # Reported once, however often it is asked for.
     assert store.kept(double, 1.0) is None
     assert len(warnings) == 1
+
+
+def test_a_result_that_was_removed_is_computed_again_without_a_word(tmp_path: Path) -> None:
+    double, calls = counting()
+    warnings: list[str] = []
+    store = Store(tmp_path, warnings.append)
+    store.run(double, 1.0)
+    entries(tmp_path)[0].unlink()
+    store.run(double, 1.0)
+    assert (len(calls), warnings) == (2, [])
 
 
 def test_a_folder_that_cannot_be_written_is_given_up_with_one_sentence(tmp_path: Path) -> None:
@@ -144,23 +148,32 @@ def test_a_folder_that_cannot_be_written_is_given_up_with_one_sentence(tmp_path:
     assert "cannot be written" in warnings[0]
 
 
-def test_a_disk_that_fails_during_a_write_costs_the_cache_and_not_the_result(tmp_path: Path) -> None:
+def test_a_disk_that_fails_during_a_write_costs_the_cache_and_not_the_result(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     warnings: list[str] = []
     store = Store(tmp_path, warnings.append)
+    double, _ = counting()
 
-    class FullDisk:
-        def save(self, _value: object, _folder: Path) -> None:
-            raise OSError(28, "No space left on device")
+    def full_disk(*_: object) -> bytes:
+        raise OSError(errno.ENOSPC, "No space left on device")
 
-        def load(self, _folder: Path) -> None:
-            raise AssertionError
-
-    def answer() -> int:
-        return 42
-
-    assert store.run(stage("answer", codec=FullDisk())(answer)) == 42
+    monkeypatch.setattr(record_module, "_checksum", full_disk)
+    np.testing.assert_array_equal(store.run(double, 21)["twice"], [42])
     assert warnings == [f"the cache {tmp_path} cannot be written (No space left on device): going on without it"]
     assert not list((tmp_path / "unfinished").iterdir())
+
+
+def test_a_result_that_cannot_be_stored_is_given_with_one_sentence(tmp_path: Path) -> None:
+    warnings: list[str] = []
+
+    def give() -> object:
+        return len
+
+    store = Store(tmp_path, warnings.append)
+    assert store.run(stage("function")(give)) is len
+    (sentence,) = warnings
+    assert sentence.startswith("the result of function is not stored, and will be computed again: ")
 
 
 def test_clearing_removes_results_and_nothing_else(tmp_path: Path) -> None:
@@ -273,14 +286,8 @@ def writer(folder: Path, count: int) -> "subprocess.Popen[str]":
 
 
 def all_intact(folder: Path) -> int:
-    """Count entries after checking each file of each against its checksum."""
-    import hashlib
-
-    for entry in entries(folder):
-        files = json.loads((entry / "entry.json").read_text())["files"]
-        assert set(files) == {"tree.json", "arrays.npz"}
-        for name, checksum in files.items():
-            assert hashlib.sha256((entry / name).read_bytes()).hexdigest() == checksum
+    """Count entries after checking each against its checksum."""
+    assert all(map(is_intact, entries(folder)))
     return len(entries(folder))
 
 
@@ -301,18 +308,16 @@ def test_a_process_killed_at_any_moment_leaves_whole_entries_and_the_next_one_go
 
 
 def test_an_entry_that_was_being_written_when_the_process_died_is_not_an_entry(tmp_path: Path) -> None:
-    # The codec kills its own process after the first file: the worst moment, hit with certainty.
+    # It kills its own process when all but the checksum is written: the worst moment, hit with certainty.
     script = textwrap.dedent("""
         import os, signal, sys
         from pathlib import Path
-        from pipeline.codec import NPZ
+        from pipeline import record
         from pipeline.store import Store, stage
-        class Deadly:
-            def save(self, value, folder):
-                NPZ.save(value, folder)
-                os.kill(os.getpid(), signal.SIGKILL)
-            load = NPZ.load
-        @stage("deadly", codec=Deadly())
+        def kill(*_):
+            os.kill(os.getpid(), signal.SIGKILL)
+        record._checksum = kill
+        @stage("deadly")
         def deadly():
             return 1
         Store(Path(sys.argv[1])).run(deadly)
@@ -366,11 +371,11 @@ def test_a_disk_that_fails_for_a_moment_costs_no_result(tmp_path: Path, monkeypa
     store = Store(tmp_path, lambda _: None)
     store.run(double, 1.0)
     with monkeypatch.context() as failing:
-        failing.setattr(store_module, "_checksum", too_many_files)
+        failing.setattr(record_module, "_checksum", too_many_files)
         assert not store.holds(double, 1.0)
     assert store.outcome(double, 1.0).cached
     assert len(calls) == 1
 
 
-def too_many_files(_file: Path) -> str:
+def too_many_files(*_: object) -> bytes:
     raise OSError(errno.EMFILE, "too many open files")

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from hbsolve.limits.task import StageProgress
-from pipeline.stored_tasks import StoredTasks
+from pipeline.checkpoint import StoredTasks
 from study.limits.progress import END, WORTH_REPORTING, SearchProgress
 
 
@@ -36,8 +36,10 @@ def test_a_result_of_other_inputs_and_a_damaged_one_are_not_found(tmp_path: Path
     (file,) = (tmp_path / "part").iterdir()
     file.write_bytes(file.read_bytes()[:-30])
     assert StoredTasks(tmp_path / "part", "a").n_left == 0
+    told: list[str] = []
     with pytest.raises(KeyError, match="task"):
-        StoredTasks(tmp_path / "part", "a")["task"]
+        StoredTasks(tmp_path / "part", "a", told.append)["task"]
+    assert told == [f"{file} is damaged; its content will be computed again"]
     kept.remove()
     assert not (tmp_path / "part").exists()
 

@@ -66,11 +66,11 @@ def test_a_campaign_whose_kept_result_is_damaged_is_not_measured(tmp_path: Path)
     for seed in range(2):
         store.run(trial, "abc", seed, simulation=None, effects=())  # type: ignore[arg-type]
     assert is_measured("abc", 2, store)
-    file = next(file for file in tmp_path.rglob("objects/*/*/*.json") if file.name != "entry.json")
+    file = next(tmp_path.glob("objects/*/*.npz"))
     file.write_bytes(file.read_bytes()[:-1])
     assert not is_measured("abc", 2, store)
     (sentence,) = told
-    assert sentence.startswith("a kept result is damaged and will be computed again: what chance does in ")
+    assert sentence.startswith("a stored result is damaged and will be computed again: what chance does in ")
 
 
 def test_effects_of_ones_own_are_found_in_finer_models(two_masses: TwoMasses, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -74,10 +74,8 @@ def test_a_step_whose_kept_result_is_damaged_is_one_that_is_to_be_made(tmp_path:
     store, clock, stream = Store(tmp_path, told.append), Clock(), io.StringIO()
     for name in STEPS:
         store.run(step, "key", name, dict)
-    (entry,) = (
-        file.parent for file in tmp_path.rglob("step.pickle") if file.parent.name == step.key("key", "scores", dict)
-    )
-    (entry / "step.pickle").write_bytes(b"")
+    (file,) = tmp_path.rglob(f"{step.key('key', 'scores', dict)}.npz")
+    file.write_bytes(b"")
 
     def slowly() -> dict[str, float]:
         clock.now += 20.0
@@ -89,7 +87,7 @@ def test_a_step_whose_kept_result_is_damaged_is_one_that_is_to_be_made(tmp_path:
             of.report(name, 0.5)
             look(name, slowly)
     (sentence,) = told
-    assert sentence.startswith("a kept result is damaged and will be computed again: step of a diagnosis in ")
+    assert sentence.startswith("a stored result is damaged and will be computed again: step of a diagnosis in ")
     lines = stream.getvalue().splitlines()
     assert [line for line in lines if "kept" in line] == [f"  {name}: kept" for name in STEPS if name != "scores"]
     assert {"  scores: done in 20 s", "diagnosis, from the screening on: done in 20 s"} <= set(lines)

@@ -308,7 +308,7 @@ def test_a_rigs_frequencies_are_checked_before_its_bodies_are_reduced(
 DRIVER = """\
 import os, signal, sys
 from pathlib import Path
-from pipeline.stored_tasks import StoredTasks
+from pipeline.checkpoint import StoredTasks
 from study.limits.run import run_limits
 from study.run_context import Options
 
@@ -345,7 +345,7 @@ def test_a_search_that_was_killed_repeats_no_finished_task_and_ends_with_the_sam
 
     # The whole search in this process, as an executor of the caller's may run it.
     names: list[str] = []
-    monkeypatch.setattr("pipeline.stored_tasks.StoredTasks.__setitem__", _noting(names))
+    monkeypatch.setattr("pipeline.checkpoint.StoredTasks.__setitem__", _noting(names))
     options = Options(quiet=True, cache=at_home / "cache-whole")
     whole = run_limits(at_home / "wedge.toml", options.open(at_home / "whole"), executor=InThisProcess())
     half = len(names) // 2
@@ -369,7 +369,7 @@ def test_a_search_that_was_killed_repeats_no_finished_task_and_ends_with_the_sam
 
 
 def _noting(names: list[str]) -> Callable[..., None]:
-    from pipeline.stored_tasks import StoredTasks
+    from pipeline.checkpoint import StoredTasks
 
     keep = StoredTasks.__setitem__
 

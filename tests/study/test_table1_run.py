@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from geometry.errors import InputError
+from pipeline.record import read_record
 from pipeline.store import Store
 from study import cli
 
@@ -44,8 +45,8 @@ def command(folder: Path, *more: str) -> list[str]:
 
 def entries(folder: Path) -> dict[Path, int]:
     """Results that are kept, and when each was written; the sizes of the meshes, which are known first, left out."""
-    found = (folder / "cache" / "objects").glob("*/*/entry.json")
-    return {file: file.stat().st_mtime_ns for file in found if json.loads(file.read_text())["stage"] != "mesh size"}
+    records = {file: read_record(file) for file in (folder / "cache" / "objects").glob("*/*.npz")}
+    return {file: file.stat().st_mtime_ns for file, record in records.items() if record and record.name != "mesh size"}
 
 
 @pytest.fixture(scope="module")

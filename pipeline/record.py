@@ -1,0 +1,145 @@
+"""A stored record: one value in one file, with what it is called, what it belongs to, and what it cost.
+
+The file is a ZIP container, which NumPy reads as it reads ``.npz``::
+
+    0.npy, 1.npy, ...   the arrays of the value
+    tree.json           the value, with names in place of the arrays (`pipeline.codec`)
+    header.json         name, key, seconds
+
+Its comment, the last 64 bytes of the file, is the SHA-256 of all bytes before. The file is written under another name
+and then renamed: at any moment, after any crash and with any number of processes, a record is complete or absent. One
+that was damaged later is noticed by its checksum.
+"""
+
+import hashlib
+import json
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from geometry.errors import InputError
+from pipeline.codec import decode, encode
+from pipeline.output import draft_of
+
+#: Members of the container that are not arrays.
+TREE, HEADER = "tree.json", "header.json"
+#: Length of the checksum [byte].
+CHECKSUM = 64
+#: What reading a container may raise that is damaged, or was written by other code.
+UNREADABLE = (OSError, ValueError, LookupError, TypeError, AttributeError, ImportError, InputError, zipfile.BadZipFile)
+
+
+class DamagedRecord(Exception):
+    """A record that is there and cannot be read."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Record:
+    """A value to be stored.
+
+    Parameters
+    ----------
+    value
+        As `pipeline.codec` knows it.
+    name
+        What it is, for messages.
+    key
+        Hexadecimal number of the inputs and the code that it belongs to.
+    seconds
+        Wall-clock time that it took [s].
+    """
+
+    value: Any
+    name: str = ""
+    key: str = ""
+    seconds: float = 0.0
+
+
+def write_record(file: Path, record: Record, drafts: Path | None = None) -> None:
+    """Write a record, in place of another one if there is one.
+
+    Parameters
+    ----------
+    file
+        In an existing folder.
+    record
+        To be written.
+    drafts
+        Folder of unfinished files on the same disk; that of the file by default.
+
+    Raises
+    ------
+    TypeError
+        A value of a kind that is not known.
+    OSError
+        The disk does not take it; nothing is left behind then.
+    """
+    tree, arrays = encode(record.value)
+    header = {"name": record.name, "key": record.key, "seconds": record.seconds}
+    with draft_of(file, drafts) as stream:
+        if arrays:
+            from reduction.file.npz import write_npz
+
+            write_npz(stream, arrays)
+        with zipfile.ZipFile(stream, "a") as archive:
+            for name, content in ((TREE, tree), (HEADER, header)):
+                archive.writestr(zipfile.ZipInfo(name), json.dumps(content, separators=(",", ":")))
+            archive.comment = bytes(CHECKSUM)
+        length = stream.tell() - CHECKSUM
+        checksum = _checksum(stream, length)
+        stream.seek(length)
+        stream.write(checksum)
+
+
+def read_record(file: Path) -> Record | None:
+    """A record; None if there is none.
+
+    Raises
+    ------
+    DamagedRecord
+        It cannot be read, or is not what was written.
+    """
+    try:
+        with file.open("rb") as stream:
+            if not _is_intact(stream):
+                raise ValueError("its checksum is another")
+            with zipfile.ZipFile(stream) as archive:
+                header = json.loads(archive.read(HEADER))
+                value = decode(json.loads(archive.read(TREE)), lambda name: _array(archive, name))
+                return Record(value=value, **header)
+    except FileNotFoundError:
+        return None
+    except UNREADABLE as error:
+        raise DamagedRecord(f"{file}: {error}") from error
+
+
+def is_intact(file: Path) -> bool:
+    """Whether a record is there with all bytes as they were written."""
+    try:
+        with file.open("rb") as stream:
+            return _is_intact(stream)
+    except OSError:
+        return False
+
+
+def _is_intact(stream: BinaryIO) -> bool:
+    length = stream.seek(0, 2) - CHECKSUM
+    return length > 0 and _checksum(stream, length) == stream.read()
+
+
+def _checksum(stream: BinaryIO, length: int) -> bytes:
+    """Of the first bytes of a file, which is then read up to there."""
+    digest = hashlib.sha256()
+    stream.seek(0)
+    while length and (block := stream.read(min(length, 1 << 20))):
+        digest.update(block)
+        length -= len(block)
+    return digest.hexdigest().encode()
+
+
+def _array(archive: zipfile.ZipFile, name: str) -> Any:
+    from numpy.lib.format import read_array
+
+    with archive.open(f"{name}.npy") as member:
+        return read_array(member, allow_pickle=False)
