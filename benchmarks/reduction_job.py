@@ -39,7 +39,7 @@ from fe.sparse.solver import Backend, Factor, factorise
 from fe.sparse.symmetric_part import part
 from fe.system import LinearSystem
 from geometry.blade import Blade
-from reduction.mode_check import check_fixed_interface_modes
+from reduction.rom_error import check_fixed_interface_modes
 
 #: Nodes that stay, 102 degrees of freedom, and fixed-interface modes.
 N_BOUNDARY, N_MODE = 34, 150

@@ -5,7 +5,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.compiled import compiled
-from hbsolve.instant_force import InstantTable, instant_force
+from hbsolve.joint_table import InstantTable, instant_force
 
 
 @compiled

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from correlation.record_joint_law import joint_forces, joint_matrix, solve_small
 from correlation.record_propagator import BEFORE
 from fe.compiled import compiled
-from hbsolve.instant_force import InstantTable
+from hbsolve.joint_table import InstantTable
 
 #: Newton steps an instant at most, and the last one relative to the largest force.
 MOST_STEPS, CONVERGED = 30, 1e-12

@@ -13,7 +13,7 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve, expm
 
 from correlation.errors import ModelDefinitionError
 from correlation.model import DERIVATIVE, LineSensor, Model
-from hbsolve.instant_force import InstantTable, instant_table
+from hbsolve.joint_table import InstantTable, instant_table
 from reduction.joint.law import Joint
 
 Array = Float[NDArray[np.float64], "..."]

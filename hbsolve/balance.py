@@ -1,6 +1,6 @@
 """The harmonic balance of a jointed system: what is computed once, and the residual at any motion."""
 
-from collections.abc import Sequence
+import warnings
 from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -12,18 +12,20 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from hbsolve.condensed import Condensed, CondensedStructure, Recovery
-from hbsolve.errors import BalanceError
+from hbsolve.errors import BalanceError, DampingWarning
 from hbsolve.fourier import Coefficients
-from hbsolve.joint_table import JointTable, addresses, joint_table
-from hbsolve.matrix_check import warn_of_negative_damping
+from hbsolve.joint_table import JointTable, joint_table
 from hbsolve.sampling import Sampling, complex_from_real, real_from_complex, sampling
 from reduction.array_input import real_number, whole_number
+from reduction.joint.packing import addresses
 from reduction.jointed_system import JointedSystem
 
 Real = Float[NDArray[np.float64], "d nh"]
 
 #: Samples a period by default: this many a harmonic, rounded up to a power of two, and no fewer than LEAST_SAMPLE.
 SAMPLE_PER_HARMONIC, LEAST_SAMPLE = 32, 128
+#: Eigenvalue of the damping, relative to its largest entry or eigenvalue, that still counts as round-off.
+NEGATIVE = 1e-9
 #: Largest load [N]: norms of what it moves must not overflow.
 MOST_FORCE = 1e100
 #: Largest Omega [rad/s]: nor must (H Omega)^4.
@@ -84,7 +86,7 @@ class HarmonicBalance:
         table = joint_table(self.system.joints)
         object.__setattr__(self, "table", table)
         object.__setattr__(self, "structure", self._structure(table))
-        warn_of_negative_damping(self.system.damping, stacklevel=4)  # the line that makes the balance
+        _warn_of_negative_damping(self.system.damping)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Users' compiled functions have other addresses in another process."""
@@ -238,10 +240,18 @@ class HarmonicBalance:
         return q
 
 
-def slider_names(system: JointedSystem) -> Sequence[str]:
-    """Name of each slider: its joint's, with the number of the tangent where there are two."""
-    names = []
-    for joint in system.joints:
-        count = len(getattr(joint, "tangents", ())) or int(hasattr(joint, "limit_force"))
-        names += [joint.name] if count == 1 else [f"{joint.name}.{number}" for number in range(1, count + 1)]
-    return names
+def _warn_of_negative_damping(damping: Float[NDArray[np.float64], "r r"]) -> None:
+    """Warn where the symmetric part of the damping, which alone works on a motion, has a negative eigenvalue.
+
+    Follower forces, such as those in the bearings of rotors, may be meant so: it is no error.
+    """
+    values = np.linalg.eigvalsh((damping + damping.T) / 2)
+    largest = max(float(np.abs(values).max()), float(np.abs(damping).max()))
+    if values[0] < -NEGATIVE * largest:
+        warnings.warn(
+            f"the damping has the eigenvalue {values[0]:.3g} N s/m in its symmetric part, whose largest is "
+            f"{values[-1]:.3g} N s/m: it puts energy into a motion, as follower forces do, so check its sign if the "
+            "structure is passive",
+            DampingWarning,
+            stacklevel=4,  # the line that makes the balance
+        )

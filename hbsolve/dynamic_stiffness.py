@@ -13,8 +13,7 @@ from scipy.linalg import cho_factor, cho_solve
 from fe.dense_modes import DenseModes, dense_modes
 from hbsolve.coupled_damping import proportional_but_few
 from hbsolve.errors import ForceError, ModelError
-from hbsolve.matrix_check import check_mass, check_shape, check_symmetry
-from reduction.array_input import real_array
+from reduction.array_input import real_array, refuse_asymmetric, refuse_infinite, refuse_massless
 
 Matrix = Float[NDArray[np.float64], "r r"]
 Frequencies = Float[NDArray[np.float64], " p"]
@@ -100,10 +99,15 @@ class DynamicStiffness:
         for name in ("mass", "damping", "stiffness"):
             matrix = real_array(getattr(self, name), f"the {name}", ModelError)
             object.__setattr__(self, name, matrix)
-            check_shape(name, matrix, np.shape(self.mass))
+            if matrix.shape != self.mass.shape or matrix.shape != matrix.shape[:1] * 2 or not matrix.size:
+                raise ModelError(
+                    f"the {name} has shape {matrix.shape}, the mass {self.mass.shape}: give three square matrices of "
+                    "one size"
+                )
+            refuse_infinite(matrix, f"the {name}", ModelError)
         for name in ("mass", "stiffness"):
-            check_symmetry(name, getattr(self, name))
-        check_mass(self.mass)
+            refuse_asymmetric(getattr(self, name), f"the {name}", ModelError)
+        refuse_massless(self.mass, ModelError)
         try:
             modes = dense_modes(self.mass, self.stiffness)
         except np.linalg.LinAlgError as error:

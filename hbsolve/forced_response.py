@@ -1,7 +1,9 @@
-"""Response of a structure to a periodic force, frequency by frequency."""
+"""A periodic force, and the response of a linear structure to it, frequency by frequency."""
+
+from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
@@ -10,7 +12,44 @@ from hbsolve.continuation.stop import StopReason
 from hbsolve.dynamic_stiffness import DynamicStiffness, LinearModel
 from hbsolve.errors import ForceError
 from hbsolve.fourier import Coefficients, harmonics
-from hbsolve.harmonic_force import HarmonicForce
+from reduction.array_input import freeze_arrays, refuse_infinite
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HarmonicForce:
+    """Fourier coefficients of an excitation, in the convention of `hbsolve.fourier`.
+
+    Parameters
+    ----------
+    coefficients
+        Shape (n_harmonic, r) [N]: harmonic 0 (the static load, real), 1, ..., H on each degree of freedom.
+
+    Raises
+    ------
+    ForceError
+        Another shape, a value that is not finite, or a static load that is not real.
+    """
+
+    coefficients: Complex[NDArray[np.complex128], "harmonic r"]
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "coefficients", dtype=np.complex128)
+        coefficients = self.coefficients
+        if coefficients.ndim != 2 or not coefficients.size:
+            raise ForceError(
+                f"force coefficients have shape {coefficients.shape}: give (n_harmonic, degrees of freedom)"
+            )
+        refuse_infinite(coefficients, "the force", ForceError)
+        if np.any(coefficients[0].imag != 0):
+            row = int(np.flatnonzero(coefficients[0].imag)[0])
+            raise ForceError(
+                f"the static force on row {row} is {coefficients[0, row]:g} N: harmonic 0 is a mean and must be real"
+            )
+
+    @property
+    def n_harmonic(self) -> int:
+        """H + 1: the mean counts [-]."""
+        return len(self.coefficients)
 
 
 @on_one_blas_thread

@@ -1,4 +1,4 @@
-"""Joints as arrays, and the compiled switch between the forces of all laws."""
+"""Joints as arrays, and the compiled switches between the forces of all laws, over a period and at an instant."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from fe.compiled import compiled_switch
 from hbsolve.contact import function
 from hbsolve.contact.law import ARGUMENTS, FORCES
 from reduction.joint.law import Joint
-from reduction.joint.packing import starts
+from reduction.joint.packing import addresses, parameter_rows, starts
 
 #: Number of the law of a joint whose force is a user's function.
 FUNCTION = -1
@@ -54,17 +54,37 @@ def joint_table(joints: Sequence[Joint]) -> JointTable:
     )
 
 
-def addresses(joints: Sequence[Joint]) -> NDArray[np.int64]:
-    """Addresses of users' compiled functions in this process, 0 for other joints, shape (n_joint,)."""
-    return np.array([0 if joint.function is None else joint.function.address for joint in joints], dtype=np.int64)
-
-
 def _kind(joint: Joint) -> int:
     if joint.function is not None:
         return FUNCTION
     return FORCES.names().index(FORCES[joint.force_law].name)
 
 
+class InstantTable(NamedTuple):
+    """Joints as `instant_force` takes them, one row each; p is the largest number of parameters."""
+
+    kind: NDArray[np.int64]
+    address: NDArray[np.int64]
+    value: NDArray[np.float64]
+    """Parameters, shape (n_joint, p)."""
+
+
+def instant_table(joints: Sequence[Joint]) -> InstantTable:
+    """Joints that remember nothing, see `Joint.n_slider`, as arrays."""
+    names = [each.name for each in _WITHOUT_MEMORY]
+    kinds = [FUNCTION if joint.function is not None else names.index(joint.force_law) for joint in joints]
+    return InstantTable(np.array(kinds, dtype=np.int64), addresses(joints), parameter_rows(joints))
+
+
 joint_force = compiled_switch(
     __name__, ARGUMENTS, [each.force for each in FORCES], (function.force, f"address, {ARGUMENTS}")
+)
+
+_WITHOUT_MEMORY = [each for each in FORCES if each.instant is not None]
+#: ``instant_force(kind, address, u, velocity, parameters, slope)`` [N]: see `CompiledLaw.instant`.
+instant_force = compiled_switch(
+    __name__,
+    "u, velocity, parameters, slope",
+    [each.instant for each in _WITHOUT_MEMORY if each.instant is not None],
+    (function.instant, "address, u, velocity, parameters, slope"),
 )

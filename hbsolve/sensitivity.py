@@ -32,7 +32,7 @@ from hbsolve.newton import apply_receptance
 from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.solution import forces_at
 from hbsolve.state import SteadyState, check_state
-from reduction.array_input import real_array, real_number, whole_number
+from reduction.array_input import finite_array, finite_number, whole_number
 
 Row = Float[NDArray[np.float64], " r"]
 Matrix = Float[NDArray[np.float64], "r r"]
@@ -260,9 +260,7 @@ def _change(
         harmonic = whole_number(parameter.harmonic, "harmonic", BalanceError)
         if not 0 <= harmonic < balance.n_harmonic:
             raise BalanceError(f"harmonic {harmonic} is none of 0 to {balance.n_harmonic - 1}")
-        phase = real_number(parameter.phase, "phase", BalanceError)
-        if not np.isfinite(phase):
-            raise BalanceError(f"phase = {phase} must be a finite number")
+        phase = finite_number(parameter.phase, "phase", BalanceError)
         row = _entries(parameter.row, "the row of a load parameter", (balance.system.n_dof,))
         load[harmonic] = np.exp(1j * phase * (harmonic > 0)) * row
     elif isinstance(parameter, MatrixParameter):
@@ -293,12 +291,7 @@ def _model_change(
 
 
 def _entries(values: object, what: str, shape: tuple[int, ...]) -> NDArray[np.float64]:
-    entries = real_array(values, what, BalanceError)
-    if entries.shape != shape:
-        raise BalanceError(f"{what} has shape {entries.shape}: give {shape}, over all degrees of freedom")
-    if not np.isfinite(entries).all():
-        raise BalanceError(f"{what} holds {entries[~np.isfinite(entries)][0]}: give finite numbers")
-    return entries
+    return finite_array(values, what, BalanceError, shape, ", over all degrees of freedom")
 
 
 def _matrix_load(state: SteadyState, parameter: MatrixParameter) -> Coefficients:

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from hbsolve.aft import Start
 from hbsolve.balance import HarmonicBalance, Real
 from hbsolve.errors import BalanceError
-from hbsolve.output import harmonic_at
 from hbsolve.sampling import real_from_complex
-from reduction.array_input import real_array
+from reduction.array_input import finite_array, whole_number
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -77,6 +76,41 @@ class SteadyState:
         return float(abs(harmonic_at(self.coefficients, row, harmonic)))
 
 
+def harmonic_at(
+    coefficients: Complex[NDArray[np.complex128], "... harmonic r"],
+    row: int | Float[NDArray[np.float64], " r"],
+    harmonic: int,
+) -> Complex[NDArray[np.complex128], "..."]:
+    """Complex amplitude of one harmonic of a degree of freedom, or of a row over all of them [m].
+
+    Parameters
+    ----------
+    coefficients
+        Shape (..., H + 1, r) [m].
+    row
+        A degree of freedom, or shape (r,).
+    harmonic
+        k, from 0 to H.
+
+    Raises
+    ------
+    BalanceError
+        A harmonic or a degree of freedom that the coefficients do not have, or a row of another size.
+    """
+    n_harmonic, n_dof = coefficients.shape[-2:]
+    k = whole_number(harmonic, "harmonic", BalanceError)
+    if not 0 <= k < n_harmonic:
+        raise BalanceError(f"harmonic {k} is none of 0 to {n_harmonic - 1}, which the solution has")
+    q = coefficients[..., k, :]
+    if row is None or isinstance(row, str | int | float) or np.ndim(row) == 0:
+        dof = whole_number(row, "row", BalanceError)
+        if not 0 <= dof < n_dof:
+            raise BalanceError(f"degree of freedom {dof} does not exist: the structure has 0 to {n_dof - 1}")
+        return np.asarray(q[..., dof])
+    meaning = ", one weight per degree of freedom, or the number of one"
+    return np.asarray(q @ finite_array(row, "the row", BalanceError, (n_dof,), meaning))
+
+
 def check_state(balance: HarmonicBalance, state: SteadyState) -> None:
     """Refuse a state of another balance; compiled code does not.
 
@@ -112,12 +146,8 @@ def slider_start(
         Another number than the system's sliders, or a multiplier beyond Coulomb's cone.
     """
     n = balance.n_slider
-    value = np.zeros(n) if slider is None else np.array(real_array(slider, "slider", BalanceError))
-    if value.shape != (n,):
-        raise BalanceError(f"slider has shape {value.shape}: give {n} finite numbers, one a tangent in order of joints")
-    if not np.isfinite(value).all():
-        at = int(np.flatnonzero(~np.isfinite(value))[0])
-        raise BalanceError(f"slider {at} starts at {value[at]}: give finite numbers")
+    given = np.zeros(n) if slider is None else slider
+    value = np.array(finite_array(given, "slider", BalanceError, (n,), ", one number per tangent in order of joints"))
     if multiplier and n and np.abs(value).max() > 1:
         worst = value[np.abs(value).argmax()]
         raise BalanceError(f"multiplier {worst:g} is outside [-1, 1]: it is the share of Coulomb's limit (eq. 11)")
@@ -142,13 +172,5 @@ def start_motion(balance: HarmonicBalance, start: SteadyState | Real | None) -> 
                 f"{n_harmonic} harmonics with the mean and {n_direction} directions: give a state of this balance"
             )
         return start.motion
-    x = real_array(start, "the start", BalanceError)
-    wanted = (n_direction, 2 * n_harmonic - 1)
-    if x.shape != wanted:
-        raise BalanceError(
-            f"the start has shape {x.shape}: give real coefficients of the directions, shape {wanted}, a steady state "
-            "or a branch's `start`"
-        )
-    if not np.isfinite(x).all():
-        raise BalanceError(f"the start holds {x[~np.isfinite(x)][0]}: give finite numbers")
-    return x
+    shape, meaning = (n_direction, 2 * n_harmonic - 1), ", a steady state or a branch's `start`"
+    return finite_array(start, "the start", BalanceError, shape, f", real coefficients of the directions{meaning}")

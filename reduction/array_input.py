@@ -2,7 +2,7 @@
 
 from numbers import Number, Real
 from operator import index
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -11,6 +11,10 @@ from numpy.typing import NDArray
 from geometry.errors import InputError
 
 Entries = TypeVar("Entries", bound=np.generic)
+Matrix = Float[NDArray[np.float64], "r r"]
+
+#: Relative asymmetry that still counts as round-off.
+ASYMMETRY = 1e-9
 
 
 def real_array(values: object, what: str, error: type[InputError]) -> Float[NDArray[np.float64], "..."]:
@@ -34,12 +38,68 @@ def real_array(values: object, what: str, error: type[InputError]) -> Float[NDAr
     if np.iscomplexobj(given) and given.imag.any():
         lost = np.argwhere(given.imag != 0)[0]
         raise error(f"{what} holds {given[tuple(lost)]:g}{_place(lost)}: give real numbers")
-    return _locked(given.real.astype(np.float64))
+    return locked(given.real.astype(np.float64))
 
 
 def complex_array(values: object, what: str, error: type[InputError]) -> Complex[NDArray[np.complex128], "..."]:
     """An array of complex numbers; see `real_array`."""
-    return _locked(_numbers(values, what, error).astype(np.complex128))
+    return locked(_numbers(values, what, error).astype(np.complex128))
+
+
+def finite_array(
+    values: object, what: str, error: type[InputError], shape: tuple[int, ...], meaning: str = ""
+) -> Float[NDArray[np.float64], "..."]:
+    """An array of finite real numbers of one shape; see `real_array`.
+
+    Parameters
+    ----------
+    values, what, error
+        As for `real_array`.
+    shape
+        What is wanted.
+    meaning
+        What the message says of that shape, such as ", over all degrees of freedom".
+
+    Raises
+    ------
+    InputError
+        As `error`: an array of another shape, or one with other entries.
+    """
+    given = real_array(values, what, error)
+    if given.shape != shape:
+        raise error(f"{what} has shape {given.shape}: give {shape}{meaning}")
+    refuse_infinite(given, what, error)
+    return given
+
+
+def refuse_infinite(values: NDArray[Any], what: str, error: type[InputError]) -> None:
+    """Refuse an array with an entry that is infinite or NaN."""
+    if not np.isfinite(values).all():
+        place = np.argwhere(~np.isfinite(values))[0]
+        raise error(f"{what} holds {values[tuple(place)]}{_place(place)}: give finite numbers")
+
+
+def refuse_asymmetric(matrix: Matrix, what: str, error: type[InputError], tolerance: float = ASYMMETRY) -> None:
+    """Refuse a matrix that is not symmetric up to a share of its largest entry."""
+    skew = np.abs(matrix - matrix.T)
+    if skew.max(initial=0.0) > tolerance * np.abs(matrix).max(initial=0.0):
+        i, j = (int(each) for each in np.unravel_index(skew.argmax(), skew.shape))
+        raise error(
+            f"{what} is not symmetric: entries ({i}, {j}) and ({j}, {i}) are {matrix[i, j]:g} and {matrix[j, i]:g}; "
+            "write both halves of it"
+        )
+
+
+def refuse_massless(mass: Matrix, error: type[InputError]) -> None:
+    """Refuse a symmetric mass that is not positive definite."""
+    try:
+        np.linalg.cholesky(mass)  # which, unlike eigenvalues, does not mind units of different size
+    except np.linalg.LinAlgError:
+        lightest = float(np.linalg.eigvalsh(mass)[0])
+        raise error(
+            f"the mass has the eigenvalue {lightest:.3g} kg: the mass must be positive definite, so give every "
+            "degree of freedom a mass or reduce it out"
+        ) from None
 
 
 def real_number(value: object, what: str, error: type[InputError]) -> float:
@@ -80,6 +140,18 @@ def whole_number(value: object, what: str, error: type[InputError]) -> int:
         raise error(f"{what} = {value!r} must be a whole number: give an int") from None
 
 
+def freeze_arrays(item: object, *names: str, dtype: Any = np.float64) -> None:
+    """Replace fields of a frozen data class by read-only copies; `dtype` is None where each has a kind of its own."""
+    for name in names:
+        object.__setattr__(item, name, locked(np.array(getattr(item, name), dtype=dtype)))
+
+
+def locked(values: NDArray[Entries]) -> NDArray[Entries]:
+    """The array itself, from now on read-only."""
+    values.setflags(write=False)
+    return values
+
+
 def _numbers(values: object, what: str, error: type[InputError]) -> NDArray[np.number]:
     if hasattr(values, "toarray"):
         raise error(f"{what} is a sparse {type(values).__name__}: give a dense array, such as its toarray()")
@@ -100,8 +172,3 @@ def _numbers(values: object, what: str, error: type[InputError]) -> NDArray[np.n
 def _place(place: tuple[int, ...] | NDArray[np.int64]) -> str:
     numbers = [int(each) for each in place]
     return "" if not numbers else f" at {numbers[0]}" if len(numbers) == 1 else f" at {tuple(numbers)}"
-
-
-def _locked(values: NDArray[Entries]) -> NDArray[Entries]:
-    values.setflags(write=False)
-    return values

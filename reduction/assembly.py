@@ -12,6 +12,7 @@ from jaxtyping import Complex, Float, Int, Num
 from numpy.typing import NDArray
 
 from fe.system import LinearSystem
+from reduction.array_input import locked
 from reduction.craig_bampton import craig_bampton
 from reduction.errors import RomError
 from reduction.partition import Rows
@@ -143,9 +144,7 @@ class ReducedAssembly:
         return np.moveaxis(np.concatenate(fields), 2, 0)
 
     def _together(self, name: str) -> Matrix:
-        matrix = scipy.linalg.block_diag(*(getattr(rom, name) for rom in self.bodies.values()))
-        matrix.setflags(write=False)
-        return matrix
+        return locked(scipy.linalg.block_diag(*(getattr(rom, name) for rom in self.bodies.values())))
 
 
 def reduce_bodies(

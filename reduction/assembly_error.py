@@ -13,7 +13,7 @@ from fe.dense_modes import dense_modes
 from fe.modal import modes
 from fe.sparse.solver import Definiteness, Factor, Factorisation, factorise
 from fe.system import LinearSystem
-from reduction.array_input import real_array
+from reduction.array_input import freeze_arrays
 from reduction.assembly import ReducedAssembly
 from reduction.errors import RomError
 
@@ -50,8 +50,7 @@ class AssemblyError:
     receptance_error: Float[NDArray[np.float64], " k"]
 
     def __post_init__(self) -> None:
-        for name, values in vars(self).items():
-            object.__setattr__(self, name, real_array(values, name, RomError))
+        freeze_arrays(self, *vars(self))
 
 
 @on_one_blas_thread

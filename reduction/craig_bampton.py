@@ -1,6 +1,6 @@
 """Craig-Bampton reduction of a linear system."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import scipy.sparse as sp
@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from fe.allocator import give_back
 from fe.blas_threads import on_one_blas_thread
+from fe.errors import SupportError
+from fe.modal import lowest_eigenpairs
 from fe.sparse.block_lanczos import COLUMNS_PER_MODE
 from fe.sparse.node_matrix import BlockProduct
-from fe.sparse.solver import SingularMatrix, factorise
+from fe.sparse.solver import Factor, SingularMatrix, factorise
 from fe.sparse.symmetric_part import rows_of
 from fe.system import LinearSystem
-from reduction.constraint_modes import constraint_modes
 from reduction.errors import RomError
-from reduction.fixed_interface_modes import fixed_interface_modes, loose_interior
 from reduction.partition import Partition, Rows, interior_part, partition
 from reduction.rom import ReducedModel
 
@@ -24,6 +24,9 @@ Matrix = Float[NDArray[np.float64], "r r"]
 
 #: Columns that are moved before their memory is given back.
 AT_ONCE = 16
+#: Right-hand sides solved at once: groups of as many as solvers like best, at least and at most so many groups, and not
+#: more memory than this [byte], which the solution and the solver's own arrays take again.
+GROUP, LEAST, MOST, MEMORY = 24, 1, 3, 1.5e8
 
 
 @on_one_blas_thread
@@ -103,16 +106,55 @@ def _basis(
         mass, stiffness = (interior_part(each, i) for each in (system.mass, system.stiffness))
         try:
             factor = factorise(stiffness, n_column=COLUMNS_PER_MODE * n_mode + n_boundary)
-        except SingularMatrix as error:
-            raise RomError(loose_interior(len(i))) from error
-        give_back()
-        if n_mode:
-            lambda_, shapes = fixed_interface_modes(mass, stiffness, n_mode, factor)
-            _move(shapes, recovery[:, n_boundary:], i)
+            give_back()
+            if n_mode:
+                lambda_, shapes = lowest_eigenpairs(stiffness, mass, n_mode, factor)
+                _move(shapes, recovery[:, n_boundary:], i)
+        except (SingularMatrix, SupportError) as error:
+            raise RomError(
+                f"the {len(i)} interior degrees of freedom can still move as a rigid body while the boundary is fixed: "
+                "add supports, or boundary degrees of freedom at three nodes that are not in line"
+            ) from error
         for block, shapes in constraint_modes(factor, on_boundary[:, i]):
             recovery[i, block] = shapes
     recovery[b, np.arange(n_boundary)] = 1.0
     return recovery, lambda_
+
+
+def constraint_modes(
+    factor: Factor, stiffness_boundary_interior: sp.csr_array
+) -> Iterator[tuple[slice, Float[NDArray[np.float64], "i k"]]]:
+    r"""Interior displacement for a unit displacement of each boundary degree of freedom, no force on the interior.
+
+    .. math:: \Psi = -K_{ii}^{-1} K_{ib}
+
+    Parameters
+    ----------
+    factor
+        Of the interior stiffness K_ii.
+    stiffness_boundary_interior
+        K_bi = K_ib^T, shape (b, i) [N/m].
+
+    Yields
+    ------
+    Some boundary degrees of freedom, 24 to 72 by the memory that they need, and their columns of Psi, shape (i, k) [-],
+    until the next ones take their place; with the boundary's own unit displacements all of them reproduce every
+    rigid-body motion.
+
+    References
+    ----------
+    Craig and Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6 (1968), eq. 5.
+    """
+    n_boundary, n_interior = stiffness_boundary_interior.shape
+    width = GROUP * int(np.clip(MEMORY / (8 * GROUP * n_interior), LEAST, MOST))
+    place = np.empty((0, 0))
+    for first in range(0, n_boundary, width):
+        block = slice(first, min(first + width, n_boundary))
+        forces = stiffness_boundary_interior[block].toarray().T
+        if place.shape != forces.shape:
+            place = np.empty(forces.shape, order="F")
+        solution = factor.solve(forces, place)
+        yield block, np.negative(solution, out=solution)
 
 
 def _move(

@@ -13,7 +13,7 @@ from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
 from geometry.interface import ContactLine
-from reduction.array_input import real_array
+from reduction.array_input import freeze_arrays
 from reduction.assembly import ReducedAssembly
 from reduction.errors import JointError
 from reduction.jointed_system import Friction, FrictionContact, JointedSystem
@@ -88,8 +88,7 @@ class Joined:
     springs: Matrix
 
     def __post_init__(self) -> None:
-        for name in ("mass", "bodies", "stiffness", "springs"):
-            object.__setattr__(self, name, real_array(getattr(self, name), name, JointError))
+        freeze_arrays(self, "mass", "bodies", "stiffness", "springs")
         object.__setattr__(self, "contacts", tuple(self.contacts))
         object.__setattr__(self, "lines", MappingProxyType(dict(self.lines)))
 

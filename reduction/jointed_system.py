@@ -19,7 +19,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from reduction.array_input import complex_array, finite_number, real_array, whole_number
+from reduction.array_input import complex_array, finite_array, finite_number, real_array, refuse_infinite, whole_number
 from reduction.errors import JointError
 from reduction.joint.cubic_spring import CubicSpring
 from reduction.joint.elastic_stop import ElasticStop
@@ -86,12 +86,10 @@ class JointedSystem:
         r = self.n_dof
         static = np.zeros(r) if self.static_load is None else self.static_load
         harmonic = np.zeros((1, r)) if self.harmonic_force is None else self.harmonic_force
-        static = real_array(static, "the static load", JointError)
-        harmonic = complex_array(harmonic, "the harmonic force", JointError)
-        object.__setattr__(self, "static_load", static)
-        object.__setattr__(self, "harmonic_force", harmonic)
+        meaning = ", one number per degree of freedom"
+        object.__setattr__(self, "static_load", finite_array(static, "the static load", JointError, (r,), meaning))
+        object.__setattr__(self, "harmonic_force", _harmonic_force(harmonic, r))
         object.__setattr__(self, "joints", _joints(self.joints))
-        _check_loads(static, harmonic, r)
         names: set[str] = set()
         for joint in self.joints:
             if joint.directions.shape[1] != r:
@@ -176,25 +174,17 @@ def _joints(given: object) -> tuple[Joint, ...]:
     return tuple(joints)
 
 
-def _check_loads(static: Row, harmonic: Complex[NDArray[np.complex128], "harmonic r"], n_dof: int) -> None:
-    if static.shape != (n_dof,):
-        raise JointError(f"the static load has shape {static.shape}: give ({n_dof},), one number a degree of freedom")
+def _harmonic_force(given: object, n_dof: int) -> Complex[NDArray[np.complex128], "harmonic r"]:
+    harmonic = complex_array(given, "the harmonic force", JointError)
     if harmonic.ndim != 2 or harmonic.shape[1] != n_dof or not len(harmonic):
         raise JointError(
             f"the harmonic force has shape {harmonic.shape}: give (n_harmonic, {n_dof}), row k for harmonic k"
         )
-    if not np.isfinite(static).all():
-        dof = int(np.flatnonzero(~np.isfinite(static))[0])
-        raise JointError(f"the static load on degree of freedom {dof} is {static[dof]} N: give finite numbers")
-    if not np.isfinite(harmonic).all():
-        harmonic_number, dof = np.argwhere(~np.isfinite(harmonic))[0]
-        raise JointError(
-            f"the force is {harmonic[harmonic_number, dof]} N in harmonic {harmonic_number} on degree of freedom "
-            f"{dof}: give finite numbers"
-        )
+    refuse_infinite(harmonic, "the harmonic force", JointError)
     if harmonic[0].any():
         dof = int(np.flatnonzero(harmonic[0])[0])
         raise JointError(
             f"the harmonic force has {harmonic[0, dof]:g} N in row 0 on degree of freedom {dof}: a constant force is "
             "static_load, and row k is harmonic k"
         )
+    return harmonic

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from reduction.array_input import real_array
+from reduction.array_input import freeze_arrays
 from reduction.assembly import ReducedAssembly
 from reduction.errors import RomError
 
@@ -56,8 +56,7 @@ class RigidBody:
     shape: Float[NDArray[np.float64], "6 6"]
 
     def __post_init__(self) -> None:
-        for name in ("centre", "stiffness", "frequency", "shape"):
-            object.__setattr__(self, name, real_array(getattr(self, name), name, RomError))
+        freeze_arrays(self, "centre", "stiffness", "frequency", "shape")
 
     @property
     def free(self) -> tuple[str, ...]:

@@ -1,20 +1,25 @@
 """The reduced model: small dense matrices, the names of what they act on, and the way back to the full mesh."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 
+from fe.damping import RayleighDamping
 from fe.dense_modes import dense_modes
 from fe.modal import ModeSet
+from reduction.array_input import freeze_arrays, locked
 from reduction.errors import RomError
 
 Reduced = Float[NDArray[np.float64], "r ..."] | Complex[NDArray[np.complex128], "r ..."]
 Field = Float[NDArray[np.float64], "node 3 ..."] | Complex[NDArray[np.complex128], "node 3 ..."]
+
+#: Arrays of a reduced model in the order of its files: real numbers, then whole ones.
+REAL = ("mass", "damping", "stiffness", "fixed_interface_frequency", "recovery")
+WHOLE = ("boundary_node", "boundary_direction", "free")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -56,12 +61,10 @@ class ReducedModel:
     provenance: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name in ("mass", "damping", "stiffness", "fixed_interface_frequency"):
-            object.__setattr__(self, name, _locked(np.array(getattr(self, name), dtype=np.float64)))
-        for name in ("boundary_node", "boundary_direction", "free"):
-            object.__setattr__(self, name, _locked(np.array(getattr(self, name), dtype=np.int64)))
-        object.__setattr__(self, "recovery", _locked(np.asarray(self.recovery, dtype=np.float64).view()))
-        sets = {name: _locked(np.array(rows, dtype=np.int64)) for name, rows in self.boundary_sets.items()}
+        freeze_arrays(self, *(name for name in REAL if name != "recovery"))
+        freeze_arrays(self, *WHOLE, dtype=np.int64)
+        object.__setattr__(self, "recovery", locked(np.asarray(self.recovery, dtype=np.float64).view()))
+        sets = {name: locked(np.array(rows, dtype=np.int64)) for name, rows in self.boundary_sets.items()}
         object.__setattr__(self, "boundary_sets", MappingProxyType(sets))
         object.__setattr__(self, "provenance", MappingProxyType(dict(self.provenance)))
 
@@ -147,6 +150,6 @@ class ReducedModel:
         return full.reshape(self.n_node, 3, *shape[1:])
 
 
-def _locked(values: NDArray[Any]) -> NDArray[Any]:
-    values.setflags(write=False)
-    return values
+def rayleigh_damped(rom: ReducedModel, damping: RayleighDamping) -> ReducedModel:
+    """The reduced model with alpha M + beta K for its damping: what the full model's would be reduced to."""
+    return replace(rom, damping=damping.mass_factor * rom.mass + damping.stiffness_factor * rom.stiffness)

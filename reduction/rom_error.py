@@ -1,4 +1,4 @@
-"""How far each frequency of a reduced model lies above the full model's, without solving the full model."""
+"""How well a reduced model knows the full one, without solving that: frequencies, and fixed-interface modes."""
 
 import numpy as np
 import scipy.linalg
@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
 from fe.dense_modes import dense_modes
+from fe.mode_check import ModeCheck, check_modes
 from fe.sparse.factor import Symmetric
-from fe.sparse.solver import factorise
+from fe.sparse.solver import UnknownInertia, factorise
 from fe.sparse.symmetric_part import part
 from fe.system import LinearSystem
 from reduction.errors import RomError
@@ -64,15 +65,9 @@ def rom_error(system: LinearSystem, rom: ReducedModel, n_mode: int) -> Float[NDA
     RomError
         The model was not made from this system, or has fewer frequencies.
     """
-    if system.n_node != rom.n_node or not np.array_equal(system.free, rom.free):
-        raise RomError(
-            f"the reduced model of {len(rom.free)} degrees of freedom was not made from this system of {system.n_dof}: "
-            "give the system that was reduced"
-        )
+    interior = _interior(system, rom)
     modes = rom.modes(n_mode)
     lambda_ = modes.angular_frequency**2
-    boundary = np.searchsorted(rom.free, 3 * rom.boundary_node + rom.boundary_direction)
-    interior = np.setdiff1d(np.arange(system.n_dof), boundary)
     error = np.zeros(n_mode)
     if not len(interior):
         return error
@@ -95,6 +90,48 @@ def rom_error(system: LinearSystem, rom: ReducedModel, n_mode: int) -> Float[NDA
             break
         block = factor.solve(mass @ block)
     return error
+
+
+def check_fixed_interface_modes(system: LinearSystem, rom: ReducedModel) -> ModeCheck:
+    """Residuals of the fixed-interface modes of a reduced model, and a count of those it should have.
+
+    It factorises twice, once for the residuals and once for the count: more than half of what the reduction took.
+
+    Parameters
+    ----------
+    system
+        The system that was reduced.
+    rom
+        The reduced model; it has at least one mode.
+
+    Raises
+    ------
+    RomError
+        The model was not made from this system, has no modes, or the count proves nothing, whatever the shift.
+    """
+    inner = _interior(system, rom)
+    if rom.n_boundary == rom.n_dof:
+        raise RomError("the reduced model keeps no fixed-interface modes: there is nothing to check")
+    try:
+        return check_modes(
+            part(system.stiffness, inner).tocsr(),
+            part(system.mass, inner).tocsr(),
+            (2 * np.pi * rom.fixed_interface_frequency) ** 2,
+            rom.recovery[inner, rom.n_boundary :],
+        )
+    except UnknownInertia as error:
+        raise RomError(f"the fixed-interface modes cannot be counted ({error}): reduce without a check") from error
+
+
+def _interior(system: LinearSystem, rom: ReducedModel) -> NDArray[np.int64]:
+    """Rows of the system that are not retained, shape (i,)."""
+    if system.n_node != rom.n_node or not np.array_equal(system.free, rom.free):
+        raise RomError(
+            f"the reduced model of {len(rom.free)} degrees of freedom was not made from this system of {system.n_dof}: "
+            "give the system that was reduced"
+        )
+    boundary = np.searchsorted(rom.free, 3 * rom.boundary_node + rom.boundary_direction)
+    return np.setdiff1d(np.arange(system.n_dof), boundary)
 
 
 def _drop(

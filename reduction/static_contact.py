@@ -20,7 +20,7 @@ from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
-from reduction.array_input import real_array
+from reduction.array_input import freeze_arrays, locked
 from reduction.errors import JointError
 from reduction.joint.friction_contact import Friction, FrictionContact
 from reduction.stuck import stuck_stiffness
@@ -67,10 +67,8 @@ class StaticState:
     tangential: tuple[Float[NDArray[np.float64], " t"], ...]
 
     def __post_init__(self) -> None:
-        for name in ("displacement", "load", "normal"):
-            object.__setattr__(self, name, real_array(getattr(self, name), name, JointError))
-        tangential = tuple(real_array(each, "tangential", JointError) for each in self.tangential)
-        object.__setattr__(self, "tangential", tangential)
+        freeze_arrays(self, "displacement", "load", "normal")
+        object.__setattr__(self, "tangential", tuple(locked(np.array(each)) for each in self.tangential))
         object.__setattr__(self, "contacts", tuple(self.contacts))
 
     @property

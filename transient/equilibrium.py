@@ -68,18 +68,8 @@ def equilibrium(system: JointedSystem | ModalStructure, load: float = 1.0) -> Tr
     TransientError
         A body that neither a support nor a sticking joint holds, or no equilibrium found.
     """
-    structure = system if isinstance(system, ModalStructure) else modal_structure(system)
-    search = _Search(structure, load)
-    if search.loaded and not search.sticks():
-        for part in range(1, N_PART + 1):
-            if not (search.move(part / N_PART) or search.creep(part / N_PART)):
-                raise TransientError(
-                    f"no equilibrium was found at {100 * part / N_PART:.0f} % of the static load: give a start, for "
-                    "instance from a slow ramp (`transient.history`)"
-                )
-    return TransientState(
-        displacement=search.shapes @ search.modal, velocity=np.zeros(len(search.shapes)), slider=search.slider
-    )
+    search = _Search(modal_structure(system), load)
+    return search.rest([] if not search.loaded or search.sticks() else [n / N_PART for n in range(1, N_PART + 1)])
 
 
 def quasi_static(
@@ -102,19 +92,13 @@ def quasi_static(
     TransientError
         As `equilibrium`.
     """
-    structure = system if isinstance(system, ModalStructure) else modal_structure(system)
-    search = _Search(structure, 1.0)
+    search = _Search(modal_structure(system), 1.0)
     ramps = [np.linspace(before, after, N_PART + 1)[1:] for before, after in pairwise((0.0, *loads))]
     if slider is not None:
         search.slider = np.array(slider, dtype=np.float64)
         # The rest that left them there is found at once.
         ramps[0] = np.append(1.0, np.linspace(1.0, loads[0], N_PART + 1)[1:])
-    for share in np.concatenate([np.zeros(0), *ramps]).tolist():
-        if not (search.move(share) or search.creep(share)):
-            raise TransientError(f"no equilibrium was found at {100 * share:.0f} % of the static load")
-    return TransientState(
-        displacement=search.shapes @ search.modal, velocity=np.zeros(len(search.shapes)), slider=search.slider
-    )
+    return search.rest(np.concatenate([np.zeros(0), *ramps]).tolist())
 
 
 class _Search:
@@ -145,6 +129,18 @@ class _Search:
                 "nothing: support it or give a start"
             )
         self._lowest, self._scale = lowest, 0.0
+
+    def rest(self, shares: Sequence[float]) -> TransientState:
+        """The state at rest after the load has gone through these shares of itself."""
+        for share in shares:
+            if not (self.move(share) or self.creep(share)):
+                raise TransientError(
+                    f"no equilibrium was found at {100 * share:.0f} % of the static load: give a start, for instance "
+                    "from a slow ramp (`transient.history`)"
+                )
+        return TransientState(
+            displacement=self.shapes @ self.modal, velocity=np.zeros(len(self.shapes)), slider=self.slider
+        )
 
     def sticks(self) -> bool:
         """Take all of the load at once if no slider moves."""

@@ -16,14 +16,13 @@ from reduction.array_input import whole_number
 from reduction.jointed_system import JointedSystem
 from transient.errors import TransientError
 from transient.state import TransientState
-from transient.stepper import Stepper
+from transient.stepper import History, JointHistory, Stepper
 
 Vector = Float[NDArray[np.float64], " n"]
-History = Float[NDArray[np.float64], "n t"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Motion:
+class Motion(JointHistory):
     """What a system did in the last periods of an integration, and where it stands at their end.
 
     Parameters
@@ -34,12 +33,6 @@ class Motion:
         [-].
     time
         Instants since the start of the integration, whole periods without their last instant, shape (t,) [s].
-    displacement, velocity
-        Of the directions of all joints in order, tangents before the normal, shape (d, t) [m, m/s].
-    force
-        Of the joints in these directions, shape (d, t) [N]; positive resists a positive displacement.
-    slider
-        Positions of the sliders, shape (s, t) [m].
     output_displacement, output_velocity
         Of the named output rows, each of shape (t,) [m, m/s].
     final
@@ -49,10 +42,6 @@ class Motion:
     angular_frequency: float
     steps_per_period: int
     time: Vector
-    displacement: History
-    velocity: History
-    force: History
-    slider: History
     output_displacement: Mapping[str, Vector]
     output_velocity: Mapping[str, Vector]
     final: TransientState
@@ -110,30 +99,18 @@ def integrate(
     matrix = np.array(list(rows.values())).reshape(len(rows), system.n_dof) @ stepper.structure.mode_shapes
     for _ in range(kept):
         record = stepper.record()
-        modal, rate = record.modal_displacement, record.modal_velocity
-        parts.append(
-            {
-                "displacement": record.displacement,
-                "velocity": record.velocity,
-                "force": record.force,
-                "slider": record.slider,
-                "outputs": matrix @ modal.T,
-                "rates": matrix @ rate.T,
-            }
-        )
+        seen, rates = matrix @ record.modal_displacement.T, matrix @ record.modal_velocity.T
+        parts.append({**record.joints, "outputs": seen, "rates": rates})
     joined = {name: np.concatenate([part[name] for part in parts], axis=1) for name in parts[0]}
     first = (n_period - kept) * steps_per_period
     return Motion(
         angular_frequency=angular_frequency,
         steps_per_period=steps_per_period,
         time=np.asarray(np.arange(first, n_period * steps_per_period) * stepper.step, dtype=np.float64),
-        displacement=joined["displacement"],
-        velocity=joined["velocity"],
-        force=joined["force"],
-        slider=joined["slider"],
-        output_displacement=dict(zip(rows, joined["outputs"], strict=True)),
-        output_velocity=dict(zip(rows, joined["rates"], strict=True)),
+        output_displacement=dict(zip(rows, joined.pop("outputs"), strict=True)),
+        output_velocity=dict(zip(rows, joined.pop("rates"), strict=True)),
         final=stepper.state,
+        **joined,
     )
 
 

@@ -18,25 +18,19 @@ _switch = compiled_switch(
 
 @compiled
 def joint_force(
-    joint: int,
-    joints: Packed,
-    before: Vector,
-    after: Vector,
-    slider: Vector,
-    step: float,
-    mean: Vector,
-    end: Vector,
+    joint: int, joints: Packed, before: Vector, after: Vector, slider: Vector, step: float, mean: Vector, end: Vector,
     moved: Vector,
-) -> None:
+) -> None:  # fmt: skip
     """Write mean and end force [N] of one joint's directions and the moved sliders [m] into the last three arguments.
 
     before, after: positions of all directions at both ends of the step, shape (d,) [m]; slider: all sliders before it,
     shape (s,) [m]; step: its length [s].
     """
-    i, k, j, m = joints[1][joint], joints[1][joint + 1], joints[2][joint], joints[2][joint + 1]
+    i, k = joints.direction[joint], joints.direction[joint + 1]
+    j, m = joints.slider[joint], joints.slider[joint + 1]
     _switch(
-        joints[0][joint], joints[3][joint], joints[4][joint], before[i:k], after[i:k], slider[j:m], step, mean[i:k],
-        end[i:k], moved[j:m],
+        joints.kind[joint], joints.address[joint], joints.value[joint], before[i:k], after[i:k], slider[j:m], step,
+        mean[i:k], end[i:k], moved[j:m],
     )  # fmt: skip
 
 
@@ -45,5 +39,5 @@ def joint_forces(
     joints: Packed, before: Vector, after: Vector, slider: Vector, step: float, mean: Vector, end: Vector, moved: Vector
 ) -> None:
     """`joint_force` of all joints."""
-    for joint in range(joints[0].size):
+    for joint in range(joints.kind.size):
         joint_force(joint, joints, before, after, slider, step, mean, end, moved)

@@ -1,13 +1,14 @@
 """Joints as plain arrays, the form in which the compiled march reads them."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from reduction.joint.law import Joint
-from reduction.joint.packing import starts
+from reduction.joint.packing import addresses, parameter_rows, starts
 from reduction.jointed_system import JointedSystem
 from transient.law.function import force as function_force
 from transient.law.witness import WITNESSES, Witness
@@ -17,9 +18,20 @@ FUNCTION = -1
 
 Integers = Int[NDArray[np.int64], " joint"]
 
-#: Number of the law, first direction, first slider, address of a user's function, parameters: what compiled code takes.
-#: Directions and sliders have one entry more, their number.
-Packed = tuple[Integers, Integers, Integers, Integers, Float[NDArray[np.float64], "joint p"]]
+
+class Packed(NamedTuple):
+    """Joints as compiled code reads them."""
+
+    kind: Integers
+    """Number of the law."""
+    direction: Integers
+    """First direction of each joint and, last, their number."""
+    slider: Integers
+    """First slider of each joint and, last, their number."""
+    address: Integers
+    """Of a user's function."""
+    value: Float[NDArray[np.float64], "joint p"]
+    """Parameters."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -64,23 +76,20 @@ def joint_table(system: JointedSystem) -> WitnessTable:
     """
     laws, names = [_witness(joint) for joint in system.joints], WITNESSES.names()
     stuck = [np.asarray(law.stuck_stiffness(joint)) for law, joint in zip(laws, system.joints, strict=True)]
-    values = np.zeros((len(laws), max((len(joint.parameters) for joint in system.joints), default=0)))
     damper, terms = [np.zeros(0)], [np.zeros(0)]
     for number, (law, joint) in enumerate(zip(laws, system.joints, strict=True)):
-        values[number, : len(joint.parameters)] = [getattr(joint, name) for name in joint.parameter_names]
         damper.append(np.full(len(stuck[number]), law.damping(joint)))
         terms.append(np.append(np.zeros(len(stuck[number]) - 1), law.normal_terms(joint)))
     n_slider = [joint.n_slider for joint in system.joints]
-    address = [0 if joint.function is None else joint.function.address for joint in system.joints]
     return WitnessTable(
         rows=np.vstack([joint.directions for joint in system.joints]) if laws else np.zeros((0, system.n_dof)),
         stuck_stiffness=np.concatenate([np.zeros(0), *stuck]),
-        packed=(
+        packed=Packed(
             np.array([FUNCTION if law.name not in names else names.index(law.name) for law in laws], dtype=np.int64),
             starts([len(each) for each in stuck]),
             starts(n_slider),
-            np.array(address, dtype=np.int64),
-            values,
+            addresses(system.joints),
+            parameter_rows(system.joints),
         ),
         n_slider=sum(n_slider),
         damper=np.concatenate(damper),

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from fe.compiled import compiled
 from transient.joint_forces import joint_force, joint_forces
 from transient.joint_table import Packed
+from transient.transition import Transition
 
 Vector = Float[NDArray[np.float64], " n"]
 Matrix = Float[NDArray[np.float64], "n m"]
@@ -80,9 +81,8 @@ def jacobian_inverse(after: Vector, of: StepEquation, scale: float) -> Matrix:
     mean, end, moved = np.zeros(n), np.zeros(n), np.zeros(of.slider.size)
     moved_end = np.zeros(n)
     probe = after.copy()
-    for joint in range(joints[0].size):
-        first = joints[1][joint]
-        last = joints[1][joint + 1]
+    for joint in range(joints.kind.size):
+        first, last = joints.direction[joint], joints.direction[joint + 1]
         joint_force(joint, joints, before, after, of.slider, of.step, mean, end, moved)
         base = end.copy() if of.at_end else mean.copy()
         for column in range(first, last):
@@ -175,47 +175,44 @@ def solve_positions(after: Vector, of: StepEquation, scale: float, inverse: Matr
     return -1
 
 
+class Marched(NamedTuple):
+    """Where a march stands; it updates all of these in place."""
+
+    state: Vector
+    """Modal displacements and velocities, shape (2 r,)."""
+    position: Vector
+    """Of the directions of the joints, shape (d,) [m]."""
+    slider: Vector
+    """Shape (s,) [m]."""
+    end: Vector
+    """Joint forces, shape (d,) [N]."""
+    last_force: Vector
+    """Their mean over the last step, beyond the springs `offset`, shape (d,) [N]."""
+    inverse: Matrix
+    """Inverse Jacobian of the last equation that was solved, shape (d, d)."""
+
+
 @compiled
 def march(
-    state: Vector,
-    position: Vector,
-    slider: Vector,
-    end: Vector,
-    scale: float,
-    transition: Matrix,
-    diagonal: bool,
-    input_factor: Matrix,
-    input_matrix: Matrix,
-    rows: Matrix,
-    columns: Matrix,
-    flexibility: Matrix,
-    offset: Vector,
-    joints: Packed,
-    step: float,
-    harmonic: Matrix,
-    static: Vector,
-    level: Vector,
-    load: Vector,
-    inverse: Matrix,
-    last_force: Vector,
-    states: Matrix,
-    forces: Matrix,
-    sliders: Matrix,
-) -> tuple[int, float, int]:
-    """March over len(level) steps; state, position, slider, end force, inverse and last_force are updated in place.
+    now: Marched, scale: float, by: Transition, joints: Packed, level: Vector, load: Vector, states: Matrix,
+    forces: Matrix, sliders: Matrix,
+) -> tuple[int, float, int]:  # fmt: skip
+    """March over len(level) steps.
 
-    transition: rows a_qq, a_qv, a_vq, a_vv, shape (4, r), if `diagonal`, else the (2r, 2r) matrix; input_factor: what
-    a constant modal force adds to q and v, shape (2, r); input_matrix: the same for joint forces, shape
-    (2r, d), where not diagonal; harmonic, static: increments of the loads, shapes (n, 2r), (2r,). Into states, forces
-    and sliders goes what holds at the *start* of each step. Returns (-1 or the step that failed, scale, iterations).
+    Into states, forces and sliders goes what is true at the *start* of each step, unless they are empty. Returns (-1 or
+    the step that failed, scale, iterations).
     """
+    state, position, slider, end = now.state, now.position, now.slider, now.end
+    transition, input_factor, rows, flexibility = by.matrix, by.input_factor, by.rows, by.flexibility
     n_step, n_mode, n_direction = level.size, rows.shape[1], rows.shape[0]
-    n_period = harmonic.shape[0]
+    n_period = by.harmonic.shape[0]
     mean, moved = np.zeros(n_direction), slider.copy()
-    force = last_force.copy()
-    previous = last_force.copy()
+    force = now.last_force.copy()
+    previous = now.last_force.copy()
     free, after = np.zeros(n_direction), position.copy()
-    equation = StepEquation(free, flexibility, offset, False, position, slider, joints, step, force, mean, end, moved)
+    equation = StepEquation(
+        free, flexibility, by.offset, False, position, slider, joints, by.step, force, mean, end, moved
+    )
     new = np.zeros(2 * n_mode)
     total = 0
     for n in range(n_step):
@@ -226,8 +223,8 @@ def march(
         if sliders.size:
             sliders[n] = slider
         p, s = level[n], load[n]
-        increment = harmonic[n % n_period]
-        if diagonal:
+        increment, static = by.harmonic[n % n_period], by.static
+        if by.diagonal:
             for i in range(n_mode):
                 q, v = state[i], state[n_mode + i]
                 new[i] = transition[0, i] * q + transition[1, i] * v + p * increment[i] + s * static[i]
@@ -245,19 +242,19 @@ def march(
                     scale = abs(free[i])
                 force[i], previous[i] = 2.0 * force[i] - previous[i], force[i]
             after[:] = free - flexibility @ force
-            done = solve_positions(after, equation, scale, inverse)
+            done = solve_positions(after, equation, scale, now.inverse)
             if done < 0:
                 return n, scale, total
             total += done
-            if diagonal:
-                modal = columns @ force
+            if by.diagonal:
+                modal = by.columns @ force
                 for i in range(n_mode):
                     new[i] -= input_factor[0, i] * modal[i]
                     new[n_mode + i] -= input_factor[1, i] * modal[i]
             else:
-                new -= input_matrix @ force
+                new -= by.input_matrix @ force
             position[:] = after
             slider[:] = moved
         state[:] = new
-    last_force[:] = force
+    now.last_force[:] = force
     return -1, scale, total

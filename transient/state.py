@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
+from reduction.array_input import finite_array, freeze_arrays
 from reduction.jointed_system import JointedSystem
 from transient.errors import TransientError
 from transient.joint_table import joint_table
@@ -33,10 +34,7 @@ class TransientState:
     slider: Vector
 
     def __post_init__(self) -> None:
-        for name in ("displacement", "velocity", "slider"):
-            values = np.array(getattr(self, name), dtype=np.float64)
-            values.setflags(write=False)
-            object.__setattr__(self, name, values)
+        freeze_arrays(self, "displacement", "velocity", "slider")
 
 
 def at_rest(system: JointedSystem) -> TransientState:
@@ -98,9 +96,4 @@ def check_state(system: JointedSystem, state: TransientState) -> None:
     """
     n_slider = joint_table(system).n_slider
     for name, size in (("displacement", system.n_dof), ("velocity", system.n_dof), ("slider", n_slider)):
-        values = getattr(state, name)
-        if values.shape != (size,):
-            raise TransientError(f"the {name} of the start has shape {values.shape}: this system needs ({size},)")
-        if not np.isfinite(values).all():
-            at = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise TransientError(f"entry {at} of the {name} of the start is {values[at]}: give finite numbers")
+        finite_array(getattr(state, name), f"the {name} of the start", TransientError, (size,), ", as this system has")

@@ -19,11 +19,10 @@ from reduction.jointed_system import JointedSystem
 from transient.anderson import Anderson
 from transient.errors import StepError, TransientError
 from transient.state import TransientState
-from transient.stepper import Record, Stepper
+from transient.stepper import History, JointHistory, Record, Stepper
 from transient.transition import ModalStructure, modal_structure
 
 Vector = Float[NDArray[np.float64], " n"]
-History = Float[NDArray[np.float64], "n t"]
 
 #: Periods over which the decay is read off.
 WINDOW = 20
@@ -36,8 +35,8 @@ DISTINCT = 1e-2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class SteadyMotion:
-    """One period of the motion that an integration has reached.
+class SteadyMotion(JointHistory):
+    """One period of the motion that an integration has reached, joints at the instants of the samples.
 
     Parameters
     ----------
@@ -47,10 +46,6 @@ class SteadyMotion:
         Of the finest integration [-].
     samples
         All degrees of freedom at the start of each step of the last period, t_j = j T / t, shape (t, r) [m].
-    displacement, velocity, force
-        Of the directions of the joints in the same instants, shape (d, t) [m, m/s, N].
-    slider
-        Positions of the sliders, shape (s, t) [m].
     start
         State at the start of that period, its phase 0: the sliders to compare with.
     final
@@ -72,10 +67,6 @@ class SteadyMotion:
     level: float
     steps_per_period: int
     samples: Float[NDArray[np.float64], "t r"]
-    displacement: History
-    velocity: History
-    force: History
-    slider: History
     start: TransientState
     final: TransientState
     n_period: int
@@ -237,10 +228,7 @@ def _motion(stepper: Stepper, settled: _Settled, n_period: int, step_error: floa
         level=stepper.level,
         steps_per_period=stepper.steps_per_period,
         samples=record.modal_displacement @ stepper.structure.mode_shapes.T,
-        displacement=record.displacement,
-        velocity=record.velocity,
-        force=record.force,
-        slider=record.slider,
+        **record.joints,
         start=settled.start,
         final=stepper.state,
         n_period=n_period,

@@ -1,6 +1,6 @@
 """A system on its way through time, one call a period."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from jaxtyping import Float
@@ -11,7 +11,7 @@ from reduction.jointed_system import JointedSystem
 from transient.equilibrium import equilibrium
 from transient.errors import StepError, TransientError
 from transient.joint_forces import joint_forces
-from transient.march import march
+from transient.march import Marched, march
 from transient.state import TransientState, check_state
 from transient.transition import ModalStructure, modal_structure, transition
 
@@ -21,25 +21,42 @@ NONE = np.zeros((0, 0))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Record:
+class JointHistory:
+    """What joints do at t instants.
+
+    Parameters
+    ----------
+    displacement, velocity
+        Of the directions of all joints in order, tangents before the normal, shape (d, t) [m, m/s].
+    force
+        Of the joints in these directions, shape (d, t) [N]; positive resists a positive displacement.
+    slider
+        Positions of the sliders, shape (s, t) [m].
+    """
+
+    displacement: History
+    velocity: History
+    force: History
+    slider: History
+
+    @property
+    def joints(self) -> dict[str, History]:
+        """These arrays by name."""
+        return {each.name: getattr(self, each.name) for each in fields(JointHistory)}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Record(JointHistory):
     """One period, sampled at the start of each step.
 
     Parameters
     ----------
     modal_displacement, modal_velocity
         Shape (t, r) [m kg^1/2, m kg^1/2 / s].
-    displacement, velocity, force
-        Of the directions of the joints, shape (d, t) [m, m/s, N].
-    slider
-        Shape (s, t) [m].
     """
 
     modal_displacement: History
     modal_velocity: History
-    displacement: History
-    velocity: History
-    force: History
-    slider: History
 
     @property
     def amplitude(self) -> float:
@@ -78,15 +95,13 @@ class Stepper:
         steps = whole_number(steps_per_period, "steps_per_period", TransientError)
         if steps < 8:
             raise TransientError(f"steps_per_period = {steps} must be a whole number of at least 8")
-        self.structure = system if isinstance(system, ModalStructure) else modal_structure(system)
+        self.structure = modal_structure(system)
         self.angular_frequency = omega
         self.steps_per_period = steps
         self.level = finite_number(level, "level", TransientError)
         self.transition = transition(self.structure, self.angular_frequency, self.steps_per_period)
         self.step = self.transition.step
         self.iterations = 0
-        self._rows = self.structure.rows
-        self._columns = np.ascontiguousarray(self._rows.T)
         self.place(equilibrium(self.structure) if start is None else start)
 
     @property
@@ -94,13 +109,13 @@ class Stepper:
         """Where the system stands now."""
         r, shapes = self.structure.system.n_dof, self.structure.mode_shapes
         return TransientState(
-            displacement=shapes @ self._state[:r], velocity=shapes @ self._state[r:], slider=self._slider
+            displacement=shapes @ self._now.state[:r], velocity=shapes @ self._now.state[r:], slider=self._now.slider
         )
 
     @property
     def vector(self) -> Vector:
         """Modal displacements, modal velocities and sliders, shape (2r + s,)."""
-        return np.concatenate([self._state, self._slider])
+        return np.concatenate([self._now.state, self._now.slider])
 
     @vector.setter
     def vector(self, values: Vector) -> None:
@@ -126,14 +141,15 @@ class Stepper:
         n, r, table = self.steps_per_period, self.structure.system.n_dof, self.structure.table
         states, forces, sliders = np.empty((n, 2 * r)), np.empty((n, len(table.rows))), np.empty((n, table.n_slider))
         self._march(states, forces, sliders, level, load)
-        velocity = self._rows @ states[:, r:].T
+        rows = self.transition.rows
+        velocity = rows @ states[:, r:].T
         damper = table.damper[:, None]
         # What the march calls the force of a damper is the mean over a step; here it is that of the instant.
         force = np.where(damper > 0, damper * np.abs(velocity) * velocity, forces.T)
         return Record(
             modal_displacement=states[:, :r],
             modal_velocity=states[:, r:],
-            displacement=self._rows @ states[:, :r].T,
+            displacement=rows @ states[:, :r].T,
             velocity=velocity,
             force=force,
             slider=sliders.T,
@@ -144,53 +160,26 @@ class Stepper:
         structure, table = self.structure, self.structure.table
         check_state(structure.system, start)
         inverse = structure.inverse_shapes
-        self._state = np.concatenate([inverse @ start.displacement, inverse @ start.velocity])
-        self._position = table.rows @ start.displacement
-        self._slider = start.slider.copy()
-        d = len(table.rows)
-        self._end, mean = np.zeros(d), np.zeros(d)
+        state = np.concatenate([inverse @ start.displacement, inverse @ start.velocity])
+        position, slider, d = table.rows @ start.displacement, start.slider.copy(), len(table.rows)
+        end, mean = np.zeros(d), np.zeros(d)
         # A step of no length: sliders move at once where the friction force exceeds its limit.
-        position, before = self._position, self._slider.copy()
-        joint_forces(table.packed, position, position, before, self.step, mean, self._end, self._slider)
-        self._last_force = self._end - structure.offset * position
-        terms = np.where(self._end > 0, table.normal_terms, 0.0)
+        joint_forces(table.packed, position, position, slider.copy(), self.step, mean, end, slider)
+        self._now = Marched(state, position, slider, end, end - structure.offset * position, np.eye(d))
+        terms = np.where(end > 0, table.normal_terms, 0.0)
         round_off = np.abs(self.transition.flexibility) @ terms
         self._scale = float(np.abs(np.concatenate([position, round_off])).max(initial=0.0))
-        self._inverse = np.eye(d)
 
     def _march(
         self, states: History, forces: History, sliders: History, level: Vector | None, load: Vector | None
     ) -> None:
-        step, structure = self.transition, self.structure
         ones = np.ones(self.steps_per_period)
+        level, load = self.level * (ones if level is None else level), ones if load is None else load
         failed, self._scale, iterations = march(
-            self._state,
-            self._position,
-            self._slider,
-            self._end,
-            self._scale,
-            step.matrix,
-            structure.diagonal,
-            step.input_factor,
-            step.input_matrix,
-            self._rows,
-            self._columns,
-            step.flexibility,
-            structure.offset,
-            structure.table.packed,
-            step.step,
-            step.harmonic,
-            step.static,
-            self.level * (ones if level is None else level),
-            ones if load is None else load,
-            self._inverse,
-            self._last_force,
-            states,
-            forces,
-            sliders,
+            self._now, self._scale, self.transition, self.structure.table.packed, level, load, states, forces, sliders
         )
         self.iterations += iterations
-        if failed >= 0 or not np.isfinite(self._state).all():
+        if failed >= 0 or not np.isfinite(self._now.state).all():
             raise StepError(
                 f"the joint forces were not found in step {max(failed, 0)} of {self.steps_per_period} of a period: "
                 "take more steps per period"

@@ -15,11 +15,13 @@ Van Loan, Computing integrals involving the matrix exponential, IEEE Transaction
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from reduction.array_input import refuse_asymmetric, refuse_infinite, refuse_massless
 from reduction.jointed_system import JointedSystem
 from transient.errors import TransientError
 from transient.joint_table import WitnessTable, joint_table
@@ -29,6 +31,8 @@ Matrix = Float[NDArray[np.float64], "n m"]
 
 #: Share of the largest modal damping below which the other entries are round-off of the modes.
 DIAGONAL = 1e-9
+#: Relative asymmetry of mass and stiffness that still counts as round-off.
+SKEW = 1e-8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -70,27 +74,45 @@ class ModalStructure:
         return np.ascontiguousarray(self.table.rows @ self.mode_shapes)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Transition:
-    """One step of a structure: see `transient.march.march` for the arrays."""
+class Transition(NamedTuple):
+    """One step of a structure, as the compiled march reads it."""
 
     step: float
+    """Its length [s]."""
+    diagonal: bool
+    """Whether the modes uncouple."""
     matrix: Matrix
+    """Rows a_qq, a_qv, a_vq, a_vv, shape (4, r), if `diagonal`, else shape (2 r, 2 r)."""
     input_factor: Matrix
+    """What a constant modal force adds to q and v, shape (2, r); empty where not diagonal."""
     input_matrix: Matrix
+    """What constant joint forces add, shape (2 r, d); empty where diagonal."""
+    rows: Matrix
+    """Directions of the joints over the modes, shape (d, r) [kg^-1/2]."""
+    columns: Matrix
+    """Their transpose."""
     flexibility: Matrix
+    """G, shape (d, d) [m/N]."""
+    offset: Vector
+    """k_0, shape (d,) [N/m]."""
     harmonic: Matrix
+    """Increment by the harmonic force at level 1 in each step of a period, shape (n, 2 r)."""
     static: Vector
+    """Increment by the static load, shape (2 r,)."""
 
 
-def modal_structure(system: JointedSystem) -> ModalStructure:
+def modal_structure(system: "JointedSystem | ModalStructure") -> ModalStructure:
     """Modes of the structure with sticking joints if they make the damping diagonal, else without joints if those do.
+
+    A modal structure is returned as it is.
 
     Raises
     ------
     TransientError
         A mass that is not positive definite, or a matrix that is not symmetric or not finite.
     """
+    if isinstance(system, ModalStructure):
+        return system
     _check(system)
     table = joint_table(system)
     stuck = decompose(system, table, table.stuck_stiffness)
@@ -116,7 +138,7 @@ def transition(structure: ModalStructure, angular_frequency: float, steps_per_pe
     system, shapes = structure.system, structure.mode_shapes
     amplitude = system.dynamic @ shapes
     static = shapes.T @ system.static
-    joint_columns = structure.rows.T
+    rows = structure.rows
     numbers = [k for k in range(len(amplitude)) if amplitude[k].any()]
     phase = np.exp(2j * np.pi * np.outer(np.arange(steps_per_period), numbers) / steps_per_period)
     r = system.n_dof
@@ -125,19 +147,23 @@ def transition(structure: ModalStructure, angular_frequency: float, steps_per_pe
     harmonic = np.ascontiguousarray((phase @ forced).real) if numbers else np.zeros((1, 2 * r))
     if structure.diagonal:
         increment = (sustained * static).ravel()
-        flexibility = structure.rows @ (sustained[0][:, None] * joint_columns)
+        flexibility = rows @ (sustained[0][:, None] * rows.T)
         factor, input_matrix = sustained, np.zeros((0, 0))
     else:
         # sustained: shape (2r, d + 1), the static load in the last column.
         increment, input_matrix = sustained[:, -1].copy(), np.ascontiguousarray(sustained[:, :-1])
-        flexibility = structure.rows @ input_matrix[:r]
+        flexibility = rows @ input_matrix[:r]
         factor = np.zeros((0, 0))
     return Transition(
         step=step,
+        diagonal=structure.diagonal,
         matrix=np.ascontiguousarray(matrix),
         input_factor=factor,
         input_matrix=input_matrix,
+        rows=rows,
+        columns=np.ascontiguousarray(rows.T),
         flexibility=np.ascontiguousarray(flexibility),
+        offset=structure.offset,
         harmonic=harmonic,
         static=increment,
     )
@@ -245,24 +271,7 @@ def _check(system: JointedSystem) -> None:
     if not isinstance(system, JointedSystem):
         raise TransientError(f"the system is a {type(system).__name__}: give a JointedSystem")
     for name in ("mass", "damping", "stiffness"):
-        matrix = getattr(system, name)
-        if not np.isfinite(matrix).all():
-            row, column = np.argwhere(~np.isfinite(matrix))[0]
-            raise TransientError(f"the {name} is {matrix[row, column]} in row {row}, column {column}: give numbers")
+        refuse_infinite(getattr(system, name), f"the {name}", TransientError)
     for name in ("mass", "stiffness"):
-        matrix = getattr(system, name)
-        skew = np.abs(matrix - matrix.T)
-        if skew.max() > 1e-8 * np.abs(matrix).max():
-            row, column = np.unravel_index(skew.argmax(), skew.shape)
-            raise TransientError(
-                f"the {name} is {matrix[row, column]:g} in row {row}, column {column} but {matrix[column, row]:g} in "
-                "its mirror image: give a symmetric matrix"
-            )
-    try:
-        np.linalg.cholesky(system.mass)  # which, unlike eigenvalues, does not mind units of different size
-    except np.linalg.LinAlgError:
-        lowest = float(np.linalg.eigvalsh(system.mass)[0])
-        raise TransientError(
-            f"the mass matrix has the eigenvalue {lowest:g} kg: time integration needs all of them positive, so give "
-            "every degree of freedom a mass or reduce it out"
-        ) from None
+        refuse_asymmetric(getattr(system, name), f"the {name}", TransientError, SKEW)
+    refuse_massless(system.mass, TransientError)

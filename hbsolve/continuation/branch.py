@@ -12,9 +12,9 @@ from fe.notebook import Labelled
 from hbsolve.continuation.stop import StopReason
 from hbsolve.errors import BalanceError
 from hbsolve.netcdf import write_netcdf
-from hbsolve.output import harmonic_at
 from hbsolve.sampling import real_from_complex
-from reduction.array_input import whole_number
+from hbsolve.state import harmonic_at
+from reduction.array_input import freeze_arrays, whole_number
 
 if TYPE_CHECKING:
     import xarray
@@ -80,11 +80,8 @@ class ResponseBranch(Labelled):
         for name, shape in (("slider", (count, 0)), ("contact_share", (count, 0, 3))):
             if not np.size(getattr(self, name)):
                 object.__setattr__(self, name, np.zeros(shape))
-        for name in _DIMENSIONS:
-            kind = complex if name == "coefficients" else float
-            values: NDArray[np.generic] = np.array(getattr(self, name), dtype=kind)
-            values.setflags(write=False)
-            object.__setattr__(self, name, values)
+        freeze_arrays(self, "coefficients", dtype=np.complex128)
+        freeze_arrays(self, *(name for name in _DIMENSIONS if name != "coefficients"))
         object.__setattr__(self, "joint_names", tuple(self.joint_names))
 
     @property

@@ -15,6 +15,7 @@ from hbsolve.limits.local_search import LimitSide
 from hbsolve.netcdf import write_netcdf
 from hbsolve.state import SteadyState
 from hbsolve.steady_state import steady_state
+from reduction.array_input import freeze_arrays
 
 if TYPE_CHECKING:
     import xarray
@@ -93,12 +94,7 @@ class ResponseLimits(Labelled):
     n_outside: Int[NDArray[np.int64], "2 l f"]
 
     def __post_init__(self) -> None:
-        for each in fields(self):
-            if each.name == "reach":
-                continue
-            values = np.array(getattr(self, each.name))
-            values.setflags(write=False)
-            object.__setattr__(self, each.name, values)
+        freeze_arrays(self, *(each.name for each in fields(self) if each.name != "reach"), dtype=None)
 
     @property
     def frequency(self) -> Float[Real, " f"]:

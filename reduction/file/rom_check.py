@@ -4,12 +4,9 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from reduction.array_input import refuse_asymmetric, refuse_infinite
 from reduction.errors import RomError
-
-#: Relative asymmetry that still counts as round-off; the solver's own limit is the same.
-ASYMMETRY = 1e-9
 
 _WHOLE = ("boundary_node", "boundary_direction", "free", "n_node")
 
@@ -40,12 +37,9 @@ def check_rom(where: str, arrays: Mapping[str, Any], sets: object, again: str) -
             raise RomError(f"{where}: {name} holds {array.dtype} instead of {wanted} numbers: {again}")
     _check_shapes(where, arrays, again)
     for name, array in arrays.items():
-        finite = np.isfinite(array)
-        if not finite.all():
-            place = tuple(int(each) for each in np.argwhere(~finite)[0])
-            raise RomError(f"{where}: {name} holds {array[place]} at {place}: give finite numbers")
+        refuse_infinite(array, f"{where}: {name}", RomError)
     for name in ("mass", "damping", "stiffness"):
-        _check_symmetric(where, name, arrays[name])
+        refuse_asymmetric(arrays[name], f"{where}: {name}", RomError)
     try:
         np.linalg.cholesky(arrays["mass"])
     except np.linalg.LinAlgError:
@@ -71,16 +65,6 @@ def _check_shapes(where: str, arrays: Mapping[str, Any], again: str) -> None:
                 f"{where}: {name} has shape {arrays[name].shape}, but {r} coordinates, {b} of them boundary, "
                 f"need {shape}: {again}"
             )
-
-
-def _check_symmetric(where: str, name: str, matrix: NDArray[np.float64]) -> None:
-    skew = np.abs(matrix - matrix.T)
-    if skew.size and skew.max() > ASYMMETRY * np.abs(matrix).max():
-        i, j = (int(each) for each in np.unravel_index(skew.argmax(), skew.shape))
-        raise RomError(
-            f"{where}: {name} is not symmetric: entries ({i}, {j}) and ({j}, {i}) are {matrix[i, j]:g} and "
-            f"{matrix[j, i]:g}; write both halves of it"
-        )
 
 
 def _check_sets(where: str, sets: object, n_boundary: int, again: str) -> None:

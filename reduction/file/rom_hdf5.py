@@ -1,25 +1,108 @@
-"""A reduced model as a file: HDF5, versioned, checked on reading; the layout stands in `docs/rom_file.md`."""
+"""Reduced models and assemblies as HDF5 files, versioned, checked on reading; `docs/rom_file.md` has the layout."""
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from reduction.file.model_envelope import Damaged, ModelFile
+from reduction.assembly import ReducedAssembly
+from reduction.errors import RomError
+from reduction.file.atomic_file import write_whole
 from reduction.file.rom_check import check_rom
-from reduction.rom import ReducedModel
+from reduction.rom import REAL, WHOLE, ReducedModel
 
 if TYPE_CHECKING:
     import h5py
 
-FILE = ModelFile(format="stickslip reduced model", version=1, what="reduced model", writer="save_rom")
+T = TypeVar("T")
 
-_FLOAT = ("mass", "damping", "stiffness", "fixed_interface_frequency", "recovery")
-_INTEGER = ("boundary_node", "boundary_direction", "free")
+#: What h5py and numpy raise, depending on which byte of a file is damaged.
+_UNREADABLE = (OSError, LookupError, RuntimeError, ValueError, TypeError, AttributeError, MemoryError, OverflowError)
+
+
+class Damaged(Exception):
+    """Contents that do not match their checksum."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelFile:
+    """One kind of file.
+
+    Parameters
+    ----------
+    what
+        How messages call it, and with the program's name the attribute ``format``.
+    writer
+        Name of the function that writes it.
+    version
+        Raised by one whenever a reader of the version before would misread a file.
+    """
+
+    what: str
+    writer: str
+    version: int = 1
+
+    def save(self, path: Path | str, fill: Callable[["h5py.File"], None]) -> None:
+        """Write a file in one step."""
+        import h5py
+
+        def write(temporary: Path) -> None:
+            try:
+                with h5py.File(temporary, "x") as file:
+                    file.attrs["format"] = f"stickslip {self.what}"
+                    file.attrs["format_version"] = self.version
+                    file.attrs["stickslip_version"] = _stickslip_version()
+                    file.attrs["created"] = datetime.now(UTC).isoformat(timespec="seconds")
+                    fill(file)
+            except RuntimeError as error:
+                # What h5py raises, depending on when the disk is full.
+                raise OSError(str(error)) from error
+
+        write_whole(path, write, RomError)
+
+    def load(self, path: Path | str, read: Callable[["h5py.File"], T]) -> T:
+        """Read a file that `save` wrote."""
+        import h5py
+
+        path, found = Path(path), None
+        if not path.is_file():
+            raise RomError(f'there is no {self.what} "{path}": check its name, or write it with `{self.writer}`')
+        try:
+            with h5py.File(path, "r") as file:
+                kind, kind_version = file.attrs.get("format"), file.attrs.get("format_version")
+                if (kind, kind_version) == (f"stickslip {self.what}", self.version):
+                    found = read(file)
+        except RomError:
+            raise  # a sentence of its own
+        except Damaged as error:
+            raise RomError(
+                f'"{path}" is damaged, its contents do not match their checksum: reduce the system again'
+            ) from error
+        except _UNREADABLE as error:
+            raise RomError(
+                f'"{path}" ({path.stat().st_size} bytes) is cut short, damaged or no HDF5 file: reduce the system again'
+            ) from error
+        if kind != f"stickslip {self.what}":
+            raise RomError(
+                f'"{path}" is an HDF5 file but no stickslip {self.what}: give one that `{self.writer}` wrote'
+            )
+        if found is None:
+            raise RomError(
+                f'"{path}" has format version {kind_version}, but this stickslip reads version {self.version}: '
+                "reduce the system again, or install the stickslip that wrote it"
+            )
+        return found
+
+
+MODEL = ModelFile(what="reduced model", writer="save_rom")
+ASSEMBLY = ModelFile(what="reduced assembly", writer="save_assembly")
 
 
 def save_rom(rom: ReducedModel, path: Path | str) -> None:
@@ -37,7 +120,7 @@ def save_rom(rom: ReducedModel, path: Path | str) -> None:
     RomError
         The folder does not exist, or the file cannot be written.
     """
-    FILE.save(path, lambda file: write_rom(rom, file))
+    MODEL.save(path, lambda file: _write(rom, file))
 
 
 def load_rom(path: Path | str) -> ReducedModel:
@@ -49,19 +132,54 @@ def load_rom(path: Path | str) -> ReducedModel:
         The file is missing, is no reduced model, has another format version, is cut short or damaged, or holds what
         `reduction.file.rom_check` refuses.
     """
-    return FILE.load(path, lambda file: read_rom(file, f'"{path}"'))
+    return MODEL.load(path, lambda file: _read(file, f'"{path}"'))
 
 
-def write_rom(rom: ReducedModel, group: "h5py.Group") -> None:
-    """Write a reduced model into a group of a file."""
+def save_assembly(assembly: ReducedAssembly, path: Path | str) -> None:
+    """Write a reduced assembly, one group per body; see `save_rom`.
+
+    Raises
+    ------
+    RomError
+        The folder does not exist, or the file cannot be written.
+    """
+
+    def fill(file: "h5py.File") -> None:
+        bodies = file.create_group("bodies")
+        bodies.attrs["number"] = len(assembly.bodies)
+        for number, (name, rom) in enumerate(assembly.bodies.items()):
+            group = bodies.create_group(f"{number:06d}")
+            group.attrs["name"] = name
+            _write(rom, group)
+
+    ASSEMBLY.save(path, fill)
+
+
+def load_assembly(path: Path | str) -> ReducedAssembly:
+    """Read a reduced assembly that `save_assembly` wrote.
+
+    Raises
+    ------
+    RomError
+        As `load_rom`, or for one of the bodies.
+    """
+
+    def read(file: "h5py.File") -> ReducedAssembly:
+        bodies = [group for _, group in sorted(file["bodies"].items())]
+        if len(bodies) != file["bodies"].attrs["number"]:
+            raise Damaged
+        named = {str(group.attrs["name"]): group for group in bodies}
+        return ReducedAssembly(bodies={name: _read(group, f'"{path}", body "{name}"') for name, group in named.items()})
+
+    return ASSEMBLY.load(path, read)
+
+
+def _write(rom: ReducedModel, group: "h5py.Group") -> None:
     group.attrs["n_node"] = rom.n_node
-    group.attrs["sha256"] = _checksum(
-        {name: getattr(rom, name) for name in (*_FLOAT, *_INTEGER)}, rom.n_node, rom.boundary_sets, rom.provenance
-    )
-    for name in _FLOAT:
-        group.create_dataset(name, data=getattr(rom, name), dtype="<f8")
-    for name in _INTEGER:
-        group.create_dataset(name, data=getattr(rom, name), dtype="<i8")
+    arrays = {name: getattr(rom, name) for name in (*REAL, *WHOLE)}
+    group.attrs["sha256"] = _checksum(arrays, rom.n_node, rom.boundary_sets, rom.provenance)
+    for name, array in arrays.items():
+        group.create_dataset(name, data=array, dtype="<f8" if name in REAL else "<i8")
     sets = group.create_group("boundary_sets")
     for number, (name, rows) in enumerate(rom.boundary_sets.items()):
         # Numbered, since a name may hold characters that HDF5 takes for a path.
@@ -69,24 +187,9 @@ def write_rom(rom: ReducedModel, group: "h5py.Group") -> None:
     group["provenance"] = json.dumps(dict(rom.provenance), ensure_ascii=False)
 
 
-def read_rom(group: "h5py.Group", where: str) -> ReducedModel:
-    """Read what `write_rom` wrote.
-
-    Parameters
-    ----------
-    group
-        Of an open file.
-    where
-        The file, and the body within it, as a message begins.
-
-    Raises
-    ------
-    Damaged
-        The contents do not match their checksum.
-    RomError
-        They do, but are no reduced model.
-    """
-    arrays: dict[str, Any] = {name: group[name][()] for name in (*_FLOAT, *_INTEGER)}
+def _read(group: "h5py.Group", where: str) -> ReducedModel:
+    """Read what `_write` wrote; messages begin with `where`."""
+    arrays: dict[str, Any] = {name: group[name][()] for name in (*REAL, *WHOLE)}
     sets = {str(rows.attrs["name"]): rows[()] for _, rows in sorted(group["boundary_sets"].items())}
     n_node, provenance = group.attrs["n_node"], dict(json.loads(group["provenance"][()]))
     if group.attrs["sha256"] != _checksum(arrays, int(n_node), sets, provenance):
@@ -103,12 +206,18 @@ def _checksum(
     digest = hashlib.sha256()
     header = {
         "n_node": n_node,
-        "shapes": [arrays[name].shape for name in (*_FLOAT, *_INTEGER)],
+        "shapes": [values.shape for values in arrays.values()],
         "boundary_sets": {name: rows.tolist() for name, rows in sets.items()},
         "provenance": dict(provenance),
     }
     digest.update(json.dumps(header).encode())
-    for name in (*_FLOAT, *_INTEGER):
-        values = arrays[name]
+    for values in arrays.values():
         digest.update(np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<")).data)
     return digest.hexdigest()
+
+
+def _stickslip_version() -> str:
+    try:
+        return version("stickslip")
+    except PackageNotFoundError:
+        return "not installed"

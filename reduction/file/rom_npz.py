@@ -15,15 +15,12 @@ from reduction.errors import RomError
 from reduction.file.atomic_file import write_whole
 from reduction.file.npz import write_npz
 from reduction.file.rom_check import check_rom
-from reduction.rom import ReducedModel
+from reduction.rom import REAL, WHOLE, ReducedModel
 
 #: What tells a reduced model from plain matrices.
 MARK = "boundary_sets"
 
-_ARRAYS = (
-    "mass", "damping", "stiffness", "fixed_interface_frequency", "recovery", "boundary_node", "boundary_direction",
-    "free",
-)  # fmt: skip
+_ARRAYS = (*REAL, *WHOLE)
 _AGAIN = "write it again with `save_rom_npz`"
 
 

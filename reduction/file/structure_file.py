@@ -9,10 +9,10 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from reduction.array_input import ASYMMETRY, freeze_arrays, refuse_asymmetric, refuse_infinite
 from reduction.errors import MatrixError
 from reduction.file.atomic_file import write_whole
 from reduction.file.npz import write_npz
-from reduction.file.rom_check import ASYMMETRY
 from reduction.file.rom_hdf5 import load_rom
 from reduction.file.rom_npz import MARK, load_rom_npz
 from reduction.rom import ReducedModel
@@ -45,10 +45,7 @@ class StructureMatrices:
     rom: ReducedModel | None = None
 
     def __post_init__(self) -> None:
-        for name in NAMES:
-            matrix = np.array(getattr(self, name), dtype=np.float64)
-            matrix.setflags(write=False)
-            object.__setattr__(self, name, matrix)
+        freeze_arrays(self, *NAMES)
 
     @property
     def n_dof(self) -> int:
@@ -192,17 +189,9 @@ def _matrix(path: Path, name: str, variables: Mapping[str, Any]) -> Matrix | Non
             )
         dense = dense.real
     dense = dense.astype(np.float64)
-    if not np.isfinite(dense).all():
-        row, column = np.argwhere(~np.isfinite(dense))[0]
-        raise MatrixError(f"{label} holds {dense[row, column]} at ({row}, {column}): give finite numbers")
-    skew = np.abs(dense - dense.T)
-    # Gyroscopic forces make a damping that is not symmetric.
-    if name != "damping" and skew.max() > ASYMMETRY * np.abs(dense).max():
-        row, column = np.unravel_index(skew.argmax(), skew.shape)
-        raise MatrixError(
-            f"{label} is not symmetric: entries ({row}, {column}) and ({column}, {row}) are {dense[row, column]:g} and "
-            f"{dense[column, row]:g}; write both halves of the {name}"
-        )
+    refuse_infinite(dense, label, MatrixError)
+    if name != "damping":  # gyroscopic forces make one that is not symmetric
+        refuse_asymmetric(dense, label, MatrixError)
     return dense
 
 

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from reduction.joint.directed import DirectedJoint
-from reduction.joint.law import LAWS, LawParameter, Row, Samples
+from reduction.joint.law import LAWS, DirectedJoint, LawParameter, Row, Samples
 
 
 @LAWS.register
@@ -33,19 +32,11 @@ class CubicSpring(DirectedJoint):
     kind = "cubic"
     parameters = (LawParameter(name="stiffness", unit="N/m^3", meaning="f / u^3, of either sign", typical=1e15),)
     typical_displacement = 2e-5
+    n_slider = 0
+    stuck_stiffness = (0.0,)
     nlvib = ("cubicSpring", {"stiffness": "stiffness"})
 
     stiffness: float
-
-    @property
-    def n_slider(self) -> int:
-        """None."""
-        return 0
-
-    @property
-    def stuck_stiffness(self) -> tuple[float, ...]:
-        """None at rest."""
-        return (0.0,)
 
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples

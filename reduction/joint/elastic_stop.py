@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from reduction.joint.directed import DirectedJoint
-from reduction.joint.law import LAWS, LawParameter, Row, Samples
+from reduction.joint.law import LAWS, DirectedJoint, LawParameter, Row, Samples
 
 
 @LAWS.register
@@ -39,30 +38,18 @@ class ElasticStop(DirectedJoint):
     )
     typical_displacement = 2e-5
     can_slip = False
+    one_sided = True
+    n_slider = 0
+    stuck_stiffness = (0.0,)  # nothing says that it is closed
     nlvib = ("unilateralSpring", {"stiffness": "stiffness", "gap": "gap"})
 
     stiffness: float
     gap: float = 0.0
 
     @property
-    def n_slider(self) -> int:
-        """None."""
-        return 0
-
-    @property
-    def stuck_stiffness(self) -> tuple[float, ...]:
-        """None: nothing says that it is closed."""
-        return (0.0,)
-
-    @property
     def reference_stiffness(self) -> tuple[float, ...]:
         """Its own while it is closed at rest [N/m]."""
         return (self.stiffness if self.gap < 0 else 0.0,)
-
-    @property
-    def one_sided(self) -> bool:
-        """It stops u > gap alone."""
-        return True
 
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples

@@ -10,7 +10,6 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from reduction.errors import ExchangeError, JointError
-from reduction.joint.check import label, lock_numbers
 from reduction.joint.elastic_stop import ElasticStop
 from reduction.joint.law import LAWS, Joint, LawOption, LawParameter, Row, Samples, SliderInterval
 
@@ -87,7 +86,7 @@ class FrictionContact(Joint):
     friction: Friction = Friction.UNCOUPLED
 
     def __post_init__(self) -> None:
-        lock_numbers(self, "normal", "tangents")
+        self.check_fields("normal", "tangents")
         if self.tangents.ndim == 1:
             object.__setattr__(self, "tangents", self.tangents[None, :])
         if self.tangents.ndim != 2 or len(self.tangents) not in {1, 2}:
@@ -97,12 +96,10 @@ class FrictionContact(Joint):
                 f'contact "{self.name}" has a normal over {self.normal.size} degrees of freedom but tangents over '
                 f"{self.tangents.shape[1]}: both are rows over the whole structure"
             )
-        for parameter in self.parameters:
-            parameter.check(self)
         friction: object = self.friction
         if not isinstance(friction, Friction):
             known = " or ".join(str(each) for each in Friction)
-            raise JointError(f"{label(self)}: friction = {friction!r} must be {known}")
+            raise JointError(f'joint "{self.name}": friction = {friction!r} must be {known}')
 
     @property
     def directions(self) -> Float[NDArray[np.float64], "d r"]:

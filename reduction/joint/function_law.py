@@ -16,8 +16,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from geometry.errors import RegistryError
-from reduction.joint.directed import DirectedJoint
-from reduction.joint.law import LAWS, LawParameter, Row, Samples
+from reduction.joint.law import LAWS, DirectedJoint, LawParameter, Row, Samples
 
 #: Random instants at which derivatives are checked, the share of them that may lie at a kink, and the relative error.
 CHECKS, AT_KINK, AGREEMENT = 60, 0.05, 1e-4
@@ -133,14 +132,10 @@ class FunctionJoint(DirectedJoint):
     """A joint along one row whose force is a user's function; `joint_law` makes such classes."""
 
     function: ClassVar[CompiledFunction]
-    n_state: ClassVar[int]
     stuck: ClassVar[Callable[..., float]]
     energy: ClassVar[Callable[..., float] | None]
 
-    @property
-    def n_slider(self) -> int:
-        """Variables of state."""
-        return self.n_state
+    n_slider = 0  # variables of state; set for each law
 
     @property
     def stuck_stiffness(self) -> tuple[float, ...]:
@@ -200,11 +195,7 @@ def joint_law(
             (f"parameters = {parameters!r}", len(given) == len(parameters), "a list of LawParameter"),
             (f"n_state = {n_state!r}", isinstance(n_state, int) and n_state >= 0, "a whole number, 0 without memory"),
             (f"stuck_stiffness = {stuck_stiffness!r}", callable(stuck_stiffness), "a function of the parameters"),
-            (
-                f"energy = {energy!r}",
-                energy is None or callable(energy),
-                "a function, or None without springs",
-            ),
+            (f"energy = {energy!r}", energy is None or callable(energy), "a function, or None without springs"),
         ):
             if not right:
                 raise RegistryError(f'the joint law "{kind}" has {what}: give {wanted}')
@@ -221,7 +212,7 @@ def joint_law(
                 "kind": kind,
                 "parameters": tuple(given),
                 "typical_displacement": typical_displacement,
-                "n_state": n_state,
+                "n_slider": n_state,
                 "stuck": staticmethod(stuck_stiffness),
                 "energy": None if energy is None else staticmethod(energy),
                 "function": CompiledFunction(force, n_state, len(given)),
@@ -243,10 +234,11 @@ def _wrong_function(law: type[FunctionJoint]) -> str | None:
         law.function.address  # noqa: B018  # compiles
     except (NumbaError, NotImplementedError, TypeError) as error:
         lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-        told = next((line for line in lines if "mode pipeline" not in line and not line.startswith("- ")), "")
-        result = f"(force, new_state) with new_state a tuple of {law.n_state}" if law.n_state else "a number"
+        report = next((line for line in lines if "mode pipeline" not in line and not line.startswith("- ")), "")
+        n_state = law.function.n_state
+        result = f"(force, new_state) with new_state a tuple of {n_state}" if n_state else "a number"
         return (
-            f"has a force that cannot be compiled ({told}): use arithmetic, comparisons and functions of math, and "
+            f"has a force that cannot be compiled ({report}): use arithmetic, comparisons and functions of math, and "
             f"return {result}"
         )
     found, count = _disagreements(law)
@@ -263,10 +255,10 @@ def _wrong_function(law: type[FunctionJoint]) -> str | None:
 def _disagreements(law: type[FunctionJoint]) -> tuple[_Disagreement, int] | tuple[str, int]:
     """One instant at which no difference agrees, and at how many that is so; or why none can be taken."""
     random = np.random.default_rng(0)
-    function, scale = law.function, law.typical_displacement
-    names = ["u", "velocity", *(f"state[{i}]" for i in range(law.n_state)), *(each.name for each in law.parameters)]
+    function, scale, s = law.function, law.typical_displacement, law.function.n_state
+    names = ["u", "velocity", *(f"state[{i}]" for i in range(s)), *(each.name for each in law.parameters)]
     typical = np.array([each.typical for each in law.parameters])
-    state, found, count = np.zeros(law.n_state), _Disagreement("", 0.0, 0.0), 0
+    state, found, count = np.zeros(s), _Disagreement("", 0.0, 0.0), 0
     for _ in range(CHECKS):
         values = typical * random.uniform(0.7, 1.3, len(typical))
         u, velocity = random.uniform(-3, 3, 2) * np.array([scale, OMEGA * scale])
@@ -276,7 +268,6 @@ def _disagreements(law: type[FunctionJoint]) -> tuple[_Disagreement, int] | tupl
         )
 
         def at(x: Row) -> Row:
-            s = law.n_state
             row: Row = function(x[0], x[1], x[2 : 2 + s], x[2 + s :])[0]
             return row
 

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from reduction.joint.directed import DirectedJoint
-from reduction.joint.law import LAWS, LawParameter, Row, Samples, SliderInterval
+from reduction.joint.law import LAWS, DirectedJoint, LawParameter, Row, Samples, SliderInterval
 
 
 @LAWS.register
@@ -39,15 +38,11 @@ class JenkinsElement(DirectedJoint):
     )
     typical_displacement = 2e-5
     series_springs = True
+    n_slider = 1
     nlvib = ("elasticDryFriction", {"stiffness": "tangential_stiffness", "friction_limit_force": "limit_force"})
 
     tangential_stiffness: float
     limit_force: float
-
-    @property
-    def n_slider(self) -> int:
-        """One slider."""
-        return 1
 
     @property
     def stuck_stiffness(self) -> tuple[float, ...]:

@@ -14,8 +14,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from geometry.registry import Registry
+from reduction.array_input import finite_number, real_array
 from reduction.errors import ExchangeError, JointError
-from reduction.joint.check import label
 
 Row = Float[NDArray[np.float64], " r"]
 Rows = Float[NDArray[np.float64], "d r"]
@@ -52,7 +52,7 @@ class LawParameter:
     positive: bool = False
     default: float | None = None
 
-    def check(self, joint: object) -> None:
+    def check(self, joint: "Joint") -> None:
         """Refuse a value outside the bounds.
 
         Raises
@@ -62,10 +62,10 @@ class LawParameter:
         """
         value = getattr(joint, self.name)
         if self.positive and not value > 0:
-            raise JointError(f"{label(joint)}: {self.name} = {value:g} must be positive")
+            raise JointError(f'joint "{joint.name}": {self.name} = {value:g} must be positive')
         if value < self.lower:
             least = "must not be negative" if self.lower == 0 else f"must be at least {self.lower:g}"
-            raise JointError(f"{label(joint)}: {self.name} = {value:g} {least}")
+            raise JointError(f'joint "{joint.name}": {self.name} = {value:g} {least}')
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,6 +131,8 @@ class Joint(ABC):
     """The elastic energy of each direction is force^2 / (2 stuck stiffness), whatever the motion."""
     can_slip: ClassVar[bool] = True
     """It sticks and slips, or opens; a stop is closed or open alone."""
+    one_sided: ClassVar[bool] = False
+    """Its force differs in kind for u and -u, so that the sign of its row matters."""
     nlvib: ClassVar[tuple[str, Mapping[str, str]] | None] = None
     """Type of its element in NLvib, and names of NLvib's numbers with the fields that they are; none for a law that
     other programs do not have."""
@@ -139,6 +141,30 @@ class Joint(ABC):
     """Force as a user's function, which is called by its address; none for a law whose force is part of `hbsolve`."""
 
     name: str
+
+    def check_fields(self, *rows: str) -> None:
+        """Replace the rows of these names by read-only copies and all scalars by floats, and check the parameters.
+
+        Raises
+        ------
+        JointError
+            Entries that are no finite real numbers, a row of zeros or of another shape, or a parameter outside its
+            bounds.
+        """
+        for name in rows:
+            what = f'joint "{self.name}": its {name}'
+            row = real_array(getattr(self, name), what, JointError)
+            object.__setattr__(self, name, row)
+            if name != "tangents" and row.ndim != 1:
+                raise JointError(f"{what} has shape {row.shape}, give one row of shape (r,)")
+            if not np.isfinite(row).all() or not row.any():
+                raise JointError(f"{what} must hold finite numbers, not all of them zero")
+        for field in fields(self):  # type: ignore[arg-type]
+            if field.type is float:
+                value = finite_number(getattr(self, field.name), f'joint "{self.name}": {field.name}', JointError)
+                object.__setattr__(self, field.name, value)
+        for parameter in self.parameters:
+            parameter.check(self)
 
     @property
     @abstractmethod
@@ -239,11 +265,6 @@ class Joint(ABC):
         del scale
         raise ExchangeError(f'joint "{self.name}" has no counterpart in pyHarm: leave it out')
 
-    @property
-    def one_sided(self) -> bool:
-        """Its force differs in kind for u and -u, so that the sign of its row matters."""
-        return False
-
     def with_values(self, values: Mapping[str, Any]) -> Self:
         """The joint with other values of some fields."""
         return replace(self, **values)  # type: ignore[type-var]
@@ -263,6 +284,35 @@ class Joint(ABC):
             if name not in known:
                 return f'has a parameter "{name}", but no field of that name: add the field'
         return None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DirectedJoint(Joint):
+    """A joint along one row; its parameters are checked against their bounds.
+
+    Parameters
+    ----------
+    name
+        What messages and results call it.
+    direction
+        Row of u, shape (r,) [-].
+
+    Raises
+    ------
+    JointError
+        A row that is not one, or a parameter that is not finite or outside its bounds.
+    """
+
+    name: str
+    direction: Row
+
+    def __post_init__(self) -> None:
+        self.check_fields("direction")
+
+    @property
+    def directions(self) -> Rows:
+        """The direction, shape (1, r) [-]."""
+        return self.direction[None, :]
 
 
 #: All joint laws by their kind.

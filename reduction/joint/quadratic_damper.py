@@ -4,8 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from reduction.errors import ExchangeError
-from reduction.joint.directed import DirectedJoint
-from reduction.joint.law import LAWS, Joint, LawParameter, Samples
+from reduction.joint.law import LAWS, DirectedJoint, Joint, LawParameter, Samples
 
 
 @LAWS.register
@@ -31,18 +30,10 @@ class QuadraticDamper(DirectedJoint):
     kind = "quadratic_damper"
     parameters = (LawParameter(name="damping", unit="N s^2/m^2", meaning="f / (abs(v) v)", typical=100.0, lower=0.0),)
     typical_displacement = 1e-4
+    n_slider = 0
+    stuck_stiffness = (0.0,)
 
     damping: float
-
-    @property
-    def n_slider(self) -> int:
-        """None."""
-        return 0
-
-    @property
-    def stuck_stiffness(self) -> tuple[float, ...]:
-        """None."""
-        return (0.0,)
 
     def spring_energy(
         self, parameters: Mapping[str, float], displacement: Samples, force: Samples, slider: Samples

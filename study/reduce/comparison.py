@@ -14,8 +14,7 @@ from fe.sparse.symmetric_part import whole_nodes
 from fe.system import LinearSystem
 from reduction.craig_bampton import craig_bampton
 from reduction.memory_estimate import reduction_memory, refuse_beyond_memory
-from reduction.rayleigh import rayleigh_damped
-from reduction.rom import ReducedModel
+from reduction.rom import ReducedModel, rayleigh_damped
 from reduction.rom_error import rom_error
 
 #: Frequencies that are compared.

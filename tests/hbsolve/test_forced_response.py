@@ -6,9 +6,8 @@ import pytest
 from hbsolve.continuation.stop import StopReason
 from hbsolve.dynamic_stiffness import DynamicStiffness
 from hbsolve.errors import ForceError
-from hbsolve.forced_response import forced_response
+from hbsolve.forced_response import HarmonicForce, forced_response
 from hbsolve.fourier import samples_from_coefficients
-from hbsolve.harmonic_force import HarmonicForce
 
 ROUND_OFF = 1e-10
 

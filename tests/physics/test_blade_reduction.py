@@ -22,8 +22,7 @@ from fe.system import LinearSystem
 from geometry.blade import Blade
 from hbsolve.continuation.peak import resonance_peak, undamped_from_peak
 from hbsolve.dynamic_stiffness import DynamicStiffness
-from hbsolve.forced_response import forced_response
-from hbsolve.harmonic_force import HarmonicForce
+from hbsolve.forced_response import HarmonicForce, forced_response
 from reduction.craig_bampton import craig_bampton
 from reduction.rom import ReducedModel
 from reduction.rom_error import rom_error

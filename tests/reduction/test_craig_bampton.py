@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fe.sparse.block_lanczos
-import reduction.constraint_modes
 import reduction.craig_bampton
 from fe.assembly import assemble, assemble_compact
 from fe.boundary import GroundedSpring, Support, rigid_motions, supported_system
@@ -22,7 +21,7 @@ from fe.sparse.factor import Symmetric
 from fe.system import LinearSystem
 from reduction.craig_bampton import craig_bampton
 from reduction.errors import RomError
-from reduction.rayleigh import rayleigh_damped
+from reduction.rom import rayleigh_damped
 
 # Condition numbers here are below 1e6: ten digits of a double survive.
 ROUND_OFF = 1e-9
@@ -159,7 +158,7 @@ def test_narrow_blocks_and_a_short_basis_change_nothing_but_the_memory(monkeypat
     boundary = {"kept": np.arange(40)}
     wide = craig_bampton(system, boundary, n_mode=50)
     monkeypatch.setattr(reduction.craig_bampton, "AT_ONCE", 7)
-    monkeypatch.setattr(reduction.constraint_modes, "MEMORY", 1.0)
+    monkeypatch.setattr(reduction.craig_bampton, "MEMORY", 1.0)
     monkeypatch.setattr(fe.sparse.block_lanczos, "MEMORY", 1.0)
     narrow = craig_bampton(system, boundary, n_mode=50)
     np.testing.assert_allclose(narrow.recovery, wide.recovery, rtol=0, atol=ROUND_OFF * np.abs(wide.recovery).max())

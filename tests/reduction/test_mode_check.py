@@ -14,8 +14,8 @@ from fe.sparse.symmetric_part import PartView
 from fe.system import LinearSystem
 from reduction.craig_bampton import craig_bampton
 from reduction.errors import RomError
-from reduction.mode_check import check_fixed_interface_modes
 from reduction.rom import ReducedModel
+from reduction.rom_error import check_fixed_interface_modes
 
 
 def square_bar(length: float = 0.2) -> LinearSystem:

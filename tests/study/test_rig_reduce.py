@@ -24,7 +24,7 @@ from pipeline import parallel
 from pipeline.progress import SilentProgress
 from pipeline.store import Outcome, Store
 from reduction.assembly import ReducedAssembly
-from reduction.file.assembly_hdf5 import load_assembly
+from reduction.file.rom_hdf5 import load_assembly
 from reduction.jointed_system import FrictionContact
 from reduction.stuck import stuck_stiffness
 from study.case.kind import open_case

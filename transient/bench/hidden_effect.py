@@ -63,7 +63,7 @@ class PlantedTruth:
 
 
 def unit_strengths() -> dict[str, dict[str, float]]:
-    """Unit strength by kind and place, in SI units, as `transient.bench.strength` has found them."""
+    """Unit strength by kind and place, in SI units, as `benchmarks.unit_strengths` finds them."""
     import tomllib
 
     table = tomllib.loads(STRENGTHS.read_text(encoding="utf-8"))

@@ -18,8 +18,8 @@ from pipeline.output import replace_file
 from pipeline.parallel import Task, run_parallel
 from pipeline.store import stage
 from reduction.file.rom_hdf5 import save_rom
-from reduction.mode_check import check_fixed_interface_modes
 from reduction.rom import ReducedModel
+from reduction.rom_error import check_fixed_interface_modes
 from study.case.kind import OpenCase
 from study.case.structure import Structure
 from study.kind.blade.model import BladeModel, blade_model, clamped, mesh_size

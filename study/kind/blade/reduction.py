@@ -13,12 +13,10 @@ from fe.mesh import Mesh
 from fe.modal import modes
 from hbsolve.continuation.peak import ResonancePeak, resonance_peak, undamped_from_peak
 from hbsolve.dynamic_stiffness import DynamicStiffness
-from hbsolve.forced_response import forced_response
-from hbsolve.harmonic_force import HarmonicForce
+from hbsolve.forced_response import HarmonicForce, forced_response
 from reduction.craig_bampton import craig_bampton
 from reduction.memory_estimate import reduction_memory, refuse_beyond_memory
-from reduction.rayleigh import rayleigh_damped
-from reduction.rom import ReducedModel
+from reduction.rom import ReducedModel, rayleigh_damped
 from reduction.rom_error import rom_error
 from study.kind.blade.model import BladeModel, boundary_rows, clamped
 

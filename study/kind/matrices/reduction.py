@@ -11,8 +11,8 @@ from fe.file.matrix_file import MatrixSource
 from fe.mode_check import ModeCheck
 from fe.system import LinearSystem
 from pipeline.store import stage
-from reduction.mode_check import check_fixed_interface_modes
 from reduction.rom import ReducedModel
+from reduction.rom_error import check_fixed_interface_modes
 from study.reduce.comparison import ComparedReduction, compared_reduction
 
 

@@ -27,8 +27,8 @@ from geometry.part import MILLIMETRES_PER_METRE
 from geometry.step_part import read_body, step_part
 from geometry.system_library import preflight
 from pipeline.store import stage
-from reduction.mode_check import check_fixed_interface_modes
 from reduction.rom import ReducedModel
+from reduction.rom_error import check_fixed_interface_modes
 from study.modes.shapes import Shapes
 from study.reduce.comparison import ComparedReduction, compared_reduction
 

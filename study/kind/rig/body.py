@@ -16,8 +16,8 @@ from fe.system import LinearSystem
 from pipeline.store import stage
 from reduction.craig_bampton import craig_bampton
 from reduction.errors import RomError
-from reduction.mode_check import check_fixed_interface_modes
 from reduction.rom import ReducedModel
+from reduction.rom_error import check_fixed_interface_modes
 from study.kind.rig.model import HELD, RigModel
 
 

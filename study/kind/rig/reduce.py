@@ -17,7 +17,7 @@ from geometry.errors import GeometryError, MissingSoftware
 from pipeline.output import replace_file
 from pipeline.parallel import Task, run_parallel
 from reduction.assembly import ReducedAssembly
-from reduction.file.assembly_hdf5 import save_assembly
+from reduction.file.rom_hdf5 import save_assembly
 from reduction.joined import LinePair, joined
 from reduction.line_contact import Tangents
 from reduction.memory_estimate import available_memory

@@ -19,9 +19,8 @@ from hbsolve.continuation.response import begin, frequency_response, joint_respo
 from hbsolve.continuation.step import Continuation
 from hbsolve.continuation.stop import StopReason
 from hbsolve.errors import BalanceError
-from hbsolve.forced_response import forced_response
+from hbsolve.forced_response import HarmonicForce, forced_response
 from hbsolve.fourier import coefficients_from_samples, samples_from_coefficients
-from hbsolve.harmonic_force import HarmonicForce
 from hbsolve.state import SteadyState
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import (

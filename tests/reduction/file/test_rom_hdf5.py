@@ -9,8 +9,7 @@ import pytest
 
 from reduction.assembly import ReducedAssembly
 from reduction.errors import RomError
-from reduction.file.assembly_hdf5 import load_assembly, save_assembly
-from reduction.file.rom_hdf5 import load_rom, save_rom
+from reduction.file.rom_hdf5 import load_assembly, load_rom, save_assembly, save_rom
 from reduction.rom import ReducedModel
 
 ARRAYS = (

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.unit_strengths import features, noise_variance, refitted, unit_strength
 from transient.bench.beam import BeamParameters, free_angular_frequencies, reduced_beam
 from transient.bench.campaign import FORCE_FLOOR, NOISE, Sweep, sweeps, with_noise
 from transient.bench.effect import KINDS, NOTHING, PlantedEffect, plant
 from transient.bench.hidden_effect import CampaignPoints, make_campaign, random_effect, unit_strengths
-from transient.bench.strength import features, noise_variance, refitted, unit_strength
 from transient.bench.sweep import Readings
 from transient.errors import TransientError
 from transient.state import TransientState

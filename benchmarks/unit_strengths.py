@@ -8,13 +8,15 @@ scatter of many repeats by jitter and history,
 .. math:: \Sigma = \Sigma_\mathrm{noise} + \frac{1}{R} \bigl(S + a\, \mathrm{diag}\, S\bigr)
 
 with the sample covariance S, which is of low rank, and a share a of its diagonal for what the samples have not seen.
-With features y(effect, p) of the accepted parameters p (kt, kn, mu, zeta, E, bearing), what refitting them leaves is
+With features y(effect, p) of the calibration parameters p (kt, kn, mu, zeta, E, bearing), what refitting them leaves is
 
 .. math:: \rho = \min_p \bigl|\Sigma^{-1/2} \bigl(y(\mathrm{effect}, p) - y(\mathrm{nothing}, 0)\bigr)\bigr|
 
 by Gauss and Newton's method with Broyden's update of the slopes, and the unit strength makes rho = 5. One step with
 slopes by differences would not do: the shift of the resonance that p takes up is hundreds of standard deviations.
 Features with and without the effect have the same histories and no jitter.
+
+Run: python -m benchmarks.unit_strengths writes transient/bench/strength.toml.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -40,6 +42,7 @@ from transient.bench.campaign import (
     sweeps,
 )
 from transient.bench.effect import KINDS, NOTHING, PlantedEffect
+from transient.bench.hidden_effect import STRENGTHS
 
 Vector = Float[NDArray[np.float64], " n"]
 Matrix = Float[NDArray[np.float64], "n m"]
@@ -196,7 +199,7 @@ def write(found: dict[str, dict[str, float]], path: Path) -> None:
     """As a TOML table."""
     lines = [
         "# Strength [SI] at which an effect moves the noise-free features of a campaign by 5 standard deviations, the",
-        "# accepted parameters refitted. Made by: python -m transient.bench.strength",
+        "# calibration parameters refitted. Made by: python -m benchmarks.unit_strengths",
     ]
     for kind, places in found.items():
         lines.append(f"\n[unit_strength.{kind}]")
@@ -221,4 +224,4 @@ def _parts(level: float, motion: NDArray[np.complex128], force: NDArray[np.compl
 
 
 if __name__ == "__main__":
-    write(find_unit_strengths(lambda line: print(line, flush=True)), Path(__file__).with_name("strength.toml"))  # noqa: T201  # a tool
+    write(find_unit_strengths(lambda line: print(line, flush=True)), STRENGTHS)
