@@ -22,11 +22,14 @@ from numpy.typing import NDArray  # noqa: E402
 
 from benchmarks.limits_full_space import race  # noqa: E402
 from benchmarks.rig_case import prepared  # noqa: E402
-from hbsolve.limits.audit import audit  # noqa: E402
 from hbsolve.limits.local_search import LimitSide, local_search  # noqa: E402
 from hbsolve.limits.optimum import Best, Optimum  # noqa: E402
 from hbsolve.limits.problem import LimitCurve, LimitProblem  # noqa: E402
-from hbsolve.limits.random_histories import independent_histories, sampled_states  # noqa: E402
+from hbsolve.limits.random_histories import (  # noqa: E402
+    audit,
+    independent_histories,
+    sampled_states,
+)
 from hbsolve.limits.response_limits import LimitSettings, response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
 from hbsolve.limits.task import StageProgress  # noqa: E402

@@ -64,17 +64,6 @@ class Recovery(NamedTuple):
 class CondensedStructure:
     """Condenses a structure to its joint directions.
 
-    Parameters
-    ----------
-    mass, damping, stiffness
-        Without the joints, shape (r, r).
-    directions
-        B, shape (d, r).
-    reference
-        D, shape (d,) [N/m].
-    static, dynamic
-        Coefficients of the loads, shape (H + 1, r) [N].
-
     Raises
     ------
     ModelError
@@ -84,10 +73,14 @@ class CondensedStructure:
     mass: Float[NDArray[np.float64], "r r"]
     damping: Float[NDArray[np.float64], "r r"]
     stiffness: Float[NDArray[np.float64], "r r"]
+    """Without the joints, shape (r, r)."""
     directions: Float[NDArray[np.float64], "d r"]
+    """B, shape (d, r)."""
     reference: Float[NDArray[np.float64], " d"]
+    """D, shape (d,) [N/m]."""
     static: Coefficients
     dynamic: Coefficients
+    """Coefficients of the loads, shape (H + 1, r) [N]."""
 
     def __post_init__(self) -> None:
         stuck = self.stuck

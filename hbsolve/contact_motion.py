@@ -15,33 +15,22 @@ from hbsolve.state import SteadyState, check_state
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ContactMotion:
-    """One joint over one period, at n instants; d directions (tangents, then the normal), s sliders.
-
-    Parameters
-    ----------
-    name
-        Of the joint.
-    time
-        Shape (n,) [s].
-    displacement
-        Of each direction, shape (d, n) [m].
-    force
-        On the structure against each displacement: T of the tangents, N of the normal, shape (d, n) [N].
-    slider
-        Shape (s, n) [m].
-    status
-        0 stick, 1 slip, 2 separated, of each slider; of the joint where it has none or is a user's, shape (t, n).
-    share
-        Shares of the period in stick, slip and separation, tangents together, shape (3,) [-].
-    """
+    """One joint over one period, at n instants; d directions (tangents, then the normal), s sliders."""
 
     name: str
+    """Of the joint."""
     time: Float[NDArray[np.float64], " n"]
+    """Shape (n,) [s]."""
     displacement: Float[NDArray[np.float64], "d n"]
+    """Of each direction, shape (d, n) [m]."""
     force: Float[NDArray[np.float64], "d n"]
+    """On the structure against each displacement: T of the tangents, N of the normal, shape (d, n) [N]."""
     slider: Float[NDArray[np.float64], "s n"]
+    """Shape (s, n) [m]."""
     status: Int[NDArray[np.int64], "t n"]
+    """0 stick, 1 slip, 2 separated, of each slider; of the joint where it has none or is a user's, shape (t, n)."""
     share: Float[NDArray[np.float64], " 3"]
+    """Shares of the period in stick, slip and separation, tangents together, shape (3,) [-]."""
 
     @property
     def dissipated(self) -> Float[NDArray[np.float64], " d"]:

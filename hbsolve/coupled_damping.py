@@ -24,22 +24,15 @@ MAJORITY = 0.6
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ProportionalButFew:
-    """Damping a M + b K + U diag(s) U^T.
-
-    Parameters
-    ----------
-    mass_factor, stiffness_factor
-        a [1/s] and b [s].
-    directions
-        U, shape (r, k) [-].
-    strength
-        s, shape (k,) [N s/m].
-    """
+    """Damping a M + b K + U diag(s) U^T."""
 
     mass_factor: float
     stiffness_factor: float
+    """a [1/s] and b [s]."""
     directions: Float[NDArray[np.float64], "r k"]
+    """U, shape (r, k) [-]."""
     strength: Float[NDArray[np.float64], " k"]
+    """s, shape (k,) [N s/m]."""
 
 
 def proportional_but_few(mass: Matrix, damping: Matrix, stiffness: Matrix) -> ProportionalButFew | None:

@@ -26,24 +26,16 @@ from hbsolve.state import SteadyState, check_state
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EnergyBalance:
-    """Energies of one period [J].
-
-    Parameters
-    ----------
-    input_work
-        Of the harmonic force.
-    joint_dissipation
-        Of each joint, shape (n_joint,).
-    linear_dissipation
-        Of the damping matrix.
-    stored
-        U_pot, as above.
-    """
+    """Energies of one period [J]."""
 
     input_work: float
+    """Of the harmonic force."""
     joint_dissipation: Float[NDArray[np.float64], " joint"]
+    """Of each joint, shape (n_joint,)."""
     linear_dissipation: float
+    """Of the damping matrix."""
     stored: float
+    """U_pot, as above."""
 
     @property
     def dissipated(self) -> float:

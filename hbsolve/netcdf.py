@@ -1,23 +1,66 @@
-"""Results as netCDF4 files (which are HDF5 files)."""
+"""Results as netCDF4 files (which are HDF5 files), and the dimensions of their arrays."""
 
+from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
 
 from hbsolve.errors import BalanceError
 
 if TYPE_CHECKING:
     import xarray
 
+T = TypeVar("T")
+
+
+def dimensions(result: Any) -> dict[str, tuple[str, ...]]:
+    """Dimensions of the arrays of a data class by field, as its annotations name them, such as "side=2 level point"."""
+    arrays = {each.name: each.type for each in fields(result) if hasattr(each.type, "dim_str")}
+    return {name: tuple(each.split("=")[0] for each in kind.dim_str.split()) for name, kind in arrays.items()}
+
 
 def write_netcdf(data: "xarray.Dataset", path: Path | str) -> None:
-    """Write a data set.
+    """Write a data set: complex arrays as two real ones, truth values as 0 and 1, since netCDF has neither.
 
     Raises
     ------
     BalanceError
         The file cannot be written.
     """
+    for name, array in data.data_vars.items():  # those of the data set that was given
+        if array.dtype.kind == "c":
+            data = data.drop_vars([name]).assign({f"{name}_real": array.real, f"{name}_imag": array.imag})
+        elif array.dtype.kind == "b":
+            data = data.assign({name: array.astype(np.int8)})
     try:
         data.to_netcdf(path, engine="h5netcdf")
     except OSError as error:
         raise BalanceError(f'"{path}" cannot be written ({error.strerror or error}): choose another folder') from error
+
+
+def read_netcdf(path: Path | str, what: str, read: Callable[["xarray.Dataset"], T]) -> T:
+    """Read what `write_netcdf` wrote.
+
+    Parameters
+    ----------
+    path
+        The file.
+    what
+        What it must hold and the method that wrote it, for messages.
+    read
+        Makes the result of the data set.
+
+    Raises
+    ------
+    BalanceError
+        The file is missing or holds something else.
+    """
+    import xarray
+
+    try:
+        with xarray.open_dataset(path, engine="h5netcdf") as data:
+            return read(data)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise BalanceError(f'"{path}" holds no {what} wrote') from error

@@ -69,14 +69,8 @@ def transposed_receptance(receptance: Any, x: Any) -> Any:
 
 
 @compiled
-def solve_linearised(forces: Any, receptance: Any, first: Any, count: Any, right: Any) -> Any:
-    """Solve (I + A L) x = right by elimination."""
-    return newton_step(forces, receptance, first, count, right, 0.0)
-
-
-@compiled
 def newton_step(forces: Any, receptance: Any, first: Any, count: Any, right: Any, relative: float) -> Any:
-    """`solve_linearised` to a relative residual; 0 asks for elimination."""
+    """Solve (I + A L) x = right to a relative residual; 0 asks for elimination."""
     d, nh = right.shape
     rows = active_rows(forces.active)
     if len(rows) == 0:
@@ -94,20 +88,11 @@ def newton_step(forces: Any, receptance: Any, first: Any, count: Any, right: Any
 
 
 @compiled
-def solve_bordered(
-    forces: Any, receptance: Any, first: Any, count: Any, residual: Any, by_lambda: Any, border: Any, corner: float,
-    remainder: float,
-) -> Any:  # fmt: skip
-    """Step (dx, dlambda) of the bordered system above; it stays regular at a fold."""
-    return bordered_step(forces, receptance, first, count, residual, by_lambda, border, corner, remainder, RELATIVE)
-
-
-@compiled
 def bordered_step(
     forces: Any, receptance: Any, first: Any, count: Any, residual: Any, by_lambda: Any, border: Any, corner: float,
     remainder: float, relative: float,
 ) -> Any:  # fmt: skip
-    """`solve_bordered` to a relative residual; 0 asks for elimination."""
+    """Step (dx, dlambda) of the bordered system above, regular also at a fold; `relative` as for `newton_step`."""
     d, nh = residual.shape
     rows = active_rows(forces.active)
     m = len(rows)

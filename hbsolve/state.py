@@ -16,39 +16,26 @@ from reduction.array_input import finite_array, whole_number
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SteadyState:
-    """One periodic response; d joint directions, s sliders, harmonics 0 to H.
-
-    Parameters
-    ----------
-    angular_frequency
-        Omega [rad/s].
-    level
-        Scale of the harmonic force [-].
-    displacement
-        Coefficients of the joint directions, shape (H + 1, d) [m].
-    coefficients
-        Coefficients of all degrees of freedom, shape (H + 1, r) [m].
-    slider
-        Slider positions (or multipliers, see `multiplier`) at the first instant, as given, shape (s,) [m or -].
-    multiplier
-        Whether `slider` holds the multipliers m of eq. 11.
-    slider_at_start
-        Slider positions at the start of the steady period, shape (s,) [m].
-    residual_norm
-        |R| relative to the linear motion [-].
-    iterations
-        Newton iterations in all [-].
-    """
+    """One periodic response; d joint directions, s sliders, harmonics 0 to H."""
 
     angular_frequency: float
+    """Omega [rad/s]."""
     level: float
+    """Scale of the harmonic force [-]."""
     displacement: Complex[NDArray[np.complex128], "harmonic d"]
+    """Coefficients of the joint directions, shape (H + 1, d) [m]."""
     coefficients: Complex[NDArray[np.complex128], "harmonic r"]
+    """Coefficients of all degrees of freedom, shape (H + 1, r) [m]."""
     slider: Float[NDArray[np.float64], " s"]
+    """Slider positions (or multipliers, see `multiplier`) at the first instant, as given, shape (s,) [m or -]."""
     multiplier: bool
+    """Whether `slider` holds the multipliers m of eq. 11."""
     slider_at_start: Float[NDArray[np.float64], " s"]
+    """Slider positions at the start of the steady period, shape (s,) [m]."""
     residual_norm: float
+    """|R| relative to the linear motion [-]."""
     iterations: int
+    """Newton iterations in all [-]."""
 
     @property
     def frequency(self) -> float:

@@ -5,26 +5,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from hbsolve.balance import HarmonicBalance
-from hbsolve.newton import solve_linearised
+from hbsolve.newton import newton_step
 from hbsolve.solution import forces_at, residual
 from hbsolve.state import SteadyState, check_state
 
 
 @dataclass(frozen=True, kw_only=True)
 class Truncation:
-    """Estimated relative errors of the fundamental of the joint directions.
-
-    Parameters
-    ----------
-    harmonics
-        Change by harmonics H + 1 to 2 H + 1 on the same samples (more where those are too few for them) [-].
-    samples
-        Change by twice the samples [-]. The error itself is some 4/3 of it, since the laws are of second order in the
-        distance of the samples, and up to twice as large where a contact lands between two samples and sticks at once.
-    """
+    """Estimated relative errors of the fundamental of the joint directions."""
 
     harmonics: float
+    """Change by harmonics H + 1 to 2 H + 1 on the same samples (more where those are too few for them) [-]."""
     samples: float
+    """Change by twice the samples [-]. The error itself is some 4/3 of it, since the laws are of second order in the
+    distance of the samples, and up to twice as large where a contact lands between two samples and sticks at once."""
 
 
 def truncation(balance: HarmonicBalance, state: SteadyState) -> Truncation:
@@ -57,6 +51,6 @@ def _first_step(balance: HarmonicBalance, state: SteadyState) -> float:
     forces = forces_at(balance, state.angular_frequency, x, state.start)
     first, count = balance.joint_of_direction
     R = residual(balance, condensed, x, forces)
-    step = solve_linearised(forces, condensed.receptance, first, count, R)
+    step = newton_step(forces, condensed.receptance, first, count, R, 0.0)
     size = float(np.linalg.norm(motion[:, 1:3])) or float(np.linalg.norm(motion))
     return float(np.linalg.norm(step[:, 1:3])) / size

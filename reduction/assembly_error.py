@@ -25,29 +25,20 @@ CLOSE = 0.01
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AssemblyError:
-    """A reduced assembly beside its bodies in full, both without damping and with the same springs between them.
-
-    Parameters
-    ----------
-    frequency
-        Of the full model, shape (m,) [Hz].
-    frequency_error
-        (f_reduced - f_full) / f_full, shape (m,) [-].
-    mac
-        Of each recovered shape with the full one of the same number, shape (m,) [-]. Where full frequencies lie closer
-        to each other than `CLOSE`, any mixture of their shapes is as good: it is the squared cosine to all of these.
-    receptance_frequency
-        Where receptances are compared, shape (k,) [Hz].
-    receptance_error
-        ||H_reduced - H_full|| / ||H_full|| there, in Frobenius' norm over all coordinates that a spring joins, shape
-        (k,) [-]. At a resonance it is of no use: there it tells the distance to the pole alone.
-    """
+    """A reduced assembly beside its bodies in full, both without damping and with the same springs between them."""
 
     frequency: Float[NDArray[np.float64], " m"]
+    """Of the full model, shape (m,) [Hz]."""
     frequency_error: Float[NDArray[np.float64], " m"]
+    """(f_reduced - f_full) / f_full, shape (m,) [-]."""
     mac: Float[NDArray[np.float64], " m"]
+    """Of each recovered shape with the full one of the same number, shape (m,) [-]. Where full frequencies lie closer
+    to each other than `CLOSE`, any mixture of their shapes is as good: it is the squared cosine to all of these."""
     receptance_frequency: Float[NDArray[np.float64], " k"]
+    """Where receptances are compared, shape (k,) [Hz]."""
     receptance_error: Float[NDArray[np.float64], " k"]
+    """||H_reduced - H_full|| / ||H_full|| there, in Frobenius' norm over all coordinates that a spring joins, shape
+    (k,) [-]. At a resonance it is of no use: there it tells the distance to the pole alone."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, *vars(self))

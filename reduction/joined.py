@@ -64,28 +64,19 @@ class LinePair:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Joined:
-    """Bodies with contact elements between them, unloaded; arrays are copied and read-only.
-
-    Parameters
-    ----------
-    mass, bodies
-        Of the bodies alone, shape (r, r) [kg, N/m].
-    stiffness
-        Of the bodies with the springs of tangents that do not slide, shape (r, r) [N/m].
-    contacts
-        Elements of all lines.
-    lines
-        Names of the elements by line.
-    springs
-        Stiffness of all contacts closed and stuck, shape (r, r) [N/m].
-    """
+    """Bodies with contact elements between them, unloaded; arrays are copied and read-only."""
 
     mass: Matrix
     bodies: Matrix
+    """Of the bodies alone, shape (r, r) [kg, N/m]."""
     stiffness: Matrix
+    """Of the bodies with the springs of tangents that do not slide, shape (r, r) [N/m]."""
     contacts: tuple[FrictionContact, ...]
+    """Elements of all lines."""
     lines: Mapping[str, tuple[str, ...]]
+    """Names of the elements by line."""
     springs: Matrix
+    """Stiffness of all contacts closed and stuck, shape (r, r) [N/m]."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "mass", "bodies", "stiffness", "springs")

@@ -18,21 +18,14 @@ Rows = Int[NDArray[np.int64], " k"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Partition:
-    """Boundary and interior rows of a linear system.
-
-    Parameters
-    ----------
-    boundary
-        Rows of the system that are retained, in the order in which the boundary sets first name them, shape (b,) [-].
-    interior
-        All other rows, ascending, shape (i,) [-].
-    boundary_sets
-        Places in `boundary` by set name, each of shape (k,) [-]; these are the rows of the reduced model.
-    """
+    """Boundary and interior rows of a linear system."""
 
     boundary: Rows
+    """Rows of the system that are retained, in the order in which the boundary sets first name them, shape (b,) [-]."""
     interior: Rows
+    """All other rows, ascending, shape (i,) [-]."""
     boundary_sets: Mapping[str, Rows]
+    """Places in `boundary` by set name, each of shape (k,) [-]; these are the rows of the reduced model."""
 
 
 def partition(system: LinearSystem, boundary: Mapping[str, Rows]) -> Partition:

@@ -31,29 +31,20 @@ class RigidBody:
     """A body as if it were rigid, on the springs of its contacts; the bodies beside it do not move.
 
     Arrays are copied and read-only.
-
-    Parameters
-    ----------
-    body
-        Its name.
-    mass
-        [kg].
-    centre
-        Its centre of mass, shape (3,) [m].
-    stiffness
-        Of each of `MOTIONS` while the other five are prevented, shape (6,) [N/m and N m/rad].
-    frequency
-        The six natural frequencies, rising, shape (6,) [Hz].
-    shape
-        The motions that belong to them, about the centre of mass, mass-normalised, shape (6, 6), one a column.
     """
 
     body: str
+    """Its name."""
     mass: float
+    """[kg]."""
     centre: Float[NDArray[np.float64], "3"]
+    """Its centre of mass, shape (3,) [m]."""
     stiffness: Six
+    """Of each of `MOTIONS` while the other five are prevented, shape (6,) [N/m and N m/rad]."""
     frequency: Six
+    """The six natural frequencies, rising, shape (6,) [Hz]."""
     shape: Float[NDArray[np.float64], "6 6"]
+    """The motions that belong to them, about the centre of mass, mass-normalised, shape (6, 6), one a column."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "centre", "stiffness", "frequency", "shape")

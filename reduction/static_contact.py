@@ -44,27 +44,18 @@ FREE = (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StaticState:
-    """Rest under a load; arrays are copied and read-only.
-
-    Parameters
-    ----------
-    contacts
-        Seen from here: with preloads and gaps of this state.
-    displacement
-        q, shape (r,) [m].
-    load
-        f - K q, what the contacts balance, shape (r,) [N].
-    normal
-        N of each contact, shape (c,) [N].
-    tangential
-        T of each contact along each of its tangents, one array a contact [N].
-    """
+    """Rest under a load; arrays are copied and read-only."""
 
     contacts: tuple[FrictionContact, ...]
+    """Seen from here: with preloads and gaps of this state."""
     displacement: Row
+    """q, shape (r,) [m]."""
     load: Row
+    """f - K q, what the contacts balance, shape (r,) [N]."""
     normal: Float[NDArray[np.float64], " c"]
+    """N of each contact, shape (c,) [N]."""
     tangential: tuple[Float[NDArray[np.float64], " t"], ...]
+    """T of each contact along each of its tangents, one array a contact [N]."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "displacement", "load", "normal")

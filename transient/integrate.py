@@ -23,28 +23,19 @@ Vector = Float[NDArray[np.float64], " n"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Motion(JointHistory):
-    """What a system did in the last periods of an integration, and where it stands at their end.
-
-    Parameters
-    ----------
-    angular_frequency
-        Omega of the excitation [rad/s].
-    steps_per_period
-        [-].
-    time
-        Instants since the start of the integration, whole periods without their last instant, shape (t,) [s].
-    output_displacement, output_velocity
-        Of the named output rows, each of shape (t,) [m, m/s].
-    final
-        State at the end.
-    """
+    """What a system did in the last periods of an integration, and where it stands at their end."""
 
     angular_frequency: float
+    """Omega of the excitation [rad/s]."""
     steps_per_period: int
+    """[-]."""
     time: Vector
+    """Instants since the start of the integration, whole periods without their last instant, shape (t,) [s]."""
     output_displacement: Mapping[str, Vector]
     output_velocity: Mapping[str, Vector]
+    """Of the named output rows, each of shape (t,) [m, m/s]."""
     final: TransientState
+    """State at the end."""
 
 
 @on_one_blas_thread

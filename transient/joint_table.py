@@ -36,34 +36,23 @@ class Packed(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class WitnessTable:
-    """All joints of a system.
-
-    Parameters
-    ----------
-    rows
-        Directions of all joints in order, shape (d, r) [-].
-    stuck_stiffness
-        Stiffness of each direction while its joint sticks and is closed, shape (d,) [N/m].
-    packed
-        The arrays that compiled code reads.
-    n_slider
-        Number of sliders [-].
-    damper
-        Which directions belong to a quadratic damper, with its damping, shape (d,) [N s^2/m^2].
-    normal_terms
-        |N_0| + k_n |g| in the normals of contacts and stops, shape (d,) [N]: normal forces that cancel each other leave
-        round-off of the size of their terms, however small their sum.
-    slider_stiffness
-        Stiffness that weighs each slider, shape (s,) [N/m].
-    """
+    """All joints of a system."""
 
     rows: Float[NDArray[np.float64], "d r"]
+    """Directions of all joints in order, shape (d, r) [-]."""
     stuck_stiffness: Float[NDArray[np.float64], " d"]
+    """Stiffness of each direction while its joint sticks and is closed, shape (d,) [N/m]."""
     packed: Packed
+    """The arrays that compiled code reads."""
     n_slider: int
+    """Number of sliders [-]."""
     damper: Float[NDArray[np.float64], " d"]
+    """Which directions belong to a quadratic damper, with its damping, shape (d,) [N s^2/m^2]."""
     normal_terms: Float[NDArray[np.float64], " d"]
+    """|N_0| + k_n |g| in the normals of contacts and stops, shape (d,) [N]: normal forces that cancel each other leave
+    round-off of the size of their terms, however small their sum."""
     slider_stiffness: Float[NDArray[np.float64], " s"]
+    """Stiffness that weighs each slider, shape (s,) [N/m]."""
 
 
 def joint_table(system: JointedSystem) -> WitnessTable:

@@ -36,44 +36,30 @@ DISTINCT = 1e-2
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SteadyMotion(JointHistory):
-    """One period of the motion that an integration has reached, joints at the instants of the samples.
-
-    Parameters
-    ----------
-    angular_frequency, level
-        Omega [rad/s] and the scale of the harmonic force [-].
-    steps_per_period
-        Of the finest integration [-].
-    samples
-        All degrees of freedom at the start of each step of the last period, t_j = j T / t, shape (t, r) [m].
-    start
-        State at the start of that period, its phase 0: the sliders to compare with.
-    final
-        State at its end.
-    n_period
-        Periods integrated in all [-].
-    period_multiple
-        After how many periods the motion repeats; 0 if none was found.
-    period_change
-        Change of the state over the last period, relative to the amplitude [-].
-    distance
-        Estimate of what is left of the transient, relative to the amplitude [-].
-    step_error
-        Estimate of the error of the samples by the time step, from half as many steps (a third of the largest
-        difference, in the norm of mass, over the largest displacement from the mean) [-]; nan if not estimated.
-    """
+    """One period of the motion that an integration has reached, joints at the instants of the samples."""
 
     angular_frequency: float
     level: float
+    """Omega [rad/s] and the scale of the harmonic force [-]."""
     steps_per_period: int
+    """Of the finest integration [-]."""
     samples: Float[NDArray[np.float64], "t r"]
+    """All degrees of freedom at the start of each step of the last period, t_j = j T / t, shape (t, r) [m]."""
     start: TransientState
+    """State at the start of that period, its phase 0: the sliders to compare with."""
     final: TransientState
+    """State at its end."""
     n_period: int
+    """Periods integrated in all [-]."""
     period_multiple: int
+    """After how many periods the motion repeats; 0 if none was found."""
     period_change: float
+    """Change of the state over the last period, relative to the amplitude [-]."""
     distance: float
+    """Estimate of what is left of the transient, relative to the amplitude [-]."""
     step_error: float
+    """Estimate of the error of the samples by the time step, from half as many steps (a third of the largest
+    difference, in the norm of mass, over the largest displacement from the mean) [-]; nan if not estimated."""
 
     @property
     def periodic(self) -> bool:

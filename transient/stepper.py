@@ -22,22 +22,15 @@ NONE = np.zeros((0, 0))
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JointHistory:
-    """What joints do at t instants.
-
-    Parameters
-    ----------
-    displacement, velocity
-        Of the directions of all joints in order, tangents before the normal, shape (d, t) [m, m/s].
-    force
-        Of the joints in these directions, shape (d, t) [N]; positive resists a positive displacement.
-    slider
-        Positions of the sliders, shape (s, t) [m].
-    """
+    """What joints do at t instants."""
 
     displacement: History
     velocity: History
+    """Of the directions of all joints in order, tangents before the normal, shape (d, t) [m, m/s]."""
     force: History
+    """Of the joints in these directions, shape (d, t) [N]; positive resists a positive displacement."""
     slider: History
+    """Positions of the sliders, shape (s, t) [m]."""
 
     @property
     def joints(self) -> dict[str, History]:
@@ -47,16 +40,11 @@ class JointHistory:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Record(JointHistory):
-    """One period, sampled at the start of each step.
-
-    Parameters
-    ----------
-    modal_displacement, modal_velocity
-        Shape (t, r) [m kg^1/2, m kg^1/2 / s].
-    """
+    """One period, sampled at the start of each step."""
 
     modal_displacement: History
     modal_velocity: History
+    """Shape (t, r) [m kg^1/2, m kg^1/2 / s]."""
 
     @property
     def amplitude(self) -> float:

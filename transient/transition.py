@@ -37,36 +37,24 @@ SKEW = 1e-8
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ModalStructure:
-    """A jointed system in the modal coordinates of its linear structure with the springs k_0.
-
-    Parameters
-    ----------
-    system
-        What it was made from.
-    table
-        Its joints.
-    mode_shapes
-        Phi, mass-normalised, shape (r, r) [kg^-1/2].
-    inverse_shapes
-        Phi^T M, the inverse of Phi, shape (r, r) [kg^1/2].
-    eigenvalue
-        Diagonal of Lambda, shape (r,) [1/s^2].
-    damping
-        C_m, shape (r, r) [1/s].
-    diagonal
-        Whether C_m is diagonal.
-    offset
-        k_0, shape (d,) [N/m].
-    """
+    """A jointed system in the modal coordinates of its linear structure with the springs k_0."""
 
     system: JointedSystem
+    """What it was made from."""
     table: WitnessTable
+    """Its joints."""
     mode_shapes: Matrix
+    """Phi, mass-normalised, shape (r, r) [kg^-1/2]."""
     inverse_shapes: Matrix
+    """Phi^T M, the inverse of Phi, shape (r, r) [kg^1/2]."""
     eigenvalue: Vector
+    """Diagonal of Lambda, shape (r,) [1/s^2]."""
     damping: Matrix
+    """C_m, shape (r, r) [1/s]."""
     diagonal: bool
+    """Whether C_m is diagonal."""
     offset: Vector
+    """k_0, shape (d,) [N/m]."""
 
     @property
     def rows(self) -> Matrix:

@@ -74,22 +74,15 @@ ARGUMENTS = "u, velocity, omega, reference, parameters, start, by_multiplier, sa
 
 @dataclass(frozen=True, kw_only=True)
 class CompiledLaw:
-    """A law of the balance.
-
-    Parameters
-    ----------
-    name
-        `Joint.force_law`.
-    force
-        The compiled function.
-    instant
-        For laws without memory: the compiled force at one instant, ``instant(u, velocity, parameters, slope)``, which
-        fills `slope` with the derivatives by u, velocity and each parameter; none for laws with memory.
-    """
+    """A law of the balance."""
 
     name: str
+    """`Joint.force_law`."""
     force: Callable[..., Any]
+    """The compiled function."""
     instant: Callable[..., Any] | None
+    """For laws without memory: the compiled force at one instant, ``instant(u, velocity, parameters, slope)``, which
+    fills `slope` with the derivatives by u, velocity and each parameter; none for laws with memory."""
 
 
 #: Forces of the product's own laws; a user's law has a function instead, `reduction.joint.function_law`.

@@ -30,7 +30,7 @@ from hbsolve.balance import Real
 from hbsolve.continuation.path import Equation, Path, equation
 from hbsolve.errors import BalanceError
 from hbsolve.linearised import active_rows, small_matrix
-from hbsolve.newton import solve_bordered
+from hbsolve.newton import RELATIVE, bordered_step
 from hbsolve.solution import TOLERANCE
 
 #: Corrections at most.
@@ -146,9 +146,10 @@ def _corrections(
         best = min(best, norm)
         remainder = metric.dot(t, Direction(x_new - x, value_new - value)) - step
         first, count = at.balance.joint_of_direction
-        dx, dvalue = solve_bordered(
-            at.forces, at.condensed.receptance, first, count, at.residual, at.by_value, border, corner, remainder
-        )
+        dx, dvalue = bordered_step(
+            at.forces, at.condensed.receptance, first, count, at.residual, at.by_value, border, corner, remainder,
+            RELATIVE,
+        )  # fmt: skip
         x_new, value_new = x_new + dx, value_new + float(dvalue)
     moved = metric.length(Direction(x_new - x, value_new - value))
     return None if moved > STRETCH * step and step > TINY else Corrected(t, x_new, value_new, iteration, at)
@@ -157,9 +158,9 @@ def _corrections(
 def _along_kernel(here: Equation, last: Direction, metric: Metric) -> Direction:
     """Unit tangent at an acute angle to the last one, from the system bordered by it."""
     first, count = here.balance.joint_of_direction
-    t_x, t_value = solve_bordered(
+    t_x, t_value = bordered_step(
         here.forces, here.condensed.receptance, first, count, 0 * here.residual, here.by_value,
-        np.ascontiguousarray(last.motion / metric.motion**2), last.value / metric.value**2, -1.0,
+        np.ascontiguousarray(last.motion / metric.motion**2), last.value / metric.value**2, -1.0, RELATIVE,
     )  # fmt: skip
     t = Direction(t_x, float(t_value))
     length = metric.length(t)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fe.notebook import Labelled
 from hbsolve.continuation.stop import StopReason
 from hbsolve.errors import BalanceError
-from hbsolve.netcdf import write_netcdf
+from hbsolve.netcdf import dimensions, read_netcdf, write_netcdf
 from hbsolve.sampling import real_from_complex
 from hbsolve.state import harmonic_at
 from reduction.array_input import freeze_arrays, whole_number
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from hbsolve.balance import HarmonicBalance
 
-Numbers = Float[NDArray[np.float64], " p"]
+Numbers = Float[NDArray[np.float64], " point"]
 
 
 def _none() -> NDArray[np.float64]:
@@ -60,14 +60,14 @@ class ResponseBranch(Labelled):
     """
 
     angular_frequency: Numbers
-    coefficients: Complex[NDArray[np.complex128], "p harmonic r"]
+    coefficients: Complex[NDArray[np.complex128], "point harmonic degree_of_freedom"]
     residual_norm: Numbers
     stop_reason: StopReason
     stopped_at: str = ""
     level: Numbers = field(default_factory=_none)
     iterations: Numbers = field(default_factory=_none)
-    slider: Float[NDArray[np.float64], "p s"] = field(default_factory=_none)
-    contact_share: Float[NDArray[np.float64], "p joint 3"] = field(default_factory=_none)
+    slider: Float[NDArray[np.float64], "point slider"] = field(default_factory=_none)
+    contact_share: Float[NDArray[np.float64], "point joint state=3"] = field(default_factory=_none)
     joint_names: tuple[str, ...] = ()
     truncation_error: Numbers = field(default_factory=_none)
     sample_error: Numbers = field(default_factory=_none)
@@ -81,7 +81,7 @@ class ResponseBranch(Labelled):
             if not np.size(getattr(self, name)):
                 object.__setattr__(self, name, np.zeros(shape))
         freeze_arrays(self, "coefficients", dtype=np.complex128)
-        freeze_arrays(self, *(name for name in _DIMENSIONS if name != "coefficients"))
+        freeze_arrays(self, *(name for name in dimensions(self) if name != "coefficients"))
         object.__setattr__(self, "joint_names", tuple(self.joint_names))
 
     @property
@@ -157,7 +157,7 @@ class ResponseBranch(Labelled):
         import xarray
 
         data = xarray.Dataset(
-            {name: (dims, getattr(self, name)) for name, dims in _DIMENSIONS.items() if getattr(self, name).size},
+            {name: (dims, getattr(self, name)) for name, dims in dimensions(self).items() if getattr(self, name).size},
             coords={
                 "frequency": ("point", self.frequency),
                 "harmonic": np.arange(self.coefficients.shape[1]),
@@ -176,16 +176,14 @@ class ResponseBranch(Labelled):
         return data
 
     def save(self, path: Path | str) -> None:
-        """Write netCDF4 (an HDF5 file); the coefficients as two real variables, since netCDF has no complex numbers.
+        """Write netCDF4 (an HDF5 file), the coefficients as two real variables.
 
         Raises
         ------
         BalanceError
             The file cannot be written.
         """
-        data = self.to_xarray()
-        q = data["coefficients"]
-        write_netcdf(data.drop_vars("coefficients").assign(coefficients_real=q.real, coefficients_imag=q.imag), path)
+        write_netcdf(self.to_xarray(), path)
 
 
 def load_branch(path: Path | str) -> ResponseBranch:
@@ -196,33 +194,18 @@ def load_branch(path: Path | str) -> ResponseBranch:
     BalanceError
         The file is missing or holds no branch.
     """
-    import xarray
 
-    try:
-        with xarray.open_dataset(path, engine="h5netcdf") as data:
-            values = {name: data[name].values for name in _DIMENSIONS if name in data.variables}
-            values["coefficients"] = data["coefficients_real"].values + 1j * data["coefficients_imag"].values
-            return ResponseBranch(
-                **values,
-                stop_reason=StopReason.read(str(data.attrs["stop_reason"])),
-                stopped_at=str(data.attrs.get("stopped_at", "")),
-                joint_names=tuple(str(name) for name in data["joint"].values),
-            )
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise BalanceError(
-            f'"{path}" holds no response branch: give a file that `ResponseBranch.save` wrote'
-        ) from error
+    def read(data: "xarray.Dataset") -> ResponseBranch:
+        values = {name: data[name].values for name in dimensions(ResponseBranch) if name in data.variables}
+        values["coefficients"] = data["coefficients_real"].values + 1j * data["coefficients_imag"].values
+        return ResponseBranch(
+            **values,
+            stop_reason=StopReason.read(str(data.attrs["stop_reason"])),
+            stopped_at=str(data.attrs.get("stopped_at", "")),
+            joint_names=tuple(str(name) for name in data["joint"].values),
+        )
+
+    return read_netcdf(path, "response branch: give a file that `ResponseBranch.save`", read)
 
 
-_DIMENSIONS = {
-    "angular_frequency": ("point",),
-    "coefficients": ("point", "harmonic", "degree_of_freedom"),
-    "residual_norm": ("point",),
-    "level": ("point",),
-    "iterations": ("point",),
-    "slider": ("point", "slider"),
-    "contact_share": ("point", "joint", "state"),
-    "truncation_error": ("point",),
-    "sample_error": ("point",),
-}
 _UNITS = {"angular_frequency": "rad/s", "frequency": "Hz", "coefficients": "m", "slider": "m"}

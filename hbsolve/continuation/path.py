@@ -1,8 +1,8 @@
 """What a branch is continued over: the frequency, the level of the force, or a parameter of a joint."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Protocol
 
 import numpy as np
 
@@ -29,25 +29,34 @@ class Equation:
     """dR/dlambda at fixed motion, shape (d, nh)."""
 
 
-class Path(Protocol):
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Path(ABC):
     """A family of harmonic balances over one number lambda."""
 
+    balance: HarmonicBalance
+
     @property
+    @abstractmethod
     def unit(self) -> str:
         """How messages show lambda."""
-        ...
 
     def displayed(self, value: float) -> float:
         """Lambda in that unit."""
-        ...
+        return value
 
+    @abstractmethod
     def at(self, value: float) -> tuple[HarmonicBalance, Condensed]:
-        """The balance and its linear structure at lambda."""
-        ...
+        """The balance and its linear structure at lambda.
 
+        Raises
+        ------
+        BalanceError
+            A value that lambda cannot have.
+        """
+
+    @abstractmethod
     def by_value(self, balance: HarmonicBalance, condensed: Condensed, forces: JointForces) -> Real:
         """dR/dlambda at fixed motion."""
-        ...
 
 
 def equation(path: Path, value: float, x: Real, sliders: Start) -> Equation:
@@ -64,11 +73,10 @@ def equation(path: Path, value: float, x: Real, sliders: Start) -> Equation:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FrequencyPath:
+class FrequencyPath(Path):
     """Lambda is Omega [rad/s]."""
 
-    balance: HarmonicBalance
-    unit: str = "Hz"
+    unit = "Hz"
 
     def displayed(self, value: float) -> float:
         """Omega in Hz."""
@@ -86,16 +94,11 @@ class FrequencyPath:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LevelPath:
+class LevelPath(Path):
     """Lambda is the level of the harmonic force."""
 
-    balance: HarmonicBalance
     angular_frequency: float
-    unit: str = "(level)"
-
-    def displayed(self, value: float) -> float:
-        """The level itself."""
-        return value
+    unit = "(level)"
 
     def at(self, value: float) -> tuple[HarmonicBalance, Condensed]:
         """See `Path`."""
@@ -108,7 +111,7 @@ class LevelPath:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class JointPath:
+class JointPath(Path):
     """Lambda is a parameter of a joint.
 
     Parameters
@@ -126,7 +129,6 @@ class JointPath:
         No such joint or parameter.
     """
 
-    balance: HarmonicBalance
     angular_frequency: float
     joint: str
     parameter: str
@@ -139,18 +141,8 @@ class JointPath:
         """See `Path`."""
         return f"({self.parameter} of {self.joint})"
 
-    def displayed(self, value: float) -> float:
-        """The parameter in SI."""
-        return value
-
     def at(self, value: float) -> tuple[HarmonicBalance, Condensed]:
-        """See `Path`.
-
-        Raises
-        ------
-        BalanceError
-            A value that the joint cannot have.
-        """
+        """See `Path`."""
         number, index = joint_index(self.balance, self.joint, self.parameter)
         try:
             self.balance.system.joints[number].with_values({self.parameter: value})

@@ -40,21 +40,14 @@ MAX_SCAN = 8
 
 @dataclass(frozen=True, kw_only=True)
 class ResonancePeak:
-    """A resonance peak.
-
-    Parameters
-    ----------
-    angular_frequency
-        Where it is [rad/s].
-    amplitude
-        How high it is [unit of the response].
-    half_power_width
-        Width at 1/sqrt(2) of the height, about 2 zeta omega_0 [rad/s].
-    """
+    """A resonance peak."""
 
     angular_frequency: float
+    """Where it is [rad/s]."""
     amplitude: float
+    """How high it is [unit of the response]."""
     half_power_width: float
+    """Width at 1/sqrt(2) of the height, about 2 zeta omega_0 [rad/s]."""
 
     @property
     def frequency(self) -> float:

@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
+from hbsolve.continuation.arclength import Direction
 from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.continuation.path import FrequencyPath
 from hbsolve.continuation.response import frequency_response
@@ -31,18 +32,12 @@ FINER, FINER_POINTS = (0.03, 3e-3, 3e-4), 60
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ResonantState:
-    """The highest response of a branch.
-
-    Parameters
-    ----------
-    state
-        At the peak; its amplitude at the output is the peak's.
-    amplitude
-        Of the fundamental at the output [m].
-    """
+    """The highest response of a branch."""
 
     state: SteadyState
+    """At the peak; its amplitude at the output is the peak's."""
     amplitude: float
+    """Of the fundamental at the output [m]."""
 
     @property
     def frequency(self) -> float:
@@ -144,8 +139,7 @@ def _over_the_top(
     state = replace(
         arc.state_at(before.motion, slider_start(balance, slider)),
         value=at,
-        tangent_motion=top.motion - before.motion,
-        tangent_value=top.angular_frequency - at,
+        tangent=Direction(top.motion - before.motion, top.angular_frequency - at),
     )
     finer = [before]
     for _ in range(FINER_POINTS):

@@ -13,8 +13,7 @@ from hbsolve.balance import HarmonicBalance, Real
 from hbsolve.contact_motion import contact_share
 from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.continuation.path import FrequencyPath, JointPath, LevelPath
-from hbsolve.continuation.state import ContinuationState
-from hbsolve.continuation.step import Continuation
+from hbsolve.continuation.step import Continuation, ContinuationState
 from hbsolve.continuation.stop import StopReason
 from hbsolve.errors import NoSteadyState
 from hbsolve.solution import solve_at

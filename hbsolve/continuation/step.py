@@ -10,14 +10,16 @@ Seydel, Practical Bifurcation and Stability Analysis (2010), section 4.5: scalin
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
 
 from hbsolve.aft import Start
 from hbsolve.balance import Real
 from hbsolve.continuation.arclength import Corrected, Direction, Metric, correct, round_kink, tangent
-from hbsolve.continuation.path import Equation, FrequencyPath, JointPath, LevelPath, equation
-from hbsolve.continuation.state import ContinuationState
+from hbsolve.continuation.path import Equation, Path, equation
 from hbsolve.continuation.stop import StopReason
 from hbsolve.errors import BalanceError, NoSteadyState
 from hbsolve.solution import recover_state, solve_at
@@ -42,6 +44,39 @@ LEAST_LOOP, ASIDE, SAME_WAY = 12, 0.05, 0.9
 STEPS, MOST_POINTS = 50, 5000
 
 
+class Mark(NamedTuple):
+    """An earlier point, its tangent, and its number: a branch that comes back to it is closed."""
+
+    point: Direction
+    tangent: Direction
+    number: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ContinuationState:
+    """All that the next step depends on; a continuation goes on from it with the same result."""
+
+    value: float
+    """Lambda."""
+    motion: Real
+    """Real coefficients of the joint directions, shape (d, nh) [m]."""
+    slider: Float[NDArray[np.float64], " s"]
+    by_multiplier: NDArray[np.int64]
+    """Initial state of the sliders, shape (s,)."""
+    tangent: Direction
+    """In the direction of travel; before the first step, lambda's way alone."""
+    orientation: int
+    """Sign of the determinant along it (`hbsolve.continuation.arclength.tangent`); 0 before the first step."""
+    step: float
+    """The next ds."""
+    n_point: int
+    """Points so far."""
+    mark: Mark
+    """Where a closed branch would come back to."""
+    stop_reason: StopReason | None = None
+    """None while there is a next step."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Continuation:
     """A branch from one value of lambda to another.
@@ -63,7 +98,7 @@ class Continuation:
         An empty range, a step that is not positive, or what is no real number.
     """
 
-    path: FrequencyPath | LevelPath | JointPath
+    path: Path
     first: float
     last: float
     step: float | None = None
@@ -87,21 +122,17 @@ class Continuation:
 
     def state_at(self, motion: Real, sliders: Start) -> ContinuationState:
         """Where the branch begins, for a solution at the first value."""
+        rest = np.zeros_like(motion)
         return ContinuationState(
             value=self.first,
             motion=motion,
             slider=sliders.value,
             by_multiplier=sliders.by_multiplier,
-            tangent_motion=np.zeros_like(motion),
-            tangent_value=float(np.sign(self.last - self.first)) * self._scale,
+            tangent=Direction(rest, float(np.sign(self.last - self.first)) * self._scale),
             orientation=0,
             step=FIRST,
             n_point=1,
-            mark_motion=motion,
-            mark_value=self.first,
-            mark_tangent_motion=np.zeros_like(motion),
-            mark_tangent_value=0.0,
-            mark_point=1,
+            mark=Mark(Direction(motion, self.first), Direction(rest, 0.0), 1),
         )
 
     def advance(self, state: ContinuationState) -> tuple[SteadyState | None, ContinuationState]:
@@ -132,7 +163,7 @@ class Continuation:
 
     def _set_out(self, state: ContinuationState, metric: Metric, sliders: Start) -> tuple[Direction, int]:
         """Tangent at the last point, of length 1, and its orientation."""
-        t = Direction(np.array(state.tangent_motion), state.tangent_value)
+        t = Direction(np.array(state.tangent.motion), state.tangent.value)
         if not state.orientation:
             here = equation(self.path, state.value, np.array(state.motion), sliders)
             return tangent(here, t, metric, 0)
@@ -153,22 +184,14 @@ class Continuation:
         n_point = state.n_point + 1
         if self._closed(state, found, t, step, metric):
             return point, replace(state, value=found.value, n_point=n_point, stop_reason=StopReason.CLOSED)
-        if n_point >= 2 * state.mark_point:
-            state = replace(
-                state,
-                mark_motion=found.motion,
-                mark_value=found.value,
-                mark_tangent_motion=t.motion,
-                mark_tangent_value=t.value,
-                mark_point=n_point,
-            )
+        if n_point >= 2 * state.mark.number:
+            state = replace(state, mark=Mark(Direction(found.motion, found.value), t, n_point))
         grow = GROW if found.iterations <= EASY else SHRINK if found.iterations >= HARD else 1.0
         return point, replace(
             state,
             value=found.value,
             motion=found.motion,
-            tangent_motion=t.motion,
-            tangent_value=t.value,
+            tangent=t,
             step=min(grow * step, LARGEST),
             n_point=n_point,
             stop_reason=None if n_point < self.most_points else StopReason.MOST_POINTS,
@@ -176,12 +199,12 @@ class Continuation:
 
     def _closed(self, state: ContinuationState, found: Corrected, t: Direction, step: float, metric: Metric) -> bool:
         """Whether a point lies on the marked way, within a step of the mark, and travels the same way."""
-        mark = Direction(state.mark_tangent_motion, state.mark_tangent_value)
-        away = Direction(found.motion - state.mark_motion, found.value - state.mark_value)
-        along = metric.dot(away, mark) / (metric.length(mark) or 1.0)
+        (motion, value), marked, number = state.mark
+        away = Direction(found.motion - motion, found.value - value)
+        along = metric.dot(away, marked) / (metric.length(marked) or 1.0)
         aside = np.sqrt(max(metric.dot(away, away) - along**2, 0.0))
         near = abs(along) <= step and aside <= ASIDE * step
-        return bool(near and metric.cosine(t, mark) >= SAME_WAY and state.n_point >= state.mark_point + LEAST_LOOP)
+        return bool(near and metric.cosine(t, marked) >= SAME_WAY and state.n_point >= number + LEAST_LOOP)
 
     def _ends(self, value: float, t: Direction, step: float) -> bool:
         """Whether the prediction of the step reaches the last value."""
@@ -225,8 +248,7 @@ class Continuation:
                 state,
                 value=value,
                 motion=found.motion,
-                tangent_motion=np.zeros_like(x),
-                tangent_value=float(towards) * self._scale,
+                tangent=Direction(np.zeros_like(x), float(towards) * self._scale),
                 orientation=0,
                 step=FIRST,
                 n_point=state.n_point + 1,

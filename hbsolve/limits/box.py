@@ -1,20 +1,21 @@
-"""How far the loading history may have dragged the sliders.
+"""How far the loading history may have dragged the sliders, random slider states, and those that a search starts from.
 
 Without a bound the question has no answer: bodies that friction alone holds can be dragged anywhere, and their contacts
 jammed as hard as one likes. The box says how far they are from where the static load has left them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.optimize
 from jaxtyping import Float
 from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.errors import BalanceError
-from hbsolve.limits.sliders import cone, slider_table
+from hbsolve.limits.sliders import SliderTable, cone, slider_table
 from hbsolve.solution import solve_at
 from hbsolve.state import slider_start
 from reduction.array_input import real_number
@@ -23,25 +24,28 @@ Sliders = Float[NDArray[np.float64], " s"]
 
 #: A slider this close to its bound is stopped by it, as a share of the reach.
 ON_BOUND = 1e-6
+#: A slider without load at rest is moved as if it had this share of the mean radius.
+UNLOADED = 0.3
+#: Directions of normal forces that static friction moves by less than this share of the most are left out.
+WEAK = 0.1
+#: Weight of opening a contact, against gains of normal forces scaled to one.
+OPENING = 100.0
+#: Without a box random states reach further, by a factor of up to two to this power.
+DOUBLINGS = 5.0
+#: Kinds of `random_sliders`; the last two are corners of the box.
+N_KIND = 8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SliderBox:
-    """Initial slider states |w - nominal| <= reach.
-
-    Parameters
-    ----------
-    nominal
-        Shape (s,) [m].
-    reach
-        w_max, infinite for no box [m].
-    radius
-        mu N / k_t of each slider at rest: how far its spring stretches, shape (s,) [m].
-    """
+    """Initial slider states |w - nominal| <= reach."""
 
     nominal: Sliders
+    """Shape (s,) [m]."""
     reach: float
+    """w_max, infinite for no box [m]."""
     radius: Sliders
+    """mu N / k_t of each slider at rest: how far its spring stretches, shape (s,) [m]."""
 
     @property
     def bounded(self) -> bool:
@@ -103,3 +107,99 @@ def slider_box(
             + (" (by default mu N / k_t at rest, but no contact is pressed there)" if reach is None else "")
         )
     return SliderBox(nominal=np.array(centre), reach=wide, radius=radius)
+
+
+def random_sliders(table: SliderTable, box: SliderBox, random: np.random.Generator, kind: int) -> Sliders:
+    """A random state in the box, of one of eight kinds: each slider, each line, lines with a slope, corners."""
+    n, line = len(table.line), table.line
+    n_line = int(line.max()) + 1
+    # From -1 to 1 along each line.
+    along = np.zeros(n)
+    for each in range(n_line):
+        along[line == each] = np.linspace(-1, 1, int((line == each).sum())) if (line == each).sum() > 1 else 0.0
+
+    def of_line(largest: float) -> Sliders:
+        return random.uniform(-largest, largest, n_line)[line]
+
+    patterns: list[Callable[[], Sliders]] = [
+        lambda: random.uniform(-1, 1, n),
+        lambda: of_line(1),
+        lambda: of_line(3) + random.uniform(-1, 1, n),
+        lambda: random.choice([-1, 1], n_line)[line] * random.uniform(0.5, 4),
+        lambda: of_line(3) + of_line(3) * along,
+        lambda: random.normal(size=n) * 3,
+        lambda: random.choice([-1.0, 1.0], n_line)[line],
+        lambda: random.choice([-1.0, 1.0], n),
+    ]
+    pattern = np.asarray(patterns[kind % N_KIND]())
+    if not box.bounded:
+        pattern *= 2 ** random.uniform(0, DOUBLINGS)
+    if kind % N_KIND >= 6:
+        return box.nominal + pattern * box.span
+    return box.clip(box.nominal - pattern * np.maximum(box.radius, UNLOADED * box.radius.mean()))
+
+
+def starting_sliders(
+    balance: HarmonicBalance, condensed: Condensed, table: SliderTable, box: SliderBox, count: int, seed: int
+) -> list[Sliders]:
+    """A population: rest, vertices of the static friction polytope, random states; the seed chooses the last two."""
+    random = np.random.default_rng(seed)
+    found = [box.nominal.copy(), *_static_vertices(balance, condensed, table, box, random, count // 2 - 1)]
+    kinds = [2 * k if k % 2 == 0 else k + 6 for k in range(count - len(found))]
+    return found[:count] + [random_sliders(table, box, random, kind) for kind in kinds]
+
+
+def _static_vertices(
+    balance: HarmonicBalance,
+    condensed: Condensed,
+    table: SliderTable,
+    box: SliderBox,
+    random: np.random.Generator,
+    count: int,
+) -> list[Sliders]:
+    """States that Coulomb's cone allows at rest, with normal forces furthest in some direction.
+
+    Normal and tangential forces are linear in w while contacts stay closed; the directions are the singular vectors of
+    dN/dw, both ways, then random mixtures of them.
+    """
+    n = len(table.tangent)
+    pressed = [
+        int(first) + joint.normal_direction
+        for joint, first in zip(balance.system.joints, balance.table.direction, strict=False)
+        if joint.normal_direction is not None
+    ]
+    if not pressed or count < 1:
+        return []
+    # Forces where every direction keeps its reference stiffness: g there is that of all contacts closed and stuck.
+    rest = balance.linear(condensed, 0.0)[:, 0]
+    A = condensed.receptance[0].real
+    g = np.concatenate([joint.stuck_force for joint in balance.system.joints])
+    x0 = rest - A @ g
+    by_w = A[:, table.tangent] * table.stiffness
+    T0, T_by_w = table.stiffness * x0[table.tangent], table.stiffness[:, None] * (by_w[table.tangent] - np.eye(n))
+    limit0 = table.constant + np.where(table.normal >= 0, table.by_normal * x0[table.normal], 0.0)
+    limit_by_w = np.where(table.normal >= 0, table.by_normal, 0.0)[:, None] * by_w[table.normal]
+    N_by_w = balance.table.reference[pressed][:, None] * by_w[pressed]
+    rows = np.vstack([T_by_w - limit_by_w, -T_by_w - limit_by_w])
+    bound = np.concatenate([limit0 - T0, limit0 + T0])
+    size = np.abs(rows).max(axis=1)
+    slack = -np.vstack([np.eye(n), np.eye(n)])
+    U, strength, _ = np.linalg.svd(N_by_w, full_matrices=False)
+    kept = max(2, int((strength > WEAK * strength[0]).sum()))
+    directions = [sign * U[:, k] for k in range(min(kept, U.shape[1])) for sign in (1, -1)]
+    reach = box.reach if box.bounded else 2**DOUBLINGS * box.span
+    unit = box.span
+    bounds = [((c - reach) / unit, (c + reach) / unit) for c in box.nominal] + [(0, None)] * n
+    found: list[Sliders] = []
+    for k in range(4 * count):
+        if len(found) == count:
+            break
+        direction = directions[k] if k < len(directions) else U[:, :kept] @ random.normal(size=min(kept, U.shape[1]))
+        gain = direction @ N_by_w
+        cost = np.concatenate([-gain / max(np.abs(gain).max(), np.finfo(float).tiny), np.full(n, OPENING)])
+        result = scipy.optimize.linprog(
+            cost, A_ub=np.hstack([rows / size[:, None], slack]), b_ub=bound / size / unit, bounds=bounds, method="highs"
+        )
+        if result.status == 0:
+            found.append(np.asarray(result.x)[:n] * unit)
+    return found

@@ -9,18 +9,28 @@ order. The step solves
 with r the lengths of the intervals; then the steady state of the new sliders is found, and a step that gains is taken.
 Limits lie at kinks, where contacts begin to slip or lift off: a vertex follows the bounds along them, while a gradient
 step would be cut short at each.
+
+The derivatives are exact, by the implicit function theorem: the start w of a slider that sticks is a constant force
+-k_t w in g, so with L the Jacobian of g
+
+.. math:: (I + A L)\, \frac{dx}{dw} = A\, k_t\, e_0, \qquad (I + L A)\, y = L A\, k_t\, e_0,
+          \qquad \frac{dx}{dw} = A\, (k_t\, e_0 - y), \qquad \frac{dg}{dw} = y - k_t\, e_0 .
+
+The ends of the intervals of `hbsolve.limits.sliders` move with the motion at the instants that set them, and the
+derivative of all of it costs one elimination on the active rows. An adjoint solution would give the gradient alone, by
+the same elimination; the search needs the intervals as well.
 """
 
 from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
-from hbsolve.limits.derivative import SliderDerivative, slider_derivative
 from hbsolve.limits.linear_program import best_step
 from hbsolve.limits.point import HASTY, LimitPoint, TrialState
+from hbsolve.linearised import active_rows, small_matrix
 
 Real = NDArray[np.float64]
 
@@ -44,30 +54,75 @@ class LimitSide(IntEnum):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LinearStep:
-    """The linear programme at one steady state.
+class SliderDerivative:
+    """By the starts of the n free sliders; s sliders, d directions."""
 
-    Parameters
-    ----------
-    derivative
-        Of the state.
-    length
-        Of the intervals, shape (n,) [m].
-    cost
-        Gain by each slider's move over its length, shape (n,).
-    rows, bound
-        Of both ends of the intervals, shapes (2 n, n) and (2 n,).
-    down, up
-        How far each slider may move in the box, in lengths, shape (n,).
-    """
+    free: Int[NDArray[np.int64], " n"]
+    """Which sliders these are, shape (n,)."""
+    gradient: Float[NDArray[np.float64], " n"]
+    """Of the objective, shape (n,) [its unit / m]."""
+    motion: Float[NDArray[np.float64], "d nh n"]
+    """Of x, shape (d, nh, n) [-]."""
+    low: Float[NDArray[np.float64], "n n"]
+    high: Float[NDArray[np.float64], "n n"]
+    """Of the ends of their intervals, shape (n, n) [-]."""
+
+
+def slider_derivative(point: LimitPoint, trial: TrialState) -> SliderDerivative:
+    """Derivative of a steady state; at a kink that of one side."""
+    free, table, A = trial.free, point.sliders, point.condensed.receptance
+    tangent, kt = table.tangent[free], table.stiffness[free]
+    first, count = point.balance.joint_of_direction
+    d, nh = trial.x.shape
+    moved = np.zeros((d, nh, len(free)))
+    moved[:, 0] = A[0].real[:, tangent] * kt
+    rows = active_rows(trial.forces.active)
+    by_x, by_g = point.measure.slopes(point.balance.level, trial.x, trial.forces.coefficients)
+    gradient = -kt * by_g[tangent, 0]
+    if len(rows) and len(free):
+        at, harmonic = rows[:, 0], rows[:, 1]
+        law = trial.forces.jacobian[at, harmonic].reshape(len(rows), -1, nh)[:, :, 0]
+        others = np.minimum(first[at][:, None] + np.arange(law.shape[1]), d - 1)
+        right = np.einsum("me,men->mn", law, moved[others, 0])
+        matrix = small_matrix(rows, trial.forces.jacobian, first, count, A, nh)
+        y = np.linalg.solve(matrix, right)
+        gradient = gradient + by_g[at, harmonic] @ y
+        pushed = np.zeros_like(moved)
+        pushed[at, harmonic] = y
+        moved[:, 0] -= A[0].real @ pushed[:, 0]
+        if nh > 1:
+            answer = A[1:] @ np.moveaxis(pushed[:, 1::2] - 1j * pushed[:, 2::2], 1, 0)
+            moved[:, 1::2] -= np.moveaxis(answer.real, 0, 1)
+            moved[:, 2::2] += np.moveaxis(answer.imag, 0, 1)
+    gradient = gradient + np.tensordot(by_x, moved, 2)
+    ends = []
+    for instants, pressed, sign in (
+        (trial.cone.at_low[free], trial.cone.pressed_low[free], -1.0),
+        (trial.cone.at_high[free], trial.cone.pressed_high[free], 1.0),
+    ):
+        basis = point.balance.sampling.instants[instants]
+        slide = np.einsum("ia,iak->ik", basis, moved[tangent])
+        press = np.einsum("ia,iak->ik", basis, moved[table.normal[free]])
+        ends.append(slide + sign * pressed[:, None] * press)
+    return SliderDerivative(free=free, gradient=gradient, motion=moved, low=ends[0], high=ends[1])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LinearStep:
+    """The linear programme at one steady state."""
 
     derivative: SliderDerivative
+    """Of the state."""
     length: Real
+    """Of the intervals, shape (n,) [m]."""
     cost: Real
+    """Gain by each slider's move over its length, shape (n,)."""
     rows: Real
     bound: Real
+    """Of both ends of the intervals, shapes (2 n, n) and (2 n,)."""
     down: Real
     up: Real
+    """How far each slider may move in the box, in lengths, shape (n,)."""
 
     def step(self, radius: float) -> tuple[Float[Real, " n"], float]:
         """The best move of the free sliders [m] and the gain that it predicts."""

@@ -123,19 +123,13 @@ class LossMeasure:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PaperLimits:
-    """The paper's limits.
-
-    Parameters
-    ----------
-    loss_factor
-        Least and largest loss factor, with their states and certificates.
-    amplitude
-        Of the output at them: first where eta is largest, the paper's lower limit, then where it is least, its upper
-        limit, shape (2, l, f) [m].
-    """
+    """The paper's limits."""
 
     loss_factor: ResponseLimits
+    """Least and largest loss factor, with their states and certificates."""
     amplitude: Float[Real, "2 l f"]
+    """Of the output at them: first where eta is largest, the paper's lower limit, then where it is least, its upper
+    limit, shape (2, l, f) [m]."""
 
 
 def paper_limits(

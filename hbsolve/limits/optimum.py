@@ -22,31 +22,21 @@ STEPS, WORSE, SEARCH = 4, 0.05, 6
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Optimum:
-    """One limit at one frequency and level.
-
-    Parameters
-    ----------
-    value
-        Value of the objective.
-    x, w
-        Motion of the directions, shape (d, nh) [m], and slider positions, shape (s,) [m].
-    residual
-        |R| relative to the linear motion [-].
-    repaired
-        Whether it, or what it came from, was found from a sampled state that lay outside the limits before.
-    starts
-        Values at which local searches from different starts ended.
-    followed
-        Values that the neighbours' states have here, by the step to the neighbour, -1 or +1.
-    """
+    """One limit at one frequency and level."""
 
     value: float
+    """Value of the objective."""
     x: Float[NDArray[np.float64], "d nh"]
     w: Float[NDArray[np.float64], " s"]
+    """Motion of the directions, shape (d, nh) [m], and slider positions, shape (s,) [m]."""
     residual: float
+    """|R| relative to the linear motion [-]."""
     repaired: bool = False
+    """Whether it, or what it came from, was found from a sampled state that lay outside the limits before."""
     starts: tuple[float, ...] = ()
+    """Values at which local searches from different starts ended."""
     followed: dict[int, float] = field(default_factory=dict)
+    """Values that the neighbours' states have here, by the step to the neighbour, -1 or +1."""
 
 
 #: Number of the frequency, and side.

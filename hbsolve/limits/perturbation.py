@@ -9,13 +9,13 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from hbsolve.limits.box import random_sliders
 from hbsolve.limits.exchange import HOPELESS
 from hbsolve.limits.local_search import GAIN
 from hbsolve.limits.optimum import Best, Key, improve
 from hbsolve.limits.point import LimitPoint, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.sliders import SliderTable
-from hbsolve.limits.starts import random_sliders
 
 #: Combinations of lines that are turned about at most.
 MOST_TURNS = 15

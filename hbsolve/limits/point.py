@@ -1,20 +1,22 @@
 """Steady states of given sliders at one frequency and level, from neighbours and not from scratch."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
-from hbsolve.aft import JointForces, Start
+from fe.compiled import compiled
+from hbsolve.aft import JointForces, Start, joint_forces
 from hbsolve.balance import HarmonicBalance, Real
 from hbsolve.condensed import Condensed
 from hbsolve.contact.law import JACOBIAN
 from hbsolve.errors import NoSteadyState
 from hbsolve.limits.box import SliderBox
-from hbsolve.limits.newton_near import newton_near
 from hbsolve.limits.objective import Measure
 from hbsolve.limits.sliders import Cone, SliderTable, cone
+from hbsolve.newton import RELATIVE, apply_receptance, newton_step
 from hbsolve.solution import TOLERANCE, forces_at, ramp
 from hbsolve.steady_state import steady_state
 
@@ -23,7 +25,9 @@ Sliders = Float[NDArray[np.float64], " s"]
 #: Newton steps at most; after each three of them |R| must have fallen to a share, which is large for states that are
 #: worth the wait.
 LIMIT, PATIENCE, HASTY, PATIENT = 15, 3, 0.3, 1e3
-#: Changes of the sliders, a state: dragged ones are moved to where they end.
+#: Trials of a Newton step, by how much each is shorter, and the decrease that ends them; the last is taken in any case.
+TRIALS, SHORTENED, DECREASE = 4, 0.4, 1e-4
+#: Changes of the sliders per state: dragged ones are moved to where they end.
 ROUNDS = 3
 #: A dragged slider ends this share of its interval inside it, so that round-off cannot drag it again.
 INSIDE = 1e-7
@@ -33,30 +37,20 @@ TRIES, LEAST_SHARE, SHORTER, LONGER = 12, 0.02, 0.4, 2.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TrialState:
-    """One steady state.
-
-    Parameters
-    ----------
-    x
-        Motion of the directions, shape (d, nh) [m].
-    w
-        Slider positions at the first instant, shape (s,) [m].
-    value
-        Of the objective.
-    residual
-        |R| relative to the linear motion [-].
-    forces
-        Of the joints, with their Jacobian.
-    cone
-        Where its sliders stick.
-    """
+    """One steady state."""
 
     x: Real
+    """Motion of the directions, shape (d, nh) [m]."""
     w: Sliders
+    """Slider positions at the first instant, shape (s,) [m]."""
     value: float
+    """Of the objective."""
     residual: float
+    """|R| relative to the linear motion [-]."""
     forces: JointForces
+    """Of the joints, with their Jacobian."""
     cone: Cone
+    """Where its sliders stick."""
 
     @property
     def sticking(self) -> Bool[NDArray[np.bool_], " s"]:
@@ -167,6 +161,43 @@ class LimitPoint:
     def gain(self, value: float, before: float) -> float:
         """A change relative to a value, or to the least that counts."""
         return (value - before) / max(abs(before), self.measure.least)
+
+
+@compiled
+def newton_near(
+    x: Any, linear: Any, omega: float, receptance: Any, table: Any, first: Any, count: Any, start: Any, sampling: Any,
+    sliders: Any, tolerance: float, limit: int, patience: int, hopeless: float,
+) -> Any:  # fmt: skip
+    """Solve R(x) = 0 from x: motion, |R|, joint forces with their Jacobian, and where the sliders stick.
+
+    Steps in the sliders often leave the branch of a solution, and a search that waits for `hbsolve.newton` to try all
+    it can spends most of its time on states that do not exist. So this gives up where |R| is not below the share
+    `hopeless` of the first one after `patience` iterations, or its square after twice as many.
+    """
+    forces = joint_forces(x, omega, table, start, sampling, JACOBIAN)
+    R = x - linear + apply_receptance(receptance, forces.coefficients)
+    norm = np.sqrt((R * R).sum())
+    most, iteration = norm, 0
+    while norm > tolerance and iteration < limit:
+        iteration += 1
+        dx = -newton_step(forces, receptance, first, count, R, RELATIVE)
+        step, new = 1.0, norm
+        for trial in range(TRIALS):
+            forces = joint_forces(x + step * dx, omega, table, start, sampling, JACOBIAN)
+            R = x + step * dx - linear + apply_receptance(receptance, forces.coefficients)
+            new = np.sqrt((R * R).sum())
+            if new < (1.0 - DECREASE * step) * norm or new < tolerance or trial == TRIALS - 1:
+                break
+            step *= SHORTENED
+        x = x + step * dx
+        norm = new
+        if iteration % patience == 0:
+            most *= hopeless
+            if norm > most:
+                break
+        if not np.isfinite(norm):
+            break
+    return x, norm, forces, cone(x, sliders, sampling.evaluate)
 
 
 def _start(w: Sliders) -> Start:

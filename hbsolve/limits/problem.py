@@ -22,21 +22,14 @@ STORED = 400
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LimitProblem:
-    """A search for limits; can be pickled.
-
-    Parameters
-    ----------
-    balance
-        The system; its level is replaced.
-    objective
-        What is bounded.
-    box
-        Of the initial slider states.
-    """
+    """A search for limits; can be pickled."""
 
     balance: HarmonicBalance
+    """The system; its level is replaced."""
     objective: Objective
+    """What is bounded."""
     box: SliderBox
+    """Of the initial slider states."""
     sliders: SliderTable = field(init=False, repr=False)
     _known: dict[float, tuple[Condensed, Measure]] = field(init=False, repr=False, default_factory=dict)
 
@@ -69,21 +62,14 @@ class LimitProblem:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LimitCurve:
-    """A search at one level.
-
-    Parameters
-    ----------
-    problem
-        System, objective and box.
-    level
-        Scale of the harmonic force [-].
-    angular_frequency
-        All frequencies of the search, ascending, shape (f,) [rad/s].
-    """
+    """A search at one level."""
 
     problem: LimitProblem
+    """System, objective and box."""
     level: float
+    """Scale of the harmonic force [-]."""
     angular_frequency: Frequencies
+    """All frequencies of the search, ascending, shape (f,) [rad/s]."""
 
     def point(self, at: int) -> LimitPoint:
         """The balance at one of the frequencies, by its number."""

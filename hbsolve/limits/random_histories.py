@@ -2,6 +2,9 @@
 
 Each history carries its sliders along the frequencies, up or down, as a test does; now and then it begins anew, or the
 level overshoots and returns. Its states are inner bounds of the limits, since none of them was chosen to be extreme.
+
+Searches that agree are no proof: on a small damper all seeds found the same wrong optimum. So an audit counts the
+states that lie outside a limit, and then repairs it from them.
 """
 
 from collections.abc import Callable, MutableMapping, Sequence
@@ -14,33 +17,32 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
+from hbsolve.limits.box import N_KIND, random_sliders
 from hbsolve.limits.local_search import LimitSide
+from hbsolve.limits.optimum import Best, Key, improve
 from hbsolve.limits.point import LimitPoint, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve, LimitProblem
 from hbsolve.limits.result import ResponseLimits
-from hbsolve.limits.starts import N_KIND, random_sliders
 from hbsolve.limits.task import Runner, SearchTask, StageProgress
 
 Frequencies = Float[NDArray[np.float64], " f"]
 
 #: Chance that something happens to a history between two frequencies; one in four is an overshoot to these levels.
 EVENT, OVERSHOOT = 0.1, (1.2, 2.2)
+#: A state counts as outside beyond this share of the limit; repair begins much closer.
+OUTSIDE, REPAIR = 1e-3, 1e-5
+#: Sweeps begin and end so many frequencies outside a block: branches are reached by passing what comes before them.
+RUN_IN = 3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SampledStates:
-    """States of n histories at some frequencies of one level.
-
-    Parameters
-    ----------
-    value
-        Of the objective, NaN where no state was found, shape (f, n).
-    extreme
-        The state furthest out at each frequency and side, as motion and sliders.
-    """
+    """States of n histories at some frequencies of one level."""
 
     value: Float[NDArray[np.float64], "f n"]
+    """Of the objective, NaN where no state was found, shape (f, n)."""
     extreme: dict[tuple[int, LimitSide], tuple[NDArray[np.float64], NDArray[np.float64]]]
+    """The state furthest out at each frequency and side, as motion and sliders."""
 
 
 @on_one_blas_thread
@@ -94,20 +96,60 @@ def _next(
     return point.towards(w, last) if last is not None else point.from_rest(w) or point.from_anywhere(w)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Audit:
+    """Sampled states at one frequency and level."""
+
+    count: int
+    """How many were found [-]."""
+    lowest: float
+    highest: float
+    """Their values."""
+    below: int
+    above: int
+    """How many lay outside the limits by more than `OUTSIDE`, before any repair [-]."""
+
+
+def audit(
+    curve: LimitCurve, numbers: Sequence[int], best: Best, count: int, seed: Sequence[int]
+) -> tuple[Best, set[Key], dict[int, Audit]]:
+    """Sample histories at a level; returns the repaired limits, which of them were, and the counts before."""
+    best, repaired = dict(best), set()
+    swept = range(max(numbers[0] - RUN_IN, 0), min(numbers[-1] + RUN_IN + 1, len(curve.angular_frequency)))
+    sampled = sampled_states(curve, swept, count, seed)
+    audits = {}
+    for row, at in enumerate(swept):
+        if at not in numbers:
+            continue
+        values = sampled.value[row][np.isfinite(sampled.value[row])]
+        point = curve.point(at)
+        outside = {}
+        for side in LimitSide:
+            limit = best.get((at, side))
+            excess = [side * point.gain(value, limit.value) for value in values] if limit else [np.inf] * len(values)
+            outside[side] = int((np.array(excess) > OUTSIDE).sum())
+            if not len(values) or max(excess) <= REPAIR:
+                continue
+            if improve(point, best, (at, side), *sampled.extreme[at, side], repaired=True) > 0:
+                repaired.add((at, side))
+        audits[at] = Audit(
+            count=len(values),
+            lowest=float(values.min(initial=np.inf)),
+            highest=float(values.max(initial=-np.inf)),
+            below=outside[LimitSide.LOWER],
+            above=outside[LimitSide.UPPER],
+        )
+    return best, repaired, audits
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class IndependentHistories:
-    """Random histories against limits.
-
-    Parameters
-    ----------
-    value
-        Of the objective, NaN where no state was found, shape (l, f, n).
-    excess
-        How far each lies outside, relative to the limit; negative inside, shape (l, f, n) [-].
-    """
+    """Random histories against limits."""
 
     value: Float[NDArray[np.float64], "l f n"]
+    """Of the objective, NaN where no state was found, shape (l, f, n)."""
     excess: Float[NDArray[np.float64], "l f n"]
+    """How far each lies outside, relative to the limit; negative inside, shape (l, f, n) [-]."""
 
     def share_outside(self, by: float) -> float:
         """Share of the states that lie outside by more than this share of the limit [-]."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, MutableMapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,16 +11,15 @@ from numpy.typing import NDArray
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
-from hbsolve.limits.audit import Audit
-from hbsolve.limits.box import slider_box
+from hbsolve.limits.box import slider_box, starting_sliders
 from hbsolve.limits.certificate import RADII, Certificate
 from hbsolve.limits.local_search import LimitSide
 from hbsolve.limits.objective import Objective
 from hbsolve.limits.optimum import Best, Key
 from hbsolve.limits.problem import Frequencies, LimitProblem
-from hbsolve.limits.result import ResponseLimits
+from hbsolve.limits.random_histories import Audit
+from hbsolve.limits.result import ResponseLimits, blank_arrays
 from hbsolve.limits.search import StagedSearch
-from hbsolve.limits.starts import starting_sliders
 from hbsolve.limits.task import Runner, StageProgress
 from reduction.array_input import real_array, whole_number
 
@@ -160,39 +159,19 @@ def _result(
     audits: list[dict[int, Audit]],
     certificates: list[dict[Key, Certificate]],
 ) -> ResponseLimits:
-    shape = (2, len(levels), len(omega))
-    s, d, nh = problem.balance.n_slider, problem.balance.n_direction, 2 * problem.balance.n_harmonic - 1
-    arrays: dict[str, NDArray[Any]] = {
-        "value": np.full(shape, np.nan),
-        "motion": np.full((*shape, d, nh), np.nan),
-        "slider": np.full((*shape, s), np.nan),
-        "sampled": np.full(shape, np.nan),
-        "n_sampled": np.zeros(shape[1:], dtype=np.int64),
-        "n_outside": np.zeros(shape, dtype=np.int64),
-    }
-    wide = {"predicted": len(RADII), "realised": len(RADII), "multiplier": s, "share": 3}
-    kinds: dict[str, Any] = dict.fromkeys(("starts", "stuck", "on_bound"), np.int64)
-    kinds |= dict.fromkeys(("repaired", "jump"), bool)
-    names = [each.name for each in fields(Certificate)]
-    for name in names:
-        size = (*shape, wide[name]) if name in wide else shape
-        kind = kinds.get(name, np.float64)
-        arrays[name] = np.full(size, np.nan) if kind is np.float64 else np.zeros(size, dtype=kind)
+    balance, box = problem.balance, problem.box
+    arrays = blank_arrays(
+        side=2, level=len(levels), point=len(omega), direction=balance.n_direction, radius=len(RADII), state=3,
+        coefficient=2 * balance.n_harmonic - 1, slider_number=balance.n_slider,
+    )  # fmt: skip
     for level in range(len(levels)):
-        for row, side in enumerate(LimitSide):
-            for at in range(len(omega)):
-                key = at, side
-                if key not in best[level]:
-                    continue
-                optimum, where = best[level][key], (row, level, at)
-                arrays["value"][where], arrays["motion"][where] = optimum.value, optimum.x
-                arrays["slider"][where] = optimum.w
-                for name in names:
-                    arrays[name][where] = getattr(certificates[level][key], name)
+        for (at, side), optimum in best[level].items():
+            found = {"value": optimum.value, "motion": optimum.x, "slider": optimum.w}
+            for name, value in (found | vars(certificates[level][at, side])).items():
+                arrays[name][list(LimitSide).index(side), level, at] = value
         for at, audit in audits[level].items():
             arrays["n_sampled"][level, at] = audit.count
             arrays["sampled"][:, level, at] = (audit.lowest, audit.highest) if audit.count else np.nan
             arrays["n_outside"][:, level, at] = audit.below, audit.above
-    return ResponseLimits(
-        angular_frequency=omega, level=levels, nominal=problem.box.nominal, reach=problem.box.reach, **arrays
-    )
+    given = {"angular_frequency": omega, "level": levels, "nominal": box.nominal}
+    return ResponseLimits(**arrays | given, reach=box.reach)

@@ -12,7 +12,7 @@ from fe.notebook import Labelled
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
 from hbsolve.limits.local_search import LimitSide
-from hbsolve.netcdf import write_netcdf
+from hbsolve.netcdf import dimensions, read_netcdf, write_netcdf
 from hbsolve.state import SteadyState
 from hbsolve.steady_state import steady_state
 from reduction.array_input import freeze_arrays
@@ -28,73 +28,52 @@ class ResponseLimits(Labelled):
     """Lower and upper limit of one number; f frequencies, l levels, s sliders. Arrays are copied and read-only.
 
     Arrays of both sides have the lower limit first. A limit that was not found is NaN.
-
-    Parameters
-    ----------
-    angular_frequency
-        Ascending, shape (f,) [rad/s].
-    level
-        Ascending, shape (l,) [-].
-    nominal, reach
-        The box |w - nominal| <= reach, shape (s,) and one number, infinite for none [m].
-    value
-        The limits, shape (2, l, f) [unit of the objective].
-    motion
-        Coefficients of the joint directions there, shape (2, l, f, d, nh) [m].
-    slider
-        Slider positions at the first instant, shape (2, l, f, s) [m].
-    multiplier
-        The same as m of eq. 11, shape (2, l, f, s) [-].
-    share
-        Shares of the period in which sliders stick, slip and are separated, mean over sliders, shape (2, l, f, 3) [-].
-    residual
-        |R| relative to the linear motion, shape (2, l, f) [-].
-    predicted, realised
-        Relative gain of a further step at three radii, as the linear programme predicts it and as it is, shape
-        (2, l, f, 3) [-].
-    spread, starts
-        Between the ends of local searches from different starts, relative to the value, and how many, shape (2, l, f).
-    stuck
-        Sliders that keep memory, shape (2, l, f) [-].
-    drift, on_bound
-        Largest |w - nominal| [m], and how many sliders the box holds [-], shape (2, l, f).
-    repaired
-        Whether a sampled state outside the limits led to this one, shape (2, l, f).
-    jump
-        Whether it lies on another branch of optima than a neighbour in frequency, shape (2, l, f).
-    sampled
-        Lowest and highest sampled state, shape (2, l, f); NaN without an audit.
-    n_sampled
-        States sampled, shape (l, f) [-].
-    n_outside
-        How many of them lay outside by more than 0.1 %, before any repair, shape (2, l, f) [-].
     """
 
-    angular_frequency: Float[Real, " f"]
-    level: Float[Real, " l"]
-    nominal: Float[Real, " s"]
+    angular_frequency: Float[Real, " point"]
+    """Ascending, shape (f,) [rad/s]."""
+    level: Float[Real, " level"]
+    """Ascending, shape (l,) [-]."""
+    nominal: Float[Real, " slider_number"]
     reach: float
-    value: Float[Real, "2 l f"]
-    motion: Float[Real, "2 l f d nh"]
-    slider: Float[Real, "2 l f s"]
-    multiplier: Float[Real, "2 l f s"]
-    share: Float[Real, "2 l f 3"]
-    residual: Float[Real, "2 l f"]
-    predicted: Float[Real, "2 l f 3"]
-    realised: Float[Real, "2 l f 3"]
-    spread: Float[Real, "2 l f"]
-    starts: Int[NDArray[np.int64], "2 l f"]
-    stuck: Int[NDArray[np.int64], "2 l f"]
-    drift: Float[Real, "2 l f"]
-    on_bound: Int[NDArray[np.int64], "2 l f"]
-    repaired: Bool[NDArray[np.bool_], "2 l f"]
-    jump: Bool[NDArray[np.bool_], "2 l f"]
-    sampled: Float[Real, "2 l f"]
-    n_sampled: Int[NDArray[np.int64], "l f"]
-    n_outside: Int[NDArray[np.int64], "2 l f"]
+    """The box |w - nominal| <= reach, shape (s,) and one number, infinite for none [m]."""
+    value: Float[Real, "side=2 level point"]
+    """The limits, shape (2, l, f) [unit of the objective]."""
+    motion: Float[Real, "side=2 level point direction coefficient"]
+    """Coefficients of the joint directions there, shape (2, l, f, d, nh) [m]."""
+    slider: Float[Real, "side=2 level point slider_number"]
+    """Slider positions at the first instant, shape (2, l, f, s) [m]."""
+    multiplier: Float[Real, "side=2 level point slider_number"]
+    """The same as m of eq. 11, shape (2, l, f, s) [-]."""
+    share: Float[Real, "side=2 level point state=3"]
+    """Shares of the period in which sliders stick, slip and separate, mean over sliders, shape (2, l, f, 3) [-]."""
+    residual: Float[Real, "side=2 level point"]
+    """|R| relative to the linear motion, shape (2, l, f) [-]."""
+    predicted: Float[Real, "side=2 level point radius=3"]
+    realised: Float[Real, "side=2 level point radius=3"]
+    """Relative gain of a further step at three radii, as the linear programme predicts it and as it is, shape
+    (2, l, f, 3) [-]."""
+    spread: Float[Real, "side=2 level point"]
+    starts: Int[NDArray[np.int64], "side=2 level point"]
+    """Between the ends of local searches from different starts, over the value, and how many, shape (2, l, f)."""
+    stuck: Int[NDArray[np.int64], "side=2 level point"]
+    """Sliders that keep memory, shape (2, l, f) [-]."""
+    drift: Float[Real, "side=2 level point"]
+    on_bound: Int[NDArray[np.int64], "side=2 level point"]
+    """Largest |w - nominal| [m], and how many sliders the box holds [-], shape (2, l, f)."""
+    repaired: Bool[NDArray[np.bool_], "side=2 level point"]
+    """Whether a sampled state outside the limits led to this one, shape (2, l, f)."""
+    jump: Bool[NDArray[np.bool_], "side=2 level point"]
+    """Whether it lies on another branch of optima than a neighbour in frequency, shape (2, l, f)."""
+    sampled: Float[Real, "side=2 level point"]
+    """Lowest and highest sampled state, shape (2, l, f); NaN without an audit."""
+    n_sampled: Int[NDArray[np.int64], "level point"]
+    """States sampled, shape (l, f) [-]."""
+    n_outside: Int[NDArray[np.int64], "side=2 level point"]
+    """How many of them lay outside by more than 0.1 %, before any repair, shape (2, l, f) [-]."""
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, *(each.name for each in fields(self) if each.name != "reach"), dtype=None)
+        freeze_arrays(self, *dimensions(self), dtype=None)
 
     @property
     def frequency(self) -> Float[Real, " f"]:
@@ -140,7 +119,7 @@ class ResponseLimits(Labelled):
         import xarray
 
         data = xarray.Dataset(
-            {each.name: (_DIMENSIONS[each.name], getattr(self, each.name)) for each in fields(self)},
+            {each.name: (dimensions(self).get(each.name, ()), getattr(self, each.name)) for each in fields(self)},
             coords={"side": ["lower", "upper"], "state": ["stick", "slip", "separated"]},
         )
         return data.assign_coords(frequency=("point", self.frequency, {"units": "Hz"}))
@@ -153,8 +132,7 @@ class ResponseLimits(Labelled):
         BalanceError
             The file cannot be written.
         """
-        data = self.to_xarray().drop_vars("frequency")
-        write_netcdf(data.assign({name: data[name].astype(np.int8) for name in ("repaired", "jump")}), path)
+        write_netcdf(self.to_xarray().drop_vars("frequency"), path)
 
 
 def load_limits(path: Path | str) -> ResponseLimits:
@@ -165,39 +143,24 @@ def load_limits(path: Path | str) -> ResponseLimits:
     BalanceError
         The file is missing or holds no limits.
     """
-    import xarray
 
-    try:
-        with xarray.open_dataset(path, engine="h5netcdf") as data:
-            values: dict[str, Any] = {each.name: data[each.name].values for each in fields(ResponseLimits)}
-    except (OSError, ValueError, KeyError) as error:
-        raise BalanceError(f'"{path}" holds no limits: give a file that `ResponseLimits.save` wrote') from error
-    values["reach"] = float(values["reach"])
-    return ResponseLimits(**values | {name: values[name].astype(bool) for name in ("repaired", "jump")})
+    def read(data: "xarray.Dataset") -> ResponseLimits:
+        values: dict[str, Any] = {each.name: data[each.name].values for each in fields(ResponseLimits)}
+        flags = {name: values[name].astype(bool) for name in ("repaired", "jump")}
+        return ResponseLimits(**values | flags | {"reach": float(values["reach"])})
+
+    return read_netcdf(path, "limits: give a file that `ResponseLimits.save`", read)
 
 
-_POINT, _SIDES = ("level", "point"), ("side", "level", "point")
-_DIMENSIONS: dict[str, tuple[str, ...]] = {
-    "angular_frequency": ("point",),
-    "level": ("level",),
-    "nominal": ("slider_number",),
-    "reach": (),
-    "value": _SIDES,
-    "motion": (*_SIDES, "direction", "coefficient"),
-    "slider": (*_SIDES, "slider_number"),
-    "multiplier": (*_SIDES, "slider_number"),
-    "share": (*_SIDES, "state"),
-    "residual": _SIDES,
-    "predicted": (*_SIDES, "radius"),
-    "realised": (*_SIDES, "radius"),
-    "spread": _SIDES,
-    "starts": _SIDES,
-    "stuck": _SIDES,
-    "drift": _SIDES,
-    "on_bound": _SIDES,
-    "repaired": _SIDES,
-    "jump": _SIDES,
-    "sampled": _SIDES,
-    "n_sampled": _POINT,
-    "n_outside": _SIDES,
-}
+def blank_arrays(**sizes: int) -> dict[str, NDArray[Any]]:
+    """Arrays of `ResponseLimits` for the sizes of their dimensions: NaN, 0 or False where nothing is known."""
+    arrays: dict[str, NDArray[Any]] = {}
+    for each in fields(ResponseLimits):
+        kind: Any = each.type
+        if hasattr(kind, "dim_str"):
+            blank = next(value for word, value in _BLANK.items() if word in kind.dtypes)
+            arrays[each.name] = np.full([sizes[name] for name in dimensions(ResponseLimits)[each.name]], blank)
+    return arrays
+
+
+_BLANK: dict[str, float | np.int64 | bool] = {"float64": np.nan, "int64": np.int64(0), "bool": False}

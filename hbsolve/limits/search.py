@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hbsolve.limits.audit import Audit, audit
 from hbsolve.limits.certificate import Certificate, certify
 from hbsolve.limits.exchange import FURTHEST, at_a_gap, bridge, exchange, from_level
 from hbsolve.limits.local_search import GAIN
 from hbsolve.limits.optimum import Best, Key, is_open
 from hbsolve.limits.perturbation import perturb
 from hbsolve.limits.population import first_limits
+from hbsolve.limits.random_histories import Audit, audit
 from hbsolve.limits.task import Runner, SearchTask
 
 #: Rounds in which blocks hand optima across their edges.
@@ -33,28 +33,19 @@ BRIDGES = 4
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StagedSearch:
-    """Limits at all frequencies and levels.
-
-    Parameters
-    ----------
-    run
-        Runner of its tasks.
-    levels
-        Ascending, shape (l,) [-].
-    starts
-        The population's sliders.
-    block
-        Frequencies in a block.
-    sample, seed
-        Sampled states a frequency, and the seed of kicks and samples.
-    """
+    """Limits at all frequencies and levels."""
 
     run: Runner
+    """Runner of its tasks."""
     levels: Sequence[float]
+    """Ascending, shape (l,) [-]."""
     starts: Sequence[NDArray[np.float64]]
+    """The population's sliders."""
     block: int
+    """Frequencies in a block."""
     sample: int
     seed: int
+    """Sampled states a frequency, and the seed of kicks and samples."""
 
     @property
     def blocks(self) -> list[range]:

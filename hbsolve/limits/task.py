@@ -11,19 +11,13 @@ from hbsolve.limits.problem import Frequencies, LimitCurve, LimitProblem
 
 @dataclass(frozen=True, kw_only=True)
 class StageProgress:
-    """How far a search is.
-
-    Parameters
-    ----------
-    stage
-        What is being done, in words.
-    done, of
-        Tasks of this stage.
-    """
+    """How far a search is."""
 
     stage: str
+    """What is being done, in words."""
     done: int
     of: int
+    """Tasks of this stage."""
 
 
 class SearchTask(NamedTuple):
@@ -50,28 +44,19 @@ def run_task(token: str, problem: LimitProblem, angular_frequency: Frequencies, 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Runner:
-    """Runs tasks: those whose results the store holds are not run again.
-
-    Parameters
-    ----------
-    problem, angular_frequency
-        Problem and frequencies of all tasks.
-    token
-        Name that no other problem has.
-    store
-        Receives each result at once.
-    executor
-        Runs the tasks; this process by default.
-    progress
-        Called after each task.
-    """
+    """Runs tasks: those whose results the store holds are not run again."""
 
     problem: LimitProblem
     angular_frequency: Frequencies
+    """Problem and frequencies of all tasks."""
     token: str
+    """Name that no other problem has."""
     store: MutableMapping[str, Any]
+    """Receives each result at once."""
     executor: Executor | None
+    """Runs the tasks; this process by default."""
     progress: Callable[[StageProgress], None]
+    """Called after each task."""
 
     @classmethod
     def of(

@@ -33,21 +33,14 @@ class Damaged(Exception):
 
 @dataclass(frozen=True, kw_only=True)
 class ModelFile:
-    """One kind of file.
-
-    Parameters
-    ----------
-    what
-        How messages call it, and with the program's name the attribute ``format``.
-    writer
-        Name of the function that writes it.
-    version
-        Raised by one whenever a reader of the version before would misread a file.
-    """
+    """One kind of file."""
 
     what: str
+    """How messages call it, and with the program's name the attribute ``format``."""
     writer: str
+    """Name of the function that writes it."""
     version: int = 1
+    """Raised by one whenever a reader of the version before would misread a file."""
 
     def save(self, path: Path | str, fill: Callable[["h5py.File"], None]) -> None:
         """Write a file in one step."""

@@ -29,20 +29,14 @@ LARGEST = 5000
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StructureMatrices:
-    """What a file says of a linear structure; arrays are copied and read-only.
-
-    Parameters
-    ----------
-    mass, damping, stiffness
-        Shape (r, r) [kg, N s/m, N/m]; the damping is zero where the file holds none.
-    rom
-        The reduced model that they come from, with the names of its boundary; None for plain matrices.
-    """
+    """What a file says of a linear structure; arrays are copied and read-only."""
 
     mass: Matrix
     damping: Matrix
     stiffness: Matrix
+    """Shape (r, r) [kg, N s/m, N/m]; the damping is zero where the file holds none."""
     rom: ReducedModel | None = None
+    """The reduced model that they come from, with the names of its boundary; None for plain matrices."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, *NAMES)

@@ -84,7 +84,7 @@ def test_no_force_no_motion() -> None:
 
 
 def test_wrong_forces_are_refused() -> None:
-    with pytest.raises(ForceError, match=r"force is \(nan\+0j\) N in harmonic 1 on row 2"):
+    with pytest.raises(ForceError, match=r"force holds \(nan\+0j\) at \(1, 2\): give finite numbers"):
         HarmonicForce(coefficients=np.array([[0, 0, 0], [0, 0, np.nan]]))
     with pytest.raises(ForceError, match=r"static force on row 1 is 0\+2j N: harmonic 0 is a mean and must be real"):
         HarmonicForce(coefficients=np.array([[0, 2j]]))

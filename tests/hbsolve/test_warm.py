@@ -12,7 +12,7 @@ from hbsolve.continuation.response import frequency_response
 from reduction.jointed_system import ElasticStop, Friction, FrictionContact, JointedSystem
 
 warm.warm()
-functions = (aft.joint_forces, newton.newton, newton.solve_bordered, newton.apply_receptance)
+functions = (aft.joint_forces, newton.newton, newton.bordered_step, newton.apply_receptance)
 before = [len(each.signatures) for each in functions]
 rows = np.eye(3)
 joints = [

@@ -50,51 +50,35 @@ N_MODE = 6
 
 @dataclass(frozen=True, kw_only=True)
 class BeamParameters:
-    """What of the beam and its contacts may differ from its drawing.
-
-    Parameters
-    ----------
-    youngs_modulus
-        [Pa].
-    damping_ratio
-        Of the first two modes with sticking contacts at the drawing's stiffnesses [-].
-    tangential_stiffness, normal_stiffness
-        Of a whole line [N/m].
-    friction_coefficient, preload, gap
-        By line; preload of a whole line [N], gap at its end, linear from 0 at its beginning [-, N, m].
-    """
+    """What of the beam and its contacts may differ from its drawing."""
 
     youngs_modulus: float = YOUNGS_MODULUS
+    """[Pa]."""
     damping_ratio: float = 0.004
+    """Of the first two modes with sticking contacts at the drawing's stiffnesses [-]."""
     tangential_stiffness: float = 3.0e6
     normal_stiffness: float = 4.0e6
+    """Of a whole line [N/m]."""
     friction_coefficient: tuple[float, float] = (0.5, 0.5)
     preload: tuple[float, float] = (24.0, 24.0)
     gap: tuple[float, float] = (0.0, 1e-6)
+    """By line; preload of a whole line [N], gap at its end, linear from 0 at its beginning [-, N, m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Beam:
-    """Matrices of the beam without contacts and the rows of its points.
-
-    Parameters
-    ----------
-    mass, stiffness
-        Shape (r, r) [kg, N/m], stiffness at the drawing's modulus.
-    places
-        Rows of the deflection w at `PLACES`, each of shape (r,) [-].
-    station
-        Where the stations are, shape (s,) [m].
-    deflection, slope
-        Rows of w and w' at the stations, shape (s, r) [-, 1/m].
-    """
+    """Matrices of the beam without contacts and the rows of its points."""
 
     mass: Matrix
     stiffness: Matrix
+    """Shape (r, r) [kg, N/m], stiffness at the drawing's modulus."""
     places: Mapping[str, Vector]
+    """Rows of the deflection w at `PLACES`, each of shape (r,) [-]."""
     station: Vector
+    """Where the stations are, shape (s,) [m]."""
     deflection: Matrix
     slope: Matrix
+    """Rows of w and w' at the stations, shape (s, r) [-, 1/m]."""
 
 
 @lru_cache(maxsize=4)

@@ -63,24 +63,16 @@ TESTS: Mapping[str, str] = {"jointed": "stepped", "free": "free"}
 
 @dataclass(frozen=True, kw_only=True)
 class CampaignLayout:
-    """What a campaign's files call its sensors.
-
-    Parameters
-    ----------
-    title
-        Of the campaign.
-    sensors
-        Motions, in the order of `Readings.motion`, each at the place of its name.
-    lines
-        Contact lines, in the order of `Readings.force`: T and then N of each.
-    direction
-        Of the motions.
-    """
+    """What a campaign's files call its sensors."""
 
     title: str = "Beam with two contact lines"
+    """Of the campaign."""
     sensors: Sequence[str] = SENSORS
+    """Motions, in the order of `Readings.motion`, each at the place of its name."""
     lines: Sequence[str] = LINES
+    """Contact lines, in the order of `Readings.force`: T and then N of each."""
     direction: str = "z"
+    """Of the motions."""
 
     @property
     def forces(self) -> tuple[str, ...]:
@@ -93,46 +85,31 @@ BEAM_LAYOUT = CampaignLayout()
 
 @dataclass(frozen=True, kw_only=True)
 class CampaignPoints:
-    """Where a campaign measures.
-
-    Parameters
-    ----------
-    levels
-        Amplitudes of the force [N].
-    frequencies, free_frequencies
-        Ascending, of the jointed and of the free specimen [Hz].
-    n_repeat
-        [-].
-    """
+    """Where a campaign measures."""
 
     levels: Sequence[float] = (1.0, 3.0, 5.0, 10.0)
+    """Amplitudes of the force [N]."""
     frequencies: Sequence[float] = tuple(round(471.96 * each, 2) for each in JOINTED_GRID)
     free_frequencies: Sequence[float] = tuple(
         round(91.72 * (1 + each), 3) for each in (*(-step for step in reversed(FREE_GRID)), *FREE_GRID)
     )
+    """Ascending, of the jointed and of the free specimen [Hz]."""
     n_repeat: int = 5
+    """[-]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Sweep:
-    """One sweep up and down.
-
-    Parameters
-    ----------
-    configuration
-        "jointed" or "free".
-    repeat
-        From 1.
-    level
-        [N].
-    readings
-        At the frequencies up, then down.
-    """
+    """One sweep up and down."""
 
     configuration: str
+    """"jointed" or "free"."""
     repeat: int
+    """From 1."""
     level: float
+    """[N]."""
     readings: Readings
+    """At the frequencies up, then down."""
 
 
 def scaled(drawn: BeamParameters, **factors: float) -> BeamParameters:

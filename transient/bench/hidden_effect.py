@@ -22,40 +22,27 @@ STRONGEST = 4.0
 
 @dataclass(frozen=True, kw_only=True)
 class PlantedTruth:
-    """What a campaign hides, and how it went.
-
-    Parameters
-    ----------
-    seed
-        Of everything random.
-    effect
-        What is hidden.
-    unit
-        Of its strength.
-    unit_strength
-        Strength at which the effect moves the noise-free features by 5 standard deviations; 0 for nothing.
-    parameters
-        Of the specimen, without the effect and without jitter.
-    stations
-        Of its contacts [m].
-    n_point, n_not_periodic
-        Points measured, and those where the motion had not come to repeat [-].
-    n_period
-        Periods integrated [-].
-    slip_share
-        Largest share of slip along the sweeps of each level, mean over the repeats [-].
-    """
+    """What a campaign hides, and how it went."""
 
     seed: int
+    """Of everything random."""
     effect: PlantedEffect
+    """What is hidden."""
     unit: str
+    """Of its strength."""
     unit_strength: float
+    """Strength at which the effect moves the noise-free features by 5 standard deviations; 0 for nothing."""
     parameters: BeamParameters
+    """Of the specimen, without the effect and without jitter."""
     stations: tuple[float, ...]
+    """Of its contacts [m]."""
     n_point: int
     n_not_periodic: int
+    """Points measured, and those where the motion had not come to repeat [-]."""
     n_period: int
+    """Periods integrated [-]."""
     slip_share: dict[float, float]
+    """Largest share of slip along the sweeps of each level, mean over the repeats [-]."""
 
     def save(self, path: Path) -> None:
         """Write it as JSON."""

@@ -37,18 +37,12 @@ CHANCE, OVERSHOOT = 0.5, (1.2, 2.2)
 
 @dataclass(frozen=True, kw_only=True)
 class LoadingHistory:
-    """What happens before a level is measured.
-
-    Parameters
-    ----------
-    loads
-        Shares of the static load in their order, the last one 1; none if it is left alone [-].
-    overshoot
-        Share of the level that is run before it, at the first frequency; 1 for none [-].
-    """
+    """What happens before a level is measured."""
 
     loads: tuple[float, ...]
+    """Shares of the static load in their order, the last one 1; none if it is left alone [-]."""
     overshoot: float
+    """Share of the level that is run before it, at the first frequency; 1 for none [-]."""
 
 
 def random_history(random: np.random.Generator, *, first: bool) -> LoadingHistory:

@@ -56,34 +56,23 @@ Point = tuple[NDArray[np.complex128], NDArray[np.complex128], float, int, bool, 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Readings:
-    """What the sensors saw along a sweep.
-
-    Parameters
-    ----------
-    motion
-        Harmonics 1 and 3 of each motion sensor, shape (point, sensor, 2) [m].
-    force
-        Harmonics 0, 1 and 3 of each line's tangential and normal force (left T, left N, right T, right N), shape
-        (point, 4 or 0, 3) [N].
-    slip_share
-        Share of the period in which a contact slips, mean over the contacts, shape (point,) [-].
-    n_period
-        Periods integrated for each point, shape (point,) [-].
-    periodic
-        Whether the motion repeated at each point, shape (point,); where it did not, the others hold its last period.
-    slider
-        Where the sliders were at the phase 0 of each point, shape (point, slider) [m].
-    final
-        The state in which the sweep ended.
-    """
+    """What the sensors saw along a sweep."""
 
     motion: Complex[NDArray[np.complex128], "p s 2"]
+    """Harmonics 1 and 3 of each motion sensor, shape (point, sensor, 2) [m]."""
     force: Complex[NDArray[np.complex128], "p l 3"]
+    """Harmonics 0, 1 and 3 of each line's tangential and normal force (left T, left N, right T, right N), shape
+    (point, 4 or 0, 3) [N]."""
     slip_share: Vector
+    """Share of the period in which a contact slips, mean over the contacts, shape (point,) [-]."""
     n_period: NDArray[np.int64]
+    """Periods integrated for each point, shape (point,) [-]."""
     periodic: NDArray[np.bool_]
+    """Whether the motion repeated at each point, shape (point,); where it did not, the others hold its last period."""
     slider: Matrix
+    """Where the sliders were at the phase 0 of each point, shape (point, slider) [m]."""
     final: TransientState
+    """The state in which the sweep ended."""
 
     @classmethod
     def of(cls, points: Sequence[Point], final: TransientState) -> "Readings":

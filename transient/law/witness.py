@@ -41,28 +41,19 @@ def _stuck(joint: Any) -> Sequence[float]:
 
 @dataclass(frozen=True, kw_only=True)
 class Witness:
-    """A law as the integration needs it.
-
-    Parameters
-    ----------
-    name
-        `Joint.force_law`.
-    force
-        The compiled function.
-    stuck_stiffness
-        Of a joint: stiffness of each direction while it sticks and is closed, shape (d,) [N/m].
-    normal_terms
-        Of a joint: |N_0| + k_n |g| in its last direction [N]: normal forces that cancel each other leave round-off of
-        the size of their terms, however small their sum.
-    damping
-        Of a joint: of a quadratic damper [N s^2/m^2].
-    """
+    """A law as the integration needs it."""
 
     name: str
+    """`Joint.force_law`."""
     force: Callable[..., Any]
+    """The compiled function."""
     stuck_stiffness: Callable[[Any], Sequence[float]] = _stuck
+    """Of a joint: stiffness of each direction while it sticks and is closed, shape (d,) [N/m]."""
     normal_terms: Callable[[Any], float] = _none
+    """Of a joint: |N_0| + k_n |g| in its last direction [N]: normal forces that cancel each other leave round-off of
+    the size of their terms, however small their sum."""
     damping: Callable[[Any], float] = _none
+    """Of a joint: of a quadratic damper [N s^2/m^2]."""
 
 
 WITNESSES: Registry[Witness] = Registry(

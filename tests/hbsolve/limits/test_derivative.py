@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hbsolve.balance import HarmonicBalance
-from hbsolve.limits.derivative import slider_derivative
+from hbsolve.limits.local_search import slider_derivative
 from hbsolve.limits.loss_factor import LossFactor
 from hbsolve.limits.objective import ContactForceHarmonic, Objective, OutputHarmonic
 from hbsolve.limits.point import LimitPoint, TrialState
