@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from fe.compiled import compiled
 from hbsolve.contact.law import JACOBIAN, MAX_DIRECTION, PARAMETERS, LawOutput
 from hbsolve.joint_table import joint_force
-
-Real = NDArray[np.float64]
+from reduction.array_type import Real
 
 
 class Start(NamedTuple):

@@ -29,8 +29,7 @@ from numpy.typing import NDArray
 from hbsolve.dynamic_stiffness import DynamicStiffness
 from hbsolve.errors import ModelError
 from hbsolve.fourier import Coefficients, harmonics
-
-Array = NDArray[np.complex128]
+from reduction.array_type import Array, Vector
 
 
 class Condensed(NamedTuple):
@@ -177,9 +176,7 @@ class CondensedStructure:
         return np.asarray(np.concatenate([mean[:, None], q], axis=1))
 
 
-def _with_stiffness(
-    A: Array, dA: Array, x: Array, dx: Array, D: Float[NDArray[np.float64], " d"]
-) -> tuple[Array, Array, Array, Array]:
+def _with_stiffness(A: Array, dA: Array, x: Array, dx: Array, D: Vector) -> tuple[Array, Array, Array, Array]:
     """Receptance and response after a stiffness D is added in each direction, with their derivatives."""
     d = len(D)
     both = np.linalg.solve(np.eye(d) + A * D, np.concatenate([A, x[..., None]], axis=2))

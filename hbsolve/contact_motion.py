@@ -11,6 +11,7 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.contact.law import FORCE
 from hbsolve.solution import forces_at
 from hbsolve.state import SteadyState, check_state
+from reduction.array_type import Matrix, Vector
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -79,7 +80,7 @@ def contact_share(balance: HarmonicBalance, state: SteadyState) -> Float[NDArray
     return np.array(shares).reshape(-1, 3)
 
 
-def _forces(balance: HarmonicBalance, state: SteadyState) -> tuple[JointForces, Float[NDArray[np.float64], "d n"]]:
+def _forces(balance: HarmonicBalance, state: SteadyState) -> tuple[JointForces, Matrix]:
     check_state(balance, state)
     x = state.motion
     forces = forces_at(balance, state.angular_frequency, x, state.start, want=FORCE)
@@ -91,5 +92,5 @@ def _status(balance: HarmonicBalance, forces: JointForces, joint: int) -> Int[ND
     return forces.status[2 * joint : 2 * joint + count]
 
 
-def _share(status: Int[NDArray[np.int64], "t n"]) -> Float[NDArray[np.float64], " 3"]:
+def _share(status: Int[NDArray[np.int64], "t n"]) -> Vector:
     return np.bincount(status.ravel(), minlength=3) / status.size

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-Matrix = Float[NDArray[np.float64], "r r"]
+from reduction.array_type import Matrix, Vector
 
 #: Entries of C - a M - b K that are round-off, as a share of sqrt(c_ii c_jj).
 ROUND_OFF = 1e-9
@@ -65,11 +65,7 @@ def proportional_but_few(mass: Matrix, damping: Matrix, stiffness: Matrix) -> Pr
     )
 
 
-def _factors(
-    mass: Float[NDArray[np.float64], " r"],
-    damping: Float[NDArray[np.float64], " r"],
-    stiffness: Float[NDArray[np.float64], " r"],
-) -> tuple[float, float] | None:
+def _factors(mass: Vector, damping: Vector, stiffness: Vector) -> tuple[float, float] | None:
     """Factors a and b that most of the diagonal agrees with.
 
     Each pair of far apart entries has an a and a b of its own; their medians are those of the majority, which are then

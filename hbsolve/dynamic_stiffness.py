@@ -14,8 +14,8 @@ from fe.dense_modes import DenseModes, dense_modes
 from hbsolve.coupled_damping import proportional_but_few
 from hbsolve.errors import ForceError, ModelError
 from reduction.array_input import real_array, refuse_asymmetric, refuse_infinite, refuse_massless
+from reduction.array_type import Matrix
 
-Matrix = Float[NDArray[np.float64], "r r"]
 Frequencies = Float[NDArray[np.float64], " p"]
 Amplitudes = Complex[NDArray[np.complex128], "p r"]
 Condensed = Complex[NDArray[np.complex128], "p d d"]
@@ -326,7 +326,7 @@ class DynamicStiffness:
         value, rate = np.swapaxes(_times(moved, seen.T), 1, 2), -np.swapaxes(mixed @ back, 1, 2)
         return value[..., :d], rate[..., :d], value[..., d], rate[..., d]
 
-    def _seen(self, directions: Float[NDArray[np.float64], "d r"]) -> Float[NDArray[np.float64], "d r"]:
+    def _seen(self, directions: Matrix) -> Matrix:
         """The modes as some directions see them, B V."""
         if self._last_seen is None or self._last_seen[0] is not directions:
             object.__setattr__(self, "_last_seen", (directions, directions @ self._modes.shapes))
@@ -382,7 +382,7 @@ class DynamicStiffness:
         return chosen
 
 
-def _times(vectors: NDArray[np.inexact[Any]], matrix: Float[NDArray[np.float64], "r k"]) -> NDArray[np.complex128]:
+def _times(vectors: NDArray[np.inexact[Any]], matrix: Matrix) -> NDArray[np.complex128]:
     """Complex vectors times a real matrix, part by part: half the work of a complex product."""
     rows = vectors.reshape(-1, vectors.shape[-1])
     found = np.empty((len(rows), matrix.shape[1]), dtype=np.complex128)
@@ -390,7 +390,7 @@ def _times(vectors: NDArray[np.inexact[Any]], matrix: Float[NDArray[np.float64],
     return found.reshape(*vectors.shape[:-1], matrix.shape[1])
 
 
-def _between(seen: Float[NDArray[np.float64], "d r"], moves: Amplitudes) -> Condensed:
+def _between(seen: Matrix, moves: Amplitudes) -> Condensed:
     """B V diag(moves) V^T B^T at each frequency, shape (p, d, d)."""
     found = np.empty((len(moves), len(seen), len(seen)), dtype=np.complex128)
     for each, own in zip(found, moves, strict=True):

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from fe.compiled import compiled
 from hbsolve.linearised import active_directions
-
-Real = NDArray[np.float64]
+from reduction.array_type import Real
 
 #: Vectors before GMRES may be given up for its pace: it starts slowly.
 TRIAL = 12

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-Real = NDArray[np.float64]
+from reduction.array_type import Real
 
 
 class Sampling(NamedTuple):

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Complex
 from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
@@ -33,9 +33,7 @@ from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.solution import forces_at
 from hbsolve.state import SteadyState, check_state
 from reduction.array_input import finite_array, finite_number, whole_number
-
-Row = Float[NDArray[np.float64], " r"]
-Matrix = Float[NDArray[np.float64], "r r"]
+from reduction.array_type import Matrix, Row
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,9 +9,9 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from geometry.errors import InputError
+from reduction.array_type import Matrix
 
 Entries = TypeVar("Entries", bound=np.generic)
-Matrix = Float[NDArray[np.float64], "r r"]
 
 #: Relative asymmetry that still counts as round-off.
 ASYMMETRY = 1e-9

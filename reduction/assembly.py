@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from fe.system import LinearSystem
 from reduction.array_input import locked
+from reduction.array_type import Matrix
 from reduction.craig_bampton import craig_bampton
 from reduction.errors import RomError
 from reduction.partition import Rows
 from reduction.rom import Field, ReducedModel
 
-Matrix = Float[NDArray[np.float64], "r r"]
 Scalar = TypeVar("Scalar", np.float64, np.complex128)
 
 

@@ -14,10 +14,9 @@ from fe.modal import modes
 from fe.sparse.solver import Definiteness, Factor, Factorisation, factorise
 from fe.system import LinearSystem
 from reduction.array_input import freeze_arrays
+from reduction.array_type import Matrix, Vector
 from reduction.assembly import ReducedAssembly
 from reduction.errors import RomError
-
-Matrix = Float[NDArray[np.float64], "r r"]
 
 #: Relative distance of frequencies below which modes are taken together: repeated ones, and those of symmetric parts.
 CLOSE = 0.01
@@ -111,11 +110,7 @@ def assembly_error(
     )
 
 
-def _mac(
-    shapes: Float[NDArray[np.float64], "n m"],
-    exact: Float[NDArray[np.float64], "n m"],
-    frequency: Float[NDArray[np.float64], " m"],
-) -> Float[NDArray[np.float64], " m"]:
+def _mac(shapes: Matrix, exact: Matrix, frequency: Vector) -> Vector:
     """Squared cosine of each shape to the exact ones whose frequencies are as good as its own."""
     found = []
     for shape, own in zip(shapes.T, frequency, strict=True):
@@ -175,7 +170,7 @@ def _physical_rows(systems: Mapping[str, LinearSystem], assembly: ReducedAssembl
     return found
 
 
-def _receptance(factor: Factor, n_dof: int, rows: Int[NDArray[np.int64], " b"]) -> Float[NDArray[np.float64], "b b"]:
+def _receptance(factor: Factor, n_dof: int, rows: Int[NDArray[np.int64], " b"]) -> Matrix:
     """Displacement at some rows by unit forces there [m/N]."""
     force = np.zeros((n_dof, len(rows)))
     force[rows, np.arange(len(rows))] = 1.0

@@ -16,11 +16,10 @@ from fe.sparse.node_matrix import BlockProduct
 from fe.sparse.solver import Factor, SingularMatrix, factorise
 from fe.sparse.symmetric_part import rows_of
 from fe.system import LinearSystem
+from reduction.array_type import Matrix, Vector
 from reduction.errors import RomError
 from reduction.partition import Partition, Rows, interior_part, partition
 from reduction.rom import ReducedModel
-
-Matrix = Float[NDArray[np.float64], "r r"]
 
 #: Columns that are moved before their memory is given back.
 AT_ONCE = 16
@@ -94,9 +93,7 @@ def craig_bampton(
     )
 
 
-def _basis(
-    system: LinearSystem, rows: Partition, on_boundary: sp.csr_array, n_mode: int
-) -> tuple[Float[NDArray[np.float64], "n r"], Float[NDArray[np.float64], " m"]]:
+def _basis(system: LinearSystem, rows: Partition, on_boundary: sp.csr_array, n_mode: int) -> tuple[Matrix, Vector]:
     """T on the rows of the system, and the eigenvalues of the fixed-interface modes [rad^2/s^2]."""
     b, i, n_boundary = rows.boundary, rows.interior, len(rows.boundary)
     # Column after column in memory, as the shapes come; pages that nothing has touched yet cost nothing.
@@ -157,9 +154,7 @@ def constraint_modes(
         yield block, np.negative(solution, out=solution)
 
 
-def _move(
-    source: Float[NDArray[np.float64], "i m"], target: Float[NDArray[np.float64], "n m"], rows: NDArray[np.int64]
-) -> None:
+def _move(source: Matrix, target: Matrix, rows: NDArray[np.int64]) -> None:
     """Put columns into rows of a target, the last ones first: what has been moved is given back on the way."""
     # Of columns side by side in memory, the last ones can be cut off.
     n_row, n_column = source.shape
@@ -171,7 +166,7 @@ def _move(
             source.resize((n_row, first), refcheck=False)
 
 
-def _mass(system: LinearSystem, rows: Partition, recovery: Float[NDArray[np.float64], "n r"]) -> Matrix:
+def _mass(system: LinearSystem, rows: Partition, recovery: Matrix) -> Matrix:
     n_boundary, n_reduced = len(rows.boundary), recovery.shape[1]
     carried = BlockProduct(system.mass) @ recovery[:, :n_boundary]
     mass = np.eye(n_reduced)
@@ -182,11 +177,7 @@ def _mass(system: LinearSystem, rows: Partition, recovery: Float[NDArray[np.floa
     return mass
 
 
-def _stiffness(
-    on_boundary: sp.csr_array,
-    recovery: Float[NDArray[np.float64], "n r"],
-    lambda_: Float[NDArray[np.float64], " m"],
-) -> Matrix:
+def _stiffness(on_boundary: sp.csr_array, recovery: Matrix, lambda_: Vector) -> Matrix:
     n_boundary, n_reduced = on_boundary.shape[0], recovery.shape[1]
     stiffness = np.zeros((n_reduced, n_reduced))
     # Rows of K on the boundary times T_b: K_bb + K_bi Psi.
@@ -197,7 +188,7 @@ def _stiffness(
     return stiffness
 
 
-def _damping(system: LinearSystem, recovery: Float[NDArray[np.float64], "n r"]) -> Matrix:
+def _damping(system: LinearSystem, recovery: Matrix) -> Matrix:
     if not system.damping.nnz:
         return np.zeros((recovery.shape[1],) * 2)
     return _symmetric(recovery.T @ (system.damping @ recovery))

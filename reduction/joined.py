@@ -9,11 +9,12 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
-from jaxtyping import Complex, Float, Int
+from jaxtyping import Complex, Int
 from numpy.typing import NDArray
 
 from geometry.interface import ContactLine
 from reduction.array_input import freeze_arrays
+from reduction.array_type import Matrix, Row
 from reduction.assembly import ReducedAssembly
 from reduction.errors import JointError
 from reduction.jointed_system import Friction, FrictionContact, JointedSystem
@@ -21,9 +22,6 @@ from reduction.line_contact import LineStiffness, Tangents, contact_directions, 
 from reduction.rom import ReducedModel
 from reduction.static_contact import StaticState, static_state
 from reduction.stuck import stuck_damping, stuck_stiffness
-
-Row = Float[NDArray[np.float64], " r"]
-Matrix = Float[NDArray[np.float64], "r r"]
 
 #: An eigenvalue of a stiffness scaled to ones on its diagonal, over the largest, that counts as zero: round-off.
 RIGID = 1e-10

@@ -16,16 +16,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Complex
 from numpy.typing import NDArray
 
 from reduction.array_input import complex_array, finite_array, finite_number, real_array, refuse_infinite, whole_number
+from reduction.array_type import Matrix, Row
 from reduction.errors import JointError
 from reduction.joint.cubic_spring import CubicSpring
 from reduction.joint.elastic_stop import ElasticStop
 from reduction.joint.friction_contact import Friction, FrictionContact
 from reduction.joint.jenkins import JenkinsElement
-from reduction.joint.law import Joint, Row
+from reduction.joint.law import Joint
 from reduction.joint.quadratic_damper import QuadraticDamper
 
 __all__ = [
@@ -40,8 +41,6 @@ __all__ = [
     "along",
     "between",
 ]
-
-Matrix = Float[NDArray[np.float64], "r r"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from reduction.array_input import freeze_arrays
+from reduction.array_type import Matrix
 from reduction.assembly import ReducedAssembly
 from reduction.errors import RomError
 
 Six = Float[NDArray[np.float64], "6"]
-Matrix = Float[NDArray[np.float64], "r r"]
 
 #: The six motions, about the centre of mass: translations [N/m], then rotations [N m/rad].
 MOTIONS = ("x", "y", "z", "rotation about x", "rotation about y", "rotation about z")

@@ -12,6 +12,7 @@ from fe.sparse.factor import Symmetric
 from fe.sparse.solver import UnknownInertia, factorise
 from fe.sparse.symmetric_part import part
 from fe.system import LinearSystem
+from reduction.array_type import Matrix, Vector
 from reduction.errors import RomError
 from reduction.rom import ReducedModel
 
@@ -138,10 +139,10 @@ def _drop(
     system: LinearSystem,
     rom: ReducedModel,
     interior: NDArray[np.int64],
-    added: Float[NDArray[np.float64], "i k"],
-    stiffness_added: Float[NDArray[np.float64], "i k"],
-    lambda_: Float[NDArray[np.float64], " m"],
-) -> Float[NDArray[np.float64], " m"]:
+    added: Matrix,
+    stiffness_added: Matrix,
+    lambda_: Vector,
+) -> Vector:
     """Relative drop of each frequency when the added interior shapes join the reduced model.
 
     Interior shapes do no work against constraint modes, and none against retained modes they are M-orthogonal to: the
@@ -162,9 +163,7 @@ def _drop(
     return np.asarray(np.sqrt(ratio.clip(min=1)) - 1)
 
 
-def _new_directions(
-    block: Float[NDArray[np.float64], "i k"], known: Float[NDArray[np.float64], "i m"], mass: Symmetric
-) -> Float[NDArray[np.float64], "i l"]:
+def _new_directions(block: Matrix, known: Matrix, mass: Symmetric) -> Matrix:
     """M-orthonormal basis of what the columns of a block add to the span of M-orthonormal known shapes."""
     block = _unit(block, mass, 0.0)  # of any length: small bodies have short shapes
     for _ in range(2):  # twice is enough: the first pass leaves round-off of the removed part, the second none
@@ -176,7 +175,7 @@ def _new_directions(
     return block
 
 
-def _unit(block: Float[NDArray[np.float64], "i k"], mass: Symmetric, least: float) -> Float[NDArray[np.float64], "i l"]:
+def _unit(block: Matrix, mass: Symmetric, least: float) -> Matrix:
     """Columns of unit length in the mass norm, without those that are no longer than `least`."""
     length = np.sqrt(np.einsum("ik,ik->k", block, mass @ block))
     kept = length > least

@@ -19,11 +19,9 @@ from dataclasses import replace
 import numpy as np
 import scipy.optimize
 from jaxtyping import Float
-from numpy.typing import NDArray
 
+from reduction.array_type import Real
 from reduction.joined import Joined
-
-Real = NDArray[np.float64]
 
 #: Singular value of the approaches, over the largest, below which a motion opens and closes nothing.
 IDLE = 1e-9

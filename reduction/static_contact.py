@@ -21,12 +21,10 @@ from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
 from reduction.array_input import freeze_arrays, locked
+from reduction.array_type import Matrix, Row, Vector
 from reduction.errors import JointError
 from reduction.joint.friction_contact import Friction, FrictionContact
 from reduction.stuck import stuck_stiffness
-
-Row = Float[NDArray[np.float64], " r"]
-Matrix = Float[NDArray[np.float64], "r r"]
 
 #: Changes of which contacts are closed, a contact: each round opens or closes some, and few rounds do.
 ROUNDS = 20
@@ -165,9 +163,9 @@ def _rest(
     stiffness: Matrix,
     contacts: Sequence[FrictionContact],
     closed: Bool[NDArray[np.bool_], " c"],
-    rows: Float[NDArray[np.float64], "c r"],
-    k_n: Float[NDArray[np.float64], " c"],
-    gap: Float[NDArray[np.float64], " c"],
+    rows: Matrix,
+    k_n: Vector,
+    gap: Vector,
     load: Row,
 ) -> Row | None:
     """Displacement with some contacts closed and stuck; none where they leave a body free."""
@@ -195,7 +193,7 @@ def _refuse_open(
             )
 
 
-def _size(contact: FrictionContact, force: Float[NDArray[np.float64], " t"]) -> float:
+def _size(contact: FrictionContact, force: Vector) -> float:
     """What a contact's limit is compared with [N]."""
     if contact.friction is Friction.UNCOUPLED:
         return float(np.abs(force).max(initial=0.0))

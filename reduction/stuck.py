@@ -4,15 +4,13 @@ from collections.abc import Iterable
 from math import pi
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.damping import rayleigh_damping
 from fe.dense_modes import dense_modes
+from reduction.array_type import Matrix
 from reduction.errors import JointError
 from reduction.joint.law import Joint
-
-Matrix = Float[NDArray[np.float64], "r r"]
 
 #: lambda / (lambda + sigma) of a rigid-body motion; that of the lowest elastic mode is 1/2.
 RIGID = 1e-6

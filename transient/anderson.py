@@ -1,10 +1,8 @@
 """Anderson's acceleration of a fixed-point iteration z -> P(z)."""
 
 import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
 
-Vector = Float[NDArray[np.float64], " n"]
+from reduction.array_type import Vector
 
 #: Growth of the residual after a jump at which the memory is dropped.
 WORSE = 2.0

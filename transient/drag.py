@@ -5,10 +5,9 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.compiled import compiled
+from reduction.array_type import Vector
 from transient.joint_forces import joint_forces
 from transient.joint_table import Packed
-
-Vector = Float[NDArray[np.float64], " n"]
 
 
 @compiled

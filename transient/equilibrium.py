@@ -22,17 +22,14 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
 
+from reduction.array_type import Vector
 from reduction.jointed_system import JointedSystem
 from transient.errors import TransientError
 from transient.joint_forces import joint_forces
 from transient.march import StepEquation, solve_positions
 from transient.state import TransientState
 from transient.transition import ModalStructure, modal_structure, modes
-
-Vector = Float[NDArray[np.float64], " n"]
 
 #: Equal parts in which the load is put on, so that sliders move as on a slow ramp.
 N_PART = 50

@@ -8,17 +8,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
 from reduction.array_input import whole_number
+from reduction.array_type import Matrix, Vector
 from reduction.jointed_system import JointedSystem
 from transient.errors import TransientError
 from transient.state import TransientState
-from transient.stepper import History, JointHistory, Stepper
-
-Vector = Float[NDArray[np.float64], " n"]
+from transient.stepper import JointHistory, Stepper
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -86,7 +83,7 @@ def integrate(
     kept = n_period if keep is None else keep
     for _ in range(n_period - kept):
         stepper.advance()
-    parts: list[dict[str, History]] = []
+    parts: list[dict[str, Matrix]] = []
     matrix = np.array(list(rows.values())).reshape(len(rows), system.n_dof) @ stepper.structure.mode_shapes
     for _ in range(kept):
         record = stepper.record()

@@ -1,15 +1,10 @@
 """Forces of all joints over a step: the compiled switch between their laws."""
 
-import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
-
 from fe.compiled import compiled, compiled_switch
+from reduction.array_type import Vector
 from transient.joint_table import Packed
 from transient.law.function import force as function_force
 from transient.law.witness import ARGUMENTS, WITNESSES
-
-Vector = Float[NDArray[np.float64], " n"]
 
 _switch = compiled_switch(
     __name__, ARGUMENTS, [each.force for each in WITNESSES], (function_force, f"address, {ARGUMENTS}")

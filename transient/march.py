@@ -13,16 +13,12 @@ the joint forces are monotone because G is positive.
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
 
 from fe.compiled import compiled
+from reduction.array_type import Matrix, Vector
 from transient.joint_forces import joint_force, joint_forces
 from transient.joint_table import Packed
 from transient.transition import Transition
-
-Vector = Float[NDArray[np.float64], " n"]
-Matrix = Float[NDArray[np.float64], "n m"]
 
 #: Error of a position that is accepted, as a share of the largest position so far: some hundred times round-off.
 TOLERANCE = 1e-13

@@ -3,15 +3,14 @@ r"""The state of a jointed system at one instant: positions, velocities, and whe
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Complex
 from numpy.typing import NDArray
 
 from reduction.array_input import finite_array, freeze_arrays
+from reduction.array_type import Vector
 from reduction.jointed_system import JointedSystem
 from transient.errors import TransientError
 from transient.joint_table import joint_table
-
-Vector = Float[NDArray[np.float64], " n"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

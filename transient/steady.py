@@ -15,14 +15,13 @@ from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
 from reduction.array_input import real_number, whole_number
+from reduction.array_type import Matrix, Vector
 from reduction.jointed_system import JointedSystem
 from transient.anderson import Anderson
 from transient.errors import StepError, TransientError
 from transient.state import TransientState
-from transient.stepper import History, JointHistory, Record, Stepper
+from transient.stepper import JointHistory, Record, Stepper
 from transient.transition import ModalStructure, modal_structure
-
-Vector = Float[NDArray[np.float64], " n"]
 
 #: Periods over which the decay is read off.
 WINDOW = 20
@@ -150,7 +149,7 @@ def steady_motion(
     _check_numbers(tolerance, step_tolerance, max_period, acceleration, steps_per_period, max_steps_per_period)
     structure = modal_structure(system)
     steps, n_period, step_error = steps_per_period, 0, np.nan
-    coarse: History | None = None
+    coarse: Matrix | None = None
     while True:
         stepper = Stepper(structure, angular_frequency, steps, start, level)
         try:

@@ -3,10 +3,9 @@
 from dataclasses import dataclass, fields
 
 import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
 
 from reduction.array_input import finite_number, real_number, whole_number
+from reduction.array_type import Matrix, Vector
 from reduction.jointed_system import JointedSystem
 from transient.equilibrium import equilibrium
 from transient.errors import StepError, TransientError
@@ -15,8 +14,6 @@ from transient.march import Marched, march
 from transient.state import TransientState, check_state
 from transient.transition import ModalStructure, modal_structure, transition
 
-Vector = Float[NDArray[np.float64], " n"]
-History = Float[NDArray[np.float64], "n t"]
 NONE = np.zeros((0, 0))
 
 
@@ -24,16 +21,16 @@ NONE = np.zeros((0, 0))
 class JointHistory:
     """What joints do at t instants."""
 
-    displacement: History
-    velocity: History
+    displacement: Matrix
+    velocity: Matrix
     """Of the directions of all joints in order, tangents before the normal, shape (d, t) [m, m/s]."""
-    force: History
+    force: Matrix
     """Of the joints in these directions, shape (d, t) [N]; positive resists a positive displacement."""
-    slider: History
+    slider: Matrix
     """Positions of the sliders, shape (s, t) [m]."""
 
     @property
-    def joints(self) -> dict[str, History]:
+    def joints(self) -> dict[str, Matrix]:
         """These arrays by name."""
         return {each.name: getattr(self, each.name) for each in fields(JointHistory)}
 
@@ -42,8 +39,8 @@ class JointHistory:
 class Record(JointHistory):
     """One period, sampled at the start of each step."""
 
-    modal_displacement: History
-    modal_velocity: History
+    modal_displacement: Matrix
+    modal_velocity: Matrix
     """Shape (t, r) [m kg^1/2, m kg^1/2 / s]."""
 
     @property
@@ -159,7 +156,7 @@ class Stepper:
         self._scale = float(np.abs(np.concatenate([position, round_off])).max(initial=0.0))
 
     def _march(
-        self, states: History, forces: History, sliders: History, level: Vector | None, load: Vector | None
+        self, states: Matrix, forces: Matrix, sliders: Matrix, level: Vector | None, load: Vector | None
     ) -> None:
         ones = np.ones(self.steps_per_period)
         level, load = self.level * (ones if level is None else level), ones if load is None else load

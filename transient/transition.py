@@ -18,16 +18,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import NDArray
 
 from reduction.array_input import refuse_asymmetric, refuse_infinite, refuse_massless
+from reduction.array_type import Matrix, Vector
 from reduction.jointed_system import JointedSystem
 from transient.errors import TransientError
 from transient.joint_table import WitnessTable, joint_table
-
-Vector = Float[NDArray[np.float64], " n"]
-Matrix = Float[NDArray[np.float64], "n m"]
 
 #: Share of the largest modal damping below which the other entries are round-off of the modes.
 DIAGONAL = 1e-9

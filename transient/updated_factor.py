@@ -1,11 +1,6 @@
 """Solutions with a matrix that changes by one outer product after another, by a single factorisation."""
 
-import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
-
-Vector = Float[NDArray[np.float64], " n"]
-Matrix = Float[NDArray[np.float64], "n n"]
+from reduction.array_type import Matrix, Vector
 
 
 class UpdatedFactor:

@@ -38,14 +38,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.registry import Registry
+from reduction.array_type import Real
 
 FORCE, JACOBIAN, PARAMETERS = 0, 1, 2
 #: Most directions that a joint may have.
 MAX_DIRECTION = 3
 #: State of a contact at an instant.
 STICK, SLIP, SEPARATED = 0, 1, 2
-
-Real = NDArray[np.float64]
 
 
 class LawOutput(NamedTuple):

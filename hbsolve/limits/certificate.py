@@ -9,15 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
-from numpy.typing import NDArray
 
 from hbsolve.limits.local_search import LimitSide, linear_step, local_search, take_step
 from hbsolve.limits.optimum import Best, Key, Optimum, follow
 from hbsolve.limits.point import LimitPoint
 from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.sliders import multipliers
-
-Real = NDArray[np.float64]
+from reduction.array_type import Real
 
 #: Steps, in lengths of the intervals.
 RADII = (0.05, 0.0125, 0.003)

@@ -31,8 +31,7 @@ from numpy.typing import NDArray
 from hbsolve.limits.linear_program import best_step
 from hbsolve.limits.point import HASTY, LimitPoint, TrialState
 from hbsolve.linearised import active_rows, small_matrix
-
-Real = NDArray[np.float64]
+from reduction.array_type import Real
 
 #: First and largest radius of the trust region, in lengths of the intervals, and the least one.
 RADIUS, LARGEST, SMALLEST = 0.5, 1.0, 1e-3

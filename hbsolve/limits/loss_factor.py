@@ -30,8 +30,7 @@ from hbsolve.limits.objective import OutputHarmonic
 from hbsolve.limits.response_limits import limit_problem, response_limits
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.sampling import complex_from_real
-
-Real = NDArray[np.float64]
+from reduction.array_type import Real
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

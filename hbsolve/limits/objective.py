@@ -24,9 +24,7 @@ from hbsolve.limits.sliders import slider_table
 from hbsolve.solution import forces_at
 from hbsolve.state import slider_start
 from reduction.array_input import real_array, whole_number
-
-Real = NDArray[np.float64]
-Array = NDArray[np.complex128]
+from reduction.array_type import Array, Real
 
 #: Of a force or a mean, gains are reckoned relative to no less than this share of what friction and loads at rest give.
 LEAST = 0.01

@@ -16,11 +16,10 @@ from hbsolve.netcdf import dimensions, read_netcdf, write_netcdf
 from hbsolve.state import SteadyState
 from hbsolve.steady_state import steady_state
 from reduction.array_input import freeze_arrays
+from reduction.array_type import Real
 
 if TYPE_CHECKING:
     import xarray
-
-Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -16,15 +16,12 @@ import re
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fe.compiled import compiled
 from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
+from reduction.array_type import Real, Whole
 from reduction.joint.law import SliderInterval
-
-Real = NDArray[np.float64]
-Whole = NDArray[np.int64]
 
 
 class SliderTable(NamedTuple):

@@ -6,18 +6,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
 
 from reduction.array_input import ASYMMETRY, freeze_arrays, refuse_asymmetric, refuse_infinite
+from reduction.array_type import Matrix
 from reduction.errors import MatrixError
 from reduction.file.atomic_file import write_whole
 from reduction.file.npz import write_npz
 from reduction.file.rom_hdf5 import load_rom
 from reduction.file.rom_npz import MARK, load_rom_npz
 from reduction.rom import ReducedModel
-
-Matrix = Float[NDArray[np.float64], "r r"]
 
 #: What each matrix may be called in a file.
 NAMES = {"mass": ("mass", "M"), "damping": ("damping", "C", "D"), "stiffness": ("stiffness", "K")}

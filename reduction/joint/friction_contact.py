@@ -9,9 +9,10 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from reduction.array_type import Row
 from reduction.errors import ExchangeError, JointError
 from reduction.joint.elastic_stop import ElasticStop
-from reduction.joint.law import LAWS, Joint, LawOption, LawParameter, Row, Samples, SliderInterval
+from reduction.joint.law import LAWS, Joint, LawOption, LawParameter, Samples, SliderInterval
 
 
 class Friction(Enum):

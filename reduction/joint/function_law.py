@@ -16,7 +16,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from geometry.errors import RegistryError
-from reduction.joint.law import LAWS, DirectedJoint, LawParameter, Row, Samples
+from reduction.array_type import Row
+from reduction.joint.law import LAWS, DirectedJoint, LawParameter, Samples
 
 #: Random instants at which derivatives are checked, the share of them that may lie at a kink, and the relative error.
 CHECKS, AT_KINK, AGREEMENT = 60, 0.05, 1e-4

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from reduction.joint.law import LAWS, DirectedJoint, LawParameter, Row, Samples, SliderInterval
+from reduction.array_type import Row
+from reduction.joint.law import LAWS, DirectedJoint, LawParameter, Samples, SliderInterval
 
 
 @LAWS.register

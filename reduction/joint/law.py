@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 
 from geometry.registry import Registry
 from reduction.array_input import finite_number, real_array
+from reduction.array_type import Row, Rows
 from reduction.errors import ExchangeError, JointError
 
-Row = Float[NDArray[np.float64], " r"]
-Rows = Float[NDArray[np.float64], "d r"]
 Samples = Float[NDArray[np.float64], "d n"]
 
 

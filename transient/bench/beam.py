@@ -19,13 +19,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
 
+from reduction.array_type import Matrix, Vector
 from reduction.jointed_system import FrictionContact, JointedSystem
-
-Vector = Float[NDArray[np.float64], " n"]
-Matrix = Float[NDArray[np.float64], "n m"]
 
 LENGTH = 0.30
 WIDTH = 0.020

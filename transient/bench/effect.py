@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from reduction.joint.law import Row
+from reduction.array_type import Row
 from reduction.jointed_system import CubicSpring, ElasticStop, JointedSystem, QuadraticDamper
 from transient.bench.beam import Beam, BeamParameters, free_beam, jointed_beam
 from transient.errors import TransientError

@@ -13,17 +13,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
 
+from reduction.array_type import Vector
 from reduction.joint.friction_contact import friction_contacts
 from reduction.jointed_system import JointedSystem
 from transient.bench.campaign import Sweep
 from transient.bench.sweep import Readings, SweptBench
 from transient.equilibrium import quasi_static
 from transient.state import TransientState
-
-Vector = Float[NDArray[np.float64], " r"]
 
 #: Shares of the preload that it shoots over and under to, at most so many times.
 OVER, UNDER, SHOTS = (1.0, 1.6), (0.5, 1.0), 3

@@ -3,15 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
 
+from reduction.array_type import Matrix
 from reduction.joint.friction_contact import friction_contacts
 from reduction.jointed_system import JointedSystem
 from transient.joint_table import joint_table
 from transient.transition import ModalStructure, decompose
-
-Matrix = Float[NDArray[np.float64], "n m"]
 
 
 def stuck_structure(system: JointedSystem) -> ModalStructure:

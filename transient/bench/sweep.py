@@ -23,9 +23,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Complex
 from numpy.typing import NDArray
 
+from reduction.array_type import Matrix, Vector
 from reduction.joint.friction_contact import friction_contacts
 from reduction.jointed_system import JointedSystem
 from transient.bench.structure import line_sums, stuck_structure
@@ -35,9 +36,6 @@ from transient.errors import TransientError
 from transient.state import TransientState
 from transient.stepper import Record, Stepper
 from transient.updated_factor import UpdatedFactor
-
-Vector = Float[NDArray[np.float64], " n"]
-Matrix = Float[NDArray[np.float64], "n m"]
 
 STEPS_PER_PERIOD = 128
 #: Distance to the steady state, relative to the motion, at which a point is taken: a tenth of what noise leaves.

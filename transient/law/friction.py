@@ -2,15 +2,10 @@
 
 from typing import Any
 
-import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
-
 from fe.compiled import compiled
+from reduction.array_type import Vector
 from transient.law.path import closed_part, slide, slide_coupled
 from transient.law.witness import WITNESSES, Witness
-
-Vector = Float[NDArray[np.float64], " n"]
 
 
 @compiled

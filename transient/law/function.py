@@ -1,13 +1,10 @@
 """A user's own law, marched along the straight path of a step: it has no second writing, but another integrator."""
 
 import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
 
 from fe.compiled import compiled
+from reduction.array_type import Vector
 from reduction.joint.step_call import call_step
-
-Vector = Float[NDArray[np.float64], " n"]
 
 #: Parts of a step; the mean force is that of straight lines between them.
 PARTS = 8

@@ -1,14 +1,9 @@
 """A spring and a slider in series."""
 
-import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
-
 from fe.compiled import compiled
+from reduction.array_type import Vector
 from transient.law.path import slide
 from transient.law.witness import WITNESSES, Witness
-
-Vector = Float[NDArray[np.float64], " n"]
 
 
 @compiled

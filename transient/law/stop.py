@@ -1,14 +1,9 @@
 """A one-sided elastic stop."""
 
-import numpy as np
-from jaxtyping import Float
-from numpy.typing import NDArray
-
 from fe.compiled import compiled
+from reduction.array_type import Vector
 from transient.law.path import closed_part
 from transient.law.witness import WITNESSES, Witness
-
-Vector = Float[NDArray[np.float64], " n"]
 
 
 @compiled
