@@ -46,7 +46,7 @@ class JointForces(NamedTuple):
     slider: Real
     """Slider positions, shape (s, n) [m]."""
     status: NDArray[np.int64]
-    """State at each instant, two rows a joint, shape (2 n_joint, n)."""
+    """State at each instant, two rows per joint, shape (2 n_joint, n)."""
     force: Real
     """f - D u in time, shape (d, n) [N]."""
 

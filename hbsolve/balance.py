@@ -43,7 +43,7 @@ class HarmonicBalance:
     n_harmonic
         H + 1: the mean counts [-].
     n_sample
-        Instants a period at which the joints are evaluated; by default 32 a harmonic, and a power of two.
+        Instants per period at which the joints are evaluated; by default 32 per harmonic, and a power of two.
         `hbsolve.truncation` estimates what they and the harmonics left out cost [-].
     level
         Scale of the harmonic force; the static load does not scale [-].
@@ -150,8 +150,8 @@ class HarmonicBalance:
         structure = copy(self.structure)
         for name in ("static", "dynamic"):
             padded = np.zeros((n_harmonic, self.system.n_dof), dtype=np.complex128)
-            kept = min(n_harmonic, self.n_harmonic)
-            padded[:kept] = getattr(self.structure, name)[:kept]
+            retained = min(n_harmonic, self.n_harmonic)
+            padded[:retained] = getattr(self.structure, name)[:retained]
             object.__setattr__(structure, name, padded)
         return self._shared(n_harmonic=n_harmonic, n_sample=n_sample, structure=structure)
 
@@ -164,8 +164,8 @@ class HarmonicBalance:
     def _shared(self, **changes: Any) -> "HarmonicBalance":
         # Copied, not built again: the modal decomposition is the work.
         other = copy(self)
-        for kept in ("sampling", "joint_of_direction"):
-            other.__dict__.pop(kept, None)
+        for retained in ("sampling", "joint_of_direction"):
+            other.__dict__.pop(retained, None)
         for name, value in changes.items():
             object.__setattr__(other, name, value)
         other._check()

@@ -11,7 +11,7 @@ few joint directions,
 
 .. math:: A = (I + A^0 D)^{-1} A^0 .
 
-Damping that neither uncouples takes one dense solve a harmonic.
+Damping that neither uncouples takes one dense solve per harmonic.
 
 References
 ----------

@@ -57,11 +57,11 @@ def proportional_but_few(mass: Matrix, damping: Matrix, stiffness: Matrix) -> Pr
     if not np.allclose(part, part.T, rtol=0, atol=ROUND_OFF * np.abs(part).max(initial=0.0)):
         return None
     strength, vectors = np.linalg.eigh((part + part.T) / 2)
-    kept = np.abs(strength) > ROUND_OFF * np.abs(strength).max(initial=0.0)
-    directions = np.zeros((len(mass), int(kept.sum())))
-    directions[few] = vectors[:, kept]
+    retained = np.abs(strength) > ROUND_OFF * np.abs(strength).max(initial=0.0)
+    directions = np.zeros((len(mass), int(retained.sum())))
+    directions[few] = vectors[:, retained]
     return ProportionalButFew(
-        mass_factor=a, stiffness_factor=b, directions=directions, strength=np.asarray(strength[kept])
+        mass_factor=a, stiffness_factor=b, directions=directions, strength=np.asarray(strength[retained])
     )
 
 

@@ -60,7 +60,7 @@ class DynamicStiffness:
 
     With damping that does not couple the modes (Rayleigh, modal) one decomposition serves all frequencies: in the
     coordinates of `fe.dense_modes` the bracket is diagonal. So it does with Rayleigh damping that a few directions are
-    out of proportion to, see `hbsolve.coupled_damping`. Any other damping takes one dense complex solve a frequency;
+    out of proportion to, see `hbsolve.coupled_damping`. Any other damping takes one dense complex solve per frequency;
     the results are the same to round-off.
 
     Parameters
@@ -118,9 +118,9 @@ class DynamicStiffness:
         modal_damping = modes.shapes.T @ self.damping @ modes.shapes
         own, coupling = np.diag(modal_damping), (np.zeros((self.n_dof, 0)), np.zeros(0))
         coupled = _is_coupled(modal_damping)
-        if coupled and (found := proportional_but_few(self.mass, self.damping, self.stiffness)) is not None:
-            proportional = found.mass_factor * modes.mu + found.stiffness_factor * (1 - modes.shift * modes.mu)
-            U, s = modes.shapes.T @ found.directions, found.strength
+        if coupled and (result := proportional_but_few(self.mass, self.damping, self.stiffness)) is not None:
+            proportional = result.mass_factor * modes.mu + result.stiffness_factor * (1 - modes.shift * modes.mu)
+            U, s = modes.shapes.T @ result.directions, result.strength
             # Beside a stiff degree of freedom round-off may hide a dashpot; the modes, which are soft, show it.
             coupled = _is_coupled(modal_damping - (U * s) @ U.T, np.diag(modal_damping))
             if not coupled:
@@ -317,7 +317,7 @@ class DynamicStiffness:
         if not len(s):
             moves = 1 / self._diagonal(omega)
             turns = -slope[:, 0] * moves**2
-            pairs = ((_between(seen, each), _times(each * modal_force, seen.T)) for each in (moves, turns))
+            pairs = ((_between(seen, item), _times(item * modal_force, seen.T)) for item in (moves, turns))
             (value, x), (rate, dx) = pairs
             return value, rate, x, dx
         unit = np.broadcast_to(seen[:, None, :], (d, len(omega), self.n_dof))
@@ -385,17 +385,17 @@ class DynamicStiffness:
 def _times(vectors: NDArray[np.inexact[Any]], matrix: Matrix) -> NDArray[np.complex128]:
     """Complex vectors times a real matrix, part by part: half the work of a complex product."""
     rows = vectors.reshape(-1, vectors.shape[-1])
-    found = np.empty((len(rows), matrix.shape[1]), dtype=np.complex128)
-    found.real, found.imag = np.ascontiguousarray(rows.real) @ matrix, np.ascontiguousarray(rows.imag) @ matrix
-    return found.reshape(*vectors.shape[:-1], matrix.shape[1])
+    result = np.empty((len(rows), matrix.shape[1]), dtype=np.complex128)
+    result.real, result.imag = np.ascontiguousarray(rows.real) @ matrix, np.ascontiguousarray(rows.imag) @ matrix
+    return result.reshape(*vectors.shape[:-1], matrix.shape[1])
 
 
 def _between(seen: Matrix, moves: Amplitudes) -> Condensed:
     """B V diag(moves) V^T B^T at each frequency, shape (p, d, d)."""
-    found = np.empty((len(moves), len(seen), len(seen)), dtype=np.complex128)
-    for each, own in zip(found, moves, strict=True):
-        each.real, each.imag = (seen * own.real) @ seen.T, (seen * own.imag) @ seen.T
-    return found
+    result = np.empty((len(moves), len(seen), len(seen)), dtype=np.complex128)
+    for item, own in zip(result, moves, strict=True):
+        item.real, item.imag = (seen * own.real) @ seen.T, (seen * own.imag) @ seen.T
+    return result
 
 
 def _is_coupled(modal_damping: Matrix, diagonal: Frequencies | None = None) -> bool:

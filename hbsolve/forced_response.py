@@ -19,11 +19,6 @@ from reduction.array_input import freeze_arrays, refuse_infinite
 class HarmonicForce:
     """Fourier coefficients of an excitation, in the convention of `hbsolve.fourier`.
 
-    Parameters
-    ----------
-    coefficients
-        Shape (n_harmonic, r) [N]: harmonic 0 (the static load, real), 1, ..., H on each degree of freedom.
-
     Raises
     ------
     ForceError
@@ -31,6 +26,7 @@ class HarmonicForce:
     """
 
     coefficients: Complex[NDArray[np.complex128], "harmonic r"]
+    """Shape (n_harmonic, r) [N]: harmonic 0 (the static load, real), 1, ..., H on each degree of freedom."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "coefficients", dtype=np.complex128)
@@ -89,12 +85,12 @@ def forced_response(
             f"angular_frequency = {wrong[0]:g} rad/s must be positive: a static load is harmonic 0 of the force"
         )
     shape = force.coefficients.shape
-    motions = [structure.response(harmonics(float(each), shape[0]), force.coefficients) for each in omega]
+    motions = [structure.response(harmonics(float(item), shape[0]), force.coefficients) for item in omega]
     return ResponseBranch(
         angular_frequency=omega,
         coefficients=np.array(motions).reshape(len(omega), *shape),
         residual_norm=np.array(
-            [_unbalanced(structure, force, float(each), motion) for each, motion in zip(omega, motions, strict=True)]
+            [_unbalanced(structure, force, float(item), motion) for item, motion in zip(omega, motions, strict=True)]
         ),
         stop_reason=StopReason.SOLVED,
     )

@@ -89,6 +89,6 @@ def _check(n_harmonic: int, n_sample: int) -> None:
         raise InputError(f"n_harmonic = {n_harmonic} must be at least 1: it counts the mean and harmonics 1 to H")
     if n_sample < 2 * n_harmonic - 1:
         raise InputError(
-            f"{n_sample} samples a period cannot hold harmonics 0 to {n_harmonic - 1}: "
+            f"{n_sample} samples per period cannot hold harmonics 0 to {n_harmonic - 1}: "
             f"take at least {2 * n_harmonic - 1}"
         )

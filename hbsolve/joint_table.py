@@ -48,8 +48,8 @@ def joint_table(joints: Sequence[Joint]) -> JointTable:
         address=addresses(joints),
         direction=starts([len(joint.directions) for joint in joints]),
         slider=starts([joint.n_slider for joint in joints]),
-        parameter=starts([len(each) for each in names]),
-        value=np.array([float(getattr(j, name)) for j, each in zip(joints, names, strict=True) for name in each]),
+        parameter=starts([len(item) for item in names]),
+        value=np.array([float(getattr(j, name)) for j, item in zip(joints, names, strict=True) for name in item]),
         reference=np.array([stiffness for joint in joints for stiffness in joint.reference_stiffness]),
     )
 
@@ -71,20 +71,20 @@ class InstantTable(NamedTuple):
 
 def instant_table(joints: Sequence[Joint]) -> InstantTable:
     """Joints that remember nothing, see `Joint.n_slider`, as arrays."""
-    names = [each.name for each in _WITHOUT_MEMORY]
+    names = [item.name for item in _WITHOUT_MEMORY]
     kinds = [FUNCTION if joint.function is not None else names.index(joint.force_law) for joint in joints]
     return InstantTable(np.array(kinds, dtype=np.int64), addresses(joints), parameter_rows(joints))
 
 
 joint_force = compiled_switch(
-    __name__, ARGUMENTS, [each.force for each in FORCES], (function.force, f"address, {ARGUMENTS}")
+    __name__, ARGUMENTS, [item.force for item in FORCES], (function.force, f"address, {ARGUMENTS}")
 )
 
-_WITHOUT_MEMORY = [each for each in FORCES if each.instant is not None]
+_WITHOUT_MEMORY = [item for item in FORCES if item.instant is not None]
 #: ``instant_force(kind, address, u, velocity, parameters, slope)`` [N]: see `CompiledLaw.instant`.
 instant_force = compiled_switch(
     __name__,
     "u, velocity, parameters, slope",
-    [each.instant for each in _WITHOUT_MEMORY if each.instant is not None],
+    [item.instant for item in _WITHOUT_MEMORY if item.instant is not None],
     (function.instant, "address, u, velocity, parameters, slope"),
 )

@@ -17,8 +17,8 @@ T = TypeVar("T")
 
 def dimensions(result: Any) -> dict[str, tuple[str, ...]]:
     """Dimensions of the arrays of a data class by field, as its annotations name them, such as "side=2 level point"."""
-    arrays = {each.name: each.type for each in fields(result) if hasattr(each.type, "dim_str")}
-    return {name: tuple(each.split("=")[0] for each in kind.dim_str.split()) for name, kind in arrays.items()}
+    arrays = {item.name: item.type for item in fields(result) if hasattr(item.type, "dim_str")}
+    return {name: tuple(item.split("=")[0] for item in kind.dim_str.split()) for name, kind in arrays.items()}
 
 
 def write_netcdf(data: "xarray.Dataset", path: Path | str) -> None:

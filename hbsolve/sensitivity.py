@@ -31,7 +31,7 @@ from hbsolve.linearised import active_rows, scattered, small_matrix, times_jacob
 from hbsolve.newton import apply_receptance
 from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.solution import forces_at
-from hbsolve.state import SteadyState, check_state
+from hbsolve.state import SteadyState, check_state, checked_harmonic
 from reduction.array_input import finite_array, finite_number, whole_number
 from reduction.array_type import Matrix, Row
 
@@ -63,58 +63,38 @@ class FrequencyParameter:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LoadParameter:
-    """The size of a force along a row, in one harmonic [N].
-
-    Parameters
-    ----------
-    row
-        Shape (r,) [-].
-    harmonic
-        0 for a static force.
-    phase
-        Of e^{i (k Omega t + phase)} [rad].
-    """
+    """The size of a force along a row, in one harmonic [N]."""
 
     row: Row
+    """Shape (r,) [-]."""
     harmonic: int = 1
+    """0 for a static force."""
     phase: float = 0.0
+    """Of e^{i (k Omega t + phase)} [rad]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MatrixParameter:
-    """A number that multiplies an addition to the matrices; see `point_mass`, `spring`, `damper` and `scaled`.
-
-    Parameters
-    ----------
-    mass, damping, stiffness
-        dM/dp, dC/dp, dK/dp, shape (r, r); none for zero.
-    """
+    """A number that multiplies an addition to the matrices; see `point_mass`, `spring`, `damper` and `scaled`."""
 
     mass: Matrix | None = None
     damping: Matrix | None = None
     stiffness: Matrix | None = None
+    """dM/dp, dC/dp, dK/dp, shape (r, r); none for zero."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ModelParameter:
-    """A number that changes matrices, loads and joints at once, at the rates given.
-
-    Parameters
-    ----------
-    matrices
-        dM/dp, dC/dp, dK/dp.
-    static_load
-        Shape (r,) [N]; none for zero.
-    harmonic_force
-        At level 1, shape (k, r) with row 0 zero [N]; none for zero.
-    joints
-        Rates of the joints' parameters, by the names of joint and field.
-    """
+    """A number that changes matrices, loads and joints at once, at the rates given."""
 
     matrices: MatrixParameter = field(default_factory=MatrixParameter)
+    """dM/dp, dC/dp, dK/dp."""
     static_load: Row | None = None
+    """Shape (r,) [N]; none for zero."""
     harmonic_force: Complex[NDArray[np.complex128], "k r"] | None = None
+    """At level 1, shape (k, r) with row 0 zero [N]; none for zero."""
     joints: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    """Rates of the joints' parameters, by the names of joint and field."""
 
 
 Parameter = (
@@ -207,16 +187,16 @@ def derivatives(
     for number, parameter in enumerate(parameters):
         loads[number], g[number] = _change(at_level, state, forces, parameter)
     right = np.array(
-        [real_from_complex(each) for each in structure.displacements(condensed, loads) @ structure.directions.T]
+        [real_from_complex(item) for item in structure.displacements(condensed, loads) @ structure.directions.T]
     )
     right = right.reshape(g.shape)
     for number in range(p):
         right[number] -= apply_receptance(condensed.receptance, g[number])
     dx, answer = _answers(at_level, forces, condensed, right)
-    force = np.array([complex_from_real(each) for each in answer + g], dtype=np.complex128)
+    force = np.array([complex_from_real(item) for item in answer + g], dtype=np.complex128)
     force = force.reshape(p, balance.n_harmonic, -1)
     moved = structure.displacements(condensed, loads - force @ structure.directions)
-    elastic = np.array([complex_from_real(each) for each in at_level.table.reference[:, None] * dx])
+    elastic = np.array([complex_from_real(item) for item in at_level.table.reference[:, None] * dx])
     return Derivatives(moved, force + elastic.reshape(force.shape))
 
 
@@ -231,7 +211,7 @@ def _answers(
         return dx, answer
     d, nh = right.shape[1:]
     matrix = small_matrix(rows, forces.jacobian, first, count, condensed.receptance, nh)
-    moved = np.array([times_jacobian(rows, forces.jacobian, first, count, each) for each in right])
+    moved = np.array([times_jacobian(rows, forces.jacobian, first, count, item) for item in right])
     for number, y in enumerate(np.linalg.solve(matrix, moved.T).T):
         answer[number] = scattered(rows, np.ascontiguousarray(y), d, nh)
         dx[number] -= apply_receptance(condensed.receptance, answer[number])
@@ -255,9 +235,7 @@ def _change(
     elif isinstance(parameter, LevelParameter):
         load = balance.structure.dynamic.copy()
     elif isinstance(parameter, LoadParameter):
-        harmonic = whole_number(parameter.harmonic, "harmonic", BalanceError)
-        if not 0 <= harmonic < balance.n_harmonic:
-            raise BalanceError(f"harmonic {harmonic} is none of 0 to {balance.n_harmonic - 1}")
+        harmonic = checked_harmonic(parameter.harmonic, balance.n_harmonic)
         phase = finite_number(parameter.phase, "phase", BalanceError)
         row = _entries(parameter.row, "the row of a load parameter", (balance.system.n_dof,))
         load[harmonic] = np.exp(1j * phase * (harmonic > 0)) * row
@@ -280,8 +258,8 @@ def _model_change(
     if parameter.static_load is not None:
         load[0] += _entries(parameter.static_load, "the static load of a model parameter", (r,))
     if parameter.harmonic_force is not None:
-        kept = min(len(parameter.harmonic_force), len(load))
-        load[:kept] += balance.level * parameter.harmonic_force[:kept]
+        retained = min(len(parameter.harmonic_force), len(load))
+        load[:retained] += balance.level * parameter.harmonic_force[:retained]
     for (joint, name), rate in parameter.joints.items():
         number, index = joint_index(balance, joint, name)
         g += rate * spread(balance, number, forces.by_parameter[index])

@@ -24,10 +24,10 @@ def newton_from(
     """The state that Newton's method alone finds from a motion; maybe none."""
     linear = balance.linear(condensed)
     scale = float(np.linalg.norm(linear)) or 1.0
-    found, norm, count = newton_at(balance, condensed, linear, x, sliders, TOLERANCE * scale, MAX_ITERATION)
+    result, norm, count = newton_at(balance, condensed, linear, x, sliders, TOLERANCE * scale, MAX_ITERATION)
     if not norm <= TOLERANCE * scale:
         return None
-    return recover_state(balance, condensed, found, sliders, norm / scale, count, recovery)
+    return recover_state(balance, condensed, result, sliders, norm / scale, count, recovery)
 
 
 def solve_at(
@@ -49,15 +49,15 @@ def solve_at(
     for attempt in (x, linear):
         if attempt is None:
             continue
-        found, norm, count = newton_at(balance, condensed, linear, attempt, sliders, TOLERANCE * scale, MAX_ITERATION)
+        result, norm, count = newton_at(balance, condensed, linear, attempt, sliders, TOLERANCE * scale, MAX_ITERATION)
         iterations += count
         if norm <= TOLERANCE * scale:
-            return recover_state(balance, condensed, found, sliders, norm / scale, iterations, recovery)
+            return recover_state(balance, condensed, result, sliders, norm / scale, iterations, recovery)
     for guess in (linear, 0 * linear):
-        found, norm, count = ramp(balance, condensed, guess, sliders, scale)
+        result, norm, count = ramp(balance, condensed, guess, sliders, scale)
         iterations += count
         if norm <= TOLERANCE * scale:
-            return recover_state(balance, condensed, found, sliders, norm / scale, iterations, recovery)
+            return recover_state(balance, condensed, result, sliders, norm / scale, iterations, recovery)
     contacts = [joint for joint in balance.system.joints if joint.normal_direction is not None]
     pressed = [contact.name for contact in contacts if not contact.open_at_rest]
     unset = bool(pressed) and not sliders.value.any()
@@ -74,11 +74,11 @@ def newton_at(
 ) -> tuple[Real, float, int]:
     """Newton's method alone: motion, |R| [m] and iterations, whether it converged or not."""
     first, count = balance.joint_of_direction
-    found: tuple[Real, float, int] = newton(
+    result: tuple[Real, float, int] = newton(
         np.ascontiguousarray(x), linear, condensed.angular_frequency, condensed.receptance, balance.table, first, count,
         sliders, balance.sampling, tolerance, limit,
     )  # fmt: skip
-    return found
+    return result
 
 
 def ramp(

@@ -85,10 +85,7 @@ def harmonic_at(
         A harmonic or a degree of freedom that the coefficients do not have, or a row of another size.
     """
     n_harmonic, n_dof = coefficients.shape[-2:]
-    k = whole_number(harmonic, "harmonic", BalanceError)
-    if not 0 <= k < n_harmonic:
-        raise BalanceError(f"harmonic {k} is none of 0 to {n_harmonic - 1}, which the solution has")
-    q = coefficients[..., k, :]
+    q = coefficients[..., checked_harmonic(harmonic, n_harmonic), :]
     if row is None or isinstance(row, str | int | float) or np.ndim(row) == 0:
         dof = whole_number(row, "row", BalanceError)
         if not 0 <= dof < n_dof:
@@ -96,6 +93,14 @@ def harmonic_at(
         return np.asarray(q[..., dof])
     meaning = ", one weight per degree of freedom, or the number of one"
     return np.asarray(q @ finite_array(row, "the row", BalanceError, (n_dof,), meaning))
+
+
+def checked_harmonic(harmonic: int, n_harmonic: int) -> int:
+    """The number of a harmonic, refused where there is none of it."""
+    k = whole_number(harmonic, "harmonic", BalanceError)
+    if not 0 <= k < n_harmonic:
+        raise BalanceError(f"harmonic {k} is none of 0 to {n_harmonic - 1}: give one of these")
+    return k
 
 
 def check_state(balance: HarmonicBalance, state: SteadyState) -> None:
@@ -114,10 +119,10 @@ def check_state(balance: HarmonicBalance, state: SteadyState) -> None:
         "slider": (balance.n_slider,),
     }
     for name, wanted in shapes.items():
-        found = np.shape(getattr(state, name))
-        if found != wanted:
+        result = np.shape(getattr(state, name))
+        if result != wanted:
             raise BalanceError(
-                f"the state has {name} of shape {found}, the balance {wanted}: give the balance with which the state "
+                f"the state has {name} of shape {result}, the balance {wanted}: give the balance with which the state "
                 "was found"
             )
 

@@ -81,9 +81,9 @@ def rescue(
     balance: HarmonicBalance, condensed: Condensed, x: Real | None, sliders: Start, before: SteadyState | None = None
 ) -> SteadyState | None:
     """What many starts about a motion, or an arc from another state, lead to where `solve_at` does not; maybe none."""
-    found = from_many_starts(balance, condensed, x, sliders)
-    if found is not None:
-        return recover_state(balance, condensed, found[0], sliders, found[1], found[2])
+    result = from_many_starts(balance, condensed, x, sliders)
+    if result is not None:
+        return recover_state(balance, condensed, result[0], sliders, result[1], result[2])
     return along_an_arc(balance, condensed.angular_frequency, before, sliders)
 
 
@@ -102,9 +102,9 @@ def from_many_starts(
         else:
             start = linear + (near - linear) * random.uniform(-0.5, 1.5)
             start = start + STUCK_SPREAD * linear * random.normal(size=near.shape)
-        found, norm, count = newton_at(balance, condensed, linear, start, sliders, TOLERANCE * scale, ITERATIONS)
+        result, norm, count = newton_at(balance, condensed, linear, start, sliders, TOLERANCE * scale, ITERATIONS)
         if norm <= TOLERANCE * scale:
-            return found, norm / scale, count
+            return result, norm / scale, count
     return None
 
 
@@ -122,8 +122,8 @@ def along_an_arc(
         arc = Continuation(path=path, first=first, last=last, step=ARC_STEP * abs(last - first), most_points=ARC_POINTS)
         try:
             at, condensed = path.at(first)
-            found = solve_at(at, condensed, start, sliders)
-            state = arc.state_at(found.motion, sliders)
+            result = solve_at(at, condensed, start, sliders)
+            state = arc.state_at(result.motion, sliders)
         except NoSteadyState:
             continue
         point: SteadyState | None = None

@@ -83,7 +83,7 @@ def refuse_asymmetric(matrix: Matrix, what: str, error: type[InputError], tolera
     """Refuse a matrix that is not symmetric up to a share of its largest entry."""
     skew = np.abs(matrix - matrix.T)
     if skew.max(initial=0.0) > tolerance * np.abs(matrix).max(initial=0.0):
-        i, j = (int(each) for each in np.unravel_index(skew.argmax(), skew.shape))
+        i, j = (int(element) for element in np.unravel_index(skew.argmax(), skew.shape))
         raise error(
             f"{what} is not symmetric: entries ({i}, {j}) and ({j}, {i}) are {matrix[i, j]:g} and {matrix[j, i]:g}; "
             "write both halves of it"
@@ -170,5 +170,5 @@ def _numbers(values: object, what: str, error: type[InputError]) -> NDArray[np.n
 
 
 def _place(place: tuple[int, ...] | NDArray[np.int64]) -> str:
-    numbers = [int(each) for each in place]
+    numbers = [int(element) for element in place]
     return "" if not numbers else f" at {numbers[0]}" if len(numbers) == 1 else f" at {tuple(numbers)}"

@@ -26,11 +26,6 @@ Scalar = TypeVar("Scalar", np.float64, np.complex128)
 class ReducedAssembly:
     """Reduced bodies side by side; coordinates are those of the bodies, one after the other.
 
-    Parameters
-    ----------
-    bodies
-        Reduced models by name, in order.
-
     Raises
     ------
     RomError
@@ -38,6 +33,7 @@ class ReducedAssembly:
     """
 
     bodies: Mapping[str, ReducedModel]
+    """Reduced models by name, in order."""
 
     def __post_init__(self) -> None:
         if not self.bodies:
@@ -107,9 +103,9 @@ class ReducedAssembly:
         rom = self.bodies[body]
         if np.shape(nodal) != (rom.n_node, 3):
             raise RomError(f"nodal forces of shape {np.shape(nodal)} are not those of {body}: give ({rom.n_node}, 3)")
-        found = np.zeros(self.n_dof)
-        found[columns] = rom.recovery.T @ np.asarray(nodal, dtype=np.float64).reshape(-1)[rom.free]
-        return found
+        result = np.zeros(self.n_dof)
+        result[columns] = rom.recovery.T @ np.asarray(nodal, dtype=np.float64).reshape(-1)[rom.free]
+        return result
 
     def displacement(
         self, reduced: Float[NDArray[np.float64], "r ..."] | Complex[NDArray[np.complex128], "r ..."]
@@ -196,8 +192,8 @@ def lowest_modes(bodies: Mapping[str, ReducedModel], n_mode: int) -> dict[str, R
     """
     frequency = np.concatenate([rom.fixed_interface_frequency for rom in bodies.values()])
     owner = np.repeat(np.arange(len(bodies)), [len(rom.fixed_interface_frequency) for rom in bodies.values()])
-    kept = np.bincount(owner[np.argsort(frequency, kind="stable")[:n_mode]], minlength=len(bodies))
-    return {name: truncated(rom, int(n)) for (name, rom), n in zip(bodies.items(), kept, strict=True)}
+    retained = np.bincount(owner[np.argsort(frequency, kind="stable")[:n_mode]], minlength=len(bodies))
+    return {name: truncated(rom, int(n)) for (name, rom), n in zip(bodies.items(), retained, strict=True)}
 
 
 def truncated(rom: ReducedModel, n_mode: int) -> ReducedModel:

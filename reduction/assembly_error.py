@@ -82,7 +82,7 @@ def assembly_error(
     joined = np.flatnonzero(np.any(springs != 0, axis=1))
     if not len(joined):
         raise RomError("the springs are all zero, so that nothing joins the bodies: give those of their contacts")
-    found = modes(full, n_mode)
+    result = modes(full, n_mode)
     stiffness = assembly.stiffness + springs
     reduced = dense_modes(assembly.mass, stiffness)
     frequency = np.sqrt(reduced.lambda_[:n_mode]) / (2 * np.pi)
@@ -102,9 +102,9 @@ def assembly_error(
         small = np.linalg.inv(stiffness - omega**2 * assembly.mass)[np.ix_(joined, joined)]
         errors.append(float(np.linalg.norm(small - exact) / np.linalg.norm(exact)))
     return AssemblyError(
-        frequency=found.frequency,
-        frequency_error=frequency / found.frequency - 1,
-        mac=_mac(shapes, found.mode_shapes, found.frequency),
+        frequency=result.frequency,
+        frequency_error=frequency / result.frequency - 1,
+        mac=_mac(shapes, result.mode_shapes, result.frequency),
         receptance_frequency=receptance_frequency,
         receptance_error=np.array(errors),
     )
@@ -112,11 +112,11 @@ def assembly_error(
 
 def _mac(shapes: Matrix, exact: Matrix, frequency: Vector) -> Vector:
     """Squared cosine of each shape to the exact ones whose frequencies are as good as its own."""
-    found = []
+    result = []
     for shape, own in zip(shapes.T, frequency, strict=True):
         basis, _ = np.linalg.qr(exact[:, np.abs(frequency - own) <= CLOSE * own])
-        found.append(float(np.sum((basis.T @ shape) ** 2) / (shape @ shape)))
-    return np.array(found)
+        result.append(float(np.sum((basis.T @ shape) ** 2) / (shape @ shape)))
+    return np.array(result)
 
 
 def joined_system(systems: Mapping[str, LinearSystem], assembly: ReducedAssembly, springs: Matrix) -> LinearSystem:
@@ -156,7 +156,7 @@ def joined_system(systems: Mapping[str, LinearSystem], assembly: ReducedAssembly
 
 def _physical_rows(systems: Mapping[str, LinearSystem], assembly: ReducedAssembly) -> Int[NDArray[np.int64], " r"]:
     """Row of the full model of each coordinate of the assembly; -1 for modal ones."""
-    found, start = np.full(assembly.n_dof, -1), 0
+    result, start = np.full(assembly.n_dof, -1), 0
     for body, rom in assembly.bodies.items():
         if body not in systems:
             raise RomError(f"there is no full model of {body}, but of {', '.join(systems)}: give one for each body")
@@ -165,9 +165,9 @@ def _physical_rows(systems: Mapping[str, LinearSystem], assembly: ReducedAssembl
             raise RomError(f"{body} was not reduced from the system that is given for it: give the one that was")
         first = assembly.columns(body).start
         own = np.searchsorted(rom.free, 3 * rom.boundary_node + rom.boundary_direction)
-        found[first : first + rom.n_boundary] = start + own
+        result[first : first + rom.n_boundary] = start + own
         start += system.n_dof
-    return found
+    return result
 
 
 def _receptance(factor: Factor, n_dof: int, rows: Int[NDArray[np.int64], " b"]) -> Matrix:

@@ -100,7 +100,7 @@ def _basis(system: LinearSystem, rows: Partition, on_boundary: sp.csr_array, n_m
     recovery = np.zeros((system.n_dof, n_boundary + n_mode), order="F")
     lambda_ = np.zeros(0)
     if len(i):
-        mass, stiffness = (interior_part(each, i) for each in (system.mass, system.stiffness))
+        mass, stiffness = (interior_part(item, i) for item in (system.mass, system.stiffness))
         try:
             factor = factorise(stiffness, n_column=COLUMNS_PER_MODE * n_mode + n_boundary)
             give_back()

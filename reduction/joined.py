@@ -18,7 +18,7 @@ from reduction.array_type import Matrix, Row
 from reduction.assembly import ReducedAssembly
 from reduction.errors import JointError
 from reduction.jointed_system import Friction, FrictionContact, JointedSystem
-from reduction.line_contact import LineStiffness, Tangents, contact_directions, held_stiffness, line_contacts
+from reduction.line_contact import LineStiffness, Tangents, contact_directions, fixed_tangent_stiffness, line_contacts
 from reduction.rom import ReducedModel
 from reduction.static_contact import StaticState, static_state
 from reduction.stuck import stuck_damping, stuck_stiffness
@@ -29,35 +29,24 @@ RIGID = 1e-10
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LinePair:
-    """Two lines that lie on each other, and what happens between them.
-
-    Parameters
-    ----------
-    name
-        Of the pair.
-    body, other
-        The two bodies.
-    line
-        That of the first body: its normals point into the second one.
-    line_set, other_set
-        Boundary sets of the stations' nodes, in the same order.
-    stiffness
-        Of the line.
-    friction_coefficient
-        mu [-].
-    gaps
-        Initial gap at each station [m]; none by default.
-    """
+    """Two lines that lie on each other, and what happens between them."""
 
     name: str
+    """Of the pair."""
     body: str
     other: str
+    """The two bodies."""
     line: ContactLine
+    """That of the first body: its normals point into the second one."""
     line_set: str
     other_set: str
+    """Boundary sets of the stations' nodes, in the same order."""
     stiffness: LineStiffness
+    """Of the line."""
     friction_coefficient: float
+    """mu [-]."""
     gaps: Sequence[float] | None = None
+    """Initial gap at each station [m]; none by default."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -120,7 +109,7 @@ def joined(
     RomError
         A body or a boundary set that the assembly does not have.
     JointError
-        Gaps or nodes that are not one a station, two pairs of one name, bodies that have damping, or some that touch
+        Gaps or nodes that are not one per station, two pairs of one name, bodies that have damping, or some that touch
         each other alone and have no support.
     """
     if assembly.damping.any():
@@ -131,27 +120,27 @@ def joined(
             raise JointError(f'two pairs of lines are called "{name}": give each a name of its own')
     n_dof = assembly.n_dof
     contacts: list[FrictionContact] = []
-    held, lines = np.zeros((n_dof, n_dof)), {}
+    fixed, lines = np.zeros((n_dof, n_dof)), {}
     for pair in pairs:
         rows = _rows(assembly, pair, pair.body, pair.line_set)
         others = _rows(assembly, pair, pair.other, pair.other_set)
         directions = contact_directions(n_dof, pair.line, rows, others)
-        found = line_contacts(
+        result = line_contacts(
             pair.name, pair.line, directions, pair.stiffness, pair.friction_coefficient,
             tangents=tangents, gaps=pair.gaps, friction=friction,
         )  # fmt: skip
-        contacts += found
-        lines[pair.name] = tuple(each.name for each in found)
+        contacts += result
+        lines[pair.name] = tuple(item.name for item in result)
         if tangents is Tangents.ALONG:
-            held += held_stiffness(pair.line, directions, pair.stiffness)
+            fixed += fixed_tangent_stiffness(pair.line, directions, pair.stiffness)
     _refuse_loose(assembly, pairs)
     return Joined(
         mass=assembly.mass,
         bodies=assembly.stiffness,
-        stiffness=assembly.stiffness + held,
+        stiffness=assembly.stiffness + fixed,
         contacts=tuple(contacts),
         lines=lines,
-        springs=stuck_stiffness(held, contacts),
+        springs=stuck_stiffness(fixed, contacts),
     )
 
 
@@ -179,17 +168,17 @@ def _supported(rom: ReducedModel) -> bool:
 
 def _rows(assembly: ReducedAssembly, pair: LinePair, body: str, name: str) -> Int[NDArray[np.int64], "station 3"]:
     """Coordinates along x, y and z of each station's node."""
-    found = assembly.rows(body, name)
-    if len(found) != 3 * pair.line.n_station:
+    result = assembly.rows(body, name)
+    if len(result) != 3 * pair.line.n_station:
         raise JointError(
-            f'pair "{pair.name}": boundary set "{name}" of {body} keeps {len(found)} degrees of freedom, but the line '
+            f'pair "{pair.name}": boundary set "{name}" of {body} keeps {len(result)} degrees of freedom, but the line '
             f"has {pair.line.n_station} stations with three each: keep one node a station"
         )
-    return found.reshape(-1, 3)
+    return result.reshape(-1, 3)
 
 
 def vibrating(
-    of: Joined,
+    bodies: Joined,
     rest: StaticState,
     damping_ratio: float,
     harmonic_force: Complex[NDArray[np.complex128], "harmonic r"],
@@ -198,7 +187,7 @@ def vibrating(
 
     Parameters
     ----------
-    of
+    bodies
         Bodies and contacts.
     rest
         Under the dead weights; motion is reckoned from there.
@@ -210,9 +199,9 @@ def vibrating(
         At level 1, shape (n_harmonic, r) [N].
     """
     return JointedSystem(
-        mass=of.mass,
-        damping=stuck_damping(of.mass, of.stiffness, of.stuck, damping_ratio, seen=harmonic_force),
-        stiffness=of.stiffness,
+        mass=bodies.mass,
+        damping=stuck_damping(bodies.mass, bodies.stiffness, bodies.stuck, damping_ratio, seen=harmonic_force),
+        stiffness=bodies.stiffness,
         joints=rest.contacts,
         static_load=rest.load,
         harmonic_force=harmonic_force,

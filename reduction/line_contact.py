@@ -29,11 +29,6 @@ class Tangents(Enum):
 class LineStiffness:
     """Of one contact line, shared among its stations by the length that each stands for.
 
-    Parameters
-    ----------
-    normal, tangential
-        k_n and k_t of the whole line [N/m].
-
     Raises
     ------
     JointError
@@ -42,6 +37,7 @@ class LineStiffness:
 
     normal: float
     tangential: float
+    """k_n and k_t of the whole line [N/m]."""
 
     def __post_init__(self) -> None:
         for name, value in (("normal", self.normal), ("tangential", self.tangential)):
@@ -71,12 +67,12 @@ def contact_directions(
     For each station the rows of the approach along the normal, and of the first body's motion against the second along
     the two tangents, shape (n_station, 3, r) [-].
     """
-    found = np.zeros((line.n_station, 3, n_dof))
+    result = np.zeros((line.n_station, 3, n_dof))
     frames = np.concatenate([line.normal[:, None, :], line.tangents], axis=1)
     for station, frame in enumerate(frames):
-        found[station][:, rows[station]] += frame
-        found[station][:, other_rows[station]] -= frame
-    return np.asarray(found)
+        result[station][:, rows[station]] += frame
+        result[station][:, other_rows[station]] -= frame
+    return np.asarray(result)
 
 
 def station_stiffness(line: ContactLine, stiffness: LineStiffness) -> Float[NDArray[np.float64], "station 2"]:
@@ -98,7 +94,7 @@ def line_contacts(
 ) -> list[FrictionContact]:
     """Contact elements of a line, named "name.1" and so on along it.
 
-    With `Tangents.ALONG` the second tangent is no friction: `held_stiffness` adds its springs to the structure.
+    With `Tangents.ALONG` the second tangent does not slide: `fixed_tangent_stiffness` adds its springs.
 
     Parameters
     ----------
@@ -122,12 +118,13 @@ def line_contacts(
     Raises
     ------
     JointError
-        Gaps that are not one a station.
+        Gaps that are not one per station.
     """
     opening = np.zeros(line.n_station) if gaps is None else np.asarray(gaps, dtype=np.float64)
     if opening.shape != (line.n_station,):
         raise JointError(
-            f'contact line "{name}" has {line.n_station} stations but gaps of shape {opening.shape}: give one a station'
+            f'contact line "{name}" has {line.n_station} stations but gaps of shape {opening.shape}: give one per '
+            "station"
         )
     sliding = slice(1, 2) if tangents is Tangents.ALONG else slice(1, 3)
     return [
@@ -145,7 +142,7 @@ def line_contacts(
     ]
 
 
-def held_stiffness(
+def fixed_tangent_stiffness(
     line: ContactLine, directions: Directions, stiffness: LineStiffness
 ) -> Float[NDArray[np.float64], "r r"]:
     """Springs k_t of the second tangent, which `Tangents.ALONG` holds, shape (r, r) [N/m]."""

@@ -162,17 +162,17 @@ def available_memory(system: Path = Path("/")) -> float:
     system
         Root of the files in which Linux says so; where they are not, there is no limit.
     """
-    found = [float("inf")]
+    result = [float("inf")]
     meminfo = system / "proc/meminfo"
     if meminfo.is_file():
         values = dict(line.split(":") for line in meminfo.read_text(encoding="ascii").splitlines() if ":" in line)
-        found.append(1024.0 * int(values["MemAvailable"].split()[0]))
+        result.append(1024.0 * int(values["MemAvailable"].split()[0]))
     for limit, usage in CGROUP:
         files = [system / "sys/fs/cgroup" / name for name in (limit, usage)]
         if all(file.is_file() for file in files):
             most, taken = (file.read_text(encoding="ascii").strip() for file in files)
-            found.append(float("inf") if most == "max" else float(most) - float(taken))
-    return min(found)
+            result.append(float("inf") if most == "max" else float(most) - float(taken))
+    return min(result)
 
 
 def _system(n_entry: float, is_compact: bool) -> float:

@@ -109,7 +109,7 @@ def load_nlvib(path: Path | str) -> JointedSystem:
     force = np.zeros((2, n), dtype=np.complex128)
     if np.size(given := content.get("Fex1", ())):
         if np.size(given) != n:
-            raise ExchangeError(f'"{path}": Fex1 has {np.size(given)} entries, the mass {n} rows: give one a row')
+            raise ExchangeError(f'"{path}": Fex1 has {np.size(given)} entries, the mass {n} rows: give one per row')
         force[1] = np.ravel(given)
     elements = content.get("nonlinear_elements", [])
     listed = [elements] if isinstance(elements, dict) else list(np.ravel(np.asarray(elements, dtype=object)))
@@ -117,7 +117,7 @@ def load_nlvib(path: Path | str) -> JointedSystem:
         mass=matrices["M"],
         damping=matrices["D"],
         stiffness=matrices["K"],
-        joints=[_joint(path, number, each) for number, each in enumerate(listed, start=1)],
+        joints=[_joint(path, number, item) for number, item in enumerate(listed, start=1)],
         harmonic_force=force,
     )
 

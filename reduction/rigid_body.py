@@ -44,7 +44,7 @@ class RigidBody:
     frequency: Six
     """The six natural frequencies, rising, shape (6,) [Hz]."""
     shape: Float[NDArray[np.float64], "6 6"]
-    """The motions that belong to them, about the centre of mass, mass-normalised, shape (6, 6), one a column."""
+    """The motions that belong to them, about the centre of mass, mass-normalised, shape (6, 6), one per column."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "centre", "stiffness", "frequency", "shape")
@@ -85,9 +85,9 @@ def rigid_body(
     motion = rigid_motions(assembly, body, points, np.zeros(3))
     mass, stiffness = assembly.mass[own, own], assembly.stiffness[own, own]
     # Physical coordinates alone: modal ones have squared frequencies for stiffness, and stay at rest.
-    kept = slice(assembly.bodies[body].n_boundary)
-    resisting = float(np.abs(stiffness[kept, kept] @ motion[own][kept]).max(initial=0.0))
-    if resisting > SUPPORTED * float(np.abs(stiffness[kept, kept]).max(initial=0.0)):
+    retained = slice(assembly.bodies[body].n_boundary)
+    resisting = float(np.abs(stiffness[retained, retained] @ motion[own][retained]).max(initial=0.0))
+    if resisting > SUPPORTED * float(np.abs(stiffness[retained, retained]).max(initial=0.0)):
         raise RomError(f"{body} is supported: ask for the rigid-body motions of a body that contact alone holds")
     inertia = motion[own].T @ mass @ motion[own]
     # m times the vector to the centre stands as a cross product in the coupling of translations and rotations.
@@ -114,7 +114,7 @@ def check_held(bodies: Sequence[RigidBody]) -> None:
     RomError
         Every motion that nothing resists, by body.
     """
-    loose = [f"{each.body}: {' and '.join(each.free)}" for each in bodies if each.free]
+    loose = [f"{item.body}: {' and '.join(item.free)}" for item in bodies if item.free]
     if loose:
         raise RomError(
             f"nothing holds {'; '.join(loose)} (about the centre of mass): give that line contact of more than one "

@@ -94,8 +94,10 @@ class ReducedModel:
             return rows
         directions = self.boundary_direction[rows]
         if direction not in directions:
-            kept = ", ".join(str(d) for d in np.unique(directions))
-            raise RomError(f'boundary set "{name}" has no degree of freedom in direction {direction}: it keeps {kept}')
+            retained = ", ".join(str(d) for d in np.unique(directions))
+            raise RomError(
+                f'boundary set "{name}" has no degree of freedom in direction {direction}: it has {retained}'
+            )
         return np.asarray(rows[directions == direction])
 
     def modes(self, n_mode: int | None = None) -> ModeSet:
@@ -109,9 +111,9 @@ class ReducedModel:
         n_mode = self.n_dof if n_mode is None else n_mode
         if not 1 <= n_mode <= self.n_dof:
             raise RomError(f"{n_mode} modes were asked of a reduced model of {self.n_dof}: ask for 1 to {self.n_dof}")
-        found = dense_modes(self.mass, self.stiffness)
-        angular_frequency = np.sqrt(found.lambda_[:n_mode].clip(min=0))
-        shapes = found.mode_shapes[:, :n_mode]
+        result = dense_modes(self.mass, self.stiffness)
+        angular_frequency = np.sqrt(result.lambda_[:n_mode].clip(min=0))
+        shapes = result.mode_shapes[:, :n_mode]
         modal_damping = np.einsum("rm,rs,sm->m", shapes, self.damping, shapes, optimize=True)
         damping_ratio = np.divide(
             modal_damping, 2 * angular_frequency, out=np.zeros(n_mode), where=angular_frequency > 0

@@ -46,7 +46,7 @@ def rom_error(system: LinearSystem, rom: ReducedModel, n_mode: int) -> Float[NDA
     shapes has frequencies between the full model's and the reduced one's; the estimate is the drop to them, and steps
     are added until it settles. So it errs to the low side, by a few per cent.
 
-    The cost is one factorisation of K_ii and n_mode + 4 solves a step, two or three steps mostly.
+    The cost is one factorisation of K_ii and n_mode + 4 solves per step, two or three steps mostly.
 
     Parameters
     ----------
@@ -170,13 +170,13 @@ def _new_directions(block: Matrix, known: Matrix, mass: Symmetric) -> Matrix:
         block = _unit(block - known @ (known.T @ (mass @ block)), mass, NEW_DIRECTION)
         gram = block.T @ (mass @ block)
         size, direction = np.linalg.eigh((gram + gram.T) / 2)
-        kept = size > DEPENDENT
-        block = block @ (direction[:, kept] / np.sqrt(size[kept]))
+        remaining = size > DEPENDENT
+        block = block @ (direction[:, remaining] / np.sqrt(size[remaining]))
     return block
 
 
 def _unit(block: Matrix, mass: Symmetric, least: float) -> Matrix:
     """Columns of unit length in the mass norm, without those that are no longer than `least`."""
     length = np.sqrt(np.einsum("ik,ik->k", block, mass @ block))
-    kept = length > least
-    return np.asarray(block[:, kept] / length[kept])
+    remaining = length > least
+    return np.asarray(block[:, remaining] / length[remaining])

@@ -41,13 +41,13 @@ def seated(bodies: Joined, motions: Mapping[str, Float[Real, "r 6"]]) -> Joined:
     motions
         Rigid motions of each body that contact alone holds, by name; contacts that none of them moves stay as they are.
     """
-    gaps = np.array([each.gap for each in bodies.contacts])
-    normals = np.array([each.normal for each in bodies.contacts])
+    gaps = np.array([item.gap for item in bodies.contacts])
+    normals = np.array([item.normal for item in bodies.contacts])
     for motion in motions.values():
         approach = normals @ motion
         is_touched = np.abs(approach).max(axis=1, initial=0.0) > 0
         gaps[is_touched] = seated_gaps(approach[is_touched], gaps[is_touched])
-    contacts = tuple(replace(each, gap=float(gap)) for each, gap in zip(bodies.contacts, gaps, strict=True))
+    contacts = tuple(replace(item, gap=float(gap)) for item, gap in zip(bodies.contacts, gaps, strict=True))
     return replace(bodies, contacts=contacts)
 
 

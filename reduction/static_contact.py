@@ -53,18 +53,18 @@ class StaticState:
     normal: Float[NDArray[np.float64], " c"]
     """N of each contact, shape (c,) [N]."""
     tangential: tuple[Float[NDArray[np.float64], " t"], ...]
-    """T of each contact along each of its tangents, one array a contact [N]."""
+    """T of each contact along each of its tangents, one array per contact [N]."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "displacement", "load", "normal")
-        object.__setattr__(self, "tangential", tuple(locked(np.array(each)) for each in self.tangential))
+        object.__setattr__(self, "tangential", tuple(locked(np.array(item)) for item in self.tangential))
         object.__setattr__(self, "contacts", tuple(self.contacts))
 
     @property
     def slider(self) -> Float[NDArray[np.float64], " s"]:
         """Where the sliders of all contacts begin so that rest is rest, -T / k_t, shape (s,) [m]."""
         pairs = zip(self.contacts, self.tangential, strict=True)
-        return np.concatenate([np.zeros(0), *(-force / each.tangential_stiffness for each, force in pairs)])
+        return np.concatenate([np.zeros(0), *(-force / item.tangential_stiffness for item, force in pairs)])
 
     @property
     def ratio(self) -> Float[NDArray[np.float64], " c"]:
@@ -72,8 +72,8 @@ class StaticState:
 
         Tangents with limits of their own count each by itself.
         """
-        limit = np.array([each.limit_at_rest for each in self.contacts])
-        size = np.array([_size(each, force) for each, force in zip(self.contacts, self.tangential, strict=True)])
+        limit = np.array([item.limit_at_rest for item in self.contacts])
+        size = np.array([_size(item, force) for item, force in zip(self.contacts, self.tangential, strict=True)])
         unlimited = np.where(size > 0, np.inf, 0.0)
         return np.asarray(np.divide(size, limit, out=unlimited, where=limit > 0))
 
@@ -104,12 +104,12 @@ def static_state(
         A contact that has a preload, no rest (a body that the closed contacts do not hold), or a line that opens all
         along.
     """
-    pressed = [each.name for each in contacts if each.preload]
+    pressed = [item.name for item in contacts if item.preload]
     if pressed:
         raise JointError(f'contact "{pressed[0]}" has a preload, which the static solution shall find: leave it out')
-    rows = np.array([each.normal for each in contacts]).reshape(-1, len(stiffness))
-    k_n = np.array([each.normal_stiffness for each in contacts])
-    gap = np.array([each.gap for each in contacts])
+    rows = np.array([item.normal for item in contacts]).reshape(-1, len(stiffness))
+    k_n = np.array([item.normal_stiffness for item in contacts])
+    gap = np.array([item.gap for item in contacts])
     # Springs to the ground, too soft to be felt, let a body that a set leaves free move on until it meets the next
     # contact; rest itself is without them.
     ground = GROUND * np.diag(np.diag(_stuck(stiffness, contacts, np.ones(len(contacts), dtype=bool))))
@@ -135,22 +135,24 @@ def static_state(
         elif now.tobytes() in seen:
             order = wrong[np.argsort(-np.abs(approach[wrong]) * k_n[wrong])]
             tries = [_changed(closed, int(one)) for one in order]
-            now = next((each for each in tries if each.tobytes() not in seen), tries[0])
+            now = next((item for item in tries if item.tobytes() not in seen), tries[0])
         closed = now
     else:
-        raise JointError(f"no rest was found under the static load in {ROUNDS} rounds a contact: check loads and gaps")
+        raise JointError(
+            f"no rest was found under the static load in {ROUNDS} rounds per contact: check loads and gaps"
+        )
     _refuse_open(lines or {}, contacts, closed)
     q = _rest(stiffness, contacts, closed, rows, k_n, gap, load)
     if q is None:
         raise JointError(FREE)
     approach = rows @ q - gap
-    tangential = tuple(each.tangential_stiffness * (each.tangents @ q) * on
-                       for each, on in zip(contacts, closed, strict=True))  # fmt: skip
+    tangential = tuple(item.tangential_stiffness * (item.tangents @ q) * on
+                       for item, on in zip(contacts, closed, strict=True))  # fmt: skip
     normal = np.where(closed, k_n * approach, 0.0).clip(min=0)
     return StaticState(
         contacts=tuple(
-            replace(each, preload=float(force), gap=0.0 if on else max(float(-distance), 0.0))
-            for each, force, distance, on in zip(contacts, normal, approach, closed, strict=True)
+            replace(item, preload=float(force), gap=0.0 if on else max(float(-distance), 0.0))
+            for item, force, distance, on in zip(contacts, normal, approach, closed, strict=True)
         ),
         displacement=q,
         load=load - stiffness @ q,
@@ -184,7 +186,7 @@ def _rest(
 def _refuse_open(
     lines: Mapping[str, Sequence[str]], contacts: Sequence[FrictionContact], closed: Bool[NDArray[np.bool_], " c"]
 ) -> None:
-    on = {each.name for each, shut in zip(contacts, closed, strict=True) if shut}
+    on = {item.name for item, shut in zip(contacts, closed, strict=True) if shut}
     for line, names in lines.items():
         if names and not on & set(names):
             raise JointError(
@@ -201,10 +203,10 @@ def _size(contact: FrictionContact, force: Vector) -> float:
 
 
 def _changed(closed: Bool[NDArray[np.bool_], " c"], one: int) -> Bool[NDArray[np.bool_], " c"]:
-    found = closed.copy()
-    found[one] = not found[one]
-    return found
+    result = closed.copy()
+    result[one] = not result[one]
+    return result
 
 
 def _stuck(stiffness: Matrix, contacts: Sequence[FrictionContact], closed: Bool[NDArray[np.bool_], " c"]) -> Matrix:
-    return stuck_stiffness(stiffness, [each for each, on in zip(contacts, closed, strict=True) if on])
+    return stuck_stiffness(stiffness, [item for item, on in zip(contacts, closed, strict=True) if on])

@@ -17,15 +17,6 @@ from transient.transition import modal_structure
 class Segment:
     """Whole periods over which level and static load change linearly from where the last segment ended.
 
-    Parameters
-    ----------
-    n_period
-        Periods of the excitation [-].
-    angular_frequency
-        Of the excitation; for a slow static ramp, of the clock that counts the periods [rad/s].
-    level, load
-        Scale of the harmonic force and of the static load at the end [-].
-
     Raises
     ------
     TransientError
@@ -33,9 +24,12 @@ class Segment:
     """
 
     n_period: int
+    """Periods of the excitation [-]."""
     angular_frequency: float
+    """Of the excitation; for a slow static ramp, of the clock that counts the periods [rad/s]."""
     level: float = 1.0
     load: float = 1.0
+    """Scale of the harmonic force and of the static load at the end [-]."""
 
     def __post_init__(self) -> None:
         if not isinstance(self.n_period, int | np.integer) or self.n_period < 1:

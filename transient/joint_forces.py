@@ -7,7 +7,7 @@ from transient.law.function import force as function_force
 from transient.law.witness import ARGUMENTS, WITNESSES
 
 _switch = compiled_switch(
-    __name__, ARGUMENTS, [each.force for each in WITNESSES], (function_force, f"address, {ARGUMENTS}")
+    __name__, ARGUMENTS, [item.force for item in WITNESSES], (function_force, f"address, {ARGUMENTS}")
 )
 
 

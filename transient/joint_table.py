@@ -75,7 +75,7 @@ def joint_table(system: JointedSystem) -> WitnessTable:
         stuck_stiffness=np.concatenate([np.zeros(0), *stuck]),
         packed=Packed(
             np.array([FUNCTION if law.name not in names else names.index(law.name) for law in laws], dtype=np.int64),
-            starts([len(each) for each in stuck]),
+            starts([len(item) for item in stuck]),
             starts(n_slider),
             addresses(system.joints),
             parameter_rows(system.joints),
@@ -84,7 +84,7 @@ def joint_table(system: JointedSystem) -> WitnessTable:
         damper=np.concatenate(damper),
         normal_terms=np.concatenate(terms),
         slider_stiffness=np.concatenate(
-            [np.zeros(0), *(np.full(count, each[0]) for count, each in zip(n_slider, stuck, strict=True))]
+            [np.zeros(0), *(np.full(count, item[0]) for count, item in zip(n_slider, stuck, strict=True))]
         ),
     )
 

@@ -58,42 +58,42 @@ class StepEquation(NamedTuple):
 
 
 @compiled
-def residual(after: Vector, of: StepEquation) -> Vector:
+def residual(after: Vector, at: StepEquation) -> Vector:
     """u - u_free + G f of a trial position, f being the joint forces beyond the springs `offset`."""  # noqa: D403  # a symbol
-    joint_forces(of.joints, of.before, after, of.slider, of.step, of.mean, of.end, of.moved)
+    joint_forces(at.joints, at.before, after, at.slider, at.step, at.mean, at.end, at.moved)
     for i in range(after.size):
-        if of.at_end:
-            of.force[i] = of.end[i] - of.offset[i] * after[i]
+        if at.at_end:
+            at.force[i] = at.end[i] - at.offset[i] * after[i]
         else:
-            of.force[i] = of.mean[i] - 0.5 * of.offset[i] * (of.before[i] + after[i])
-    return after - of.free + of.flexibility @ of.force
+            at.force[i] = at.mean[i] - 0.5 * at.offset[i] * (at.before[i] + after[i])
+    return after - at.free + at.flexibility @ at.force
 
 
 @compiled
-def jacobian_inverse(after: Vector, of: StepEquation, scale: float) -> Matrix:
+def jacobian_inverse(after: Vector, at: StepEquation, scale: float) -> Matrix:
     """Inverse of 1 + G df/du, the slopes of each joint by differences: laws have kinks, but no noise."""
-    n, joints, before, offset = after.size, of.joints, of.before, of.offset
+    n, joints, before, offset = after.size, at.joints, at.before, at.offset
     slope = np.zeros((n, n))
-    mean, end, moved = np.zeros(n), np.zeros(n), np.zeros(of.slider.size)
+    mean, end, moved = np.zeros(n), np.zeros(n), np.zeros(at.slider.size)
     moved_end = np.zeros(n)
     probe = after.copy()
     for joint in range(joints.kind.size):
         first, last = joints.direction[joint], joints.direction[joint + 1]
-        joint_force(joint, joints, before, after, of.slider, of.step, mean, end, moved)
-        base = end.copy() if of.at_end else mean.copy()
+        joint_force(joint, joints, before, after, at.slider, at.step, mean, end, moved)
+        base = end.copy() if at.at_end else mean.copy()
         for column in range(first, last):
             delta = 1e-7 * max(abs(after[column]), abs(after[column] - before[column]), 1e-3 * scale)
             if after[column] < before[column]:
                 delta = -delta
             probe[column] = after[column] + delta
-            joint_force(joint, joints, before, probe, of.slider, of.step, mean, end, moved)
-            moved_end[:] = end if of.at_end else mean
+            joint_force(joint, joints, before, probe, at.slider, at.step, mean, end, moved)
+            moved_end[:] = end if at.at_end else mean
             for row in range(first, last):
                 slope[row, column] = (moved_end[row] - base[row]) / delta
             probe[column] = after[column]
     for i in range(n):
-        slope[i, i] -= offset[i] if of.at_end else 0.5 * offset[i]
-    matrix = of.flexibility @ slope
+        slope[i, i] -= offset[i] if at.at_end else 0.5 * offset[i]
+    matrix = at.flexibility @ slope
     for i in range(n):
         matrix[i, i] += 1.0
     inverse: Matrix = np.linalg.inv(matrix)  # type: ignore[assignment]  # numpy says floating
@@ -101,9 +101,9 @@ def jacobian_inverse(after: Vector, of: StepEquation, scale: float) -> Matrix:
 
 
 @compiled
-def solve_positions(after: Vector, of: StepEquation, scale: float, inverse: Matrix) -> int:
+def solve_positions(after: Vector, at: StepEquation, scale: float, inverse: Matrix) -> int:
     """Solve for `after` (guess in, solution out), with forces and sliders; iterations, or -1 without convergence."""
-    r = residual(after, of)
+    r = residual(after, at)
     size = np.abs(r).max()
     fresh = False
     for iteration in range(N_NEWTON):
@@ -112,7 +112,7 @@ def solve_positions(after: Vector, of: StepEquation, scale: float, inverse: Matr
         change = inverse @ r
         damping = 1.0
         trial = after - change
-        r_trial = residual(trial, of)
+        r_trial = residual(trial, at)
         size_trial = np.abs(r_trial).max()
         if not size_trial <= SLOW * size:
             if size_trial <= STALLED * scale and size_trial >= 0.5 * size:
@@ -123,20 +123,20 @@ def solve_positions(after: Vector, of: StepEquation, scale: float, inverse: Matr
                     after[:] = trial
                     r = r_trial
                     size = size_trial
-                inverse[:] = jacobian_inverse(after, of, scale)
+                inverse[:] = jacobian_inverse(after, at, scale)
                 fresh = True
                 continue
             while not size_trial < (1.0 - 0.1 * damping) * size and damping > 1e-3:
                 damping *= 0.5
                 trial = after - damping * change
-                r_trial = residual(trial, of)
+                r_trial = residual(trial, at)
                 size_trial = np.abs(r_trial).max()
             fresh = False
         after[:] = trial
         r = r_trial
         size = size_trial
     if size <= STALLED * scale:
-        residual(after, of)
+        residual(after, at)
         return N_NEWTON
     # Kinks are in the way: a new tangent in every iteration, first with whole steps, which may pass through larger
     # residuals, then with half steps, which break cycles between two sides of a kink.
@@ -144,22 +144,22 @@ def solve_positions(after: Vector, of: StepEquation, scale: float, inverse: Matr
     for damping in (1.0, 0.5):
         after[:] = start
         for iteration in range(N_NEWTON):
-            r = residual(after, of)
+            r = residual(after, at)
             if np.abs(r).max() <= STALLED * scale:
                 return N_NEWTON + iteration
-            inverse[:] = jacobian_inverse(after, of, scale)
+            inverse[:] = jacobian_inverse(after, at, scale)
             after -= damping * (inverse @ r)
     # At last with steps that do make the residual smaller.
     after[:] = start
-    r = residual(after, of)
+    r = residual(after, at)
     for iteration in range(N_CAREFUL):
-        inverse[:] = jacobian_inverse(after, of, scale)
+        inverse[:] = jacobian_inverse(after, at, scale)
         change = inverse @ r
         damping = 1.0
         size = np.sqrt(r @ r)
         while True:
             trial = after - damping * change
-            r_trial = residual(trial, of)
+            r_trial = residual(trial, at)
             size_trial = np.sqrt(r_trial @ r_trial)
             if size_trial <= (1.0 - 0.1 * damping) * size or damping < 1e-9:
                 break

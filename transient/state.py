@@ -15,22 +15,15 @@ from transient.joint_table import joint_table
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TransientState:
-    """All that the future of a system depends on, at the phase 0 of its excitation.
-
-    Parameters
-    ----------
-    displacement
-        q, shape (r,) [m].
-    velocity
-        Shape (r,) [m/s].
-    slider
-        w of each tangent, joints in order, tangents in order, shape (s,) [m]: one of a `JenkinsElement`, as many of a
-        `FrictionContact` as it has tangents, none of the others.
-    """
+    """All that the future of a system depends on, at the phase 0 of its excitation."""
 
     displacement: Vector
+    """q, shape (r,) [m]."""
     velocity: Vector
+    """Shape (r,) [m/s]."""
     slider: Vector
+    """w of each tangent, joints in order, tangents in order, shape (s,) [m]: one of a `JenkinsElement`, as many of a
+    `FrictionContact` as it has tangents, none of the others."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "displacement", "velocity", "slider")

@@ -7,7 +7,7 @@ from the change c over one period as c / (1 - rho), rho being the decay a period
 of the linear structure.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -90,7 +90,7 @@ class SteadyMotion(JointHistory):
         n_sample = len(self.samples)
         if not 1 <= whole_number(n_harmonic, "n_harmonic", TransientError) <= (n_sample + 1) // 2:
             raise TransientError(
-                f"n_harmonic = {n_harmonic} must lie between 1 and {(n_sample + 1) // 2} for {n_sample} steps a period"
+                f"n_harmonic = {n_harmonic} must lie between 1 and {(n_sample + 1) // 2} for {n_sample} steps per period"
             )
         series = np.fft.rfft(self.samples, axis=0)[:n_harmonic] * (2 / n_sample)
         series[0] /= 2
@@ -153,22 +153,22 @@ def steady_motion(
     while True:
         stepper = Stepper(structure, angular_frequency, steps, start, level)
         try:
-            settled = _settle(stepper, tolerance, max_period, acceleration)
+            motion, record = _settle(stepper, tolerance, max_period, acceleration)
         except StepError:
             if 2 * steps > max_steps_per_period:
                 raise
             coarse, steps = None, 2 * steps
             continue
-        n_period += settled.n_period
-        fine = settled.record.modal_displacement
-        if coarse is not None and settled.multiple == 1:
+        n_period += motion.n_period
+        fine = record.modal_displacement
+        if coarse is not None and motion.periodic:
             swing = np.linalg.norm(fine - fine.mean(axis=0), axis=1).max()
             difference = np.linalg.norm(fine[::2] - coarse, axis=1).max()
             step_error = float(difference / swing / 3) if swing > 0 else 0.0
-        if settled.multiple != 1 or step_error <= step_tolerance or 2 * steps > max_steps_per_period:
+        if not motion.periodic or step_error <= step_tolerance or 2 * steps > max_steps_per_period:
             break
-        coarse, start, steps = fine, settled.start, 2 * steps
-    return _motion(stepper, settled, n_period, step_error)
+        coarse, start, steps = fine, motion.start, 2 * steps
+    return replace(motion, n_period=n_period, step_error=step_error)
 
 
 def _check_numbers(
@@ -193,38 +193,8 @@ def _check_numbers(
         )
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Settled:
-    """What `_settle` reached."""
-
-    record: Record
-    start: TransientState
-    multiple: int
-    change: float
-    distance: float
-    n_period: int
-
-
-def _motion(stepper: Stepper, settled: _Settled, n_period: int, step_error: float) -> SteadyMotion:
-    """Period that a stepper has just gone through, after n_period of them in all."""
-    record = settled.record
-    return SteadyMotion(
-        angular_frequency=stepper.angular_frequency,
-        level=stepper.level,
-        steps_per_period=stepper.steps_per_period,
-        samples=record.modal_displacement @ stepper.structure.mode_shapes.T,
-        **record.joints,
-        start=settled.start,
-        final=stepper.state,
-        n_period=n_period,
-        period_multiple=settled.multiple,
-        period_change=settled.change,
-        distance=settled.distance,
-        step_error=step_error,
-    )
-
-
-def _settle(stepper: Stepper, tolerance: float, max_period: int, acceleration: int) -> _Settled:
+def _settle(stepper: Stepper, tolerance: float, max_period: int, acceleration: int) -> tuple[SteadyMotion, Record]:
+    """What steps of one length reach, without an estimate of their error; and its record."""
     structure = stepper.structure
     period = 2 * np.pi / stepper.angular_frequency
     slowest = min(float(np.exp(-0.5 * max(np.diag(structure.damping).min(), 0.0) * period)), SLOWEST)
@@ -232,7 +202,7 @@ def _settle(stepper: Stepper, tolerance: float, max_period: int, acceleration: i
     marks = [stepper.vector * weight]
     changes: list[float] = []
     jump = Anderson(acceleration)
-    for n in range(1, max_period + 1):
+    for _ in range(max_period):
         start = stepper.state
         record = stepper.record()
         amplitude = record.amplitude
@@ -240,19 +210,33 @@ def _settle(stepper: Stepper, tolerance: float, max_period: int, acceleration: i
         change = float(np.linalg.norm(mark - marks[-1])) / amplitude
         changes.append(change)
         rate = _decay(changes, slowest)
-        distance = change / (1 - rate)
+        multiple, distance = 1, change / (1 - rate)
         if distance <= tolerance:
-            return _Settled(record=record, start=start, multiple=1, change=change, distance=distance, n_period=n)
-        multiple, far = _multiple(marks, mark, amplitude, tolerance, slowest)
+            break
+        multiple, left = _multiple(marks, mark, amplitude, tolerance, slowest)
         if multiple:
-            return _Settled(record=record, start=start, multiple=multiple, change=change, distance=far, n_period=n)
+            distance = left
+            break
         marks = [*marks[-N_MULTIPLE:], mark]
         if acceleration:
             jumped = jump.next(marks[-2], mark)
             if jumped is not mark:
                 stepper.vector = jumped / weight
                 marks = [stepper.vector * weight]
-    return _Settled(record=record, start=start, multiple=0, change=change, distance=distance, n_period=max_period)
+    return SteadyMotion(
+        angular_frequency=stepper.angular_frequency,
+        level=stepper.level,
+        steps_per_period=stepper.steps_per_period,
+        samples=record.modal_displacement @ structure.mode_shapes.T,
+        **record.joints,
+        start=start,
+        final=stepper.state,
+        n_period=len(changes),
+        period_multiple=multiple,
+        period_change=change,
+        distance=distance,
+        step_error=np.nan,
+    ), record
 
 
 def _multiple(

@@ -1,4 +1,4 @@
-"""A system on its way through time, one call a period."""
+"""A system on its way through time, one call per period."""
 
 from dataclasses import dataclass, fields
 
@@ -32,7 +32,7 @@ class JointHistory:
     @property
     def joints(self) -> dict[str, Matrix]:
         """These arrays by name."""
-        return {each.name: getattr(self, each.name) for each in fields(JointHistory)}
+        return {item.name: getattr(self, item.name) for item in fields(JointHistory)}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -50,7 +50,7 @@ class Record(JointHistory):
 
 
 class Stepper:
-    """Marches over whole periods and keeps the state between calls.
+    """Marches over whole periods and stores the state between calls.
 
     Parameters
     ----------

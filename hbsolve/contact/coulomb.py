@@ -63,9 +63,9 @@ def force(
     S = np.zeros((2, width))
     traces = np.zeros((n, 2, width)) if derive else np.zeros((1, 2, width))
     # Of the radius mu N / k_t: by the normal displacement, and by the last seven columns.
-    held = n if derive else 1
-    r_by_v, r_by = np.zeros(held), np.zeros((held, 7))
-    for k in range(held):
+    n_trace = n if derive else 1
+    r_by_v, r_by = np.zeros(n_trace), np.zeros((n_trace, 7))
+    for k in range(n_trace):
         r_by[k, 0], r_by[k, 2] = -mu * N[k] / (kt * kt), N[k] / kt
         if closed[k]:
             r_by_v[k] = mu * kn / kt

@@ -67,14 +67,14 @@ def tangent_jacobian(
     while k < n:
         first, j, s = k, event[k], sign[k]
         if j == k:  # a run of slip: each instant is its own event
-            held = closed[k]
-            while k < n and event[k] == k and sign[k] == s and closed[k] == held:
+            is_closed = closed[k]
+            while k < n and event[k] == k and sign[k] == s and closed[k] == is_closed:
                 k += 1
             block = sampling.product_sum[k] - sampling.product_sum[first]
             for a in range(nh):
                 for b in range(nh):
                     out.jacobian[tangent, a, tangent * nh + b] -= stiffness * block[a, b]
-                    if held and limit_by_v != 0.0:
+                    if is_closed and limit_by_v != 0.0:
                         out.jacobian[tangent, a, normal * nh + b] += s * limit_by_v * block[a, b]
             rows = nh
             continue

@@ -147,9 +147,9 @@ class ResponseBranch(Labelled):
                 f"the branch has {n_dof} degrees of freedom, the balance {balance.system.n_dof}: give the balance of "
                 "the same structure"
             )
-        kept = min(n_harmonic, balance.n_harmonic)
+        retained = min(n_harmonic, balance.n_harmonic)
         motion = np.zeros((balance.n_harmonic, balance.n_direction), dtype=np.complex128)
-        motion[:kept] = self.coefficients[number, :kept] @ balance.structure.directions.T
+        motion[:retained] = self.coefficients[number, :retained] @ balance.structure.directions.T
         return real_from_complex(motion)
 
     def to_xarray(self) -> "xarray.Dataset":

@@ -49,7 +49,7 @@ def steady_states(
     """
     condensed = balance.at(angular_frequency)
     sliders = slider_start(balance, slider)
-    found: list[SteadyState] = []
+    result: list[SteadyState] = []
     starts = [*_along_the_level(balance, angular_frequency, sliders)]
     starts += _scaled(balance.linear(condensed), n_start, seed)
     for start in starts:
@@ -57,9 +57,9 @@ def steady_states(
             state = solve_at(balance, condensed, start, sliders)
         except NoSteadyState:
             continue
-        if all(_differ(state, other) for other in found):
-            found.append(state)
-    return tuple(sorted(found, key=lambda state: float(np.linalg.norm(state.displacement[1:]))))
+        if all(_differ(state, other) for other in result):
+            result.append(state)
+    return tuple(sorted(result, key=lambda state: float(np.linalg.norm(state.displacement[1:]))))
 
 
 def _scaled(linear: Real, n_start: int, seed: int) -> Iterator[Real]:
@@ -117,19 +117,19 @@ def friction_history_states(
     condensed = balance.at(angular_frequency)
     linear = balance.linear(condensed)
     random = np.random.default_rng(seed)
-    found: list[SteadyState] = []
+    result: list[SteadyState] = []
     for number in range(n_history):
         m = random.uniform(-1, 1, balance.n_slider)
         start = slider_start(balance, m, multiplier=True)
         initial = forces_at(balance, angular_frequency, linear, start, want=FORCE).slider[:, 0]
         sliders = slider_start(balance, initial if number else None)
         try:
-            state = solve_at(balance, condensed, found[-1].motion if found else None, sliders)
+            state = solve_at(balance, condensed, result[-1].motion if result else None, sliders)
         except NoSteadyState:
             continue
-        if all(_differ(state, other) for other in found):
-            found.append(state)
-    return tuple(sorted(found, key=lambda state: float(np.linalg.norm(state.displacement[1:]))))
+        if all(_differ(state, other) for other in result):
+            result.append(state)
+    return tuple(sorted(result, key=lambda state: float(np.linalg.norm(state.displacement[1:]))))
 
 
 def _differ(state: SteadyState, other: SteadyState) -> bool:

@@ -168,7 +168,7 @@ def joint_index(balance: HarmonicBalance, joint: str, parameter: str) -> tuple[i
     BalanceError
         No such joint or parameter; the message lists those there are.
     """
-    names = [each.name for each in balance.system.joints]
+    names = [item.name for item in balance.system.joints]
     if joint not in names:
         raise BalanceError(f'there is no joint "{joint}": the system has {", ".join(names) or "none"}')
     number = names.index(joint)

@@ -100,12 +100,12 @@ def _between(
     balance: HarmonicBalance, points: Sequence[_Point], row: Row, slider: NDArray[np.float64] | None
 ) -> SteadyState | None:
     """The state where the amplitude is stationary between three points; none if a fold or a kink is between them."""
-    before, top, behind = (each.angular_frequency for each in points)
+    before, top, behind = (item.angular_frequency for item in points)
     if not (top - before) * (behind - top) > 0:
         return None
 
     def solved(value: float) -> SteadyState:
-        nearest = min(points, key=lambda each: abs(each.angular_frequency - value))
+        nearest = min(points, key=lambda item: abs(item.angular_frequency - value))
         return steady_state(balance, value, start=nearest.motion, slider=slider)
 
     def slope(value: float) -> float:
@@ -129,7 +129,7 @@ def _over_the_top(
 ) -> list[_Point]:
     """Three points about the top again, from an arc that begins at the first of them and takes shorter steps."""
     before, top = points[:2]
-    at, reach = before.angular_frequency, float(np.ptp([each.angular_frequency for each in points]))
+    at, reach = before.angular_frequency, float(np.ptp([item.angular_frequency for item in points]))
     if not reach:
         return list(points)
     # The ends of the arc are far away: it is left when it is over the top.
@@ -144,11 +144,11 @@ def _over_the_top(
     finer = [before]
     for _ in range(FINER_POINTS):
         state = replace(state, step=min(state.step, share))
-        found, state = arc.advance(state)
-        if found is None:
+        result, state = arc.advance(state)
+        if result is None:
             break
-        omega, height = found.angular_frequency, found.amplitude(row)
-        finer.append(_Point(angular_frequency=omega, motion=found.motion, amplitude=height))
+        omega, height = result.angular_frequency, result.amplitude(row)
+        finer.append(_Point(angular_frequency=omega, motion=result.motion, amplitude=height))
         if len(finer) > 2 and height < finer[-2].amplitude:
             return finer[-3:]
         if state.stop_reason is not None:

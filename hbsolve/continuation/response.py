@@ -45,10 +45,10 @@ def begin(
     balance, condensed = continuation.path.at(continuation.first)
     sliders = slider_start(balance, slider)
     try:
-        found = solve_at(balance, condensed, start, sliders)
+        result = solve_at(balance, condensed, start, sliders)
     except NoSteadyState:
-        found = steady_state(balance, condensed.angular_frequency, start=start, slider=sliders.value)
-    return found, continuation.state_at(found.motion, sliders)
+        result = steady_state(balance, condensed.angular_frequency, start=start, slider=sliders.value)
+    return result, continuation.state_at(result.motion, sliders)
 
 
 @on_one_blas_thread
@@ -98,7 +98,7 @@ def run(
     path = continuation.path
     # A joint's parameter is part of the balance; frequency and level are part of the state.
     balances = [path.at(value)[0] if isinstance(path, JointPath) else path.balance for value, _ in points]
-    return branch_of(balances, [each for _, each in points], state.stop_reason, continuation.stopped_at(state))
+    return branch_of(balances, [item for _, item in points], state.stop_reason, continuation.stopped_at(state))
 
 
 def frequency_response(
@@ -176,18 +176,18 @@ def branch_of(
     stop_reason, stopped_at
         As `ResponseBranch`.
     """
-    errors = [truncation(each, state) for each, state in zip(balances, states, strict=True)]
+    errors = [truncation(item, state) for item, state in zip(balances, states, strict=True)]
     return ResponseBranch(
-        angular_frequency=np.array([each.angular_frequency for each in states]),
-        coefficients=np.array([each.coefficients for each in states]),
-        residual_norm=np.array([each.residual_norm for each in states]),
+        angular_frequency=np.array([item.angular_frequency for item in states]),
+        coefficients=np.array([item.coefficients for item in states]),
+        residual_norm=np.array([item.residual_norm for item in states]),
         stop_reason=stop_reason,
         stopped_at=stopped_at,
-        level=np.array([each.level for each in states]),
-        iterations=np.array([each.iterations for each in states], dtype=np.float64),
-        slider=np.array([each.slider_at_start for each in states]),
-        contact_share=np.array([contact_share(b, each) for b, each in zip(balances, states, strict=True)]),
+        level=np.array([item.level for item in states]),
+        iterations=np.array([item.iterations for item in states], dtype=np.float64),
+        slider=np.array([item.slider_at_start for item in states]),
+        contact_share=np.array([contact_share(b, item) for b, item in zip(balances, states, strict=True)]),
         joint_names=tuple(joint.name for joint in balances[0].system.joints) if balances else (),
-        truncation_error=np.array([each.harmonics for each in errors]),
-        sample_error=np.array([each.samples for each in errors]),
+        truncation_error=np.array([item.harmonics for item in errors]),
+        sample_error=np.array([item.samples for item in errors]),
     )

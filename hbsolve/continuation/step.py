@@ -81,17 +81,6 @@ class ContinuationState:
 class Continuation:
     """A branch from one value of lambda to another.
 
-    Parameters
-    ----------
-    path
-        What lambda is: `FrequencyPath`, `LevelPath` or `JointPath`.
-    first, last
-        Where the branch begins and ends, in either order.
-    step
-        Largest step in lambda, at most the range; a fiftieth of it by default.
-    most_points
-        Stop after so many.
-
     Raises
     ------
     BalanceError
@@ -99,10 +88,14 @@ class Continuation:
     """
 
     path: Path
+    """What lambda is: `FrequencyPath`, `LevelPath` or `JointPath`."""
     first: float
     last: float
+    """Where the branch begins and ends, in either order."""
     step: float | None = None
+    """Largest step in lambda, at most the range; a fiftieth of it by default."""
     most_points: int = MOST_POINTS
+    """Stop after so many."""
 
     def __post_init__(self) -> None:
         for name in ("first", "last") if self.step is None else ("first", "last", "step"):
@@ -149,13 +142,13 @@ class Continuation:
                 if ended is not None:
                     return ended
             for find in (correct, round_kink):
-                found = find(self.path, x, value, t, step, metric, sliders, orientation)
-                if found is None:
+                result = find(self.path, x, value, t, step, metric, sliders, orientation)
+                if result is None:
                     continue
-                onward, sign = tangent(found.at, found.way, metric, orientation)
-                turned = metric.cosine(onward, found.way) < TURN or sign != orientation
+                onward, sign = tangent(result.at, result.way, metric, orientation)
+                turned = metric.cosine(onward, result.way) < TURN or sign != orientation
                 if step <= SURE or not turned:
-                    after = self._accept(replace(state, orientation=sign), found, onward, step, metric, sliders)
+                    after = self._accept(replace(state, orientation=sign), result, onward, step, metric, sliders)
                     if after is not None:
                         return after
             step *= RETRY
@@ -171,36 +164,36 @@ class Continuation:
         return Direction(t.motion / length, t.value / length), state.orientation
 
     def _accept(
-        self, state: ContinuationState, found: Corrected, t: Direction, step: float, metric: Metric, sliders: Start
+        self, state: ContinuationState, result: Corrected, t: Direction, step: float, metric: Metric, sliders: Start
     ) -> tuple[SteadyState | None, ContinuationState] | None:
         """The point, unless it lies outside the range, and what comes after it; none if a shorter step must decide."""
-        if (found.value - self.last) * (self.last - self.first) > 0:
-            share = (self.last - state.value) / (found.value - state.value)
-            between = state.motion + share * (found.motion - state.motion)
+        if (result.value - self.last) * (self.last - self.first) > 0:
+            share = (self.last - state.value) / (result.value - state.value)
+            between = state.motion + share * (result.motion - state.motion)
             return self._finish(state, between, share * step, metric, sliders)
-        if self._outside(found.value):
-            return None, replace(state, value=found.value, stop_reason=StopReason.TURNED_BACK)
-        point = _point(found.at, found.motion, sliders, found.iterations)
+        if self._outside(result.value):
+            return None, replace(state, value=result.value, stop_reason=StopReason.TURNED_BACK)
+        point = _point(result.at, result.motion, sliders, result.iterations)
         n_point = state.n_point + 1
-        if self._closed(state, found, t, step, metric):
-            return point, replace(state, value=found.value, n_point=n_point, stop_reason=StopReason.CLOSED)
+        if self._closed(state, result, t, step, metric):
+            return point, replace(state, value=result.value, n_point=n_point, stop_reason=StopReason.CLOSED)
         if n_point >= 2 * state.mark.number:
-            state = replace(state, mark=Mark(Direction(found.motion, found.value), t, n_point))
-        grow = GROW if found.iterations <= EASY else SHRINK if found.iterations >= HARD else 1.0
+            state = replace(state, mark=Mark(Direction(result.motion, result.value), t, n_point))
+        grow = GROW if result.iterations <= EASY else SHRINK if result.iterations >= HARD else 1.0
         return point, replace(
             state,
-            value=found.value,
-            motion=found.motion,
+            value=result.value,
+            motion=result.motion,
             tangent=t,
             step=min(grow * step, LARGEST),
             n_point=n_point,
             stop_reason=None if n_point < self.most_points else StopReason.MOST_POINTS,
         )
 
-    def _closed(self, state: ContinuationState, found: Corrected, t: Direction, step: float, metric: Metric) -> bool:
+    def _closed(self, state: ContinuationState, result: Corrected, t: Direction, step: float, metric: Metric) -> bool:
         """Whether a point lies on the marked way, within a step of the mark, and travels the same way."""
         (motion, value), marked, number = state.mark
-        away = Direction(found.motion - motion, found.value - value)
+        away = Direction(result.motion - motion, result.value - value)
         along = metric.dot(away, marked) / (metric.length(marked) or 1.0)
         aside = np.sqrt(max(metric.dot(away, away) - along**2, 0.0))
         near = abs(along) <= step and aside <= ASIDE * step
@@ -217,14 +210,14 @@ class Continuation:
         """The point at the last value; none if there is none near its prediction, as beyond a fold."""
         balance, condensed = self.path.at(self.last)
         try:
-            found = solve_at(balance, condensed, predicted, sliders)
+            result = solve_at(balance, condensed, predicted, sliders)
         except NoSteadyState:
             return None
-        aside = metric.length(Direction(found.motion - predicted, 0.0))
+        aside = metric.length(Direction(result.motion - predicted, 0.0))
         if aside > max(NEAR * step, SURE):
             return None
-        return found, replace(
-            state, value=self.last, motion=found.motion, n_point=state.n_point + 1, stop_reason=StopReason.REACHED
+        return result, replace(
+            state, value=self.last, motion=result.motion, n_point=state.n_point + 1, stop_reason=StopReason.REACHED
         )
 
     def _leap(
@@ -238,16 +231,16 @@ class Continuation:
                 continue
             balance, condensed = self.path.at(value)
             try:
-                found = solve_at(balance, condensed, x, sliders)
+                result = solve_at(balance, condensed, x, sliders)
             except NoSteadyState:
                 continue
-            jump = np.linalg.norm(found.motion - x) / _amplitude(x)
+            jump = np.linalg.norm(result.motion - x) / _amplitude(x)
             if jump > 5 * LARGEST:
                 continue
-            return found, replace(
+            return result, replace(
                 state,
                 value=value,
-                motion=found.motion,
+                motion=result.motion,
                 tangent=Direction(np.zeros_like(x), float(towards) * self._scale),
                 orientation=0,
                 step=FIRST,

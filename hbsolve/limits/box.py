@@ -115,8 +115,8 @@ def random_sliders(table: SliderTable, box: SliderBox, random: np.random.Generat
     n_line = int(line.max()) + 1
     # From -1 to 1 along each line.
     along = np.zeros(n)
-    for each in range(n_line):
-        along[line == each] = np.linspace(-1, 1, int((line == each).sum())) if (line == each).sum() > 1 else 0.0
+    for item in range(n_line):
+        along[line == item] = np.linspace(-1, 1, int((line == item).sum())) if (line == item).sum() > 1 else 0.0
 
     def of_line(largest: float) -> Sliders:
         return random.uniform(-largest, largest, n_line)[line]
@@ -144,9 +144,9 @@ def starting_sliders(
 ) -> list[Sliders]:
     """A population: rest, vertices of the static friction polytope, random states; the seed chooses the last two."""
     random = np.random.default_rng(seed)
-    found = [box.nominal.copy(), *_static_vertices(balance, condensed, table, box, random, count // 2 - 1)]
-    kinds = [2 * k if k % 2 == 0 else k + 6 for k in range(count - len(found))]
-    return found[:count] + [random_sliders(table, box, random, kind) for kind in kinds]
+    answer = [box.nominal.copy(), *_static_vertices(balance, condensed, table, box, random, count // 2 - 1)]
+    kinds = [2 * k if k % 2 == 0 else k + 6 for k in range(count - len(answer))]
+    return answer[:count] + [random_sliders(table, box, random, kind) for kind in kinds]
 
 
 def _static_vertices(
@@ -185,21 +185,23 @@ def _static_vertices(
     size = np.abs(rows).max(axis=1)
     slack = -np.vstack([np.eye(n), np.eye(n)])
     U, strength, _ = np.linalg.svd(N_by_w, full_matrices=False)
-    kept = max(2, int((strength > WEAK * strength[0]).sum()))
-    directions = [sign * U[:, k] for k in range(min(kept, U.shape[1])) for sign in (1, -1)]
+    retained = max(2, int((strength > WEAK * strength[0]).sum()))
+    directions = [sign * U[:, k] for k in range(min(retained, U.shape[1])) for sign in (1, -1)]
     reach = box.reach if box.bounded else 2**DOUBLINGS * box.span
     unit = box.span
     bounds = [((c - reach) / unit, (c + reach) / unit) for c in box.nominal] + [(0, None)] * n
-    found: list[Sliders] = []
+    answer: list[Sliders] = []
     for k in range(4 * count):
-        if len(found) == count:
+        if len(answer) == count:
             break
-        direction = directions[k] if k < len(directions) else U[:, :kept] @ random.normal(size=min(kept, U.shape[1]))
+        direction = (
+            directions[k] if k < len(directions) else U[:, :retained] @ random.normal(size=min(retained, U.shape[1]))
+        )
         gain = direction @ N_by_w
         cost = np.concatenate([-gain / max(np.abs(gain).max(), np.finfo(float).tiny), np.full(n, OPENING)])
         result = scipy.optimize.linprog(
             cost, A_ub=np.hstack([rows / size[:, None], slack]), b_ub=bound / size / unit, bounds=bounds, method="highs"
         )
         if result.status == 0:
-            found.append(np.asarray(result.x)[:n] * unit)
-    return found
+            answer.append(np.asarray(result.x)[:n] * unit)
+    return answer

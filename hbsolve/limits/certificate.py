@@ -5,17 +5,15 @@ three radii, and the gain that the steady states there really have.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
-from jaxtyping import Float
 
 from hbsolve.limits.local_search import LimitSide, linear_step, local_search, take_step
 from hbsolve.limits.optimum import Best, Key, Optimum, follow
 from hbsolve.limits.point import LimitPoint
 from hbsolve.limits.problem import LimitCurve
 from hbsolve.limits.sliders import multipliers
-from reduction.array_type import Real
 
 #: Steps, in lengths of the intervals.
 RADII = (0.05, 0.0125, 0.003)
@@ -23,34 +21,20 @@ RADII = (0.05, 0.0125, 0.003)
 JUMP = 0.01
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Certificate:
-    """What is known of one limit: entries of the fields of `ResponseLimits` with the same names."""
-
-    residual: float
-    predicted: Float[Real, " 3"]
-    realised: Float[Real, " 3"]
-    spread: float
-    starts: int
-    stuck: int
-    drift: float
-    on_bound: int
-    repaired: bool
-    jump: bool
-    multiplier: Float[Real, " s"]
-    share: Float[Real, " 3"]
+#: What is known of one limit: entries of the arrays of `hbsolve.limits.result.ResponseLimits` by name.
+Certificate: TypeAlias = dict[str, Any]
 
 
 def certify(curve: LimitCurve, numbers: Sequence[int], best: Best) -> dict[Key, Certificate]:
     """Certificates at the frequencies `numbers`; `best` also holds the neighbours of the first and the last."""
-    found = {}
+    result = {}
     for key in ((at, side) for at in numbers for side in LimitSide if (at, side) in best):
         # One state alone has no branches to choose from.
         jump = not _is_one(best, key[0]) and any(
             _jumps(curve, best, key, step) for step in (-1, 1) if (key[0] + step, key[1]) in best
         )
-        found[key] = _certificate(curve.point(key[0]), best[key], key[1], jump)
-    return found
+        result[key] = _certificate(curve.point(key[0]), best[key], key[1], jump)
+    return result
 
 
 def _certificate(point: LimitPoint, optimum: Optimum, side: LimitSide, jump: bool) -> Certificate:
@@ -68,20 +52,20 @@ def _certificate(point: LimitPoint, optimum: Optimum, side: LimitSide, jump: boo
         trial.forces.status[2 * joint : 2 * joint + count]
         for joint, count in enumerate(np.diff(point.balance.table.slider)) if count
     ])  # fmt: skip
-    return Certificate(
-        residual=optimum.residual,
-        predicted=predicted,
-        realised=realised,
-        spread=float(np.ptp(ends)) / size if len(ends) else 0.0,
-        starts=len(ends),
-        stuck=len(trial.free),
-        drift=point.box.drift(trial.w),
-        on_bound=point.box.active(trial.w),
-        repaired=optimum.repaired,
-        jump=jump,
-        multiplier=multipliers(point.sliders, trial.x, trial.carried, point.balance.sampling.evaluate),
-        share=np.bincount(status.ravel(), minlength=3) / status.size,
-    )
+    return {
+        "residual": optimum.residual,
+        "predicted": predicted,
+        "realised": realised,
+        "spread": float(np.ptp(ends)) / size if len(ends) else 0.0,
+        "starts": len(ends),
+        "stuck": len(trial.free),
+        "drift": point.box.drift(trial.w),
+        "on_bound": point.box.active(trial.w),
+        "repaired": optimum.repaired,
+        "jump": jump,
+        "multiplier": multipliers(point.sliders, trial.x, trial.carried, point.balance.sampling.evaluate),
+        "share": np.bincount(status.ravel(), minlength=3) / status.size,
+    }
 
 
 def _is_one(best: Best, at: int) -> bool:

@@ -87,15 +87,15 @@ def from_level(
 
 def at_a_gap(best: Best) -> set[Key]:
     """Limits on either side of a gap between branches."""
-    found = set()
+    result = set()
     for (at, side), optimum in best.items():
         for step in (-1, 1):
             if (at + step, side) not in best:
                 continue
             followed = optimum.followed.get(step)
             if followed is None or side * (optimum.value - followed) > APART * abs(optimum.value):
-                found |= {(at, side), (at + step, side)}
-    return found
+                result |= {(at, side), (at + step, side)}
+    return result
 
 
 def bridge(curve: LimitCurve, best: Best, keys: Iterable[Key]) -> tuple[Best, set[Key]]:

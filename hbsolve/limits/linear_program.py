@@ -71,10 +71,10 @@ def best_step(c: Any, A: Any, b: Any, lower: Any, upper: Any) -> Any:
         T[leave, enter] = 1.0 / pivot
         value[leave] = max(at, 0.0)
         basic[leave], loose[enter] = loose[enter], basic[leave]
-    found = np.zeros(columns + m)
+    result = np.zeros(columns + m)
     for i in range(m):
-        found[basic[i]] = value[i]
+        result[basic[i]] = value[i]
     for k in range(columns):
         if mirrored[k]:
-            found[k] = most[k] - found[k]
-    return np.minimum(np.maximum(found[:n] - found[n:columns], -lower), upper)
+            result[k] = most[k] - result[k]
+    return np.minimum(np.maximum(result[:n] - result[n:columns], -lower), upper)

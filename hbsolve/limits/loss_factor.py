@@ -156,13 +156,13 @@ def paper_limits(
     """
     problem = limit_problem(balance, LossFactor(), nominal=nominal, reach=reach)
     output.check(balance)
-    found = response_limits(problem, angular_frequency, levels, **options)
-    amplitude = np.full(found.value.shape, np.nan)
-    for at in np.ndindex(*found.value.shape):
-        if np.isfinite(found.value[at]):
-            omega, level = float(found.angular_frequency[at[2]]), float(found.level[at[1]])
+    answer = response_limits(problem, angular_frequency, levels, **options)
+    amplitude = np.full(answer.value.shape, np.nan)
+    for at in np.ndindex(*answer.value.shape):
+        if np.isfinite(answer.value[at]):
+            omega, level = float(answer.angular_frequency[at[2]]), float(answer.level[at[1]])
             point = problem.at(omega, level)
-            trial = point.trial(found.motion[at], found.slider[at], float(found.residual[at]))
+            trial = point.trial(answer.motion[at], answer.slider[at], float(answer.residual[at]))
             measure = output.measure(balance, point.condensed)
             amplitude[at] = measure.value(level, trial.x, trial.forces.coefficients)
-    return PaperLimits(loss_factor=found, amplitude=amplitude[::-1])
+    return PaperLimits(loss_factor=answer, amplitude=amplitude[::-1])

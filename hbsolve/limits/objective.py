@@ -22,8 +22,8 @@ from hbsolve.contact.law import FORCE
 from hbsolve.errors import BalanceError
 from hbsolve.limits.sliders import slider_table
 from hbsolve.solution import forces_at
-from hbsolve.state import slider_start
-from reduction.array_input import real_array, whole_number
+from hbsolve.state import checked_harmonic, slider_start
+from reduction.array_input import finite_array
 from reduction.array_type import Array, Real
 
 #: Of a force or a mean, gains are reckoned relative to no less than this share of what friction and loads at rest give.
@@ -75,7 +75,7 @@ class LinearMeasure:
 
     def _complex(self, level: float, x: Real, g: Real) -> complex:
         k = self.harmonic
-        parts = [each[:, 0] if k == 0 else each[:, 2 * k - 1] - 1j * each[:, 2 * k] for each in (x, g)]
+        parts = [item[:, 0] if k == 0 else item[:, 2 * k - 1] - 1j * item[:, 2 * k] for item in (x, g)]
         return complex(self.static + level * self.dynamic + self.by_motion @ parts[0] + self.by_force @ parts[1])
 
     def value(self, level: float, x: Real, g: Real) -> float:
@@ -86,7 +86,7 @@ class LinearMeasure:
     def slopes(self, level: float, x: Real, g: Real) -> tuple[Real, Real]:
         """See `Measure`."""
         z = self._complex(level, x, g)
-        found = []
+        result = []
         for factor in (self.by_motion, self.by_force):
             slope = np.zeros_like(x)
             if self.harmonic == 0:
@@ -95,8 +95,8 @@ class LinearMeasure:
                 # d|z| = Re(conj(z) dz) / |z|, dz = factor (dx_c - i dx_s)
                 turned = np.conj(z) * factor / max(abs(z), np.finfo(float).tiny)
                 slope[:, 2 * self.harmonic - 1], slope[:, 2 * self.harmonic] = turned.real, turned.imag
-            found.append(slope)
-        return found[0], found[1]
+            result.append(slope)
+        return result[0], result[1]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -123,7 +123,7 @@ class OutputHarmonic:
             A degree of freedom or a harmonic that the balance does not have, or a row of another size.
         """
         self._weights(balance)
-        _check_harmonic(self.harmonic, balance)
+        checked_harmonic(self.harmonic, balance.n_harmonic)
 
     def _weights(self, balance: HarmonicBalance) -> Real:
         r = balance.system.n_dof
@@ -131,10 +131,7 @@ class OutputHarmonic:
             if not 0 <= self.row < r:
                 raise BalanceError(f"degree of freedom {self.row} does not exist: the system has 0 to {r - 1}")
             return np.asarray(np.eye(r)[self.row])
-        row = real_array(self.row, "the output row", BalanceError)
-        if row.shape != (r,):
-            raise BalanceError(f"the output row has shape {row.shape}: give ({r},), over all degrees of freedom")
-        return row
+        return finite_array(self.row, "the output row", BalanceError, (r,), ", over all degrees of freedom")
 
     def measure(self, balance: HarmonicBalance, condensed: Condensed) -> LinearMeasure:
         """See `Objective`."""
@@ -179,13 +176,13 @@ class ContactForceHarmonic:
             A contact, direction or harmonic that the balance does not have.
         """
         self._directions(balance)
-        _check_harmonic(self.harmonic, balance)
+        checked_harmonic(self.harmonic, balance.n_harmonic)
 
     def _directions(self, balance: HarmonicBalance) -> NDArray[np.int64]:
         if isinstance(self.joints, str) or not len(self.joints):
             raise BalanceError(f"joints = {self.joints!r}: give a list with the names of contacts")
         names = [joint.name for joint in balance.system.joints]
-        found = []
+        result = []
         for name in self.joints:
             if name not in names or balance.system.joints[names.index(name)].normal_direction is None:
                 raise BalanceError(f'"{name}" is no friction contact of the system: give the name of one')
@@ -194,8 +191,8 @@ class ContactForceHarmonic:
                 raise BalanceError(
                     f'contact "{name}" has no direction {self.direction}: give -1 for the normal, or a tangent from 0'
                 )
-            found.append(last - 1 if self.direction == -1 else first + self.direction)
-        return np.array(found, dtype=np.int64)
+            result.append(last - 1 if self.direction == -1 else first + self.direction)
+        return np.array(result, dtype=np.int64)
 
     def measure(self, balance: HarmonicBalance, condensed: Condensed) -> LinearMeasure:
         """See `Objective`."""
@@ -213,18 +210,12 @@ class ContactForceHarmonic:
         )
 
 
-def _check_harmonic(given: int, balance: HarmonicBalance) -> None:
-    harmonic = whole_number(given, "harmonic", BalanceError)
-    if not 0 <= harmonic < balance.n_harmonic:
-        raise BalanceError(f"harmonic {harmonic} is none of 0 to {balance.n_harmonic - 1}, which the balance keeps")
-
-
 def _rest_forces(balance: HarmonicBalance, condensed: Condensed) -> Real:
     """Size of the force of each direction at rest, and of each tangent's limit, shape (d,) [N]."""
     table, start = slider_table(balance), slider_start(balance, None)
     rest = balance.linear(condensed, 0.0)
     forces = forces_at(balance, condensed.angular_frequency, rest, start, FORCE)
-    found = np.abs(forces.coefficients[:, 0] + balance.table.reference * rest[:, 0])
+    result = np.abs(forces.coefficients[:, 0] + balance.table.reference * rest[:, 0])
     limit = table.constant + np.where(table.normal >= 0, table.by_normal * rest[table.normal, 0], 0.0)
-    found[table.tangent] = np.maximum(limit, 0.0)
-    return np.asarray(found)
+    result[table.tangent] = np.maximum(limit, 0.0)
+    return np.asarray(result)

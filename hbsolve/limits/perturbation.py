@@ -48,13 +48,13 @@ def reverse_lines(table: SliderTable, nominal: Sliders, w: Sliders, random: np.r
         chosen = [[line for line in range(count) if number >> line & 1] for number in range(1, 2**count)]
     else:
         chosen = [np.flatnonzero(random.random(count) < 0.5).tolist() for _ in range(MOST_TURNS)]
-    found = []
+    result = []
     for lines in chosen:
         moved = w - nominal
         for line in lines:
             moved[members[line]] = moved[members[line]][::-1]
-        found.append(nominal + moved)
-    return found
+        result.append(nominal + moved)
+    return result
 
 
 def _random_kick(point: LimitPoint, best: Best, key: Key, trial: TrialState, random: np.random.Generator) -> Sliders:
@@ -69,7 +69,7 @@ def _random_kick(point: LimitPoint, best: Best, key: Key, trial: TrialState, ran
     if kind == 1:
         return np.where(random.random(n) < 0.4, random_sliders(table, point.box, random, 7), trial.w)
     # A line of another optimum nearby, of either limit, or all of it.
-    others = sorted(each for each in best if each != key)
+    others = sorted(item for item in best if item != key)
     other = best[others[random.integers(len(others))]].w if others else trial.w
     line = int(random.integers(int(table.line.max()) + 1))
     return np.where(table.line == line, other, trial.w) if kind == 2 else other

@@ -104,12 +104,12 @@ class LimitPoint:
         """Newton's method from a motion nearby; none where it fails."""
         balance, tolerance = self.balance, TOLERANCE * self.scale
         first, count = balance.joint_of_direction
-        found, norm, forces, interval = newton_near(
+        result, norm, forces, interval = newton_near(
             np.array(x), self.linear, self.condensed.angular_frequency, self.condensed.receptance,
             balance.table, first, count, _start(w), balance.sampling, self.sliders, tolerance, LIMIT, PATIENCE,
             hopeless,
         )  # fmt: skip
-        return self._trial(found, w, norm / self.scale, forces, interval) if norm <= tolerance else None
+        return self._trial(result, w, norm / self.scale, forces, interval) if norm <= tolerance else None
 
     def settle(self, x: Real, w: Sliders, hopeless: float = PATIENT) -> TrialState | None:
         """As `solve` from the nearest state in the box; dragged sliders then start where they end, if the box has it.

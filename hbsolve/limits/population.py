@@ -37,22 +37,22 @@ def first_limits(curve: LimitCurve, numbers: Sequence[int], starts: Sequence[Sli
 
 def _swept(curve: LimitCurve, numbers: Sequence[int], starts: Sequence[Sliders]) -> dict[int, list[TrialState]]:
     """States of the members at frequencies in this order, each from where it was at the one before."""
-    found: dict[int, list[TrialState]] = {}
+    result: dict[int, list[TrialState]] = {}
     members = list(starts)
     motions: list[NDArray[np.float64] | None] = [None] * len(members)
     for at in numbers:
         point = curve.point(at)
-        found[at] = []
+        result[at] = []
         for number, w in enumerate(members):
             motion = motions[number]
             trial = None if motion is None else point.solve(motion, w)
-            trial = trial or _from_others(point, w, found[at])
+            trial = trial or _from_others(point, w, result[at])
             motions[number] = None if trial is None else trial.x
             if trial is not None:
                 # On the way to a member another one may be all that was reached.
                 members[number] = trial.w
-                found[at].append(trial)
-    return found
+                result[at].append(trial)
+    return result
 
 
 def _from_others(point: LimitPoint, w: Sliders, solved: Sequence[TrialState]) -> TrialState | None:
@@ -64,10 +64,10 @@ def _from_others(point: LimitPoint, w: Sliders, solved: Sequence[TrialState]) ->
 
 
 def _distinct(solved: Sequence[TrialState], side: LimitSide, count: int) -> list[TrialState]:
-    found: list[TrialState] = []
+    result: list[TrialState] = []
     for trial in sorted(solved, key=lambda trial: -side * trial.value):
-        if all(abs(trial.value - other.value) > SAME * abs(other.value) for other in found):
-            found.append(trial)
-        if len(found) == count:
+        if all(abs(trial.value - other.value) > SAME * abs(other.value) for other in result):
+            result.append(trial)
+        if len(result) == count:
             break
-    return found
+    return result

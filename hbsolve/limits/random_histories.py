@@ -153,8 +153,8 @@ class IndependentHistories:
 
     def share_outside(self, by: float) -> float:
         """Share of the states that lie outside by more than this share of the limit [-]."""
-        found = self.excess[np.isfinite(self.excess)]
-        return float((found > by).mean()) if found.size else 0.0
+        answer = self.excess[np.isfinite(self.excess)]
+        return float((answer > by).mean()) if answer.size else 0.0
 
 
 def independent_histories(
@@ -178,7 +178,7 @@ def independent_histories(
     seed
         Another one than that of the search.
     store, executor, progress
-        As there; one task a level.
+        As there; one task per level.
     """
     run = Runner.of(problem, limits.angular_frequency, store, executor, progress)
     numbers = range(len(limits.angular_frequency))

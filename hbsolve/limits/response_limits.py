@@ -28,17 +28,6 @@ from reduction.array_input import real_array, whole_number
 class LimitSettings:
     """How hard limits are searched for.
 
-    Parameters
-    ----------
-    population
-        Slider states that are continued along frequency [-].
-    sample
-        Random histories of the audit; 0 for none [-].
-    block
-        Frequencies of a task: results do depend on it, but not on the number of workers [-].
-    seed
-        Of random starts, kicks and histories.
-
     Raises
     ------
     BalanceError
@@ -46,9 +35,13 @@ class LimitSettings:
     """
 
     population: int = 24
+    """Slider states that are continued along frequency [-]."""
     sample: int = 100
+    """Random histories of the audit; 0 for none [-]."""
     block: int = 15
+    """Frequencies of a task: results do depend on it, but not on the number of workers [-]."""
     seed: int = 0
+    """Of random starts, kicks and histories."""
 
     def __post_init__(self) -> None:
         for name, least in (("population", 1), ("sample", 0), ("block", 1), ("seed", 0)):
@@ -166,8 +159,8 @@ def _result(
     )  # fmt: skip
     for level in range(len(levels)):
         for (at, side), optimum in best[level].items():
-            found = {"value": optimum.value, "motion": optimum.x, "slider": optimum.w}
-            for name, value in (found | vars(certificates[level][at, side])).items():
+            answer = {"value": optimum.value, "motion": optimum.x, "slider": optimum.w}
+            for name, value in (answer | certificates[level][at, side]).items():
                 arrays[name][list(LimitSide).index(side), level, at] = value
         for at, audit in audits[level].items():
             arrays["n_sampled"][level, at] = audit.count

@@ -118,7 +118,7 @@ class ResponseLimits(Labelled):
         import xarray
 
         data = xarray.Dataset(
-            {each.name: (dimensions(self).get(each.name, ()), getattr(self, each.name)) for each in fields(self)},
+            {item.name: (dimensions(self).get(item.name, ()), getattr(self, item.name)) for item in fields(self)},
             coords={"side": ["lower", "upper"], "state": ["stick", "slip", "separated"]},
         )
         return data.assign_coords(frequency=("point", self.frequency, {"units": "Hz"}))
@@ -144,7 +144,7 @@ def load_limits(path: Path | str) -> ResponseLimits:
     """
 
     def read(data: "xarray.Dataset") -> ResponseLimits:
-        values: dict[str, Any] = {each.name: data[each.name].values for each in fields(ResponseLimits)}
+        values: dict[str, Any] = {item.name: data[item.name].values for item in fields(ResponseLimits)}
         flags = {name: values[name].astype(bool) for name in ("repaired", "jump")}
         return ResponseLimits(**values | flags | {"reach": float(values["reach"])})
 
@@ -154,11 +154,11 @@ def load_limits(path: Path | str) -> ResponseLimits:
 def blank_arrays(**sizes: int) -> dict[str, NDArray[Any]]:
     """Arrays of `ResponseLimits` for the sizes of their dimensions: NaN, 0 or False where nothing is known."""
     arrays: dict[str, NDArray[Any]] = {}
-    for each in fields(ResponseLimits):
-        kind: Any = each.type
+    for item in fields(ResponseLimits):
+        kind: Any = item.type
         if hasattr(kind, "dim_str"):
             blank = next(value for word, value in _BLANK.items() if word in kind.dtypes)
-            arrays[each.name] = np.full([sizes[name] for name in dimensions(ResponseLimits)[each.name]], blank)
+            arrays[item.name] = np.full([sizes[name] for name in dimensions(ResponseLimits)[item.name]], blank)
     return arrays
 
 

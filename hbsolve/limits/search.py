@@ -56,9 +56,9 @@ class StagedSearch:
 
     def limits(self) -> tuple[list[Best], list[dict[int, Audit]], list[dict[Key, Certificate]]]:
         """Optima, audits and certificates of each level."""
-        found = self._stage("population", first_limits, lambda _, numbers: (numbers, self.starts))
-        best = [_merged(parts) for parts in found]
-        self._exchanged("neighbours", best, [set(each) for each in best])
+        result = self._stage("population", first_limits, lambda _, numbers: (numbers, self.starts))
+        best = [_merged(parts) for parts in result]
+        self._exchanged("neighbours", best, [set(item) for item in best])
         self._kicked(best, "first kicks", 1)
         self._levels(best)
         self._kicked(best, "kicks", KICKS)
@@ -71,12 +71,12 @@ class StagedSearch:
                     numbers, self._near(best[level], numbers), self.sample, (self.seed, level, numbers[0], 2)
                 ),
             )  # fmt: skip
-            audits = [{at: found for part in each for at, found in part[2].items()} for each in parts]
-            self._exchanged("after audit", best, [self._take(best, level, each) for level, each in enumerate(parts)])
+            audits = [{at: result for part in item for at, result in part[2].items()} for item in parts]
+            self._exchanged("after audit", best, [self._take(best, level, item) for level, item in enumerate(parts)])
         certified = self._stage(
             "certificates", certify, lambda level, numbers: (numbers, self._near(best[level], numbers))
         )
-        return best, audits, [{key: value for part in each for key, value in part.items()} for each in certified]
+        return best, audits, [{key: value for part in item for key, value in part.items()} for item in certified]
 
     def _levels(self, best: list[Best]) -> None:
         """Hand optima from each level to the next, down and up again."""
@@ -113,7 +113,7 @@ class StagedSearch:
 
     def _bridged(self, best: list[Best]) -> None:
         """Carry optima over gaps between branches, as long as some gain."""
-        fresh = [at_a_gap(each) for each in best]
+        fresh = [at_a_gap(item) for item in best]
         for number in range(BRIDGES):
             jobs = [
                 (level, numbers, keys)
@@ -126,8 +126,8 @@ class StagedSearch:
             ])  # fmt: skip
             # Where nothing has changed there is nothing new to try.
             fresh = [
-                {key for key in at_a_gap(each) if any((key[0] + away, key[1]) in gain for away in (-1, 0, 1))}
-                for each, gain in zip(best, gained, strict=True)
+                {key for key in at_a_gap(item) if any((key[0] + away, key[1]) in gain for away in (-1, 0, 1))}
+                for item, gain in zip(best, gained, strict=True)
             ]
 
     def _improved(
@@ -137,8 +137,8 @@ class StagedSearch:
         """Run a call that returns optima and which of them improved, take them over and hand them on."""
         tasks = [self._task(name, level, call, given, numbers) for level, numbers, given in jobs]
         gained: list[set[Key]] = [set() for _ in best]
-        for (level, numbers, _), (found, better) in zip(jobs, self.run(stage, tasks), strict=True):
-            best[level].update({key: value for key, value in found.items() if key[0] in numbers})
+        for (level, numbers, _), (result, better) in zip(jobs, self.run(stage, tasks), strict=True):
+            best[level].update({key: value for key, value in result.items() if key[0] in numbers})
             gained[level] |= better
         self._exchanged(f"after {name}", best, gained)
         return gained
@@ -175,8 +175,8 @@ class StagedSearch:
     def _take(self, best: list[Best], level: int, parts: Iterable[Any]) -> set[Key]:
         """Take over what blocks of a level return, first their own optima, then those of them that improved."""
         gained: set[Key] = set()
-        for numbers, (found, better, *_) in zip(self.blocks, parts, strict=True):
-            best[level].update({key: value for key, value in found.items() if key[0] in numbers})
+        for numbers, (result, better, *_) in zip(self.blocks, parts, strict=True):
+            best[level].update({key: value for key, value in result.items() if key[0] in numbers})
             gained |= better
         return gained
 
@@ -199,8 +199,8 @@ class StagedSearch:
                 for level, numbers, near in jobs
             ]  # fmt: skip
             fresh = [set() for _ in best]
-            for (level, numbers, _), found in zip(jobs, self.run("neighbours", tasks), strict=True):
-                for key, optimum in found.items():
+            for (level, numbers, _), result in zip(jobs, self.run("neighbours", tasks), strict=True):
+                for key, optimum in result.items():
                     before = best[level].get(key)
                     best[level][key] = optimum
                     if key[0] in (numbers.start, numbers.stop - 1) and (

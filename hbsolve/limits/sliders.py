@@ -70,13 +70,13 @@ def slider_table(balance: HarmonicBalance) -> SliderTable:
         intervals, line = joint.slider_intervals, re.sub(r"[\s._-]*\d+$", "", joint.name)
         if isinstance(intervals, str):
             raise BalanceError(f'limits need a limit for each tangent, but "{joint.name}" {intervals}')
-        for each in intervals:
-            normal = -1 if each.normal < 0 else int(first) + each.normal
-            rows.append(each._replace(tangent=int(first) + each.tangent, normal=normal))
-            lines.append(line if each.normal < 0 else f"{line} {each.tangent}")
+        for item in intervals:
+            normal = -1 if item.normal < 0 else int(first) + item.normal
+            rows.append(item._replace(tangent=int(first) + item.tangent, normal=normal))
+            lines.append(line if item.normal < 0 else f"{line} {item.tangent}")
     if not rows:
         raise BalanceError("the system has no sliders, so its response does not depend on friction history")
-    columns = [np.array(each) for each in zip(*rows, strict=True)]
+    columns = [np.array(item) for item in zip(*rows, strict=True)]
     names = list(dict.fromkeys(lines))
     return SliderTable(
         tangent=columns[0],

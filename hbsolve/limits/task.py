@@ -16,7 +16,7 @@ class StageProgress:
     stage: str
     """What is being done, in words."""
     done: int
-    of: int
+    total: int
     """Tasks of this stage."""
 
 
@@ -73,11 +73,11 @@ class Runner:
         """Results of the tasks of one stage, in order."""
         missing = [task for task in tasks if task.key not in self.store]
         done = len(tasks) - len(missing)
-        self.progress(StageProgress(stage=stage, done=done, of=len(tasks)))
+        self.progress(StageProgress(stage=stage, done=done, total=len(tasks)))
         for key, result in self._results(missing):
             self.store[key] = result
             done += 1
-            self.progress(StageProgress(stage=stage, done=done, of=len(tasks)))
+            self.progress(StageProgress(stage=stage, done=done, total=len(tasks)))
         return [self.store[task.key] for task in tasks]
 
     def _results(self, tasks: Sequence[SearchTask]) -> Iterator[tuple[str, Any]]:

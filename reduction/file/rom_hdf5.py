@@ -64,14 +64,14 @@ class ModelFile:
         """Read a file that `save` wrote."""
         import h5py
 
-        path, found = Path(path), None
+        path, result = Path(path), None
         if not path.is_file():
             raise RomError(f'there is no {self.what} "{path}": check its name, or write it with `{self.writer}`')
         try:
             with h5py.File(path, "r") as file:
                 kind, kind_version = file.attrs.get("format"), file.attrs.get("format_version")
                 if (kind, kind_version) == (f"stickslip {self.what}", self.version):
-                    found = read(file)
+                    result = read(file)
         except RomError:
             raise  # a sentence of its own
         except Damaged as error:
@@ -86,12 +86,12 @@ class ModelFile:
             raise RomError(
                 f'"{path}" is an HDF5 file but no stickslip {self.what}: give one that `{self.writer}` wrote'
             )
-        if found is None:
+        if result is None:
             raise RomError(
                 f'"{path}" has format version {kind_version}, but this stickslip reads version {self.version}: '
                 "reduce the system again, or install the stickslip that wrote it"
             )
-        return found
+        return result
 
 
 MODEL = ModelFile(what="reduced model", writer="save_rom")

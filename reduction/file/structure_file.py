@@ -80,8 +80,8 @@ def load_matrices(path: Path | str) -> StructureMatrices:
     variables = _npz(path) if kind == ".npz" else _mat(path)
     if kind == ".npz" and MARK in variables:
         return _of(load_rom_npz(path))
-    found = {name: _matrix(path, name, variables) for name in NAMES}
-    mass, damping, stiffness = found["mass"], found["damping"], found["stiffness"]
+    result = {name: _matrix(path, name, variables) for name in NAMES}
+    mass, damping, stiffness = result["mass"], result["damping"], result["stiffness"]
     if mass is None or stiffness is None:
         name = "mass" if mass is None else "stiffness"
         raise MatrixError(
@@ -155,7 +155,7 @@ def _damaged(path: Path, writer: str) -> MatrixError:
 
 def _matrix(path: Path, name: str, variables: Mapping[str, Any]) -> Matrix | None:
     """One matrix of the file, dense and checked by itself; None if the file has none."""
-    present = [each for each in NAMES[name] if each in variables]
+    present = [item for item in NAMES[name] if item in variables]
     if not present:
         return None
     if len(present) > 1:

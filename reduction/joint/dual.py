@@ -113,7 +113,7 @@ def _two(function: Any, implementation: Callable[[Any, Any], Any]) -> None:
 
     @overload(function, strict=False)
     def typed(a: Any, b: Any) -> Any:
-        both = all(each == DUAL or _is_real(each) for each in (a, b))
+        both = all(item == DUAL or _is_real(item) for item in (a, b))
         return implementation if both and DUAL in (a, b) else None
 
 

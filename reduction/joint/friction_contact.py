@@ -99,7 +99,7 @@ class FrictionContact(Joint):
             )
         friction: object = self.friction
         if not isinstance(friction, Friction):
-            known = " or ".join(str(each) for each in Friction)
+            known = " or ".join(str(item) for item in Friction)
             raise JointError(f'joint "{self.name}": friction = {friction!r} must be {known}')
 
     @property

@@ -109,7 +109,7 @@ class CompiledFunction:
             np.ascontiguousarray(parameters, dtype=np.float64),
             out,
         ]
-        pointers = [each.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for each in arrays]
+        pointers = [item.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for item in arrays]
         self._machine.ctypes(u, velocity, *pointers, int(derive))
         return out
 
@@ -191,7 +191,7 @@ def joint_law(
     """
 
     def register(force: Callable[..., Any]) -> type[FunctionJoint]:
-        given = [each for each in parameters if isinstance(each, LawParameter)]
+        given = [item for item in parameters if isinstance(item, LawParameter)]
         for what, right, wanted in (
             (f"parameters = {parameters!r}", len(given) == len(parameters), "a list of LawParameter"),
             (f"n_state = {n_state!r}", isinstance(n_state, int) and n_state >= 0, "a whole number, 0 without memory"),
@@ -203,8 +203,8 @@ def joint_law(
         law = make_dataclass(
             force.__name__,
             [
-                (each.name, float) if each.default is None else (each.name, float, field(default=each.default))
-                for each in given
+                (item.name, float) if item.default is None else (item.name, float, field(default=item.default))
+                for item in given
             ],
             bases=(FunctionJoint,),
             namespace={
@@ -242,13 +242,13 @@ def _wrong_function(law: type[FunctionJoint]) -> str | None:
             f"has a force that cannot be compiled ({report}): use arithmetic, comparisons and functions of math, and "
             f"return {result}"
         )
-    found, count = _disagreements(law)
-    if isinstance(found, str):
-        return found
+    answer, count = _disagreements(law)
+    if isinstance(answer, str):
+        return answer
     if count > AT_KINK * CHECKS:
         return (
-            f"has a force whose derivative by {found.quantity} is {found.derivative:.6g}, but by differences "
-            f"{found.difference:.6g}: a force must follow from its arguments alone and have no jumps"
+            f"has a force whose derivative by {answer.quantity} is {answer.derivative:.6g}, but by differences "
+            f"{answer.difference:.6g}: a force must follow from its arguments alone and have no jumps"
         )
     return None
 
@@ -257,9 +257,9 @@ def _disagreements(law: type[FunctionJoint]) -> tuple[_Disagreement, int] | tupl
     """One instant at which no difference agrees, and at how many that is so; or why none can be taken."""
     random = np.random.default_rng(0)
     function, scale, s = law.function, law.typical_displacement, law.function.n_state
-    names = ["u", "velocity", *(f"state[{i}]" for i in range(s)), *(each.name for each in law.parameters)]
-    typical = np.array([each.typical for each in law.parameters])
-    state, found, count = np.zeros(s), _Disagreement("", 0.0, 0.0), 0
+    names = ["u", "velocity", *(f"state[{i}]" for i in range(s)), *(item.name for item in law.parameters)]
+    typical = np.array([item.typical for item in law.parameters])
+    state, answer, count = np.zeros(s), _Disagreement("", 0.0, 0.0), 0
     for _ in range(CHECKS):
         values = typical * random.uniform(0.7, 1.3, len(typical))
         u, velocity = random.uniform(-3, 3, 2) * np.array([scale, OMEGA * scale])
@@ -288,6 +288,6 @@ def _disagreements(law: type[FunctionJoint]) -> tuple[_Disagreement, int] | tupl
                 row = int(np.argmax(bad))
                 wrong = _Disagreement(name, float(both[1 + number, row]), float(slopes[0, row]))
         if wrong is not None:
-            found, count = wrong, count + 1
+            answer, count = wrong, count + 1
         state = both[0, 1:].copy()
-    return found, count
+    return answer, count

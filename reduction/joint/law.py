@@ -279,7 +279,7 @@ class Joint(ABC):
         if not 0 < cls.typical_displacement < np.inf:
             return f"has typical_displacement = {cls.typical_displacement!r}: give a positive length in m"
         known = {field.name for field in fields(cls)}  # type: ignore[arg-type]
-        for name in [*(each.name for each in cls.parameters), *(each.name for each in cls.options)]:
+        for name in [*(item.name for item in cls.parameters), *(item.name for item in cls.options)]:
             if name not in known:
                 return f'has a parameter "{name}", but no field of that name: add the field'
         return None

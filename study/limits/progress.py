@@ -34,11 +34,11 @@ class SearchProgress:
         names = list(END)
         number = names.index(progress.stage)
         begin = END[names[number - 1]] if number else 0.0
-        share = begin + (END[progress.stage] - begin) * progress.done / max(progress.of, 1)
+        share = begin + (END[progress.stage] - begin) * progress.done / max(progress.total, 1)
         self._done = max(self._done, share)
         # The first task that this run computes begins its clock.
         if not self._computed:
             self._before = self._done
-            self._computed = progress.done < progress.of
+            self._computed = progress.done < progress.total
         elif self._done - self._before > WORTH_REPORTING * (1 - self._before):
             self._report(self._done - self._before, 1 - self._before)

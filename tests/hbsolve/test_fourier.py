@@ -58,9 +58,9 @@ def test_harmonics_are_multiples_of_the_excitation() -> None:
 
 
 def test_too_few_samples_are_refused() -> None:
-    with pytest.raises(InputError, match="6 samples a period cannot hold harmonics 0 to 3: take at least 7"):
+    with pytest.raises(InputError, match="6 samples per period cannot hold harmonics 0 to 3: take at least 7"):
         samples_from_coefficients(motion(0, 4), 6)
-    with pytest.raises(InputError, match="4 samples a period cannot hold harmonics 0 to 2: take at least 5"):
+    with pytest.raises(InputError, match="4 samples per period cannot hold harmonics 0 to 2: take at least 5"):
         coefficients_from_samples(np.zeros(4), 3)
     with pytest.raises(InputError, match="n_harmonic = 0 must be at least 1"):
         coefficients_from_samples(np.zeros(4), 0)

@@ -52,11 +52,11 @@ def test_progress_only_grows_and_what_was_found_counts_as_no_work() -> None:
 
     progress = SearchProgress(report)
     # The population was kept, the neighbours are not all.
-    progress(StageProgress(stage="population", done=4, of=4))
-    progress(StageProgress(stage="neighbours", done=2, of=4))
+    progress(StageProgress(stage="population", done=4, total=4))
+    progress(StageProgress(stage="neighbours", done=2, total=4))
     before = (END["population"] + END["neighbours"]) / 2
     for stage, done in (("neighbours", 4), ("levels", 1), ("neighbours", 0), ("audit", 2), ("certificates", 4)):
-        progress(StageProgress(stage=stage, done=done, of=4))
+        progress(StageProgress(stage=stage, done=done, total=4))
     assert seen == sorted(seen)
     assert seen[-1] == pytest.approx(1)
     middle = (END["gaps"] + END["audit"]) / 2

@@ -15,7 +15,7 @@ from reduction.line_contact import (
     LineStiffness,
     Tangents,
     contact_directions,
-    held_stiffness,
+    fixed_tangent_stiffness,
     line_contacts,
     station_stiffness,
 )
@@ -47,7 +47,7 @@ def directions_of(reduced: ReducedAssembly, line: ContactLine) -> NDArray[np.flo
 
 def stuck(line: ContactLine, directions: NDArray[np.float64]) -> NDArray[np.float64]:
     contacts = line_contacts("pair", line, directions, SPRINGS, 0.6)
-    return np.asarray(stuck_stiffness(held_stiffness(line, directions, SPRINGS), contacts))
+    return np.asarray(stuck_stiffness(fixed_tangent_stiffness(line, directions, SPRINGS), contacts))
 
 
 def test_stuck_frequencies_are_those_of_the_whole(whole: Whole, reduced: ReducedAssembly, line: ContactLine) -> None:
@@ -152,7 +152,7 @@ def test_contacts_and_held_tangents_make_up_what_sticks(whole: Whole, line: Cont
             total += contact.tangential_stiffness * contact.tangents.T @ contact.tangents
         if tangents is Tangents.ALONG:
             assert contacts[0].tangents.shape[0] == 1
-            total += held_stiffness(line, whole.directions, SPRINGS)
+            total += fixed_tangent_stiffness(line, whole.directions, SPRINGS)
         np.testing.assert_allclose(total, expected, atol=1e-9 * np.abs(expected).max())
     np.testing.assert_allclose(stuck(line, whole.directions), expected, atol=1e-9 * np.abs(expected).max())
 
@@ -160,7 +160,7 @@ def test_contacts_and_held_tangents_make_up_what_sticks(whole: Whole, line: Cont
 def test_gaps_are_one_a_station(whole: Whole, line: ContactLine) -> None:
     contacts = line_contacts("pair", line, whole.directions, SPRINGS, 0.6, gaps=[0.0, 1e-6, 2e-6])
     assert [contact.gap for contact in contacts] == [0.0, 1e-6, 2e-6]
-    with pytest.raises(JointError, match=r'"pair" has 3 stations but gaps of shape \(2,\): give one a station'):
+    with pytest.raises(JointError, match=r'"pair" has 3 stations but gaps of shape \(2,\): give one per station'):
         line_contacts("pair", line, whole.directions, SPRINGS, 0.6, gaps=[0.0, 1.0])
 
 

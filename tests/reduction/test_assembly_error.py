@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from reduction.assembly import ReducedAssembly, reduce_bodies
 from reduction.assembly_error import assembly_error, joined_system
 from reduction.errors import RomError
-from reduction.line_contact import LineStiffness, contact_directions, held_stiffness, line_contacts
+from reduction.line_contact import LineStiffness, contact_directions, fixed_tangent_stiffness, line_contacts
 from reduction.stuck import stuck_stiffness
 from tests.reduction.two_bodies import Whole, line_on_block
 
@@ -34,7 +34,7 @@ class Case:
 def stuck(n_dof: int, directions: NDArray[np.float64], top: NDArray[np.int64]) -> NDArray[np.float64]:
     line = line_on_block()
     contacts = line_contacts("pair", line, directions, SPRINGS, 0.6)
-    found = stuck_stiffness(held_stiffness(line, directions, SPRINGS), contacts)
+    found = stuck_stiffness(fixed_tangent_stiffness(line, directions, SPRINGS), contacts)
     found[top, top] += GROUND
     return found
 

@@ -68,7 +68,7 @@ def test_rows_are_found_by_set_name_and_direction() -> None:
     np.testing.assert_array_equal(rom.rows("tip", 2), [1])
     with pytest.raises(RomError, match=r'no boundary set "tpi": it has slot, tip'):
         rom.rows("tpi")
-    with pytest.raises(RomError, match=r'"slot" has no degree of freedom in direction 2: it keeps 1'):
+    with pytest.raises(RomError, match=r'"slot" has no degree of freedom in direction 2: it has 1'):
         rom.rows("slot", 2)
 
 

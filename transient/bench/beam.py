@@ -111,8 +111,8 @@ def full_beam(n_element: int = N_ELEMENT, stations: tuple[float, ...] = STATIONS
         stiffness=stiffness[2:, 2:],
         places={name: _hermite_rows(x, n_element)[0, 2:] for name, x in PLACES.items()},
         station=np.array(stations),
-        deflection=np.array([each[0, 2:] for each in rows]),
-        slope=np.array([each[1, 2:] for each in rows]),
+        deflection=np.array([item[0, 2:] for item in rows]),
+        slope=np.array([item[1, 2:] for item in rows]),
     )
 
 

@@ -89,9 +89,9 @@ class CampaignPoints:
 
     levels: Sequence[float] = (1.0, 3.0, 5.0, 10.0)
     """Amplitudes of the force [N]."""
-    frequencies: Sequence[float] = tuple(round(471.96 * each, 2) for each in JOINTED_GRID)
+    frequencies: Sequence[float] = tuple(round(471.96 * item, 2) for item in JOINTED_GRID)
     free_frequencies: Sequence[float] = tuple(
-        round(91.72 * (1 + each), 3) for each in (*(-step for step in reversed(FREE_GRID)), *FREE_GRID)
+        round(91.72 * (1 + item), 3) for item in (*(-step for step in reversed(FREE_GRID)), *FREE_GRID)
     )
     """Ascending, of the jointed and of the free specimen [Hz]."""
     n_repeat: int = 5
@@ -117,12 +117,12 @@ def scaled(drawn: BeamParameters, **factors: float) -> BeamParameters:
     changed: dict[str, Any] = {}
     for name, factor in factors.items():
         value = getattr(drawn, name)
-        changed[name] = tuple(each * factor for each in value) if isinstance(value, tuple) else value * factor
+        changed[name] = tuple(item * factor for item in value) if isinstance(value, tuple) else value * factor
     return replace(drawn, **changed)
 
 
 def random_parameters(random: np.random.Generator) -> BeamParameters:
-    """A specimen as it is made: its accepted parameters are off their drawing."""
+    """A specimen as it is made: its calibration parameters differ from the drawing."""
     factors = {name: 1 + sigma * random.standard_normal() for name, sigma in PARAMETER_DEVIATION.items()}
     return scaled(BeamParameters(), **factors)
 
@@ -167,7 +167,7 @@ def sweeps(
             ("free", free, points.free_frequencies, shift_free),
         ):
             bench = SweptBench(system, sensors)
-            up = [float(each * factor) for each in frequencies]
+            up = [float(item * factor) for item in frequencies]
             for level in points.levels:
                 multipliers = random.uniform(-HISTORY, HISTORY, 2 * len(beam.station))
                 start = multipliers if configuration == "jointed" else None
@@ -190,7 +190,7 @@ def write_campaign(
 ) -> None:
     """Write campaign.toml, stepped.csv and, if the specimen was measured free too, free.csv."""
     folder.mkdir(parents=True, exist_ok=True)
-    tests = {name: test for name, test in TESTS.items() if any(each.configuration == name for each in measured)}
+    tests = {name: test for name, test in TESTS.items() if any(item.configuration == name for item in measured)}
     frequencies = {"jointed": points.frequencies, "free": points.free_frequencies}
     for configuration, name in tests.items():
         lines = ["test,order,repeat,sweep,level,frequency,sensor,harmonic,real,imag,unit"]
@@ -198,8 +198,8 @@ def write_campaign(
         for sweep in measured:
             if sweep.configuration != configuration:
                 continue
-            up = [(each, "up") for each in frequencies[configuration]]
-            down = [(each, "down") for each in reversed(frequencies[configuration])]
+            up = [(item, "up") for item in frequencies[configuration]]
+            down = [(item, "down") for item in reversed(frequencies[configuration])]
             for number, (frequency, direction) in enumerate([*up, *down]):
                 order += 1
                 head = f"{name},{order},{sweep.repeat},{direction},{sweep.level:g},{frequency:.10g}"

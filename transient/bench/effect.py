@@ -43,17 +43,6 @@ STOP_GAP = 20e-6
 class PlantedEffect:
     """One hidden effect.
 
-    Parameters
-    ----------
-    kind
-        A key of `KINDS`, or `NOTHING`.
-    place
-        Point or line; "" where nothing is hidden.
-    strength
-        In the unit of `UNITS`: added mass, stiffness of a spring to the ground, of a cubic one, quadratic damping,
-        added gap at the end of the line (linear from 0 at its beginning), added preload of the line, added
-        friction coefficient of the line, stiffness of a one-sided stop.
-
     Raises
     ------
     TransientError
@@ -61,8 +50,13 @@ class PlantedEffect:
     """
 
     kind: str
+    """A key of `KINDS`, or `NOTHING`."""
     place: str = ""
+    """Point or line; "" where nothing is hidden."""
     strength: float = 0.0
+    """In the unit of `UNITS`: added mass, stiffness of a spring to the ground, of a cubic one, quadratic damping,
+    added gap at the end of the line (linear from 0 at its beginning), added preload of the line, added
+    friction coefficient of the line, stiffness of a one-sided stop."""
 
     def __post_init__(self) -> None:
         if self.kind == NOTHING:

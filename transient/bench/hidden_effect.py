@@ -107,7 +107,7 @@ def make_campaign(
     """
     points = points or CampaignPoints()
     # Streams of their own: a specimen of a seed has the same histories and noise whatever is hidden in it.
-    streams = [np.random.default_rng(each) for each in np.random.SeedSequence(seed).spawn(5)]
+    streams = [np.random.default_rng(item) for item in np.random.SeedSequence(seed).spawn(5)]
     effect = random_effect(streams[0], kind, place, strength)
     parameters = random_parameters(streams[1])
     stations = random_stations(streams[4])

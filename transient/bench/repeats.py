@@ -88,7 +88,7 @@ def repeated_tests(
     """
     random = np.random.default_rng(seed)
     bench = SweptBench(system, sensors, steps_per_period=steps_per_period)
-    line = np.array([each.name.split()[0] for each in friction_contacts(system.joints)])
+    line = np.array([item.name.split()[0] for item in friction_contacts(system.joints)])
     for repeat in range(1, n_repeat + 1):
         # The hand that puts a body in its place leaves each line a share of its limit.
         shares = {name: random.uniform(-PLACED, PLACED) for name in dict.fromkeys(line.tolist())}

@@ -192,22 +192,22 @@ class SweptBench:
 
     def _reach(self, frequency: float, level: float, last: _Approach, tolerance: float) -> tuple[Point, _Approach]:
         """The steady state at a frequency and a level, and what the next point starts from."""
-        point, found = self._settle(frequency, level, last, tolerance)
+        point, result = self._settle(frequency, level, last, tolerance)
         spent = point[3]
         for n_step in STEPS:
-            if found is not None:
+            if result is not None:
                 break
-            found = last
+            result = last
             for between, grown in _way(last, frequency, level, n_step):
-                point, found = self._settle(between, grown, found, tolerance)
+                point, result = self._settle(between, grown, result, tolerance)
                 spent += point[3]
-                if found is None:
+                if result is None:
                     break
-        if found is None:
-            point, found = self._wait(frequency, level, last, tolerance)
+        if result is None:
+            point, result = self._wait(frequency, level, last, tolerance)
             spent += point[3]
         motion, force, slip, _, periodic, slider = point
-        return (motion, force, slip, spent, periodic, slider), found or last
+        return (motion, force, slip, spent, periodic, slider), result or last
 
     def _settle(
         self, frequency: float, level: float, approach: _Approach, tolerance: float

@@ -26,11 +26,11 @@ def force(
     """See `transient.law.witness`."""
     n = slider.size
     stiffness, friction = value[0], value[2]
-    normal_start, normal_end, mean[n], closed, held = normal(value, before[n], after[n])
+    normal_start, normal_end, mean[n], closed, was_closed = normal(value, before[n], after[n])
     end[n] = normal_end
     for i in range(n):
         end[i], mean[i] = slide(
-            held * stiffness * (before[i] - slider[i]),
+            was_closed * stiffness * (before[i] - slider[i]),
             stiffness * (after[i] - before[i]) * closed,
             friction * normal_start,
             friction * normal_end,
@@ -45,11 +45,11 @@ def coupled_force(
 ) -> None:  # fmt: skip
     """See `transient.law.witness`."""
     stiffness, friction = value[0], value[2]
-    normal_start, normal_end, mean[2], closed, held = normal(value, before[2], after[2])
+    normal_start, normal_end, mean[2], closed, was_closed = normal(value, before[2], after[2])
     end[2] = normal_end
     end[0], end[1], mean[0], mean[1] = slide_coupled(
-        held * stiffness * (before[0] - slider[0]),
-        held * stiffness * (before[1] - slider[1]),
+        was_closed * stiffness * (before[0] - slider[0]),
+        was_closed * stiffness * (before[1] - slider[1]),
         stiffness * (after[0] - before[0]) * closed,
         stiffness * (after[1] - before[1]) * closed,
         friction * normal_start,

@@ -112,7 +112,7 @@ def test_processes_find_the_same_limits(balance: HarmonicBalance, limits: Respon
         )  # fmt: skip
     same(found, limits)
     assert {each.stage for each in stages} >= {"population", "neighbours", "levels", "kicks", "audit", "certificates"}
-    assert all(each.done <= each.of for each in stages)
+    assert all(each.done <= each.total for each in stages)
 
 
 def test_saved_limits_come_back(limits: ResponseLimits, tmp_path: Path) -> None:
