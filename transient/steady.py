@@ -90,7 +90,7 @@ class SteadyMotion(JointHistory):
         n_sample = len(self.samples)
         if not 1 <= whole_number(n_harmonic, "n_harmonic", TransientError) <= (n_sample + 1) // 2:
             raise TransientError(
-                f"n_harmonic = {n_harmonic} must lie between 1 and {(n_sample + 1) // 2} for {n_sample} steps per period"
+                f"n_harmonic = {n_harmonic} must lie between 1 and {(n_sample + 1) // 2}: there are {n_sample} samples"
             )
         series = np.fft.rfft(self.samples, axis=0)[:n_harmonic] * (2 / n_sample)
         series[0] /= 2
