@@ -24,8 +24,9 @@ from hbsolve.balance import HarmonicBalance  # noqa: E402
 from hbsolve.limits.objective import OutputHarmonic  # noqa: E402
 from hbsolve.limits.problem import LimitProblem  # noqa: E402
 from hbsolve.limits.random_histories import independent_histories  # noqa: E402
-from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits  # noqa: E402
+from hbsolve.limits.response_limits import limit_problem, response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
+from hbsolve.limits.search import LimitSettings  # noqa: E402
 from hbsolve.limits.task import StageProgress  # noqa: E402
 
 LEVELS = (1.0, 3.0, 5.0, 10.0)

@@ -29,8 +29,9 @@ from figure.registry import pictures  # noqa: E402
 from geometry.rig import SIDES  # noqa: E402
 from hbsolve.balance import HarmonicBalance  # noqa: E402
 from hbsolve.limits.objective import ContactForceHarmonic, OutputHarmonic  # noqa: E402
-from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits  # noqa: E402
+from hbsolve.limits.response_limits import limit_problem, response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
+from hbsolve.limits.search import LimitSettings  # noqa: E402
 from study.case.kind import OpenCase, open_case  # noqa: E402
 from study.shipped import RIG  # noqa: E402
 

@@ -30,8 +30,9 @@ from hbsolve.limits.random_histories import (  # noqa: E402
     independent_histories,
     sampled_states,
 )
-from hbsolve.limits.response_limits import LimitSettings, response_limits  # noqa: E402
+from hbsolve.limits.response_limits import response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
+from hbsolve.limits.search import LimitSettings  # noqa: E402
 from hbsolve.limits.task import StageProgress  # noqa: E402
 from study.case.kind import open_case  # noqa: E402
 from study.limits.model import limit_search  # noqa: E402

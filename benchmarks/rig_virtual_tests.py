@@ -26,8 +26,9 @@ from benchmarks.rig_case import prepared  # noqa: E402
 from correlation.metric.band import coverage, interval_score, tightness  # noqa: E402
 from figure.limit_band import Band, LimitBands, limit_band_figure  # noqa: E402
 from figure.style import png  # noqa: E402
-from hbsolve.limits.response_limits import LimitSettings, response_limits  # noqa: E402
+from hbsolve.limits.response_limits import response_limits  # noqa: E402
 from hbsolve.limits.result import ResponseLimits  # noqa: E402
+from hbsolve.limits.search import LimitSettings  # noqa: E402
 from study.case.kind import open_case  # noqa: E402
 from study.kind.rig.structure import measured_places  # noqa: E402
 from study.limits.model import limit_search  # noqa: E402

@@ -16,7 +16,8 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.loss_factor import paper_limits
 from hbsolve.limits.objective import ContactForceHarmonic, OutputHarmonic
 from hbsolve.limits.random_histories import independent_histories
-from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
+from hbsolve.limits.response_limits import limit_problem, response_limits
+from hbsolve.limits.search import LimitSettings
 from study.case.setup import read_case
 from study.shipped import LIMITS
 from study.solve.model import solve_model

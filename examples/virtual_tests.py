@@ -14,7 +14,8 @@ from figure.limit_band import Band, LimitBands, limit_band_figure
 from figure.style import png
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.objective import OutputHarmonic
-from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
+from hbsolve.limits.response_limits import limit_problem, response_limits
+from hbsolve.limits.search import LimitSettings
 from study.case.setup import read_case
 from study.shipped import LIMITS
 from study.solve.model import solve_model

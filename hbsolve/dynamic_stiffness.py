@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
@@ -15,6 +15,7 @@ from hbsolve.coupled_damping import proportional_but_few
 from hbsolve.errors import ForceError, ModelError
 from reduction.array_input import real_array, refuse_asymmetric, refuse_infinite, refuse_massless
 from reduction.array_type import Matrix
+from reduction.rom import ReducedModel
 
 Frequencies = Float[NDArray[np.float64], " p"]
 Amplitudes = Complex[NDArray[np.complex128], "p r"]
@@ -29,25 +30,6 @@ ROUND_OFF = 1e-9
 RIGID = 1e-6
 #: |1 - (sigma + omega^2) mu| of a mode that is hit exactly: round-off.
 RESONANCE = 1e-14
-
-
-class LinearModel(Protocol):
-    """Anything with dense mass, damping and stiffness: a `reduction.rom.ReducedModel`, or a `DynamicStiffness`."""
-
-    @property
-    def mass(self) -> Matrix:
-        """Shape (r, r) [kg]."""
-        ...
-
-    @property
-    def damping(self) -> Matrix:
-        """Shape (r, r) [N s/m]."""
-        ...
-
-    @property
-    def stiffness(self) -> Matrix:
-        """Shape (r, r) [N/m]."""
-        ...
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -130,7 +112,7 @@ class DynamicStiffness:
         object.__setattr__(self, "damping_couples_modes", coupled)
 
     @classmethod
-    def of(cls, model: LinearModel) -> "DynamicStiffness":
+    def of(cls, model: "ReducedModel | DynamicStiffness") -> "DynamicStiffness":
         """That of a reduced model, or the model itself if it is one already."""
         if isinstance(model, cls):
             return model
@@ -246,23 +228,8 @@ class DynamicStiffness:
     ) -> Complex[NDArray[np.complex128], "... p r"]:
         """Response to a force and to what answers the motion that it would make, of modes that damping leaves alone.
 
-        Parameters
-        ----------
-        angular_frequency, force
-            As for `response`; of several forces at once, shape (n, p, r).
-        directions
-            B, shape (d, r) [-].
-        reaction
-            Forces against the directions, shape (..., p, d) [N], from what they would move by [m].
-
-        Returns
-        -------
-        Of the shape of the force [m].
-
-        Raises
-        ------
-        ForceError
-            As `response`.
+        Frequencies, forces and errors are as for `response`. `reaction` takes the displacement of the directions B,
+        shape (d, r), and gives the forces against them, shape (..., p, d) [m and N].
         """
         omega, V = np.asarray(angular_frequency, dtype=np.float64), self._modes.shapes
         seen = self._seen(directions)
@@ -282,18 +249,8 @@ class DynamicStiffness:
 
         .. math:: A = B \alpha B^T, \quad dA/d\omega = -B \alpha (i C - 2 \omega M) \alpha B^T, \quad x = B \alpha f
 
-        Parameters
-        ----------
-        angular_frequency
-            omega, shape (p,) [rad/s].
-        directions
-            B, shape (d, r) [-].
-        force
-            f, shape (p, r) [N].
-
-        Returns
-        -------
-        A, dA/domega, shape (p, d, d), x, dx/domega, shape (p, d).
+        Of frequencies, shape (p,) [rad/s], directions B, shape (d, r) [-], and forces f, shape (p, r) [N]. Returns A
+        and dA/domega, shape (p, d, d), x and dx/domega, shape (p, d).
 
         Raises
         ------

@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.continuation.stop import StopReason
-from hbsolve.dynamic_stiffness import DynamicStiffness, LinearModel
+from hbsolve.dynamic_stiffness import DynamicStiffness
 from hbsolve.errors import ForceError
 from hbsolve.fourier import Coefficients, harmonics
 from reduction.array_input import freeze_arrays, refuse_infinite
+from reduction.rom import ReducedModel
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -50,7 +51,7 @@ class HarmonicForce:
 
 @on_one_blas_thread
 def forced_response(
-    model: LinearModel, force: HarmonicForce, angular_frequency: Float[NDArray[np.float64], " p"]
+    model: ReducedModel | DynamicStiffness, force: HarmonicForce, angular_frequency: Float[NDArray[np.float64], " p"]
 ) -> ResponseBranch:
     """Periodic response in harmonics 0 to H at each excitation frequency.
 

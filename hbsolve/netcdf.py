@@ -41,16 +41,7 @@ def write_netcdf(data: "xarray.Dataset", path: Path | str) -> None:
 
 
 def read_netcdf(path: Path | str, what: str, read: Callable[["xarray.Dataset"], T]) -> T:
-    """Read what `write_netcdf` wrote.
-
-    Parameters
-    ----------
-    path
-        The file.
-    what
-        What it must hold and the method that wrote it, for messages.
-    read
-        Makes the result of the data set.
+    """Make a result of what `write_netcdf` wrote; `what` says in messages what it must be, and which method wrote it.
 
     Raises
     ------

@@ -68,21 +68,13 @@ def harmonic_at(
     row: int | Float[NDArray[np.float64], " r"],
     harmonic: int,
 ) -> Complex[NDArray[np.complex128], "..."]:
-    """Complex amplitude of one harmonic of a degree of freedom, or of a row over all of them [m].
-
-    Parameters
-    ----------
-    coefficients
-        Shape (..., H + 1, r) [m].
-    row
-        A degree of freedom, or shape (r,).
-    harmonic
-        k, from 0 to H.
+    """Complex amplitude of one harmonic of a degree of freedom, or of a row over all of them, shape (r,) [m].
 
     Raises
     ------
     BalanceError
-        A harmonic or a degree of freedom that the coefficients do not have, or a row of another size.
+        A harmonic or a degree of freedom that the coefficients, shape (..., H + 1, r), do not have, or a row of another
+        size.
     """
     n_harmonic, n_dof = coefficients.shape[-2:]
     q = coefficients[..., checked_harmonic(harmonic, n_harmonic), :]

@@ -51,14 +51,7 @@ def finite_array(
 ) -> Float[NDArray[np.float64], "..."]:
     """An array of finite real numbers of one shape; see `real_array`.
 
-    Parameters
-    ----------
-    values, what, error
-        As for `real_array`.
-    shape
-        What is wanted.
-    meaning
-        What the message says of that shape, such as ", over all degrees of freedom".
+    Messages say `meaning` of the shape, such as ", over all degrees of freedom".
 
     Raises
     ------

@@ -125,18 +125,9 @@ def constraint_modes(
 
     .. math:: \Psi = -K_{ii}^{-1} K_{ib}
 
-    Parameters
-    ----------
-    factor
-        Of the interior stiffness K_ii.
-    stiffness_boundary_interior
-        K_bi = K_ib^T, shape (b, i) [N/m].
-
-    Yields
-    ------
-    Some boundary degrees of freedom, 24 to 72 by the memory that they need, and their columns of Psi, shape (i, k) [-],
-    until the next ones take their place; with the boundary's own unit displacements all of them reproduce every
-    rigid-body motion.
+    The factor is that of K_ii, the matrix K_bi = K_ib^T, shape (b, i) [N/m]. Yields some boundary degrees of freedom,
+    24 to 72 by the memory that they need, and their columns of Psi, shape (i, k) [-], until the next ones take their
+    place; with the boundary's own unit displacements all of them reproduce every rigid-body motion.
 
     References
     ----------

@@ -51,21 +51,11 @@ def contact_directions(
     rows: Int[NDArray[np.int64], "station 3"],
     other_rows: Int[NDArray[np.int64], "station 3"],
 ) -> Directions:
-    """Relative displacements of two bodies at the stations of a line.
+    """Relative displacements of two bodies at the stations of a line, shape (n_station, 3, r) [-].
 
-    Parameters
-    ----------
-    n_dof
-        Coordinates of the whole model, r [-].
-    line
-        That of the first body: its normals point into the second one.
-    rows, other_rows
-        Coordinates of x, y, z at each station, of the first body and of the second [-].
-
-    Returns
-    -------
     For each station the rows of the approach along the normal, and of the first body's motion against the second along
-    the two tangents, shape (n_station, 3, r) [-].
+    the two tangents. The line is that of the first body: its normals point into the second one. `rows` and `other_rows`
+    are the coordinates of x, y, z at each station, of both bodies; the whole model has `n_dof` of them.
     """
     result = np.zeros((line.n_station, 3, n_dof))
     frames = np.concatenate([line.normal[:, None, :], line.tangents], axis=1)

@@ -31,13 +31,6 @@ class Partition:
 def partition(system: LinearSystem, boundary: Mapping[str, Rows]) -> Partition:
     """Split the rows of a system; a degree of freedom that several sets name is retained once and shared.
 
-    Parameters
-    ----------
-    system
-        The full model.
-    boundary
-        Rows of the system by set name, each of shape (k,) [-], as `LinearSystem.rows` returns them.
-
     Raises
     ------
     RomError

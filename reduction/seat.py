@@ -52,15 +52,7 @@ def seated(bodies: Joined, motions: Mapping[str, Float[Real, "r 6"]]) -> Joined:
 
 
 def seated_gaps(approach: Float[Real, "c m"], gaps: Float[Real, " c"]) -> Real:
-    """The gaps s that are left, shape (c,) [m].
-
-    Parameters
-    ----------
-    approach
-        How unit motions close each contact, N R.
-    gaps
-        g [m].
-    """
+    """The gaps s that are left, shape (c,) [m], of gaps g [m] that unit motions close by N R, shape (c, m)."""
     if not gaps.any():
         return gaps
     scale = np.abs(approach).max(axis=0)

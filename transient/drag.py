@@ -12,18 +12,10 @@ from transient.joint_table import Packed
 
 @compiled
 def drag(joints: Packed, position: Float[NDArray[np.float64], "t d"], slider: Vector, step: float) -> Vector:
-    """Sliders at the end of a period of prescribed motion, shape (s,) [m].
+    """Sliders, shape (s,) [m], at the end of a period of prescribed motion.
 
-    Parameters
-    ----------
-    joints
-        Of a `WitnessTable`.
-    position
-        Of all directions at the ends of all steps, shape (t, d) [m].
-    slider
-        Where they stand before, shape (s,) [m].
-    step
-        Length of a step [s].
+    The motion is that of all directions at the ends of all steps, shape (t, d) [m]; `slider` is where they stand
+    before, `step` the length of a step [s].
     """
     moved, before = slider.copy(), slider.copy()
     mean, end = np.zeros(position.shape[1]), np.zeros(position.shape[1])

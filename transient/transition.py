@@ -108,17 +108,7 @@ def modal_structure(system: "JointedSystem | ModalStructure") -> ModalStructure:
 
 
 def transition(structure: ModalStructure, angular_frequency: float, steps_per_period: int) -> Transition:
-    """Exact step of 1 / steps_per_period of the period of excitation.
-
-    Parameters
-    ----------
-    structure
-        From `modal_structure`.
-    angular_frequency
-        Omega [rad/s].
-    steps_per_period
-        [-].
-    """
+    """Exact step of 1 / steps_per_period of the period of an excitation at Omega [rad/s]."""
     step = 2 * np.pi / (angular_frequency * steps_per_period)
     system, shapes = structure.system, structure.mode_shapes
     amplitude = system.dynamic @ shapes

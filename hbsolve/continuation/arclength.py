@@ -80,23 +80,10 @@ class Corrected(NamedTuple):
 
 
 def tangent(here: Equation, last: Direction, metric: Metric, orientation: int) -> tuple[Direction, int]:
-    """Unit tangent in the direction of travel, and its orientation.
+    """Tangent of length 1 in the direction of travel, and the sign of the determinant along it.
 
-    Parameters
-    ----------
-    here
-        Where.
-    last
-        The last tangent.
-    metric
-        Scales.
-    orientation
-        Sign of the determinant along the way here; 0 where there was none, and `last` alone says what is ahead.
-
-    Returns
-    -------
-    Direction, int
-        Of length 1, and the sign along it.
+    `last` is the last tangent; `orientation` is the sign along the way to here, or 0 where there was none, so that
+    `last` alone says what is ahead.
     """
     t = _along_kernel(here, last, metric)
     sign = _determinant_sign(here) * (1 if t.value >= 0 else -1)

@@ -28,14 +28,7 @@ PartialBranch = tuple[list[tuple[float, SteadyState]], ContinuationState]
 def begin(
     continuation: Continuation, start: Real | None = None, slider: NDArray[np.float64] | None = None
 ) -> tuple[SteadyState, ContinuationState]:
-    """Find the first point of a branch.
-
-    Parameters
-    ----------
-    continuation
-        Lambda, and its range.
-    start, slider
-        As `hbsolve.steady_state.steady_state`.
+    """Find the first point of a branch; start and sliders are as for `hbsolve.steady_state.steady_state`.
 
     Raises
     ------
@@ -167,14 +160,7 @@ def branch_of(
 ) -> ResponseBranch:
     """Steady states as a branch, with contact states and error estimates.
 
-    Parameters
-    ----------
-    balances
-        Balance of each state; its level may differ from the state's.
-    states
-        Steady states, in order.
-    stop_reason, stopped_at
-        As `ResponseBranch`.
+    Each state has its balance, whose level may be another one.
     """
     errors = [truncation(item, state) for item, state in zip(balances, states, strict=True)]
     return ResponseBranch(

@@ -76,17 +76,7 @@ def slider_box(
     nominal: Sequence[float] | Sliders | None = None,
     reach: float | None = None,
 ) -> SliderBox:
-    """A box about rest.
-
-    Parameters
-    ----------
-    balance, condensed
-        The system, and its structure at any frequency.
-    nominal
-        Centre, shape (s,) [m]; by default where the sliders are at rest under the static load, their springs without
-        tension before it.
-    reach
-        w_max [m], infinite for none; by default the mean over all sliders of mu N / k_t at rest.
+    """A box about rest, with the structure at any frequency; see `limit_problem` for centre and reach.
 
     Raises
     ------

@@ -68,18 +68,7 @@ def improve(
 ) -> float:
     """Settle a state, search from it and offer the result; returns the gain, relative to the optimum before.
 
-    Parameters
-    ----------
-    point
-        Frequency and level.
-    best
-        Optima so far, changed in place.
-    key
-        Which of them.
-    x, w
-        Motion and sliders to settle from.
-    repaired
-        Whether the state comes from an audit.
+    `best` is changed in place; `repaired` says that the state comes from an audit.
     """
     settled = point.settle(x, w)
     return offer(best, key, settled and local_search(point, settled, key[1]), repaired=repaired)

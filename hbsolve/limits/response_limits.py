@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, MutableMapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,35 +18,9 @@ from hbsolve.limits.optimum import Best, Key
 from hbsolve.limits.problem import Frequencies, LimitProblem
 from hbsolve.limits.random_histories import Audit
 from hbsolve.limits.result import ResponseLimits, blank_arrays
-from hbsolve.limits.search import StagedSearch
+from hbsolve.limits.search import LimitSettings, StagedSearch
 from hbsolve.limits.task import Runner, StageProgress
-from reduction.array_input import real_array, whole_number
-
-
-@dataclass(frozen=True, kw_only=True)
-class LimitSettings:
-    """How hard limits are searched for.
-
-    Raises
-    ------
-    BalanceError
-        A number that is not whole, or too small.
-    """
-
-    population: int = 24
-    """Slider states that are continued along frequency [-]."""
-    sample: int = 100
-    """Random histories of the audit; 0 for none [-]."""
-    block: int = 15
-    """Frequencies of a task: results do depend on it, but not on the number of workers [-]."""
-    seed: int = 0
-    """Of random starts, kicks and histories."""
-
-    def __post_init__(self) -> None:
-        for name, least in (("population", 1), ("sample", 0), ("block", 1), ("seed", 0)):
-            value = whole_number(getattr(self, name), name, BalanceError)
-            if value < least:
-                raise BalanceError(f"{name} = {value} must be {least} at least")
+from reduction.array_input import real_array
 
 
 def limit_problem(
@@ -127,10 +100,7 @@ def response_limits(
         chosen.seed,
     )  # fmt: skip
     run = Runner.of(problem, omega, store, executor, progress)
-    search = StagedSearch(
-        run=run, levels=scale.tolist(), starts=starts, block=chosen.block, sample=chosen.sample, seed=chosen.seed
-    )
-    best, audits, certificates = search.limits()
+    best, audits, certificates = StagedSearch(run=run, levels=scale.tolist(), starts=starts, settings=chosen).limits()
     return _result(problem, omega, scale, best, audits, certificates)
 
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hbsolve.errors import BalanceError
 from hbsolve.limits.certificate import Certificate, certify
 from hbsolve.limits.exchange import FURTHEST, at_a_gap, bridge, exchange, from_level
 from hbsolve.limits.local_search import GAIN
@@ -21,6 +22,7 @@ from hbsolve.limits.perturbation import perturb
 from hbsolve.limits.population import first_limits
 from hbsolve.limits.random_histories import Audit, audit
 from hbsolve.limits.task import Runner, SearchTask
+from reduction.array_input import whole_number
 
 #: Rounds in which blocks hand optima across their edges.
 ROUNDS = 8
@@ -29,6 +31,32 @@ KICK_STRIDE, KICKED_FROM = 5, (2, 4, 0)
 KICKS = len(KICKED_FROM)
 #: Rounds in which gaps between branches are tried.
 BRIDGES = 4
+
+
+@dataclass(frozen=True, kw_only=True)
+class LimitSettings:
+    """How hard limits are searched for.
+
+    Raises
+    ------
+    BalanceError
+        A number that is not whole, or too small.
+    """
+
+    population: int = 24
+    """Slider states that are continued along frequency [-]."""
+    sample: int = 100
+    """Random histories of the audit; 0 for none [-]."""
+    block: int = 15
+    """Frequencies of a task: results do depend on it, but not on the number of workers [-]."""
+    seed: int = 0
+    """Of random starts, kicks and histories."""
+
+    def __post_init__(self) -> None:
+        for name, least in (("population", 1), ("sample", 0), ("block", 1), ("seed", 0)):
+            value = whole_number(getattr(self, name), name, BalanceError)
+            if value < least:
+                raise BalanceError(f"{name} = {value} must be {least} at least")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,17 +69,14 @@ class StagedSearch:
     """Ascending, shape (l,) [-]."""
     starts: Sequence[NDArray[np.float64]]
     """The population's sliders."""
-    block: int
-    """Frequencies in a block."""
-    sample: int
-    seed: int
-    """Sampled states a frequency, and the seed of kicks and samples."""
+    settings: LimitSettings
+    """How hard to search."""
 
     @property
     def blocks(self) -> list[range]:
         """Numbers of the frequencies of each block."""
         count = len(self.run.angular_frequency)
-        edges = [*range(0, count, self.block), count]
+        edges = [*range(0, count, self.settings.block), count]
         return [range(first, last) for first, last in pairwise(edges)]
 
     def limits(self) -> tuple[list[Best], list[dict[int, Audit]], list[dict[Key, Certificate]]]:
@@ -64,11 +89,12 @@ class StagedSearch:
         self._kicked(best, "kicks", KICKS)
         self._bridged(best)
         audits: list[dict[int, Audit]] = [{} for _ in best]
-        if self.sample:
+        if self.settings.sample:
             parts = self._stage(
                 "audit", audit,
                 lambda level, numbers: (
-                    numbers, self._near(best[level], numbers), self.sample, (self.seed, level, numbers[0], 2)
+                    numbers, self._near(best[level], numbers), self.settings.sample,
+                    (self.settings.seed, level, numbers[0], 2),
                 ),
             )  # fmt: skip
             audits = [{at: result for part in item for at, result in part[2].items()} for item in parts]
@@ -105,7 +131,7 @@ class StagedSearch:
                 for numbers in self.blocks:
                     chosen = numbers[min(KICKED_FROM[number], len(numbers) - 1) :: KICK_STRIDE]
                     keys = [key for key in sorted(best[level]) if key[0] in chosen and is_open(best[level], key[0])]
-                    seed = (self.seed, level, numbers[0], 1, number, rounds)
+                    seed = (self.settings.seed, level, numbers[0], 1, number, rounds)
                     if keys:
                         jobs.append((level, numbers, (self._near(best[level], numbers), keys, seed)))
             gained = self._improved(best, f"{name}, round {number}", "kicks", perturb, jobs)

@@ -12,14 +12,7 @@ from reduction.errors import ExchangeError
 def write_whole(path: Path | str, write: Callable[[Path], object], wrong: type[InputError] = ExchangeError) -> None:
     """Write a file; one of that name is replaced in one step, or left as it was if anything fails.
 
-    Parameters
-    ----------
-    path
-        The file; its folder must exist.
-    write
-        Writes a file of the name that it is given, in the same folder.
-    wrong
-        What is raised.
+    `write` writes a file of the name that it is given, in the same folder, which must exist.
 
     Raises
     ------

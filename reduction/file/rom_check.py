@@ -12,18 +12,9 @@ _WHOLE = ("boundary_node", "boundary_direction", "free", "n_node")
 
 
 def check_rom(where: str, arrays: Mapping[str, Any], sets: object, again: str) -> None:
-    """Refuse what is no reduced model.
+    """Refuse arrays, with ``n_node``, and boundary rows by name that are no `reduction.rom.ReducedModel`.
 
-    Parameters
-    ----------
-    where
-        The file, and the body within it, as a message begins.
-    arrays
-        Those of `reduction.rom.ReducedModel` by name, ``n_node`` among them, as read.
-    sets
-        Rows of the boundary by name, as read.
-    again
-        How to write the file anew: the remedy.
+    Messages begin with `where`, the file and the body in it; `again` says how to write the file anew.
 
     Raises
     ------

@@ -10,7 +10,7 @@ from casefile.table import CaseModel, located
 from hbsolve.errors import BalanceError
 from hbsolve.limits.loss_factor import LossFactor
 from hbsolve.limits.objective import ContactForceHarmonic, Objective, OutputHarmonic
-from hbsolve.limits.response_limits import LimitSettings
+from hbsolve.limits.search import LimitSettings
 from study.case.sweep import FrequencySweepTable, LevelSweepTable
 from study.limits.search import LimitSearch
 from study.limits.table import FORCES, MOST_POINTS, LimitsTable

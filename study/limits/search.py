@@ -11,7 +11,8 @@ from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import NoSteadyState
 from hbsolve.limits.objective import Objective
 from hbsolve.limits.problem import LimitProblem
-from hbsolve.limits.response_limits import LimitSettings, limit_problem
+from hbsolve.limits.response_limits import limit_problem
+from hbsolve.limits.search import LimitSettings
 from reduction.jointed_system import JointedSystem
 
 Real = NDArray[np.float64]

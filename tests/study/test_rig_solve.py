@@ -14,7 +14,8 @@ from casefile.errors import CaseError
 from geometry.rig import SIDES, mating_pairs
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.objective import ContactForceHarmonic
-from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
+from hbsolve.limits.response_limits import limit_problem, response_limits
+from hbsolve.limits.search import LimitSettings
 from hbsolve.steady_state import steady_state
 from pipeline import parallel
 from pipeline.store import Store

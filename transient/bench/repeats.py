@@ -106,20 +106,10 @@ def repeated_tests(
 def sweep_settled(
     bench: SweptBench, frequencies: Sequence[float], level: float, start: TransientState, tolerance: float
 ) -> Readings:
-    """Steady states at one frequency after the other, integrated until the motion repeats: it alone drags sliders.
+    """Steady states at one frequency [Hz] after the other, integrated until the motion repeats: it alone drags sliders.
 
-    Parameters
-    ----------
-    bench
-        The specimen with its sensors.
-    frequencies
-        In the order of the sweep [Hz].
-    level
-        Of the force [-].
-    start
-        Where the first point starts.
-    tolerance
-        What may be left of the transient, relative to the motion, if it decays as slowly as the structure can [-].
+    The tolerance is what may be left of the transient, relative to the motion, if it decays as slowly as the structure
+    can [-].
     """
     state, points, n = start, [], bench.system.n_dof
     for frequency in frequencies:

@@ -13,7 +13,8 @@ import pytest
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.objective import OutputHarmonic
-from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
+from hbsolve.limits.response_limits import limit_problem, response_limits
+from hbsolve.limits.search import LimitSettings
 from reduction.jointed_system import FrictionContact, JointedSystem, along
 
 SPRING, TANGENTIAL, NORMAL, DAMPING, GAP = 0.7, 0.3, 0.21, 0.02, 1.0

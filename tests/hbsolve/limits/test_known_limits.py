@@ -6,7 +6,8 @@ import scipy.optimize
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.limits.objective import OutputHarmonic
-from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
+from hbsolve.limits.response_limits import limit_problem, response_limits
+from hbsolve.limits.search import LimitSettings
 from reduction.jointed_system import JenkinsElement, JointedSystem
 
 #: First frequency of the wedge damper with all contacts stuck [Hz].

@@ -16,8 +16,9 @@ from hbsolve.limits.local_search import LimitSide
 from hbsolve.limits.loss_factor import LossFactor, paper_limits
 from hbsolve.limits.objective import ContactForceHarmonic, OutputHarmonic
 from hbsolve.limits.random_histories import independent_histories
-from hbsolve.limits.response_limits import LimitSettings, limit_problem, response_limits
+from hbsolve.limits.response_limits import limit_problem, response_limits
 from hbsolve.limits.result import ResponseLimits, load_limits
+from hbsolve.limits.search import LimitSettings
 from reduction.jointed_system import JointedSystem
 
 OMEGA = 2 * np.pi * 284.0 * np.linspace(0.95, 1.0, 6)
