@@ -1,7 +1,9 @@
-"""Forces of all joints over a step: the compiled switch between their laws."""
+"""Forces of all joints over a step, by a compiled switch between their laws, and where a motion drags sliders."""
+
+import numpy as np
 
 from fe.compiled import compiled, compiled_switch
-from reduction.array_type import Vector
+from reduction.array_type import Matrix, Vector
 from transient.joint_table import Packed
 from transient.law.function import force as function_force
 from transient.law.witness import ARGUMENTS, WITNESSES
@@ -36,3 +38,20 @@ def joint_forces(
     """`joint_force` of all joints."""
     for joint in range(joints.kind.size):
         joint_force(joint, joints, before, after, slider, step, mean, end, moved)
+
+
+@compiled
+def drag(joints: Packed, position: Matrix, slider: Vector, step: float) -> Vector:
+    """Sliders, shape (s,) [m], at the end of a period of prescribed motion; a second period drags them no further.
+
+    The motion is that of all directions at the ends of all steps, shape (t, d) [m]; `slider` is where they stand
+    before, `step` the length of a step [s].
+    """
+    moved, before = slider.copy(), slider.copy()
+    mean, end = np.zeros(position.shape[1]), np.zeros(position.shape[1])
+    # A step of no length: sliders move at once where the friction force exceeds its limit.
+    joint_forces(joints, position[0], position[0], before, step, mean, end, moved)
+    for number in range(1, len(position)):
+        before[:] = moved
+        joint_forces(joints, position[number - 1], position[number], before, step, mean, end, moved)
+    return moved

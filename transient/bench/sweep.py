@@ -8,8 +8,9 @@ structure is approached by Broyden's method, which starts from the exact monodro
 
 y being the change of P(z) - z by s. A step of the method is no motion of the bench, and no contact may remember one: in
 place of the part of P(z) that belongs to w stands where the motion of this period drags the sliders that the *point
-before* has left (`transient.drag`). At the end P(z) = z, because with one tangent a second period drags no further,
-and friction remembers periodic motions alone: what grows gently to its level at each frequency leaves the same.
+before* has left (`transient.joint_forces.drag`). At the end P(z) = z, because with one tangent a second period drags no
+further, and friction remembers periodic motions alone: what grows gently to its level at each frequency leaves the
+same.
 
 Where the search finds no steady state, it goes there from the last point in smaller and smaller steps of frequency and
 level; where that does not help, as beyond a fold, the bench goes there slowly and waits until the motion repeats.
@@ -29,12 +30,13 @@ from numpy.typing import NDArray
 from reduction.array_type import Matrix, Vector
 from reduction.joint.friction_contact import friction_contacts
 from reduction.jointed_system import JointedSystem
-from transient.bench.structure import line_sums, stuck_structure
-from transient.drag import drag
 from transient.equilibrium import equilibrium
 from transient.errors import TransientError
+from transient.joint_forces import drag
+from transient.joint_table import joint_table
 from transient.state import TransientState
 from transient.stepper import Record, Stepper
+from transient.transition import ModalStructure, decompose
 from transient.updated_factor import UpdatedFactor
 
 STEPS_PER_PERIOD = 128
@@ -124,9 +126,9 @@ class SweptBench:
                 raise TransientError(
                     f'the bench follows the friction of contacts with one tangent, "{joint.name}" is none: make it one'
                 )
-        self.structure = structure = stuck_structure(system)
+        self.structure = structure = _stuck_structure(system)
         self._rows = np.array(list(sensors.values())) @ structure.mode_shapes
-        self._lines = line_sums(system)
+        self._lines = _line_sums(system)
         self._rest = equilibrium(structure)
         self._steppers: dict[float, tuple[Stepper, Matrix]] = {}
         frequency = np.sqrt(structure.eigenvalue)
@@ -322,3 +324,22 @@ def _way(last: _Approach, frequency: float, level: float, n_step: int) -> list[t
     """Frequencies [Hz] and levels [N] on the way to a point, the point included."""
     way = np.linspace((last.frequency, last.level), (frequency, level), n_step + 1)[1:]
     return [(float(between), float(grown)) for between, grown in way]
+
+
+def _stuck_structure(system: JointedSystem) -> ModalStructure:
+    """Modes with sticking contacts, full damping: such contacts then move exactly, whatever the step."""
+    table = joint_table(system)
+    contact = [joint.normal_direction is not None for joint in system.joints for _ in joint.directions]
+    offset = np.where(contact, table.stuck_stiffness, 0.0)
+    return replace(decompose(system, table, offset), diagonal=False)
+
+
+def _line_sums(system: JointedSystem) -> Matrix:
+    """Tangential and normal sums over each line, over the directions of all joints, shape (4 or 0, d) [-]."""
+    names = [joint.name.split()[0] for joint in friction_contacts(system.joints)]
+    sums = np.zeros((2 * len(set(names)), sum(len(joint.directions) for joint in system.joints)))
+    for row, line in enumerate(dict.fromkeys(names)):
+        for contact, name in enumerate(names):
+            if name == line:
+                sums[2 * row, 2 * contact] = sums[2 * row + 1, 2 * contact + 1] = 1.0
+    return sums

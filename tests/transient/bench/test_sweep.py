@@ -10,9 +10,9 @@ from reduction.jointed_system import CubicSpring, FrictionContact, JenkinsElemen
 from transient.bench.beam import BeamParameters, contacts, free_beam, jointed_beam, reduced_beam
 from transient.bench.repeats import sweep_settled
 from transient.bench.sweep import MAX_PERIOD, SLOWLY, STEPS, SweptBench
-from transient.drag import drag
 from transient.errors import TransientError
 from transient.integrate import integrate
+from transient.joint_forces import drag
 from transient.joint_table import joint_table
 from transient.updated_factor import UpdatedFactor
 
