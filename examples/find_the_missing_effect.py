@@ -17,10 +17,10 @@ from study.compare.pictures import pictures
 from study.compare.run import Compared, compare
 from study.diagnose import report as diagnose_words
 from study.diagnose.add import add
-from study.diagnose.files import contents
 from study.diagnose.history import history_of
-from study.diagnose.record import record
+from study.diagnose.page import contents
 from study.diagnose.round import Round, diagnose_case
+from study.diagnose.run import record
 from study.diagnose.stages import waterfall
 from transient.bench.hidden_effect import make_campaign, random_effect
 
@@ -56,6 +56,6 @@ print(diagnose_words.step_in_words(add(case, best.effect.name), case))
 show(compare(read_case(case).setup, campaign), f"with {best.effect.name}")
 last = diagnose("second")
 for step in waterfall(last, history_of(case)):
-    print(f"{step.name:14} error {100 * step.training:6.2f} %; held-out chi^2 a number {step.held_out_chi2:6.2f}")
+    print(f"{step.name:14} error {100 * step.training:6.2f} %; held-out reduced chi-squared {step.held_out_chi2:6.2f}")
 print(f"The bench had hidden: {hidden.kind} at {hidden.place}, {10 * hidden.strength:.4g} (found: {best.strength:.4g})")
 assert (best.effect.name, last.best) == (f"{hidden.kind} at {hidden.place}", None)

@@ -14,7 +14,7 @@ from figure.limit_levels import LimitsByLevel
 from hbsolve.limits.result import ResponseLimits
 from pipeline.checkpoint import StoredTasks
 from pipeline.output import replace_file
-from pipeline.process_pool import process_pool
+from pipeline.parallel import process_pool
 from study.case.kind import open_case
 from study.case.setup import read_case
 from study.limits.curve import FoundLimits, found_limits
@@ -95,7 +95,7 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
 def _found(search: LimitSearch, stem: str, run: RunContext, executor: Executor | None) -> FoundLimits:
     """From the store, or searched for, each task kept beside the results until all are there."""
     assert run.output is not None
-    known = run.store.kept(found_limits, search)
+    known = run.store.look_up(found_limits, search)
     if known is not None:
         return known.value
     kept = StoredTasks(run.output / f".{stem}_limits.part", found_limits.key(search), run.warn)

@@ -68,7 +68,7 @@ POOL = """\
 import os, sys, time
 from collections.abc import Callable
 from pathlib import Path
-from pipeline.process_pool import process_pool
+from pipeline.parallel import process_pool
 
 if __name__ == "__main__":
     with process_pool(["time"], 2) as pool:

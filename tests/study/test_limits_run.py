@@ -62,7 +62,7 @@ levels = [4, 1]
 population = 2
 samples = 4
 """
-#: The plate is as stiff as the contact and yields to half of the pre-load.
+#: The plate is as stiff as the contact and yields to half of the preload.
 STIFFNESS, PAD, DAMPING, LIMIT = 1e6, 0.3e6, 20.0, 0.5 * 20.0 / 2
 
 

@@ -99,7 +99,7 @@ def test_the_model_is_the_rig_at_rest(folder: Path, document: dict[str, Any]) ->
     # Their motions in the plane of y and z: two translations and a rotation of each.
     assert np.count_nonzero(np.isclose(alone, 20.0, rtol=1e-3)) == 6
     assert np.abs(alone / document["blade_frequency_hz"][0] - 1).min() < 1e-4
-    # Where contacts press with their pre-loads, the static load balances them but for what the tangents carry.
+    # Where contacts press with their preloads, the static load balances them but for what the tangents carry.
     pushed = sum(each.preload * each.normal for each in system.joints if isinstance(each, FrictionContact))
     assert 0 < np.linalg.norm(system.static - pushed) < 0.2 * np.linalg.norm(pushed)
     weight = model.dead_weights["left dead weight"].row

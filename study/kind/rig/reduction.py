@@ -12,7 +12,7 @@ from fe.mode_check import ModeCheck
 from fe.reaction import SupportReaction
 from fe.station_coordinates import StationCoordinates
 from pipeline.parallel import Task, run_parallel
-from pipeline.progress import Progress
+from pipeline.progress import Progress, ShownStep
 from pipeline.store import Outcome, Store
 from reduction.assembly import ReducedAssembly, lowest_modes, truncated
 from reduction.memory_estimate import available_memory, mesh_memory, refuse_beyond_memory
@@ -20,7 +20,6 @@ from reduction.rom import ReducedModel
 from study.kind.rig.body import ReducedBody, checked_body, reduced_body
 from study.kind.rig.model import BODIES, MeshedRig, RigModel, mirror_image
 from study.kind.rig.tetrahedra import in_tetrahedra
-from study.shown_step import ShownStep
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
