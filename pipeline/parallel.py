@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from geometry.errors import ComputationFailed, InputError
+from geometry.registry import load_file, loaded_files
 from pipeline.blas_threads import ONE_THREAD
 from pipeline.progress import Progress
 from pipeline.store import Outcome, Stage, Store
@@ -171,7 +172,7 @@ def _workers(modules: list[str]) -> Iterator[dict[int, _Worker]]:
 
 def _start(running: dict[int, _Worker], number: int, task: Task, folder: Path | None) -> None:
     receiver, sender = CONTEXT.Pipe(duplex=False)
-    arguments = (sender, *_reference(task.stage), folder, task.inputs)
+    arguments = (sender, *_reference(task.stage), folder, loaded_files(), task.inputs)
     process = CONTEXT.Process(target=_compute, args=arguments, daemon=True)
     # Ctrl-C waits until the process is known to those who would kill it, and the process, which inherits this, never
     # sees the Ctrl-C that a terminal sends to all: it would only print where it was.
@@ -204,9 +205,13 @@ def _reference(stage: Stage[Any, Any]) -> tuple[str, str]:
     return stage.compute.__module__, stage.compute.__name__
 
 
-def _compute(failure: Connection, module: str, name: str, folder: Path | None, inputs: Mapping[str, Any]) -> None:
+def _compute(
+    failure: Connection, module: str, name: str, folder: Path | None, plugins: list[Path], inputs: Mapping[str, Any]
+) -> None:
     os.setpgrp()  # so that a program which the stage runs can be killed with it
     try:
+        for plugin in plugins:
+            load_file(plugin)
         stage: Stage[Any, Any] = getattr(importlib.import_module(module), name)
         Store(folder).outcome(stage, **inputs)
     except Exception as error:

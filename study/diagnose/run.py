@@ -15,8 +15,7 @@ from diagnosis.decision.verdict import Finding
 from pipeline.output import replace_file
 from study.case.kind import open_case
 from study.case.setup import read_case, require_loads
-from study.compare.repeats import require_held_out, require_repeats
-from study.compare.suspicions import all_suspicions
+from study.compare.suspicions import all_suspicions, require_held_out, require_repeats
 from study.console import plain
 from study.diagnose.add import add
 from study.diagnose.history import ADD, DIAGNOSIS, UNDO, History, Step, case_key, history_of, read_text

@@ -13,7 +13,7 @@ import pytest
 
 from hbsolve.limits.task import StageProgress
 from pipeline.checkpoint import StoredTasks
-from study.limits.progress import END, WORTH_REPORTING, SearchProgress
+from study.limits.curve import END, WORTH_REPORTING, SearchProgress
 
 
 def test_a_result_is_found_by_another_process_bit_by_bit(tmp_path: Path) -> None:

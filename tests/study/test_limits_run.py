@@ -101,6 +101,20 @@ def about_resonance(harmonic: int) -> str:
     return case.replace('from = "150 Hz"\nto = "130 Hz"', ends)
 
 
+def test_limits_that_say_everything_need_no_sweep(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    with_sweep = limits(home, capfd, CASE)
+    head, _, rest = CASE.partition("[sweep]")
+    own = '[limits]\nfrom = "130 Hz"\nto = "150 Hz"\nstep = "8 Hz"\nlevels = [1, 4]\n' + rest.partition("[limits]\n")[2]
+    without = limits(home, capfd, head + own)
+    assert without["levels"] == with_sweep["levels"]
+    # Loads as they stand are level 1.
+    at_one = limits(home, capfd, head + own.replace("levels = [1, 4]\n", ""))
+    assert [level["level"] for level in at_one["levels"]] == [1.0]
+    (home / "my.toml").write_text(head + own.replace('to = "150 Hz"\n', ""))
+    assert cli.main(["limits", "my.toml", "--out", "out"]) == 2
+    assert re.search(r"my.toml:\d+: .*to is missing, .*no \[sweep\].*: give from and to", capfd.readouterr().err)
+
+
 @pytest.mark.parametrize("harmonic", [1, 2])
 def test_a_step_that_passes_by_a_resonance_is_told_with_one_that_does_not(
     home: Path, capfd: pytest.CaptureFixture[str], harmonic: int
