@@ -13,7 +13,7 @@ from fe.stress import nodal_stress, von_mises
 from figure.scene.mode_picture import ModeColour, mode_picture
 from geometry.plain_blade import PlainBlade
 
-bar = PlainBlade(length=0.3)  # metres: a long bar, so that beam theory is a fair judge
+bar = PlainBlade(length=0.3)  # metres; long, so that beam theory applies
 mesh = mesh_plain_blade(bar, MeshRule(element=HEX20, through_thickness=2, length_ratio=2.4, length_cap=0.005))
 mass, stiffness = assemble(mesh, STEEL)
 system = supported_system(mesh, mass, stiffness, [Support(nodes=mesh.nodes("clamp"))])
@@ -29,5 +29,5 @@ mode_picture(mesh, shape, "stress1.png", frequency=frequency, title="Mode 1", co
 beam = 1.8751**2 / (2 * pi) * sqrt(STEEL.young * bar.thickness**2 / (12 * STEEL.density)) / bar.length**2
 print(f"mode 1: {frequency:.3f} Hz; clamped-free beam: {beam:.3f} Hz; pictures: mode1.png, stress1.png")
 
-# The root block gives way a little, which theory's rigid clamp does not: about the thickness over the length, 2 %.
+# The root block is slightly compliant, the clamp of the theory is rigid: about the thickness over the length, 2 %.
 assert 0.96 * beam < frequency < beam
