@@ -24,7 +24,7 @@ from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
 from diagnosis.threshold.thresholds import Thresholds
 from study.case.setup import Setup, read_case
-from study.diagnose.thresholds import limits_for
+from study.diagnose.thresholds import shipped_thresholds
 from study.shipped import BEAM
 from transient.bench.hidden_effect import PlantedTruth, make_campaign
 
@@ -50,7 +50,7 @@ def limits(campaign: Campaign, without: Sequence[str]) -> Thresholds | None:
     without
         Kinds that are left out.
     """
-    return limits_for(setup(), campaign, without) or limits_for(setup(), campaign, ())
+    return shipped_thresholds(setup(), campaign, without) or shipped_thresholds(setup(), campaign, ())
 
 
 @cache

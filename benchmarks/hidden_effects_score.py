@@ -63,7 +63,7 @@ class Floor:
         Median of the held-out error beside what the covariance leads to expect [-]: fits and the set-up of the held-out
         repeats take up a part of what the covariance holds possible.
     chi2
-        Mean of the held-out chi^2 a number [-].
+        Mean of the held-out reduced chi-squared [-].
     """
 
     factor: float
@@ -85,7 +85,7 @@ class Excess:
     together
         Ratio of the means over all campaigns [-].
     weighed
-        The same of chi^2 a number, which weighs each number by what noise and friction histories do to it [-].
+        The same of the reduced chi-squared, which weighs each number by what noise and friction histories do to it [-].
     """
 
     of: int

@@ -18,8 +18,7 @@ from reduction.stuck import stuck_stiffness
 from study.case.kind import open_case
 from study.case.tables import Case
 from study.kind.rig.reduction import RigReduction, reduce_rig
-from study.kind.rig.structure import measured_places, suspension
-from study.kind.rig.system import Row, excitation, resting_rig
+from study.kind.rig.structure import Row, excitation, measured_places, resting_rig, suspension
 from study.kind.rig.table import RigTable, rig_model
 from transient.bench.campaign import (
     FREQUENCY_JITTER,

@@ -9,7 +9,7 @@ from pipeline.store import Store, default_folder
 from study.case.kind import OpenCase
 from study.case.setup import ReadCase, read_case
 from study.case.tables import Case
-from study.kind.rig.system import RestingRig
+from study.kind.rig.structure import RestingRig
 from study.kind.rig.table import RigTable
 from study.run_context import RunContext, silent_run
 from study.solve.model import SolveModel, solve_model

@@ -32,13 +32,12 @@ from reduction.assembly_error import assembly_error
 from reduction.joined import joined
 from study.case.kind import open_case
 from study.case.tables import Case
-from study.kind.rig.body import held_body
 from study.kind.rig.contact import line_pairs
 from study.kind.rig.model import BODIES, RigModel
-from study.kind.rig.reduction import reduce_rig
+from study.kind.rig.reduction import held_body, reduce_rig
 from study.kind.rig.table import RigTable, rig_model
 from study.shipped import RIG
-from study.table1.limit import richardson
+from study.table1.stages import richardson
 
 #: Size of the coarsest of the nested meshes, and into how many its cells are cut [m, -].
 COARSE, CUTS = 10e-3, (1, 2, 4)

@@ -22,8 +22,7 @@ from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.steady_state import steady_state
 from study.case.kind import open_case
 from study.shipped import RIG
-from study.solve.curve import response_curve
-from study.solve.request import Curve
+from study.solve.curve import Curve, response_curve
 from transient.state import start_from
 from transient.steady import steady_motion
 

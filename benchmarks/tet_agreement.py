@@ -31,12 +31,10 @@ from reduction.joined import joined
 from reduction.rom import ReducedModel
 from study.case.kind import open_case
 from study.case.tables import Case
-from study.kind.rig.body import held_body
 from study.kind.rig.contact import line_pairs
-from study.kind.rig.model import BODIES, HELD, RigModel, mirror_image, with_excitation
-from study.kind.rig.reduction import mirrored
+from study.kind.rig.model import BODIES, HELD, LINES, RigModel, mirror_image, with_excitation
+from study.kind.rig.reduction import held_body, mirrored
 from study.kind.rig.table import RigTable, rig_model
-from study.kind.rig.tetrahedra import LINES
 from study.shipped import RIG
 
 #: Cells at the contact lines and the root, in parts of the size elsewhere.

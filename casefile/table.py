@@ -36,8 +36,9 @@ import tomllib
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, PrivateAttr, ValidationError
 
@@ -229,3 +230,56 @@ def _schema_problems(source: CaseSource) -> list[Problem]:
         remedy = f"a later form of case files; {remedy}: install a later stickslip, or rewrite the file"
         return [source.problem(("schema",), remedy)]
     return [source.problem(("schema",), f"unknown form of case files; {remedy}")]
+
+
+@dataclass
+class Mistakes:
+    """What is wrong with a case so far.
+
+    Parameters
+    ----------
+    case
+        As `casefile.table.load_case` returned it.
+    problems
+        Found ones.
+    """
+
+    case: CaseModel
+    problems: list[Problem] = field(default_factory=list)
+
+    @contextmanager
+    def at(self, *table: str | int) -> Iterator[None]:
+        """Note what goes wrong within, with file and line, and go on behind it."""
+        try:
+            with located(self.case, *table):
+                yield
+        except CaseError as error:
+            self.problems += error.problems
+
+    def raise_if_any(self) -> None:
+        """Raise a `CaseError` with all of them."""
+        if self.problems:
+            raise CaseError(list(dict.fromkeys(self.problems)))
+
+
+def case_head(path: Path) -> dict[str, Any]:
+    """All that a case file says; nothing of one that cannot be read, for `casefile.table.load_case` tells why."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8").removeprefix("\ufeff"))
+    except (OSError, ValueError, RecursionError):
+        return {}
+
+
+def other_case(path: Path, what: str, remedy: str) -> CaseError:
+    """The refusal of a whole file.
+
+    Parameters
+    ----------
+    path
+        The case file.
+    what
+        Of what it is the case, with its article.
+    remedy
+        What the user should do, in the imperative.
+    """
+    return CaseError([Problem(file=str(path), line=0, key="", text=f"this is the case of {what}: {remedy}")])

@@ -5,7 +5,7 @@ import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Literal, get_args, get_origin
+from typing import Any, Literal, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
@@ -16,6 +16,7 @@ from casefile.quantity import dimensions
 from casefile.source import CaseSource, dotted, value_at
 from casefile.toml_position import Path
 
+Item = TypeVar("Item")
 # These messages hold a number of the model, which is in SI.
 BOUND_ERRORS = {"greater_than", "greater_than_equal", "less_than", "less_than_equal"}
 
@@ -86,6 +87,21 @@ def did_you_mean(word: str, known: Sequence[str]) -> str:
     by_lower = {name.lower(): name for name in known}
     close = difflib.get_close_matches(word.lower(), list(by_lower), 1, 0.5)
     return f'; did you mean "{by_lower[close[0]]}"?' if close else ""
+
+
+def all_different(values: tuple[Item, ...]) -> tuple[Item, ...]:
+    """The values of a list, none of which stands there twice.
+
+    Raises
+    ------
+    ValueError
+        With the first that does.
+    """
+    for place, value in enumerate(values):
+        if value in values[:place]:
+            shown = f"{value:g}" if isinstance(value, float) else f'"{value}"' if isinstance(value, str) else value
+            raise ValueError(f"{shown} stands there twice: remove one")
+    return values
 
 
 def _problem(details: ErrorDetails, model: type[BaseModel], source: CaseSource) -> Problem:

@@ -1,4 +1,4 @@
-"""Where the steps of a long computation keep what they give, so that it can be interrupted and goes on."""
+"""Where the steps of a long computation are stored, so that an interrupted one goes on."""
 
 from collections.abc import Callable
 from typing import Protocol, TypeVar
@@ -7,7 +7,7 @@ T = TypeVar("T")
 
 
 class Keep(Protocol):
-    """Looks up what a step gave before, or makes it."""
+    """Looks up the stored result of a step, or computes and stores it."""
 
     def __call__(self, name: str, make: Callable[[], T]) -> T:
         """The result of a step by its name; `make` computes it."""
@@ -15,5 +15,5 @@ class Keep(Protocol):
 
 
 def computed(name: str, make: Callable[[], T]) -> T:  # noqa: ARG001  # the signature of Keep
-    """Keep nothing."""
+    """Store nothing."""
     return make()

@@ -19,8 +19,8 @@ from hbsolve.steady_state import steady_state
 from reduction.craig_bampton import craig_bampton
 from reduction.jointed_system import FrictionContact, JointedSystem, along
 
-# Stiffnesses of a contact line [N/m] and friction, after the paper. The load [N a line] is a tenth of the rig's: there
-# dampers give way, here the slots touch the ground, and under the full load nothing would slip.
+# Stiffnesses of a contact line [N/m] and friction, after the paper. The load [N per line] is a tenth of the rig's. Here
+# the slots touch the rigid ground instead of dampers, and under the full load no contact would slip.
 TANGENTIAL, NORMAL, FRICTION, LOAD = 4.65e6, 6.75e6, 0.6, 3.0
 LEVELS = (1.0, 3.0, 5.0, 10.0)  # N
 
@@ -43,7 +43,7 @@ for name, line in contact_lines(blade).items():
             tangential_stiffness=share * TANGENTIAL, normal_stiffness=share * NORMAL, friction_coefficient=FRICTION,
         )  # fmt: skip
         joints.append(contact)
-        static_load += share * LOAD * normal  # what presses the blade on; without it the contact would push it away
+        static_load += share * LOAD * normal  # balances the preload; without it the contact would push the blade away
 
 B = np.vstack([joint.directions for joint in joints])
 D = np.concatenate([[joint.tangential_stiffness] * 2 + [joint.normal_stiffness] for joint in joints])
@@ -85,8 +85,8 @@ forces.set(xlabel="time / period", ylabel="T / N [-]", title=f"{joints[0].name},
 figure.savefig("blade_with_friction.png")
 print(f"stuck resonance {stuck:.2f} Hz; drawn in blade_with_friction.png")
 
-# A small force moves no slider: the peak is the stuck blade's, as near as the points lie. A large one lets contacts
-# slip: the blade softens, and friction damps it.
+# Under a small force no contact slips: the peak is that of the stuck blade, within the distance of the points. Under a
+# large force contacts slip: the blade softens, and friction damps it.
 assert abs(frequency[0] / stuck - 1) < 1e-3
 assert frequency[-1] < 0.998 * stuck
 assert ratio[-1] < 0.5 * ratio[0]

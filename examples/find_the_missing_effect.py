@@ -1,6 +1,6 @@
-"""From misfit to named cause to falling error: a beam on the virtual bench hides an effect that its model lacks.
+"""From misfit to missing effect to smaller error: a beam on the virtual test bench with an effect that its model lacks.
 
-python examples/find_the_missing_effect.py [FOLDER]     # some minutes; figures and pages go to FOLDER
+python examples/find_the_missing_effect.py [FOLDER]     # takes minutes; writes figures and pages to FOLDER
 """
 
 import sys
@@ -17,30 +17,30 @@ from study.compare.pictures import pictures
 from study.compare.run import Compared, compare
 from study.diagnose import report as diagnose_words
 from study.diagnose.add import add
-from study.diagnose.files import contents
 from study.diagnose.history import history_of
-from study.diagnose.record import record
+from study.diagnose.page import contents
 from study.diagnose.round import Round, diagnose_case
+from study.diagnose.run import record
 from study.diagnose.stages import waterfall
 from transient.bench.hidden_effect import make_campaign, random_effect
 
 folder, progress, seed = Path(sys.argv[1] if len(sys.argv) > 1 else "found"), LineProgress(sys.stdout), 3
 measured = folder / "campaign"
-hidden = random_effect(np.random.default_rng(seed))  # what and where is drawn; tenfold, so that it is no riddle
-with progress.step("measuring on the bench, which has a model of its own", expected=10):
+hidden = random_effect(np.random.default_rng(seed))  # random kind and place; ten times the strength, to be clear
+with progress.step("simulating the measurements", expected=10):
     make_campaign(measured, seed=seed, kind=hidden.kind, place=hidden.place, strength=10 * hidden.strength)
-campaign, case = read_campaign(measured), write_beam_case(folder)  # the case: the beam as its drawing says
+campaign, case = read_campaign(measured), write_beam_case(folder)  # the case: the beam as drawn
 
 
 def show(compared: Compared, name: str) -> None:
-    """Where the model fails, in words and as responses."""
+    """Show where the model fails, as text and as responses."""
     print(f"\n=== {name}\n{compare_words.in_words(compared)}")
     drawn = pictures(compared.model, compared.train, compared.held, compared.prediction, f"Beam, {name}")
     (folder / f"{name.replace(' ', '_')}_frf.png").write_bytes(drawn["frf_jointed"])
 
 
 def diagnose(name: str) -> Round:
-    """What the case lacks, in words, as a page and as figures; noted in the history of the case."""
+    """Report the missing effect as text, page and figures, and record it in the history of the case."""
     found = diagnose_case(read_case(case, campaign).setup, campaign, progress=progress)
     record(found, case, measured)
     for file, content in contents(found, history_of(case), case).items():
@@ -49,13 +49,13 @@ def diagnose(name: str) -> Round:
     return found
 
 
-show(compare(read_case(case).setup, campaign, calibrate=True), "calibrated")  # no stiffness or friction explains it
+show(compare(read_case(case).setup, campaign, calibrate=True), "calibrated")  # no calibration explains the misfit
 best = diagnose("first").diagnosis.verdict.effects[0]
 assert best.effect is not None
 print(diagnose_words.step_in_words(add(case, best.effect.name), case))
 show(compare(read_case(case).setup, campaign), f"with {best.effect.name}")
 last = diagnose("second")
 for step in waterfall(last, history_of(case)):
-    print(f"{step.name:14} error {100 * step.training:6.2f} %; held-out chi^2 a number {step.held_out_chi2:6.2f}")
-print(f"The bench had hidden: {hidden.kind} at {hidden.place}, {10 * hidden.strength:.4g} (found: {best.strength:.4g})")
+    print(f"{step.name:14} error {100 * step.training:6.2f} %; held-out reduced chi-squared {step.held_out_chi2:6.2f}")
+print(f"Hidden effect: {hidden.kind} at {hidden.place}, {10 * hidden.strength:.4g} (fitted: {best.strength:.4g})")
 assert (best.effect.name, last.best) == (f"{hidden.kind} at {hidden.place}", None)

@@ -1,4 +1,4 @@
-"""A chain that rubs, lifts off and hardens, from plain matrices: curves round folds, friction loops, contact states."""
+"""A chain with friction, lift-off and a cubic spring, from plain matrices: folds, friction loops, contact states."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -12,12 +12,12 @@ from reduction.jointed_system import CubicSpring, FrictionContact, JointedSystem
 M = np.eye(3)
 K = 4e4 * np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
 C = 1e-4 * K
-wedge = along(3, {2: 0.5})  # a slope: the further the last mass moves, the harder it presses
+wedge = along(3, {2: 0.5})  # an inclined wall: the motion of the last mass adds to the normal load
 rub = FrictionContact(name="rub", tangents=between(3, 2), normal=wedge, tangential_stiffness=3e4,
                       normal_stiffness=4e4, friction_coefficient=0.4, preload=8.0)  # fmt: skip
 cubic = CubicSpring(name="cubic", direction=between(3, 0), stiffness=2e11)
 joints, force = [rub, cubic], np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])  # 1 N cos(Omega t) on the first mass
-# The static load holds the preload in balance: all else rests at zero.
+# The static load balances the preload, so that the chain at rest is at zero.
 system = JointedSystem(mass=M, damping=C, stiffness=K, joints=joints, static_load=8.0 * wedge, harmonic_force=force)
 balance = HarmonicBalance(system=system, n_harmonic=10)
 
@@ -36,12 +36,12 @@ for level in (0.02, 1.0, 2.5, 4.0):
     turns = int(np.count_nonzero(np.diff(np.sign(np.diff(curve.frequency)))))
     print(f"{level:4g} N: peak {compliance[peak]:.3f} mm/N at {curve.frequency[peak]:.2f} Hz, {turns} folds")
 
-    # A period's work: what the force puts in, friction and damper take out (exactly so, in the harmonics kept).
+    # Energy balance of a period: work of the force = work of friction and damping, exactly in H harmonics.
     q, k = state.coefficients, np.arange(balance.n_harmonic)
     put_in = -np.pi * level * q[1, 0].imag
     damped = np.pi * state.angular_frequency * k**2 @ np.einsum("ki,ij,kj->k", q.conj(), C, q).real
     assert np.isclose(put_in, damped + motion.dissipated.sum(), rtol=1e-6)
-    if level == 0.02:  # too little to slip: the first mode of the stuck chain, as near as the points lie
+    if level == 0.02:  # no slip: the first mode of the stuck chain, within the distance of the points
         K_stuck = K + rub.directions.T @ np.diag([rub.tangential_stiffness, rub.normal_stiffness]) @ rub.directions
         stuck = np.sqrt(np.linalg.eigvalsh(K_stuck)[0]) / (2 * np.pi)
         assert np.isclose(curve.frequency[peak], stuck, rtol=4e-3)

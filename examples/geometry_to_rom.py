@@ -22,6 +22,6 @@ print(f"{system.n_dof} degrees of freedom reduced to {rom.n_dof}")
 for number, (f, r) in enumerate(zip(full, reduced, strict=True), start=1):
     print(f"mode {number}: full {f:10.4f} Hz, reduced {r:10.4f} Hz, error {r / f - 1:.1e}")
 
-# Rayleigh's principle: a reduced model is never softer; 1e-8 leaves room for the eigenvalue solver's round-off.
+# Rayleigh's principle: a reduced model is never softer; 1e-8 is a margin for the eigenvalue solver's round-off.
 assert (reduced > full * (1 - 1e-8)).all()
 assert (reduced < full * (1 + 1e-6)).all()

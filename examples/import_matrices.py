@@ -1,4 +1,4 @@
-"""From matrices in files to friction: a beam as MatrixMarket and Harwell-Boeing, reduced, rubbing, and for NLvib."""
+"""Matrices from files: a beam as MatrixMarket and Harwell-Boeing, reduced, with friction, and exported to NLvib."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from reduction.craig_bampton import craig_bampton
 from reduction.jointed_system import JenkinsElement, JointedSystem, between
 from reduction.nlvib import save_nlvib
 
-# What another program would have written: a clamped beam in mm, tonne and N, 20 elements, z and roty of nodes 1 to 21.
+# Files as from another program: a clamped beam in mm, tonne and N, 20 elements, z and roty of nodes 1 to 21.
 length, n, EI, line_mass = 400.0, 20, 210e3 * 10.0**4 / 12, 7.8e-9 * 10.0**2
 h, rotates = length / n, np.array([0, 1, 0, 1])  # the four rows of an element
 unit = h ** (rotates[:, None] + rotates)
@@ -29,7 +29,7 @@ scipy.io.mmwrite("mass.mtx", scipy.sparse.coo_array(M), symmetry="symmetric", pr
 rows = "".join(f"{row},{row // 2 + 1},{('z', 'roty')[row % 2]}\n" for row in range(2 * n + 2))
 Path("dofs.csv").write_text(f"dof,node,direction\n{rows}", encoding="utf-8")
 
-# What a user does with it (or `stickslip reduce`, docs/matrices.md).
+# Import and reduction (or `stickslip reduce`, docs/matrices.md).
 files = MatrixSource(file=Path("mass.mtx")), MatrixSource(file=Path("stiffness.hb"))
 beam = read_matrices(*files, dofs=Path("dofs.csv"), units=Units.MILLIMETRE)
 clamp, tip = beam.dofs.rows([1], range(6)), beam.dofs.rows([n + 1], [2])
@@ -37,7 +37,7 @@ free = beam.system(fixed=clamp)
 rom = craig_bampton(free.linear, {"tip": free.row[tip]}, n_mode=8)
 modes, roots = rom.modes(3), np.array([1.875104069, 4.694091133, 7.854757438])  # cosh b cos b = -1
 exact = (roots / length) ** 2 * np.sqrt(EI / line_mass) / (2 * np.pi)
-print("found:", modes.frequency.round(3), "Hz, theory:", exact.round(3), "Hz")
+print("computed:", modes.frequency.round(3), "Hz, theory:", exact.round(3), "Hz")
 assert np.abs(modes.frequency / exact - 1).max() < 1e-4  # elements and truncation together
 # A spring and slider at the tip: stuck at 0.02 N, sliding at 1 N, nearly free at 10 N.
 slider = JenkinsElement(name="slider", direction=between(rom.n_dof, 0), tangential_stiffness=4e3, limit_force=1.0)

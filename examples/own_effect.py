@@ -1,4 +1,4 @@
-"""An effect of one's own, from a short file beside this one, in the catalogue; its response, and a check."""
+"""An effect of your own from a short file (effects/): in the catalogue, its response, and a check."""
 
 from pathlib import Path
 
@@ -30,8 +30,8 @@ for effect in found.candidates:
 for left in found.untestable:
     print(f"{left.name:32} cannot be tested: {left.reason}")
 
-# At a third of the first resonance the own effect is loudest. The structure is linear: the third harmonic of the tip
-# is the receptance at three times the frequency, times the share of the force.
+# At a third of the first resonance this effect has its largest response. The structure is linear: the third harmonic
+# of the tip is the receptance at three times the frequency, times the third harmonic of the force.
 third, share, level = np.sqrt(np.linalg.eigvalsh(np.linalg.solve(M, K)).min()) / 3, 0.05, 10.0
 distorted = found.effect("third harmonic of the exciter").apply(bench, [share])
 state = steady_state(HarmonicBalance(system=distorted.system, n_harmonic=4, level=level), third)

@@ -30,7 +30,7 @@ faces = {
 }
 part = step_part(Path(__file__).parent / "parts" / "screw.step", faces)
 mesh = mesh_solid(part, TetRule(size=3.5e-3, near={"slot": 2e-3}))
-# The rim under the head may rub on a plate: eight stations of it stay physical, wherever the nodes are.
+# The rim under the head may rub on a plate: eight stations on it are retained, independent of the nodes.
 rim = line_along_edge(mesh, "rim", ("seat", "shank"), n_station=8)
 place = station_coordinates(mesh, {"rim": rim.stations}, {"rim": "seat"}, fixed=["tip"])
 mass, stiffness = assemble_compact(mesh, STEEL)
@@ -48,10 +48,10 @@ shape = system.on_mesh(place.displacement(system, rom.recovery @ rom.modes(1).mo
 mode_picture(mesh, shape, "screw_mode1.png", frequency=float(reduced[0]), title="Mode 1")
 print("drawn in screw_faces.png and screw_mode1.png")
 
-# Torsion of a rod that carries the head as a fly-wheel: b tan b = inertia of the rod / of the head, b = omega L / c.
+# Torsion of a rod with the head as a flywheel: b tan b = inertia of the rod / of the head, b = omega L / c.
 turn = (mesh.points[:, [1, 0, 2]] - [y, x, 0]) * [-1, 1, 0] * (mesh.points[:, 2:] > seat_z - 1e-9)
 ratio = STEEL.density * (seat_z - tip_z) * pi * radius**4 / 2 / (turn.ravel() @ (mass @ turn.ravel()))
 b = brentq(lambda b: b * tan(b) - ratio, 1e-6, 1.57)
 theory = b / (seat_z - tip_z) * sqrt(STEEL.young / (2 * (1 + STEEL.poisson)) / STEEL.density) / (2 * pi)
-print(f"mode 3, torsion: {full[2]:.0f} Hz, a rod with a fly-wheel: {theory:.0f} Hz")
-assert abs(full[2] / theory - 1) < 0.05  # the head is no part of a rod, and the tip is chamfered
+print(f"mode 3, torsion: {full[2]:.0f} Hz, a rod with a flywheel: {theory:.0f} Hz")
+assert abs(full[2] / theory - 1) < 0.05  # the head is not a rigid disc, and the tip is chamfered

@@ -1,7 +1,7 @@
-"""The band that friction history leaves open: a wedge damper at four levels, and the static forces of its contacts.
+"""The band of responses over friction history: a wedge damper at four levels, and the static forces of its contacts.
 
-Sticking contacts hold any tangential force within Coulomb's cone, so that tests that look the same differ. The limits
-are searched for and then frozen; random histories that had no part in the search stay between them.
+Sticking contacts can carry any tangential force within Coulomb's cone, so that repeated tests differ. The limits are
+computed first; then random histories that were not used in the search are compared with them.
 """
 
 from dataclasses import replace
@@ -41,7 +41,7 @@ def main() -> None:
         bands.append(Band(label=f"level {level:g}", frequency=FREQUENCIES, value=value, sampled=sampled, **flags))
     drawn = LimitBands(bands=bands, title="Wedge damper", amplitude_label="blade [um]")
     Path("limits.png").write_bytes(png(limit_band_figure(drawn)))
-    # The paper's limits, in the same box: the amplitudes where the loss factor is largest and where it is least.
+    # The paper's limits, in the same box: the amplitudes at the largest and the least loss factor.
     paper = paper_limits(
         balance, OutputHarmonic(row=0), 2 * np.pi * FREQUENCIES, LEVELS[1:3], reach=limits.reach, settings=SETTINGS
     )
@@ -64,7 +64,7 @@ def main() -> None:
     Path("static_forces.png").write_bytes(png(force_limits_figure(forces)))
     print(f"histories outside by more than 0.1 %: {100 * escaped:.2f} % at most")
     print("limits.png, papers_limits.png, static_forces.png")
-    # The band is open where contacts slip, and hardly any history leaves it.
+    # The band is wide where contacts slip, and hardly any history is outside.
     assert (limits.upper[1] / limits.lower[1]).max() > 1.1
     assert escaped <= 0.01
 

@@ -1,6 +1,6 @@
-"""The whole rig: rest under the dead weights, stuck modes, and response at 1 and 5 N with two friction histories.
+"""The rig: static equilibrium under dead weights, stuck modes, and response at 1 and 5 N with two friction histories.
 
-A coarse mesh, so that it runs in a minute or two; `stickslip solve` ships the same case with `size = "2.5 mm"`.
+The mesh is coarse; the run takes a minute or two. `study/cases/rig.toml` is the same case with `size = "2.5 mm"`.
 """
 
 from dataclasses import replace
@@ -47,7 +47,8 @@ def main() -> None:
     curves = ResponseCurves(curves=drawn, title="Rig: tip", **words)
     Path("rig_response.png").write_bytes(png(response_curves_figure(curves)))
     print("rig_response.png")
-    # All stuck at 1 N, whatever came before; at 5 N friction takes a third and more, and histories differ.
+    # At 1 N all contacts stick for any history. At 5 N friction lowers the response per force by a third or more, and
+    # histories differ.
     assert abs(highest["1 N, history 2"] / highest["1 N, history 1"] - 1) < 0.01
     assert highest["5 N, history 1"] < 5 * highest["1 N, history 1"] / 1.5
     assert abs(highest["5 N, history 2"] / highest["5 N, history 1"] - 1) > 0.02

@@ -1,6 +1,6 @@
-"""Measured: an electronic oscillator, all in volts. A linear model of its record lacks something: what?
+"""A measured electronic oscillator, all in volts: the effect that a linear model of its record lacks.
 
-python examples/silverbox.py FOLDER     # holds SNLS80mV.csv; or set STICKSLIP_DATA, whose silverbox/ holds it
+python examples/silverbox.py FOLDER     # has SNLS80mV.csv; or set STICKSLIP_DATA, with silverbox/SNLS80mV.csv
 """
 
 import os
@@ -22,20 +22,20 @@ if not file.is_file():
     print(
         f"{file} is not there. Download the Silverbox files from https://www.nonlinearbenchmark.org/benchmarks/silverbox,"
     )
-    print("unpack them, and give the folder that holds SNLS80mV.csv: python examples/silverbox.py FOLDER")
+    print("unpack them, and give the folder of SNLS80mV.csv: python examples/silverbox.py FOLDER")
     sys.exit()
 
-# V1 drives, V2 answers; first noise that grows (the arrow), then ten multisines of 8,692 samples.
+# V1 is the input, V2 the output; first growing noise (the arrow), then ten multisines of 8,692 samples.
 values = np.loadtxt(file, delimiter=",", skiprows=1, usecols=(0, 1)).T
 time = np.arange(values.shape[1]) / (1e7 / 2**14)
 whole = TimeRecord(name="all", time=time, channels=("V1", "V2"), units=("V", "V"), values=values, force="V1")
-whole = about_mean(whole)  # the offset of the generator is no force
+whole = about_mean(whole)  # without the offset of the generator
 records = [
     stretch(whole, 40550, 49200, name="first multisine", held_out=False),
     stretch(whole, 57934, 66584, name="third multisine", held_out=True),
     stretch(whole, 0, 40495, name="arrow", held_out=True),
 ]
-base = single_dof(records[0], "V2")  # a start: mass, damping and stiffness from the spectra
+base = single_dof(records[0], "V2")  # initial values of mass, damping and stiffness from the spectra
 factors = [*calibration_parameters(base), Density(name="density of all", part="all")]  # of damping, stiffness and mass
 
 rounds = record_rounds(base, records, factors, run_in=0.5, units={"N": "V", "m": "V"})
@@ -46,7 +46,7 @@ for number, found in enumerate(rounds, 1):
         print(f"  {refit.effect.name:22} held-out errors {held}")
     for score in found.scores:
         if not score.gain:
-            print(f"  {score.effect.name:22} is absorbed by what is fitted anyway")
+            print(f"  {score.effect.name:22} is absorbed by the fitted parameters")
 print(rounds[-1].verdict.smallest)
 
 best = rounds[0].verdict.effects[0]

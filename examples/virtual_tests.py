@@ -1,7 +1,7 @@
-"""Repeated virtual tests inside a predicted band: a wedge damper that is put in its place by another hand each time.
+"""Repeated virtual tests of a wedge damper, compared with the predicted band of responses.
 
-Each test begins with a loading history of its own (pre-load that shoots over and under, unloading between levels,
-excitation that overshoots), integrated in time. The campaign folder is what a laboratory would hand over.
+Each test has its own loading history (preload that overshoots and undershoots, unloading between levels, excitation
+that overshoots) and is integrated in time. The result is a campaign folder, as from a laboratory.
 """
 
 from pathlib import Path
@@ -23,9 +23,9 @@ from transient.bench.campaign import CampaignLayout, CampaignPoints, write_campa
 from transient.bench.repeats import repeated_tests
 
 LEVELS, FREQUENCIES, REPEATS = [0.4, 1.0], np.linspace(265, 292, 7), 6
-#: How far loading and vibration may have dragged a slider [m]: nearly as far as they did here.
+#: Largest distance to which loading and vibration may have dragged a slider [m]: nearly that of these tests.
 REACH = 14e-6
-#: Harmonic balance with five harmonics against integration with 128 steps a period.
+#: Relative difference of harmonic balance with five harmonics and integration with 128 steps per period.
 BETWEEN_THEM = 0.01
 
 
@@ -52,7 +52,7 @@ def main() -> None:
         held = np.array([
             [problem.box.drift(w) <= REACH for w in test.readings.slider] for test in tests if test.level == level
         ])  # fmt: skip
-        # Points of a test go up the frequencies, then down.
+        # The points of a test are in order of the sweep: frequencies up, then down.
         held = np.stack([held[:, :7], held[:, :6:-1]], axis=1).reshape(measured.shape)
         lower, upper = limits.lower[at] * (1 - BETWEEN_THEM), limits.upper[at] * (1 + BETWEEN_THEM)
         boxed = np.where(held, measured, np.nan)
@@ -62,7 +62,7 @@ def main() -> None:
             f"{np.nanmedian(tightness(measured, lower, upper)):.1f}, interval score "
             f"{1e6 * interval_score(measured, lower, upper, 0.05).mean():.2f} um"
         )
-        # What the box allows, the band holds.
+        # All points with sliders in the box are inside the band.
         assert coverage(boxed, lower, upper) == 1.0
         flags = {"jump": limits.jump[:, at], "repaired": limits.repaired[:, at]}
         bands.append(

@@ -2,15 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from figure.registry import REGISTRY, FigureKind
-from figure.style import INK, PALE, add_heading, open_box
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from figure.registry import draws
+from figure.style import INK, PALE, Figure, Headed, add_heading, new_figure, open_box
 
 #: Named by the verdict, fitted, and to first order alone.
 NAMED, FITTED, EXPECTED = "#c2410c", "#1f4e79", "#c3ced9"
@@ -45,7 +41,7 @@ class CandidateBar:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Candidates:
+class Candidates(Headed):
     """Candidate effects of a diagnosis.
 
     Parameters
@@ -56,29 +52,26 @@ class Candidates:
         99 % null quantile of that fall [-].
     before
         Held-out error without any of them [-].
-    title, subtitle
-        Above the figure.
     """
 
     candidates: Sequence[CandidateBar]
     threshold: float
     before: float
-    title: str
     subtitle: str
 
 
-def candidates_figure(of: Candidates) -> "Figure":
+@draws(Candidates, "candidates")
+def candidates_figure(result: Candidates) -> Figure:
     """Draw the candidates."""
-    from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
-    n = len(of.candidates)
-    figure = Figure(figsize=(11.5, 1.9 + 0.32 * n), layout="constrained")
+    n = len(result.candidates)
+    figure = new_figure(11.5, 1.9 + 0.32 * n)
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=[1.5, 1.0])
     place = np.arange(n)[::-1]
     # A gain of nothing has no logarithm.
-    least = min(1.0, of.threshold / 10)
-    for at, each in zip(place, of.candidates, strict=True):
+    least = min(1.0, result.threshold / 10)
+    for at, each in zip(place, result.candidates, strict=True):
         colour = _colour(each)
         left.barh(at, max(each.gain, least), 0.7, color=colour, zorder=2)
         left.text(
@@ -88,26 +81,25 @@ def candidates_figure(of: Candidates) -> "Figure":
         if each.held_out is not None:
             right.plot(100 * each.held_out, at, "o", color=colour, markersize=6, zorder=3)
     left.set_xscale("log")
-    most = max([each.gain for each in of.candidates] + [of.threshold])
+    most = max([each.gain for each in result.candidates] + [result.threshold])
     left.set_xlim(least, most * (most / least) ** 0.35)
-    left.axvline(of.threshold, color=INK, linewidth=0.9, linestyle=(0, (4, 3)), zorder=1)
+    left.axvline(result.threshold, color=INK, linewidth=0.9, linestyle=(0, (4, 3)), zorder=1)
     left.set_xlabel("fall of chi-squared [-], and strength")
-    left.set_yticks(place, [each.name for each in of.candidates], fontsize=9)
-    right.axvline(100 * of.before, color=PALE, linewidth=0.9, linestyle=(0, (4, 3)))
-    right.set_xlim(left=0, right=1.12 * 100 * max([of.before] + [each.held_out or 0.0 for each in of.candidates]))
+    left.set_yticks(place, [each.name for each in result.candidates], fontsize=9)
+    right.axvline(100 * result.before, color=PALE, linewidth=0.9, linestyle=(0, (4, 3)))
+    right.set_xlim(
+        left=0, right=1.12 * 100 * max([result.before] + [each.held_out or 0.0 for each in result.candidates])
+    )
     right.set_xlabel("held-out error [%]; dashed: without any of them")
     for axes in (left, right):
         open_box(axes, grid="x")
-    shown = {_colour(each) for each in of.candidates}
+    shown = {_colour(each) for each in result.candidates}
     words = {NAMED: "named by the verdict", FITTED: "fitted", EXPECTED: "to first order"}
     handles = [Patch(color=colour, label=label) for colour, label in words.items() if colour in shown]
     figure.legend(handles=handles, frameon=False, loc="outside lower left", ncols=len(handles))
-    add_heading(figure, of.title, of.subtitle)
+    add_heading(figure, result)
     return figure
 
 
-def _colour(of: CandidateBar) -> str:
-    return NAMED if of.is_named else FITTED if of.is_fitted else EXPECTED
-
-
-REGISTRY.register(FigureKind(name="candidates", draws=Candidates, draw=candidates_figure))
+def _colour(result: CandidateBar) -> str:
+    return NAMED if result.is_named else FITTED if result.is_fitted else EXPECTED

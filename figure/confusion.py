@@ -2,18 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Bool, Int
 from numpy.typing import NDArray
 
-from figure.registry import REGISTRY, FigureKind
-from figure.style import INK, PALE, add_heading
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from figure.registry import draws
+from figure.style import INK, PALE, Axes, Figure, Headed, add_heading, new_figure
 
 #: From no campaign to all of a row: what is right in blue, what is not in red.
 RIGHT = ("#eef2f6", "#0b5394")
@@ -25,7 +20,7 @@ WIDTH, HEIGHT = 0.72, 0.42
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ConfusionMatrix:
+class ConfusionMatrix(Headed):
     """Counts of what was planted by what was named.
 
     Parameters
@@ -38,8 +33,6 @@ class ConfusionMatrix:
         What was planted and what was named, in words.
     gaps
         Rows and columns before which a line parts the matrix.
-    title, subtitle
-        Above the figure.
     """
 
     count: Int[NDArray[np.int64], "r c"]
@@ -47,39 +40,36 @@ class ConfusionMatrix:
     rows: Sequence[str]
     columns: Sequence[str]
     gaps: tuple[Sequence[int], Sequence[int]] = ((), ())
-    title: str
     subtitle: str
 
 
-def confusion_figure(of: ConfusionMatrix) -> "Figure":
+@draws(ConfusionMatrix, "confusion")
+def confusion_figure(result: ConfusionMatrix) -> Figure:
     """Draw the matrix."""
-    from matplotlib.figure import Figure
-
-    longest = max(len(row) for row in of.rows)
-    figure = Figure(
-        figsize=(1.5 + 0.085 * longest + WIDTH * len(of.columns), 2.5 + HEIGHT * len(of.rows)),
-        layout="constrained",
-    )
+    longest = max(len(row) for row in result.rows)
+    figure = new_figure(1.5 + 0.085 * longest + WIDTH * len(result.columns), 2.5 + HEIGHT * len(result.rows))
     axes = figure.subplots()
-    total = of.count.sum(axis=1, keepdims=True)
-    share = of.count / np.maximum(total, 1)
-    axes.imshow(_shades(share, of.right), aspect="auto", interpolation="nearest")
-    for (i, j), number in np.ndenumerate(of.count):
+    total = result.count.sum(axis=1, keepdims=True)
+    share = result.count / np.maximum(total, 1)
+    axes.imshow(_shades(share, result.right), aspect="auto", interpolation="nearest")
+    for (i, j), number in np.ndenumerate(result.count):
         if number:
             axes.text(
                 j, i, str(number), ha="center", va="center", fontsize=10, color="white" if share[i, j] > DARK else INK,
-                fontweight="bold" if of.right[i, j] else "normal",
+                fontweight="bold" if result.right[i, j] else "normal",
             )  # fmt: skip
-    axes.set_xticks(range(len(of.columns)), of.columns, rotation=35, ha="left", rotation_mode="anchor", fontsize=9)
+    axes.set_xticks(
+        range(len(result.columns)), result.columns, rotation=35, ha="left", rotation_mode="anchor", fontsize=9
+    )
     axes.set_yticks(
-        range(len(of.rows)), [f"{row}  ({n})" for row, (n,) in zip(of.rows, total, strict=True)], fontsize=9
+        range(len(result.rows)), [f"{row}  ({n})" for row, (n,) in zip(result.rows, total, strict=True)], fontsize=9
     )
     axes.xaxis.tick_top()
     axes.xaxis.set_label_position("top")
     axes.set_xlabel("named by the verdict", fontsize=10, color=PALE, loc="left")
     axes.set_ylabel("planted (campaigns)", fontsize=10, color=PALE)
-    _part(axes, of.count.shape, of.gaps)
-    add_heading(figure, of.title, of.subtitle)
+    _part(axes, result.count.shape, result.gaps)
+    add_heading(figure, result)
     return figure
 
 
@@ -92,7 +82,7 @@ def _shades(share: NDArray[np.float64], right: NDArray[np.bool_]) -> NDArray[np.
     return np.where(right[..., None], as_it_should, as_not)
 
 
-def _part(axes: "Axes", shape: tuple[int, ...], gaps: tuple[Sequence[int], Sequence[int]]) -> None:
+def _part(axes: Axes, shape: tuple[int, ...], gaps: tuple[Sequence[int], Sequence[int]]) -> None:
     """White lines between the cells, dark ones where the matrix is parted."""
     axes.set_xticks(np.arange(shape[1] + 1) - 0.5, minor=True)
     axes.set_yticks(np.arange(shape[0] + 1) - 0.5, minor=True)
@@ -103,6 +93,3 @@ def _part(axes: "Axes", shape: tuple[int, ...], gaps: tuple[Sequence[int], Seque
         axes.axhline(row - 0.5, color=PALE, linewidth=1.0)
     for column in gaps[1]:
         axes.axvline(column - 0.5, color=PALE, linewidth=1.0)
-
-
-REGISTRY.register(FigureKind(name="confusion", draws=ConfusionMatrix, draw=confusion_figure))

@@ -2,19 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from figure.evenly import evenly
-from figure.registry import REGISTRY, FigureKind
-from figure.style import CONTACT_STATES, add_title
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from figure.registry import draws
+from figure.style import CONTACT_STATES, Axes, Figure, Headed, add_title, evenly, new_figure
 
 #: Labelled places along a curve that turns back.
 N_TICK = 5
@@ -43,49 +37,46 @@ class StatePanel:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ContactStates:
+class ContactStates(Headed):
     """Shares of the states of contacts along curves, as a grid of panels.
 
     Parameters
     ----------
     panels
         Rows (contacts) of columns (curves), all rows of one length.
-    title
-        Above the figure.
     parameter_label
         Of the horizontal axes, with its unit.
     """
 
     panels: Sequence[Sequence[StatePanel]]
-    title: str
     parameter_label: str
 
 
-def contact_states_figure(of: ContactStates) -> "Figure":
+@draws(ContactStates, "contact_states")
+def contact_states_figure(result: ContactStates) -> Figure:
     """Draw a grid of panels."""
-    from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
-    n_row, n_column = len(of.panels), len(of.panels[0])
-    figure = Figure(figsize=(max(6.5, 3.4 * n_column), 1.5 + 1.9 * n_row), layout="constrained")
+    n_row, n_column = len(result.panels), len(result.panels[0])
+    figure = new_figure(max(6.5, 3.4 * n_column), 1.5 + 1.9 * n_row)
     grid = figure.subplots(n_row, n_column, squeeze=False, sharey=True)
-    for row, line in enumerate(of.panels):
+    for row, line in enumerate(result.panels):
         for column, panel in enumerate(line):
             axes = grid[row, column]
             turns = _draw(axes, panel)
             if row == n_row - 1:
-                axes.set_xlabel(f"{of.parameter_label}, along the curve" if turns else of.parameter_label)
+                axes.set_xlabel(f"{result.parameter_label}, along the curve" if turns else result.parameter_label)
             if column == 0:
                 axes.set_ylabel("share of the period [-]")
     # Above all panels, where no area is.
-    there = {state for line in of.panels for panel in line for state in panel.states}
+    there = {state for line in result.panels for panel in line for state in panel.states}
     patches = [Patch(color=colour, label=name) for name, colour in CONTACT_STATES.items() if name in there]
     figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False)
-    add_title(figure, of.title)
+    add_title(figure, result.title)
     return figure
 
 
-def _draw(axes: "Axes", panel: StatePanel) -> bool:
+def _draw(axes: Axes, panel: StatePanel) -> bool:
     """One panel; whether its curve turns back, so that the axis counts points instead."""
     from matplotlib.ticker import MaxNLocator
 
@@ -107,6 +98,3 @@ def _draw(axes: "Axes", panel: StatePanel) -> bool:
     axes.spines[["top", "right"]].set_visible(False)
     axes.set_title(panel.label, fontsize=10, loc="left")
     return turns
-
-
-REGISTRY.register(FigureKind(name="contact_states", draws=ContactStates, draw=contact_states_figure))

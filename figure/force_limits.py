@@ -2,17 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from figure.registry import REGISTRY, FigureKind
-from figure.style import INK, LIMITS, PALE, add_title, open_box
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from figure.registry import draws
+from figure.style import INK, LIMITS, PALE, Figure, Headed, add_title, new_figure, open_box
 
 Real = NDArray[np.float64]
 
@@ -44,15 +40,13 @@ class ForceLimits:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LineForceLimits:
+class LineForceLimits(Headed):
     """Limits of the forces of contact lines: one row per force, one column per line.
 
     Parameters
     ----------
     panels
         One for each force of each line, all of the same levels.
-    title
-        Above the figure.
     sampled_label
         What the points are.
     level_label
@@ -60,22 +54,20 @@ class LineForceLimits:
     """
 
     panels: Sequence[ForceLimits]
-    title: str
     sampled_label: str
     level_label: str = "level of the harmonic force [-]"
 
 
-def force_limits_figure(of: LineForceLimits) -> "Figure":
+@draws(LineForceLimits, "force_limits")
+def force_limits_figure(result: LineForceLimits) -> Figure:
     """Draw the limits as bars, with the samples in them."""
-    from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    forces, lines = (list(dict.fromkeys(getattr(each, name) for each in of.panels)) for name in ("force", "line"))
-    size = (1.5 + 3.6 * len(lines), 1.3 + 2.5 * len(forces))
-    figure = Figure(figsize=size, layout="constrained")
+    forces, lines = (list(dict.fromkeys(getattr(each, name) for each in result.panels)) for name in ("force", "line"))
+    figure = new_figure(1.5 + 3.6 * len(lines), 1.3 + 2.5 * len(forces))
     grid = figure.subplots(len(forces), len(lines), squeeze=False, sharex=True, sharey="row")
-    for panel in of.panels:
+    for panel in result.panels:
         axes = grid[forces.index(panel.force), lines.index(panel.line)]
         # A bar would end at the edge of its panel.
         axes.use_sticky_edges = False
@@ -92,16 +84,13 @@ def force_limits_figure(of: LineForceLimits) -> "Figure":
     for row, force in zip(grid[:, 0], forces, strict=True):
         row.set_ylabel(f"{force} [N]")
     for axes in grid[-1]:
-        axes.set_xlabel(of.level_label)
+        axes.set_xlabel(result.level_label)
     shown = [
         Line2D([], [], color=LIMITS[1], linewidth=2, label="upper limit"),
         Line2D([], [], color=LIMITS[0], linewidth=2, label="lower limit"),
         Patch(color=PALE, alpha=0.2, label="between them"),
-        Line2D([], [], color=INK, marker=".", linestyle="", markersize=4, label=of.sampled_label),
+        Line2D([], [], color=INK, marker=".", linestyle="", markersize=4, label=result.sampled_label),
     ]
     figure.legend(handles=shown, loc="outside lower center", ncols=4, frameon=False)
-    add_title(figure, of.title)
+    add_title(figure, result.title)
     return figure
-
-
-REGISTRY.register(FigureKind(name="force_limits", draws=LineForceLimits, draw=force_limits_figure))

@@ -2,18 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from figure.registry import REGISTRY, FigureKind
-from figure.style import INK, add_heading, family_colours, open_box
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from figure.registry import draws
+from figure.style import INK, Axes, Figure, Headed, add_heading, family_colours, new_figure, open_box
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -61,7 +56,7 @@ class OverlayPanel:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FrfOverlay:
+class FrfOverlay(Headed):
     """Measured and predicted responses over frequency.
 
     Parameters
@@ -70,8 +65,6 @@ class FrfOverlay:
         In their order, row by row.
     levels
         In words, rising.
-    title, subtitle
-        Above the figure.
     columns
         Panels beside each other [-].
     with_phase
@@ -80,32 +73,30 @@ class FrfOverlay:
 
     panels: Sequence[OverlayPanel]
     levels: Sequence[str]
-    title: str
-    subtitle: str
     columns: int
     with_phase: bool
 
 
-def frf_overlay_figure(of: FrfOverlay) -> "Figure":
+@draws(FrfOverlay, "frf_overlay")
+def frf_overlay_figure(result: FrfOverlay) -> Figure:
     """Draw the panels."""
-    from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-    rows = -(-len(of.panels) // of.columns)
-    height = 4.0 if of.with_phase else 2.6
-    figure = Figure(figsize=(max(5.6 * of.columns, 8.0), 1.3 + height * rows), layout="constrained")
-    ratios = [2.1, 1.0] * rows if of.with_phase else [1.0] * rows
-    axes = figure.subplots(len(ratios), of.columns, squeeze=False, sharex=True, height_ratios=ratios)
-    colours, step = family_colours(len(of.levels)), 2 if of.with_phase else 1
-    for number in range(rows * of.columns):
-        row, column = step * (number // of.columns), number % of.columns
-        if number >= len(of.panels):
+    rows = -(-len(result.panels) // result.columns)
+    height = 4.0 if result.with_phase else 2.6
+    figure = new_figure(max(5.6 * result.columns, 8.0), 1.3 + height * rows)
+    ratios = [2.1, 1.0] * rows if result.with_phase else [1.0] * rows
+    axes = figure.subplots(len(ratios), result.columns, squeeze=False, sharex=True, height_ratios=ratios)
+    colours, step = family_colours(len(result.levels)), 2 if result.with_phase else 1
+    for number in range(rows * result.columns):
+        row, column = step * (number // result.columns), number % result.columns
+        if number >= len(result.panels):
             for each in axes[row : row + step, column]:
                 each.set_axis_off()
             continue
-        panel, last = of.panels[number], number + of.columns >= len(of.panels)
+        panel, last = result.panels[number], number + result.columns >= len(result.panels)
         _amplitude(axes[row, column], panel, colours)
-        if of.with_phase:
+        if result.with_phase:
             _phase(axes[row + 1, column], panel, colours)
         lowest = axes[row + step - 1, column]
         lowest.tick_params(labelbottom=last)
@@ -114,7 +105,8 @@ def frf_overlay_figure(of: FrfOverlay) -> "Figure":
         for each in axes[row : row + step, column]:
             open_box(each)
     handles = [
-        Line2D([], [], color=colour, linewidth=2, label=level) for colour, level in zip(colours, of.levels, strict=True)
+        Line2D([], [], color=colour, linewidth=2, label=level)
+        for colour, level in zip(colours, result.levels, strict=True)
     ]
     handles += [
         Line2D(
@@ -130,11 +122,11 @@ def frf_overlay_figure(of: FrfOverlay) -> "Figure":
         Line2D([], [], color=INK, linewidth=1.4, label="predicted"),
     ]
     figure.legend(handles=handles, frameon=False, loc="outside lower left", ncols=len(handles))
-    add_heading(figure, of.title, of.subtitle)
+    add_heading(figure, result)
     return figure
 
 
-def _amplitude(axes: "Axes", panel: OverlayPanel, colours: Sequence[str]) -> None:
+def _amplitude(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
     def shown(value: Complex[NDArray[np.complex128], " f"]) -> Float[NDArray[np.float64], " f"]:
         return np.asarray(value.real if panel.is_static else np.abs(value))
 
@@ -149,7 +141,7 @@ def _amplitude(axes: "Axes", panel: OverlayPanel, colours: Sequence[str]) -> Non
         axes.set_ylim(bottom=0)
 
 
-def _phase(axes: "Axes", panel: OverlayPanel, colours: Sequence[str]) -> None:
+def _phase(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
     from matplotlib.ticker import MultipleLocator
 
     lowest, highest = np.inf, -np.inf
@@ -174,7 +166,7 @@ def _phase(axes: "Axes", panel: OverlayPanel, colours: Sequence[str]) -> None:
 
 
 def _points(
-    axes: "Axes",
+    axes: Axes,
     frequency: Float[NDArray[np.float64], " f"],
     value: Float[NDArray[np.float64], " f"],
     deviation: Float[NDArray[np.float64], " f"],
@@ -185,6 +177,3 @@ def _points(
         frequency, value, yerr=np.nan_to_num(deviation), fmt="o", markersize=3.2, markerfacecolor="white",
         markeredgewidth=0.9, color=colour, elinewidth=0.7, zorder=3,
     )  # fmt: skip
-
-
-REGISTRY.register(FigureKind(name="frf_overlay", draws=FrfOverlay, draw=frf_overlay_figure))

@@ -2,15 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from figure.period_axis import Samples, closed
-from figure.registry import REGISTRY, FigureKind
-from figure.style import LONGEST_LEGEND, add_title, family_colours, open_box
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from figure.registry import draws
+from figure.style import LONGEST_LEGEND, Axes, Figure, Headed, add_title, family_colours, new_figure, open_box
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -42,30 +37,27 @@ class Loop:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class HysteresisLoops:
+class HysteresisLoops(Headed):
     """Motions and forces of joints over one period.
 
     Parameters
     ----------
     joints
         Name of each joint, and its motion on each curve.
-    title
-        Above the figure.
     """
 
     joints: Sequence[tuple[str, Sequence[Loop]]]
     title: str
 
 
-def hysteresis_figure(of: HysteresisLoops) -> "Figure":
+@draws(HysteresisLoops, "hysteresis_loops")
+def hysteresis_figure(result: HysteresisLoops) -> Figure:
     """Draw the loops."""
-    from matplotlib.figure import Figure
-
-    has_normal = any(loop.normal is not None for _, loops in of.joints for loop in loops)
+    has_normal = any(loop.normal is not None for _, loops in result.joints for loop in loops)
     columns = 3 if has_normal else 2
-    figure = Figure(figsize=(3.9 * columns, 0.9 + 3.1 * len(of.joints)), layout="constrained")
-    grid = figure.subplots(len(of.joints), columns, squeeze=False)
-    for row, (name, loops) in enumerate(of.joints):
+    figure = new_figure(3.9 * columns, 0.9 + 3.1 * len(result.joints))
+    grid = figure.subplots(len(result.joints), columns, squeeze=False)
+    for row, (name, loops) in enumerate(result.joints):
         for loop, colour in zip(loops, family_colours(len(loops)), strict=True):
             _draw(grid[row], loop, colour)
         grid[row, 0].set_title(f"{name}: loop", fontsize=10, loc="left")
@@ -87,17 +79,14 @@ def hysteresis_figure(of: HysteresisLoops) -> "Figure":
         open_box(axes)
     handles, labels = grid[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), LONGEST_LEGEND), frameon=False)
-    add_title(figure, of.title)
+    add_title(figure, result.title)
     return figure
 
 
-def _draw(row: "Sequence[Axes]", loop: Loop, colour: str) -> None:
+def _draw(row: Sequence[Axes], loop: Loop, colour: str) -> None:
     _, displacement = closed(loop.time, loop.displacement)
     time, force = closed(loop.time, loop.force)
     row[0].plot(displacement * 1e6, force, color=colour, linewidth=1.4, label=loop.label)
     row[1].plot(time, force, color=colour, linewidth=1.4)
     if loop.normal is not None:
         row[2].plot(*closed(loop.time, loop.normal), color=colour, linewidth=1.4)
-
-
-REGISTRY.register(FigureKind(name="hysteresis_loops", draws=HysteresisLoops, draw=hysteresis_figure))

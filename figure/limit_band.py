@@ -2,18 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
-from figure.registry import REGISTRY, FigureKind
-from figure.style import INK, LIMITS, PALE, add_title, open_box
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from figure.registry import draws
+from figure.style import INK, LIMITS, PALE, Axes, Figure, Headed, add_title, new_figure, open_box
 
 Real = NDArray[np.float64]
 Flags = Bool[NDArray[np.bool_], "2 f"]
@@ -54,15 +50,13 @@ class Band:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LimitBands:
+class LimitBands(Headed):
     """Bands of response limits over frequency; next to a jump a limit is dotted, since nothing says where it lies.
 
     Parameters
     ----------
     bands
         One per level, at least one.
-    title
-        Above the figure.
     amplitude_label
         Of the vertical axes, with its unit.
     sampled_label
@@ -70,38 +64,37 @@ class LimitBands:
     """
 
     bands: Sequence[Band]
-    title: str
     amplitude_label: str
     sampled_label: str = "random histories"
 
 
-def limit_band_figure(of: LimitBands) -> "Figure":
+@draws(LimitBands, "limit_band")
+def limit_band_figure(result: LimitBands) -> Figure:
     """Draw the bands; next to a jump a limit is dotted, since nothing says where between two points it lies."""
-    from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    columns = min(COLUMNS, len(of.bands))
-    rows = -(-len(of.bands) // columns)
-    figure = Figure(figsize=(max(7.0, 5.5 * columns), 1.3 + 3.1 * rows), layout="constrained")
+    columns = min(COLUMNS, len(result.bands))
+    rows = -(-len(result.bands) // columns)
+    figure = new_figure(max(7.0, 5.5 * columns), 1.3 + 3.1 * rows)
     grid = figure.subplots(rows, columns, squeeze=False, sharex=True)
-    for axes, band in zip(grid.flat, of.bands, strict=False):
+    for axes, band in zip(grid.flat, result.bands, strict=False):
         _draw(axes, band)
-    for axes in grid.flat[len(of.bands) :]:
+    for axes in grid.flat[len(result.bands) :]:
         axes.set_visible(False)
     for column in range(columns):
-        bottom = max(row for row in range(rows) if row * columns + column < len(of.bands))
+        bottom = max(row for row in range(rows) if row * columns + column < len(result.bands))
         grid[bottom, column].set_xlabel("frequency [Hz]")
         grid[bottom, column].tick_params(labelbottom=True)
-    figure.supylabel(of.amplitude_label, fontsize=10)
-    jump, repaired = (any(getattr(band, name).any() for band in of.bands) for name in ("jump", "repaired"))
+    figure.supylabel(result.amplitude_label, fontsize=10)
+    jump, repaired = (any(getattr(band, name).any() for band in result.bands) for name in ("jump", "repaired"))
     shown: dict[str, Any] = {
         "upper limit": Line2D([], [], color=LIMITS[1], marker="."),
         "lower limit": Line2D([], [], color=LIMITS[0], marker="."),
         "between them": Patch(color=PALE, alpha=0.15),
     }
-    if any(np.isfinite(band.sampled).any() for band in of.bands):
-        shown[of.sampled_label] = (Line2D([], [], **REACH), Line2D([], [], **STATE))
+    if any(np.isfinite(band.sampled).any() for band in result.bands):
+        shown[result.sampled_label] = (Line2D([], [], **REACH), Line2D([], [], **STATE))
     if jump:
         shown["jump to another optimum"] = Line2D([], [], **_ring("o"))
     if repaired:
@@ -109,11 +102,11 @@ def limit_band_figure(of: LimitBands) -> "Figure":
     # Six in one row would touch the edges of two panels.
     ncols = min(len(shown), 3 if columns == 1 or len(shown) > 5 else 5)
     figure.legend(list(shown.values()), list(shown), loc="outside lower center", ncols=ncols, frameon=False)
-    add_title(figure, of.title)
+    add_title(figure, result.title)
     return figure
 
 
-def _draw(axes: "Axes", band: Band) -> None:
+def _draw(axes: Axes, band: Band) -> None:
     f = band.frequency
     clean = ~(band.jump[:, :-1] | band.jump[:, 1:])
     # The area too is left open where either limit jumps.
@@ -147,6 +140,3 @@ def _ring(marker: str) -> dict[str, Any]:
         "marker": marker, "linestyle": "", "markerfacecolor": "none", "markeredgecolor": INK, "markersize": size,
         "markeredgewidth": 0.9,
     }  # fmt: skip
-
-
-REGISTRY.register(FigureKind(name="limit_band", draws=LimitBands, draw=limit_band_figure))

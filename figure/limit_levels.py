@@ -1,24 +1,20 @@
 """Limits against the level of the load: their peaks, and the frequencies of those."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
-from figure.registry import REGISTRY, FigureKind
-from figure.style import LIMITS, PALE, add_title, open_box
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from figure.registry import draws
+from figure.style import LIMITS, PALE, Axes, Figure, Headed, add_title, new_figure, open_box
 
 Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LimitsByLevel:
+class LimitsByLevel(Headed):
     """What tells each level; arrays of both limits have the lower one first.
 
     Parameters
@@ -31,8 +27,6 @@ class LimitsByLevel:
         Where it is, shape (2, l) [Hz].
     doubtful
         Points at a jump, or at an end of the frequencies, beyond which there may be more, shape (2, l).
-    title
-        Above the figure.
     amplitude_label, level_label
         Of the axes, with their units.
     """
@@ -41,36 +35,35 @@ class LimitsByLevel:
     value: Float[Real, "2 l"]
     frequency: Float[Real, "2 l"]
     doubtful: Bool[NDArray[np.bool_], "2 l"]
-    title: str
     amplitude_label: str
     level_label: str = "level of the harmonic force [-]"
 
 
-def limit_levels_figure(of: LimitsByLevel) -> "Figure":
+@draws(LimitsByLevel, "limit_levels")
+def limit_levels_figure(result: LimitsByLevel) -> Figure:
     """Draw limits over the level; their frequencies below, if there is more than one."""
-    from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-    n_row = 2 if np.ptp(of.frequency[np.isfinite(of.frequency)]) > 0 else 1
-    figure = Figure(figsize=(7.5, 1.4 + 2.6 * n_row), layout="constrained")
+    n_row = 2 if np.ptp(result.frequency[np.isfinite(result.frequency)]) > 0 else 1
+    figure = new_figure(7.5, 1.4 + 2.6 * n_row)
     rows = figure.subplots(n_row, 1, squeeze=False, sharex=True)[:, 0]
-    rows[0].fill_between(of.level, *of.value, color=PALE, alpha=0.15, linewidth=0)
-    _draw(rows[0], of, of.value)
-    rows[0].set_ylabel(of.amplitude_label)
-    if not np.nanmin(of.value) < 0:
+    rows[0].fill_between(result.level, *result.value, color=PALE, alpha=0.15, linewidth=0)
+    _draw(rows[0], result, result.value)
+    rows[0].set_ylabel(result.amplitude_label)
+    if not np.nanmin(result.value) < 0:
         rows[0].set_ylim(bottom=0)
     if n_row > 1:
-        _draw(rows[1], of, of.frequency)
+        _draw(rows[1], result, result.frequency)
         rows[1].set_ylabel("its frequency [Hz]")
         rows[1].ticklabel_format(axis="y", useOffset=False)
-    rows[-1].set_xlabel(of.level_label)
+    rows[-1].set_xlabel(result.level_label)
     for axes in rows:
         open_box(axes)
     shown = [
         Line2D([], [], color=LIMITS[side], marker="o", markersize=5, label=f"{name} limit")
         for side, name in ((1, "upper"), (0, "lower"))
     ]
-    if of.doubtful.any():
+    if result.doubtful.any():
         style: dict[str, Any] = {
             "marker": "o",
             "markerfacecolor": "white",
@@ -80,16 +73,13 @@ def limit_levels_figure(of: LimitsByLevel) -> "Figure":
         }
         shown.append(Line2D([], [], **style, label="at a jump, or at an end of the frequencies"))
     figure.legend(handles=shown, loc="outside lower center", ncols=3, frameon=False)
-    add_title(figure, of.title)
+    add_title(figure, result.title)
     return figure
 
 
-def _draw(axes: "Axes", limits: LimitsByLevel, values: Float[Real, "2 l"]) -> None:
+def _draw(axes: Axes, limits: LimitsByLevel, values: Float[Real, "2 l"]) -> None:
     for side, colour in enumerate(LIMITS):
         axes.plot(limits.level, values[side], color=colour, linewidth=1.5)
         for doubtful, face in ((False, colour), (True, "white")):
             there = limits.doubtful[side] == doubtful
             axes.plot(limits.level[there], values[side][there], "o", color=colour, markerfacecolor=face, markersize=5)
-
-
-REGISTRY.register(FigureKind(name="limit_levels", draws=LimitsByLevel, draw=limit_levels_figure))

@@ -2,18 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from figure.period_axis import Samples, closed, name_period, over_one_period, refuse_unequal
-from figure.registry import REGISTRY, FigureKind
-from figure.style import INK, LONGEST_LEGEND, add_heading, family_colours, open_box
+from figure.registry import draws
+from figure.style import INK, LONGEST_LEGEND, Axes, Figure, Headed, add_heading, family_colours, new_figure, open_box
 from geometry.errors import InputError
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 #: Rows that still can be read on one page.
 MOST_ROWS = 4
@@ -60,7 +55,7 @@ class LineForce:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LineForces:
+class LineForces(Headed):
     """Forces of contact lines over one period, one row per line, all rows on one scale.
 
     Parameters
@@ -70,17 +65,15 @@ class LineForces:
         labels first come.
     friction_coefficient
         Of each line by its name [-].
-    title, subtitle
-        Above the figure.
     """
 
     forces: Sequence[LineForce]
     friction_coefficient: Mapping[str, float]
-    title: str
     subtitle: str = ""
 
 
-def line_forces_figure(of: LineForces) -> "Figure":
+@draws(LineForces, "line_forces")
+def line_forces_figure(result: LineForces) -> Figure:
     """Draw one row per line, all rows on one scale.
 
     Raises
@@ -88,34 +81,33 @@ def line_forces_figure(of: LineForces) -> "Figure":
     InputError
         No line, too many, or one without a friction coefficient.
     """
-    from matplotlib.figure import Figure
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
     from matplotlib.lines import Line2D
 
-    names = list(dict.fromkeys(force.name for force in of.forces))
-    labels = list(dict.fromkeys(force.label for force in of.forces))
+    names = list(dict.fromkeys(force.name for force in result.forces))
+    labels = list(dict.fromkeys(force.label for force in result.forces))
     if not 1 <= len(names) <= MOST_ROWS:
         raise InputError(f"forces of {len(names)} lines cannot be drawn in one figure: give 1 to {MOST_ROWS}")
-    if missing := [name for name in names if name not in of.friction_coefficient]:
+    if missing := [name for name in names if name not in result.friction_coefficient]:
         raise InputError(f'friction_coefficient has none for "{missing[0]}": give one for each line')
     colours = dict(zip(labels, family_colours(len(labels)), strict=True))
     legend_rows = -(-len(labels) // LONGEST_LEGEND)
-    size = (11.7, 1.2 + 0.25 * legend_rows + 2.2 * len(names))
-    figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(hspace=0.04, wspace=0.03))
+    figure = new_figure(11.7, 1.2 + 0.25 * legend_rows + 2.2 * len(names), hspace=0.04, wspace=0.03)
     grid = figure.subplots(len(names), 3, squeeze=False, sharex=True, sharey="col")
     for row, name in zip(grid, names, strict=True):
-        for force in of.forces:
+        for force in result.forces:
             if force.name == name:
                 _draw(row, force, colours[force.label])
-        _limit(row[2], of.friction_coefficient[name])
+        _limit(row[2], result.friction_coefficient[name])
         for axes, what in zip(row, ("tangential force", "normal force", "|T| / N"), strict=True):
             axes.set_title(f"{name}: {what}", fontsize=10, loc="left", color=INK)
             open_box(axes)
         for axes, what in zip(row, ("T(t) [N]", "N(t) [N]", "|T| / N [-]"), strict=True):
             axes.set_ylabel(what, color=INK, labelpad=6)
     # From zero, where a line opens, and so far below it that a line on it is seen.
-    _from_zero(grid[0, 1], max(float(force.normal.max()) for force in of.forces), 1.08)
-    ratios = np.concatenate([force.utilisation for force in of.forces] + [[of.friction_coefficient[n]] for n in names])
+    _from_zero(grid[0, 1], max(float(force.normal.max()) for force in result.forces), 1.08)
+    ratios = np.concatenate(
+        [force.utilisation for force in result.forces] + [[result.friction_coefficient[n]] for n in names]
+    )
     # Above the highest limit there is room for its value.
     _from_zero(grid[0, 2], float(np.nanmax(ratios)), 1.25)
     for axes in grid[-1]:
@@ -123,16 +115,16 @@ def line_forces_figure(of: LineForces) -> "Figure":
         name_period(axes)
     lines = [Line2D([], [], color=colour, linewidth=LINE, label=label) for label, colour in colours.items()]
     figure.legend(handles=lines, loc="outside lower center", ncols=min(len(labels), LONGEST_LEGEND), frameon=False)
-    add_heading(figure, of.title, of.subtitle)
+    add_heading(figure, result)
     return figure
 
 
-def _draw(row: "Sequence[Axes]", force: LineForce, colour: str) -> None:
+def _draw(row: Sequence[Axes], force: LineForce, colour: str) -> None:
     for axes, values in zip(row, (force.tangential, force.normal, force.utilisation), strict=True):
         axes.plot(*closed(force.time, values), color=colour, linewidth=LINE)
 
 
-def _limit(axes: "Axes", friction_coefficient: float) -> None:
+def _limit(axes: Axes, friction_coefficient: float) -> None:
     axes.axhline(friction_coefficient, color=INK, linewidth=1.0, linestyle=(0, (5, 3)))
     axes.annotate(
         f"mu = {friction_coefficient:.3g}",
@@ -147,9 +139,6 @@ def _limit(axes: "Axes", friction_coefficient: float) -> None:
     )
 
 
-def _from_zero(axes: "Axes", largest: float, room: float) -> None:
+def _from_zero(axes: Axes, largest: float, room: float) -> None:
     top = room * largest if largest > 0 else 1.0
     axes.set_ylim(-0.03 * top, top)
-
-
-REGISTRY.register(FigureKind(name="line_forces", draws=LineForces, draw=line_forces_figure))

@@ -2,20 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Int
 from numpy.typing import NDArray
 
 from figure.period_axis import name_period, over_one_period
-from figure.registry import REGISTRY, FigureKind
-from figure.style import CONTACT_STATES, INK, add_heading
+from figure.registry import draws
+from figure.style import CONTACT_STATES, INK, Axes, Figure, Headed, add_heading, new_figure
 from geometry.errors import InputError
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 #: Colours of the states 0, 1 and 2 by what the legend calls them, in their order.
 STATES = {name: CONTACT_STATES[name] for name in ("stuck", "slipping", "separated")}
@@ -70,7 +65,7 @@ def refuse_unknown_states(what: str, states: Int[NDArray[np.int64], "..."]) -> I
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class StateHistories:
+class StateHistories(Headed):
     """States of contact lines over one period, as a grid of panels.
 
     Parameters
@@ -78,19 +73,16 @@ class StateHistories:
     panels
         Rows (such as blade and de-coupler) of columns (such as sides or levels); a row may be shorter than the others,
         and a line may have as many stations and instants as it likes.
-    title, subtitle
-        Above the figure.
     station_label
         Of the vertical axes; it may say where station 1 is.
     """
 
     panels: Sequence[Sequence[LineStates]]
-    title: str
-    subtitle: str = ""
     station_label: str = "station [-]"
 
 
-def line_states_figure(of: StateHistories) -> "Figure":
+@draws(StateHistories, "line_states")
+def line_states_figure(result: StateHistories) -> Figure:
     """Draw a grid of panels.
 
     Raises
@@ -98,18 +90,15 @@ def line_states_figure(of: StateHistories) -> "Figure":
     InputError
         No panel.
     """
-    from matplotlib.figure import Figure
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
     from matplotlib.patches import Patch
 
-    if not any(of.panels):
-        raise InputError(f"panels = {of.panels} hold no line: give at least one")
-    rows = [row for row in of.panels if row]
+    if not any(result.panels):
+        raise InputError(f"panels = {result.panels} hold no line: give at least one")
+    rows = [row for row in result.panels if row]
     n_column = max(len(row) for row in rows)
     heights = [float(np.clip(STATION * max(len(line.states) for line in row), LOWEST, HIGHEST)) for row in rows]
-    size = (max(7.5, 0.6 + 3.2 * n_column), 1.6 + sum(heights) + 0.5 * len(rows))
     # A title shall stand nearer to its own panel than to the one above.
-    figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(hspace=0.05, wspace=0.03))
+    figure = new_figure(max(7.5, 0.6 + 3.2 * n_column), 1.6 + sum(heights) + 0.5 * len(rows), hspace=0.05, wspace=0.03)
     grid = figure.subplots(len(rows), n_column, squeeze=False, height_ratios=heights)
     for number, row in enumerate(rows):
         for column in range(n_column):
@@ -124,17 +113,17 @@ def line_states_figure(of: StateHistories) -> "Figure":
             else:
                 axes.tick_params(labelbottom=False)
             if column == 0:
-                axes.set_ylabel(of.station_label, color=INK)
+                axes.set_ylabel(result.station_label, color=INK)
     # All three, even if there are fewer: what is nowhere in the figure did not happen.
     patches = [
         Patch(facecolor=colour, edgecolor="#9aa3ad", linewidth=0.5, label=name) for name, colour in STATES.items()
     ]
     figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False)
-    add_heading(figure, of.title, of.subtitle)
+    add_heading(figure, result)
     return figure
 
 
-def _draw(axes: "Axes", line: LineStates) -> None:
+def _draw(axes: Axes, line: LineStates) -> None:
     from matplotlib.colors import ListedColormap
     from matplotlib.ticker import MaxNLocator
 
@@ -164,6 +153,3 @@ def _draw(axes: "Axes", line: LineStates) -> None:
     axes.tick_params(labelsize=9, colors=INK)
     axes.spines[:].set_visible(False)
     axes.set_title(line.name, fontsize=10, loc="left", color=INK)
-
-
-REGISTRY.register(FigureKind(name="line_states", draws=StateHistories, draw=line_states_figure))

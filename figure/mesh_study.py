@@ -2,14 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from figure.registry import REGISTRY, FigureKind
-from figure.style import LIMITS, add_title, open_box
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from figure.registry import draws
+from figure.style import LIMITS, Axes, Figure, Headed, add_title, new_figure, open_box
 
 GREY = "#6b7280"
 #: Of linear and quadratic elements.
@@ -48,7 +44,7 @@ class ModelFrequency:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MeshConvergence:
+class MeshConvergence(Headed):
     """First natural frequencies of one blade on several meshes.
 
     Parameters
@@ -59,8 +55,6 @@ class MeshConvergence:
         Models that nothing was tuned to, fully clamped.
     measured
         First natural frequency [Hz].
-    title
-        Above the figure.
     """
 
     rows: Sequence[ModelFrequency]
@@ -69,21 +63,20 @@ class MeshConvergence:
     title: str
 
 
-def mesh_study_figure(of: MeshConvergence) -> "Figure":
+@draws(MeshConvergence, "mesh_study")
+def mesh_study_figure(result: MeshConvergence) -> Figure:
     """Draw the errors of the table beside the convergence."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11.5, 4.8), layout="constrained")
+    figure = new_figure(11.5, 4.8)
     errors, convergence = figure.subplots(1, 2, width_ratios=(1.15, 1))
-    _draw_errors(errors, of.rows)
-    _draw_convergence(convergence, of)
-    add_title(figure, of.title)
+    _draw_errors(errors, result.rows)
+    _draw_convergence(convergence, result)
+    add_title(figure, result.title)
     for axes in (errors, convergence):
         open_box(axes, grid="y")
     return figure
 
 
-def _draw_errors(axes: "Axes", rows: Sequence[ModelFrequency]) -> None:
+def _draw_errors(axes: Axes, rows: Sequence[ModelFrequency]) -> None:
     axes.axhspan(-AIM, AIM, color="#f3f4f6", zorder=0)
     axes.axhline(0, color=GREY, linewidth=1)
     known = [(row, row.frequency - row.reference) for row in rows if row.reference is not None]
@@ -101,13 +94,13 @@ def _draw_errors(axes: "Axes", rows: Sequence[ModelFrequency]) -> None:
     axes.set_title(f"Ten rows; grey: within {AIM} Hz; filled: full clamp, open: relaxed", fontsize=10, loc="left")
 
 
-def _draw_convergence(axes: "Axes", of: MeshConvergence) -> None:
+def _draw_convergence(axes: Axes, result: MeshConvergence) -> None:
     from matplotlib.ticker import MaxNLocator
 
-    full = [row for row in of.rows if row.is_full]
+    full = [row for row in result.rows if row.is_full]
     for element, colour in COLOUR.items():
         ours = sorted((row.through_thickness, row.frequency) for row in full if row.element == element)
-        untuned = [row for row in of.untuned if row.element == element]
+        untuned = [row for row in result.untuned if row.element == element]
         free = [(row.through_thickness, row.frequency) for row in untuned]
         theory = [(row.through_thickness, row.reference) for row in untuned if row.reference is not None]
         style: dict[str, Any] = {"color": colour, "markersize": 7}
@@ -124,12 +117,9 @@ def _draw_convergence(axes: "Axes", of: MeshConvergence) -> None:
     published = {(row.through_thickness, row.reference) for row in full if row.reference is not None}
     if published:
         axes.plot(*zip(*sorted(published), strict=True), "x", color="black", markersize=6, label="paper")
-    axes.axhline(of.measured, color=GREY, linewidth=1, linestyle="--", label="measured")
+    axes.axhline(result.measured, color=GREY, linewidth=1, linestyle="--", label="measured")
     axes.set_xlabel("elements through the thickness, n [-]")
     axes.set_ylabel("first frequency [Hz]")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.legend(frameon=False, fontsize=9)
     axes.set_title("Full clamp: the 8-node brick locks by parasitic shear", fontsize=10, loc="left")
-
-
-REGISTRY.register(FigureKind(name="mesh_study", draws=MeshConvergence, draw=mesh_study_figure))

@@ -8,14 +8,12 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from figure.evenly import evenly
-from figure.registry import REGISTRY, FigureKind
-from figure.style import INK, add_heading
+from figure.registry import draws
+from figure.style import INK, Axes, Figure, Headed, add_heading, evenly, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import BoundaryNorm, Colormap
-    from matplotlib.figure import Figure
 
 NOTHING = "#e5e7eb"
 #: Ends of the steps of the scale [standard deviations]; below the second, noise explains it.
@@ -44,7 +42,7 @@ class MapPanel:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class MisfitMap:
+class MisfitMap(Headed):
     """Misfits by level and frequency: sensors are rows, harmonics columns.
 
     Parameters
@@ -55,36 +53,30 @@ class MisfitMap:
         In words, rising, l of them.
     frequency
         Ascending, of all panels, shape (f,) [Hz]; drawn evenly, as points crowd at a resonance.
-    title, subtitle
-        Above the figure.
     """
 
     panels: Sequence[MapPanel]
     levels: Sequence[str]
     frequency: Float[NDArray[np.float64], " f"]
-    title: str
     subtitle: str
 
 
-def misfit_map_figure(of: MisfitMap) -> "Figure":
+@draws(MisfitMap, "misfit_map")
+def misfit_map_figure(result: MisfitMap) -> Figure:
     """Draw the map."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import BoundaryNorm, ListedColormap
-    from matplotlib.figure import Figure
 
-    sensors = list(dict.fromkeys(panel.sensor for panel in of.panels))
+    sensors = list(dict.fromkeys(panel.sensor for panel in result.panels))
     # Static parts come last: few sensors have one.
-    harmonics = sorted({panel.harmonic for panel in of.panels}, key=lambda harmonic: (harmonic == 0, harmonic))
-    by_place = {(panel.sensor, panel.harmonic): panel for panel in of.panels}
+    harmonics = sorted({panel.harmonic for panel in result.panels}, key=lambda harmonic: (harmonic == 0, harmonic))
+    by_place = {(panel.sensor, panel.harmonic): panel for panel in result.panels}
     colours = ListedColormap(COLOURS[:-1]).with_extremes(over=COLOURS[-1], bad=NOTHING)
     norm = BoundaryNorm(STEPS, len(COLOURS) - 1)
-    height = 0.62 + 0.21 * len(of.levels)
-    figure = Figure(
-        figsize=(max(1.4 + 3.7 * len(harmonics), 7.5), 1.9 + height * len(sensors)),
-        layout="constrained",
-    )
+    height = 0.62 + 0.21 * len(result.levels)
+    figure = new_figure(max(1.4 + 3.7 * len(harmonics), 7.5), 1.9 + height * len(sensors))
     axes = figure.subplots(len(sensors), len(harmonics), squeeze=False, sharex=True, sharey=True)
-    ticks = evenly(len(of.frequency), MOST_TICKS)
+    ticks = evenly(len(result.frequency), MOST_TICKS)
     bottom = {
         harmonic: max(row for row, sensor in enumerate(sensors) if (sensor, harmonic) in by_place)
         for harmonic in harmonics
@@ -97,8 +89,8 @@ def misfit_map_figure(of: MisfitMap) -> "Figure":
                 axis.set_axis_off()
                 continue
             _cells(axis, panel, colours, norm)
-            axis.set_xticks(ticks, [f"{of.frequency[tick]:.4g}" for tick in ticks])
-            axis.set_yticks(range(len(of.levels)), of.levels)
+            axis.set_xticks(ticks, [f"{result.frequency[tick]:.4g}" for tick in ticks])
+            axis.set_yticks(range(len(result.levels)), result.levels)
             axis.tick_params(labelleft=harmonic == first, labelbottom=row == bottom[harmonic])
             if row == bottom[harmonic]:
                 axis.set_xlabel("frequency [Hz]", fontsize=9)
@@ -109,11 +101,11 @@ def misfit_map_figure(of: MisfitMap) -> "Figure":
     )  # fmt: skip
     bar.set_label("difference over its standard deviation (rms of real and imaginary part); below 2, noise explains it")
     bar.outline.set_visible(False)
-    add_heading(figure, of.title, of.subtitle)
+    add_heading(figure, result)
     return figure
 
 
-def _cells(axes: "Axes", panel: MapPanel, colours: "Colormap", norm: "BoundaryNorm") -> None:
+def _cells(axes: Axes, panel: MapPanel, colours: "Colormap", norm: "BoundaryNorm") -> None:
     """Draw one panel, with lines between its cells: a level and a frequency can be followed by eye."""
     axes.imshow(panel.size, cmap=colours, norm=norm, aspect="auto", origin="lower", interpolation="nearest")
     n_level, n_frequency = panel.size.shape
@@ -124,6 +116,3 @@ def _cells(axes: "Axes", panel: MapPanel, colours: "Colormap", norm: "BoundaryNo
     axes.spines[:].set_visible(False)
     words = f"harmonic {panel.harmonic}" if panel.harmonic else "static"
     axes.set_title(f"{panel.sensor}, {words}", fontsize=9, loc="left", color=INK, pad=3)
-
-
-REGISTRY.register(FigureKind(name="misfit_map", draws=MisfitMap, draw=misfit_map_figure))

@@ -1,16 +1,11 @@
 """Histories over one period, and the axis that shows them."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from figure.style import INK
+from figure.style import INK, Axes
 from geometry.errors import InputError
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 Samples = Float[NDArray[np.float64], " n"]
 QUARTERS = {0.0: "0", 0.25: "0.25", 0.5: "0.5", 0.75: "0.75", 1.0: "1"}
@@ -38,12 +33,12 @@ def closed(time: Samples, values: Samples) -> tuple[Samples, Samples]:
     return np.r_[time, time[0] + 1.0], np.r_[values, values[0]]
 
 
-def over_one_period(axes: "Axes") -> None:
+def over_one_period(axes: Axes) -> None:
     """Scale of a horizontal axis from the start of a period to its end."""
     axes.set_xlim(0, 1)
     axes.set_xticks(list(QUARTERS), list(QUARTERS.values()))
 
 
-def name_period(axes: "Axes") -> None:
+def name_period(axes: Axes) -> None:
     """What the numbers of such an axis are."""
     axes.set_xlabel("time / period [-]", color=INK)

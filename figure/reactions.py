@@ -2,15 +2,22 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from figure.period_axis import Samples, closed, name_period, over_one_period, refuse_unequal
-from figure.registry import REGISTRY, FigureKind
-from figure.style import INK, LONGEST_LEGEND, PALE, add_heading, family_colours, open_box
+from figure.registry import draws
+from figure.style import (
+    INK,
+    LONGEST_LEGEND,
+    PALE,
+    Figure,
+    Headed,
+    add_heading,
+    family_colours,
+    new_figure,
+    open_box,
+)
 from geometry.errors import InputError
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 #: Lines of the two cells, apart without colour.
 STYLES: dict[str, Literal["-", "--"]] = {"upper": "-", "lower": "--"}
@@ -49,7 +56,7 @@ class Reaction:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Reactions:
+class Reactions(Headed):
     """Reactions of load cells over one period, one panel per de-coupler, all on one scale.
 
     Parameters
@@ -57,19 +64,16 @@ class Reactions:
     reactions
         Of any number of de-couplers and curves; panels and colours are in the order in which names and labels first
         come.
-    title, subtitle
-        Above the figure.
     force_label
         Of the vertical axis, with its unit; it may say which sign is tension.
     """
 
     reactions: Sequence[Reaction]
-    title: str
-    subtitle: str = ""
     force_label: str = "force of a load cell [N]"
 
 
-def reactions_figure(of: Reactions) -> "Figure":
+@draws(Reactions, "load_cells")
+def reactions_figure(result: Reactions) -> Figure:
     """Draw one panel per de-coupler, all on one scale.
 
     Raises
@@ -77,21 +81,18 @@ def reactions_figure(of: Reactions) -> "Figure":
     InputError
         No reaction.
     """
-    from matplotlib.figure import Figure
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
     from matplotlib.lines import Line2D
 
-    names = list(dict.fromkeys(reaction.name for reaction in of.reactions))
-    labels = list(dict.fromkeys(reaction.label for reaction in of.reactions))
+    names = list(dict.fromkeys(reaction.name for reaction in result.reactions))
+    labels = list(dict.fromkeys(reaction.label for reaction in result.reactions))
     if not names:
         raise InputError("reactions are those of 0 de-couplers: give at least one")
     colours = dict(zip(labels, family_colours(len(labels)), strict=True))
-    size = (max(7.5, 1.0 + 4.2 * len(names)), 4.6)
     # The end of one axis shall not run into the start of the next.
-    figure = Figure(figsize=size, layout=ConstrainedLayoutEngine(wspace=0.04))
+    figure = new_figure(max(7.5, 1.0 + 4.2 * len(names)), 4.6, wspace=0.04)
     (row,) = figure.subplots(1, len(names), squeeze=False, sharey=True)
     panels = dict(zip(names, row, strict=True))
-    for reaction in of.reactions:
+    for reaction in result.reactions:
         for cell, style in STYLES.items():
             time, force = closed(reaction.time, getattr(reaction, cell))
             panels[reaction.name].plot(
@@ -102,15 +103,12 @@ def reactions_figure(of: Reactions) -> "Figure":
         open_box(axes)
         over_one_period(axes)
         name_period(axes)
-    row[0].set_ylabel(of.force_label, color=INK)
+    row[0].set_ylabel(result.force_label, color=INK)
     cells = [Line2D([], [], color=PALE, linestyle=s, linewidth=LINE, label=f"{c} cell") for c, s in STYLES.items()]
     curves = [Line2D([], [], color=colour, linewidth=LINE + 1.5, label=label) for label, colour in colours.items()]
     handles = [*cells, *curves]
     # In two rows, the two cells stand below each other.
     n_column = len(handles) if len(handles) <= LONGEST_LEGEND else -(-len(handles) // 2)
     figure.legend(handles=handles, loc="outside lower center", ncols=n_column, frameon=False)
-    add_heading(figure, of.title, of.subtitle)
+    add_heading(figure, result)
     return figure
-
-
-REGISTRY.register(FigureKind(name="load_cells", draws=Reactions, draw=reactions_figure))

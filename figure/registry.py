@@ -1,10 +1,9 @@
 """Figures, found rather than listed: each says which result it draws, so that commands need not know it.
 
-A figure is a file with a function from a result to a Matplotlib figure, registered at its end::
+A figure is a file with a function from a result to a Matplotlib figure, registered by `draws`::
 
-    def spectrum_figure(of: ResponseCurves) -> Figure: ...
-
-    REGISTRY.register(FigureKind(name="spectrum", draws=ResponseCurves, draw=spectrum_figure))
+    @draws(ResponseCurves, "spectrum")
+    def spectrum_figure(result: ResponseCurves) -> Figure: ...
 
 Results are dataclasses of arrays, and of labels with units; each stands in the file of the product's own figure of it.
 A figure from outside appears in the output folder of every command that has a result of its kind.
@@ -13,14 +12,11 @@ A figure from outside appears in the output folder of every command that has a r
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
-from figure.style import png
+from figure.style import Figure, png
 from geometry.errors import InputWarning
 from geometry.registry import Registry
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,7 +35,7 @@ class FigureKind:
 
     name: str
     draws: type
-    draw: "Callable[[Any], Figure]"
+    draw: Callable[[Any], Figure]
 
     @property
     def is_own(self) -> bool:
@@ -68,6 +64,19 @@ REGISTRY: Registry[FigureKind] = Registry(
     facts={"draws": "the class of the results that it draws", "draw": "a function from a result to a figure"},
     check=_wrong,
 )
+
+
+R = TypeVar("R")
+
+
+def draws(result: type[R], name: str) -> Callable[[Callable[[R], Figure]], Callable[[R], Figure]]:
+    """A decorator that registers a function as the figure of a class of results, with a name for its files."""
+
+    def registered(draw: Callable[[R], Figure]) -> Callable[[R], Figure]:
+        REGISTRY.register(FigureKind(name=name, draws=result, draw=draw), depth=2)
+        return draw
+
+    return registered
 
 
 def pictures(results: Mapping[str, object]) -> dict[str, bytes]:

@@ -2,18 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from figure.registry import REGISTRY, FigureKind
-from figure.style import LONGEST_LEGEND, add_title, family_colours, open_box
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from figure.registry import draws
+from figure.style import LONGEST_LEGEND, Axes, Figure, Headed, add_title, family_colours, new_figure, open_box
 
 #: Lines of the curves of one group.
 LINES = ("-", "--", ":", "-.")
@@ -42,32 +37,28 @@ class DrawnCurve:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ResponseCurves:
+class ResponseCurves(Headed):
     """Response curves of one output.
 
     Parameters
     ----------
     curves
         In their order, at least one.
-    title
-        Above the figure.
     parameter_label, amplitude_label
         Of the axes, with units.
     """
 
     curves: Sequence[DrawnCurve]
-    title: str
     parameter_label: str
     amplitude_label: str
 
 
-def response_curves_figure(of: ResponseCurves) -> "Figure":
+@draws(ResponseCurves, "response_curves")
+def response_curves_figure(result: ResponseCurves) -> Figure:
     """Draw the curves."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(9, 6), layout="constrained")
+    figure = new_figure(9, 6)
     amplitude, phase = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1))
-    for curve, (colour, line) in zip(of.curves, _looks(of.curves), strict=True):
+    for curve, (colour, line) in zip(result.curves, _looks(result.curves), strict=True):
         look = {"color": colour, "linestyle": line, "linewidth": 1.5}
         amplitude.plot(curve.parameter, np.abs(curve.response), label=curve.label, **look)
         # A dot shows where the solver stood: the curve between two is drawn straight.
@@ -75,20 +66,20 @@ def response_curves_figure(of: ResponseCurves) -> "Figure":
         phase.plot(curve.parameter, _phase(curve.response), **look)
         top = int(np.argmax(np.abs(curve.response)))
         amplitude.plot(curve.parameter[top], np.abs(curve.response[top]), "o", color=colour, markersize=5)
-    amplitude.set_ylabel(of.amplitude_label)
+    amplitude.set_ylabel(result.amplitude_label)
     amplitude.set_ylim(bottom=0)
     phase.set_ylabel("phase [deg]")
-    phase.set_xlabel(of.parameter_label)
+    phase.set_xlabel(result.parameter_label)
     _degrees(phase)
-    lowest = min(float(curve.parameter.min()) for curve in of.curves)
-    phase.set_xlim(lowest, max(float(curve.parameter.max()) for curve in of.curves))
+    lowest = min(float(curve.parameter.min()) for curve in result.curves)
+    phase.set_xlim(lowest, max(float(curve.parameter.max()) for curve in result.curves))
     for axes in (amplitude, phase):
         open_box(axes)
-    if len(of.curves) > LONGEST_LEGEND:
+    if len(result.curves) > LONGEST_LEGEND:
         figure.legend(*amplitude.get_legend_handles_labels(), frameon=False, loc="outside right upper")
     else:
         amplitude.legend(frameon=False)
-    add_title(figure, of.title)
+    add_title(figure, result.title)
     return figure
 
 
@@ -106,12 +97,9 @@ def _phase(response: Complex[NDArray[np.complex128], " p"]) -> Float[NDArray[np.
     return np.asarray(phase - 360 * np.ceil((phase[0] - 179) / 360))
 
 
-def _degrees(axes: "Axes") -> None:
+def _degrees(axes: Axes) -> None:
     from matplotlib.ticker import MultipleLocator
 
     low, high = axes.get_ylim()
     if high - low > 80:
         axes.yaxis.set_major_locator(MultipleLocator(45 if high - low < 270 else 90))
-
-
-REGISTRY.register(FigureKind(name="response_curves", draws=ResponseCurves, draw=response_curves_figure))

@@ -1,13 +1,17 @@
 """How all figures look: inks, colours, headings, numbers, axes without a box around them, and the whole as PNG."""
 
+from dataclasses import dataclass
 from io import BytesIO
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes as Axes
+    from matplotlib.figure import Figure as Figure
+else:
+    # Of annotations alone: matplotlib is imported when something is drawn.
+    Axes = Figure = Any
 
 #: Dots per inch of all figures.
 DPI = 160
@@ -25,7 +29,23 @@ LONGEST_LEGEND = 6
 HEADING, TITLE, SUBTITLE, LEFT = 0.72, 0.12, 0.42, 0.12
 
 
-def open_box(axes: "Axes", grid: Literal["x", "y", "both"] = "both") -> None:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Headed:
+    """A result with the title of its figure, and the smaller line below it."""
+
+    title: str
+    subtitle: str = ""
+
+
+def new_figure(width: float, height: float, *, wspace: float | None = None, hspace: float | None = None) -> Figure:
+    """An empty figure [inches] that keeps its axes clear of each other; gaps are as in matplotlib's layout engine."""
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    return Figure(figsize=(width, height), layout=ConstrainedLayoutEngine(wspace=wspace, hspace=hspace))
+
+
+def open_box(axes: Axes, grid: Literal["x", "y", "both"] = "both") -> None:
     """Leave only the two lines that have numbers, and draw a pale grid behind all else."""
     axes.grid(axis=grid, color=GRID, linewidth=0.8)
     axes.spines[["top", "right"]].set_visible(False)
@@ -40,18 +60,20 @@ def family_colours(count: int) -> list[str]:
     return [to_hex(colormaps["viridis"](place)) for place in np.linspace(FIRST_COLOUR, LAST_COLOUR, count)]
 
 
-def add_heading(figure: "Figure", title: str, subtitle: str) -> None:
-    """Write both at the top left, and keep the axes of a constrained layout below them."""
+def add_heading(figure: Figure, result: Headed) -> None:
+    """Write title and subtitle at the top left, and keep the axes of a constrained layout below them."""
     width, height = figure.get_size_inches()
     engine = figure.get_layout_engine()
     assert engine is not None
     margin = LEFT / width
     engine.set(rect=(margin / 2, 0.0, 1 - margin, 1 - HEADING / height))  # type: ignore[call-arg]
-    figure.text(margin, 1 - TITLE / height, title, ha="left", va="top", fontsize=13, fontweight="bold", color=INK)
-    figure.text(margin, 1 - SUBTITLE / height, subtitle, ha="left", va="top", fontsize=10, color=PALE)
+    figure.text(
+        margin, 1 - TITLE / height, result.title, ha="left", va="top", fontsize=13, fontweight="bold", color=INK
+    )
+    figure.text(margin, 1 - SUBTITLE / height, result.subtitle, ha="left", va="top", fontsize=10, color=PALE)
 
 
-def add_title(figure: "Figure", title: str) -> None:
+def add_title(figure: Figure, title: str) -> None:
     """One bold line at the top left."""
     figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
 
@@ -61,7 +83,13 @@ def three_digits(value: float) -> str:
     return f"{float(f'{value:.3g}'):,.10g}"
 
 
-def png(figure: "Figure") -> bytes:
+def evenly(count: int, most: int) -> list[int]:
+    """At most so many of `count` places, the first and the last among them."""
+    places = np.linspace(0, count - 1, min(count, most)).round().astype(int)
+    return [int(place) for place in np.unique(places)]
+
+
+def png(figure: Figure) -> bytes:
     """The figure as a file."""
     stream = BytesIO()
     figure.savefig(stream, format="png", dpi=DPI)

@@ -3,16 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from textwrap import fill
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from figure.registry import REGISTRY, FigureKind
-from figure.style import INK, PALE, add_heading, open_box, three_digits
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from figure.registry import draws
+from figure.style import INK, PALE, Axes, Figure, Headed, add_heading, new_figure, open_box, three_digits
 
 #: Training and held-out data.
 TRAINING, HELD_OUT = "#9fb3c8", "#1f4e79"
@@ -50,34 +45,31 @@ class WaterfallStep:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Waterfall:
+class Waterfall(Headed):
     """Errors of a model on its way to the measurements, step by step.
 
     Parameters
     ----------
     steps
         In their order.
-    title, subtitle
-        Above the figure.
     """
 
     steps: Sequence[WaterfallStep]
-    title: str
     subtitle: str
 
 
-def waterfall_figure(of: Waterfall) -> "Figure":
+@draws(Waterfall, "waterfall")
+def waterfall_figure(result: Waterfall) -> Figure:
     """Draw the steps."""
-    from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
-    figure = Figure(figsize=(max(9.0, 2.6 * len(of.steps) + 2.0), 4.9), layout="constrained")
+    figure = new_figure(max(9.0, 2.6 * len(result.steps) + 2.0), 4.9)
     left, right = figure.subplots(1, 2)
-    relative = [(100 * step.training, 100 * step.held_out) for step in of.steps]
-    _bars(left, relative, of.steps)
+    relative = [(100 * step.training, 100 * step.held_out) for step in result.steps]
+    _bars(left, relative, result.steps)
     left.set_ylabel("relative error of fundamentals [%]")
-    pairs = [(step.training_chi2, step.held_out_chi2) for step in of.steps]
-    _bars(right, pairs, of.steps)
+    pairs = [(step.training_chi2, step.held_out_chi2) for step in result.steps]
+    _bars(right, pairs, result.steps)
     right.set_yscale("log")
     values = [value for pair in pairs for value in pair if value > 0]
     right.set_ylim(min(0.5, *values) / 1.2, 2.2 * max(2.0, *values))
@@ -89,10 +81,10 @@ def waterfall_figure(of: Waterfall) -> "Figure":
     )
     right.set_ylabel("reduced chi-squared [-]")
     handles = [Patch(color=TRAINING, label="training data"), Patch(color=HELD_OUT, label="held-out data")]
-    if any(step.proposed for step in of.steps):
+    if any(step.proposed for step in result.steps):
         handles.append(Patch(facecolor="white", edgecolor=PALE, hatch="////", label="proposed"))
     figure.legend(handles=handles, frameon=False, loc="outside lower left", ncols=len(handles))
-    add_heading(figure, of.title, of.subtitle)
+    add_heading(figure, result)
     return figure
 
 
@@ -110,7 +102,7 @@ def label_foot(value: float, lowest: float, highest: float) -> float:
     return NOISE if reach < value < NOISE else value
 
 
-def _bars(axes: "Axes", pairs: Sequence[tuple[float, float]], steps: Sequence[WaterfallStep]) -> None:
+def _bars(axes: Axes, pairs: Sequence[tuple[float, float]], steps: Sequence[WaterfallStep]) -> None:
     place = np.arange(len(steps))
     for side, colour in ((0, TRAINING), (1, HELD_OUT)):
         heights = [pair[side] for pair in pairs]
@@ -123,9 +115,7 @@ def _bars(axes: "Axes", pairs: Sequence[tuple[float, float]], steps: Sequence[Wa
     axes.margins(y=0.12)
 
 
-def _labels(
-    axes: "Axes", pairs: Sequence[tuple[float, float]], feet: Sequence[tuple[float, ...]] | None = None
-) -> None:
+def _labels(axes: Axes, pairs: Sequence[tuple[float, float]], feet: Sequence[tuple[float, ...]] | None = None) -> None:
     """Numbers over the bars, or higher."""
     for place, (pair, foot) in enumerate(zip(pairs, feet or pairs, strict=True)):
         for side, (value, at) in enumerate(zip(pair, foot, strict=True)):
@@ -133,6 +123,3 @@ def _labels(
                 three_digits(value), (place + (side - 0.5) * WIDTH, at), xytext=(0, 3), textcoords="offset points",
                 ha="center", va="bottom", fontsize=8, color=INK, zorder=3,
             )  # fmt: skip
-
-
-REGISTRY.register(FigureKind(name="waterfall", draws=Waterfall, draw=waterfall_figure))

@@ -4,7 +4,7 @@ A member is declared where it stands, in a file of its own that ends with ``REGI
 
 - the product's own members by walking a package: one file a member, no list by hand;
 - those of installed packages through an entry point of its group, which names a module;
-- those of a user's file through `load`.
+- those of a user's file through `load`, or `load_file` where it does not matter of which kinds they are.
 
 Nothing is imported before a member is asked for. A member that lacks a fact, or whose name is taken, is refused when it
 is registered. A plug-in that fails leaves the other members usable. A class from a user's file can be pickled: another
@@ -116,6 +116,8 @@ class Registry(Generic[M]):
         entry = Entry(member, frame.f_code.co_filename, frame.f_lineno)
         lacking = [fact for fact in self.facts if not _given(member, fact)]
         name: object = getattr(member, self.key, None)
+        if not self._is_own(entry):
+            self._discover()  # names of the product's own members are taken
         if lacking:
             called = name if isinstance(name, str) else getattr(member, "__name__", type(member).__name__)
             wanted = ", ".join(f"{fact} ({self.facts[fact]})" for fact in lacking)
@@ -186,11 +188,7 @@ class Registry(Generic[M]):
         RegistryError
             No such file, one that fails, or one that registers no member of this kind.
         """
-        file = Path(path).expanduser().resolve()
-        if not file.is_file():
-            raise RegistryError(f"{path}: there is no such file: give the path of a Python file with a {self.kind}")
-        self._discover()
-        self._attempt(lambda: importlib.import_module(module_name(file)), str(file))
+        file = load_file(path, self.kind)
         members = tuple(entry.member for entry in self._entries.values() if entry.file == str(file))
         if not members:
             raise RegistryError(
@@ -228,22 +226,74 @@ class Registry(Generic[M]):
             raise
         for point in entry_points(group=self.group) if self.group else ():
             try:
-                self._attempt(point.load, f'entry point "{point.name} = {point.value}" of {self.group}')
+                _attempt(point.load, f'entry point "{point.name} = {point.value}" of {self.group}')
             except RegistryError as failure:
                 self._failures.append(str(failure))
                 warnings.warn(f"a {self.kind} is left out: {failure}", InputWarning, stacklevel=3)
 
-    def _attempt(self, load: Callable[[], object], origin: str) -> None:
-        """Import somebody's code; if it fails, none of its members stay, and the error is one sentence."""
-        before = dict(self._entries)
-        try:
-            load()
-        except (Exception, SystemExit) as error:
-            self._entries = before
-            if isinstance(error, RegistryError) and ", line " in str(error):
-                raise
-            room = importlib.import_module(self.package.partition(".")[0]).__path__[0]
-            raise RegistryError(_sentence(error, origin, (str(Path(__file__).parent), room))) from error
+
+def load_file(path: str | Path, what: str = "member") -> Path:
+    """Import a user's Python file that registers members of any kinds; a file is run once per process.
+
+    Parameters
+    ----------
+    path
+        Of the file.
+    what
+        What it should register, as messages call it.
+
+    Returns
+    -------
+    The file with its whole path.
+
+    Raises
+    ------
+    RegistryError
+        No such file, or one that fails: none of its members stay then.
+    """
+    file = Path(path).expanduser().resolve()
+    if not file.is_file():
+        raise RegistryError(f"{path}: there is no such file: give the path of a Python file with a {what}")
+    _attempt(lambda: importlib.import_module(module_name(file)), str(file))
+    return file
+
+
+def load_plugin(path: str | Path) -> None:
+    """`load_file` of a file that must register something.
+
+    Raises
+    ------
+    RegistryError
+        As `load_file`, or no member of any kind.
+    """
+    file = load_file(path)
+    if not any(entry.file == str(file) for registry in REGISTRIES for entry in registry._entries.values()):
+        raise RegistryError(f"{file}: this file registers nothing: end it with a call of `register` of a registry")
+
+
+def loaded_files() -> list[Path]:
+    """Users' files that this process has loaded, sorted: processes that it starts need them too."""
+    names = [name for name in sys.modules if name.startswith(PREFIX)]
+    return sorted(Path(bytes.fromhex(name.removeprefix(PREFIX)).decode()) for name in names)
+
+
+def _attempt(load: Callable[[], object], origin: str) -> None:
+    """Import somebody's code; if it fails, none of its members stay, and the error is one sentence."""
+    before = {registry: {*registry._entries} for registry in REGISTRIES}
+    try:
+        load()
+    except (Exception, SystemExit) as error:
+        for registry in REGISTRIES:
+            stay = before.get(registry, set())
+            # The product's own members may have been found meanwhile.
+            registry._entries = {
+                name: entry for name, entry in registry._entries.items() if name in stay or registry._is_own(entry)
+            }
+        if isinstance(error, RegistryError) and ", line " in str(error):
+            raise
+        rooms = {"geometry", *(registry.package.partition(".")[0] for registry in REGISTRIES)}
+        ours = tuple(sys.modules[room].__path__[0] for room in sorted(rooms) if room in sys.modules)
+        raise RegistryError(_sentence(error, origin, ours)) from error
 
 
 def _given(member: object, fact: str) -> bool:

@@ -1,6 +1,6 @@
 """Which files the result of a module's code depends on: those that it imports, those that these import, and so on.
 
-Imports are read from the source, within functions too, so that nothing is run and no list of modules is kept by hand.
+Imports are read from the source, within functions too: nothing is run, and no list of modules is written by hand.
 A module that makes a registry, or imports from a package itself and not from a module of it, may find members of the
 package while it runs: it depends on all modules of that package.
 """
@@ -44,42 +44,44 @@ def dependencies(module: str) -> dict[str, Path]:
         raise TypeError(
             "a stage must be defined in a file: code that was typed in cannot be recognised on the next run"
         )
-    found = {module: start}
+    files = {module: start}
     waiting = [start]
     while waiting:
         for name in _imports(waiting.pop()):
-            if name not in found and (imported := _file(name)) is not None:
-                found[name] = imported
+            if name not in files and (imported := _file(name)) is not None:
+                files[name] = imported
                 waiting.append(imported)
-    return found
+    return files
 
 
 @cache
 def _imports(file: Path) -> frozenset[str]:
     """Import names that the code of a file may stand for; some of them may be no modules."""
     tree = ast.parse(file.read_bytes())
-    found: set[str] = set()
+    names: set[str] = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            found.update(alias.name for alias in node.names)
+            names.update(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            found.add(node.module)
+            names.add(node.module)
             modules = {f"{node.module}.{alias.name}" for alias in node.names}
-            found |= modules
+            names |= modules
             if any(_file(module) is None for module in modules):
-                found.update(_below(node.module))
+                names.update(_below(node.module))
         elif isinstance(node, ast.Call):
-            found.update(name for package in _packages_of_members(node) for name in _below(package))
-    return frozenset(found)
+            names.update(name for package in _packages_of_members(node) for name in _below(package))
+    return frozenset(names)
 
 
 def _packages_of_members(call: ast.Call) -> Iterator[str]:
     """Package in which a registry that is made here looks for its members."""
     if getattr(call.func, "id", "") == "Registry":
         yield from (
-            each.value.value
-            for each in call.keywords
-            if each.arg == "package" and isinstance(each.value, ast.Constant) and isinstance(each.value.value, str)
+            keyword.value.value
+            for keyword in call.keywords
+            if keyword.arg == "package"
+            and isinstance(keyword.value, ast.Constant)
+            and isinstance(keyword.value.value, str)
         )
 
 

@@ -5,13 +5,15 @@ import os
 import re
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path
 from typing import BinaryIO
 
 from geometry.errors import OutputError
-from pipeline.made_folders import make_folder
 
+#: Folders that a command made for its files.
+_MADE: ContextVar[list[Path] | None] = ContextVar("made folders", default=None)
 #: What a disk does that takes no more, and no mistake of ours.
 DISK = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.EFBIG}
 
@@ -35,7 +37,11 @@ def prepare_output(path: str | Path) -> Path:
     """
     folder = Path(path)
     try:
-        make_folder(folder)
+        missing = [parent for parent in (folder, *folder.parents) if not parent.exists()]
+        folder.mkdir(parents=True, exist_ok=True)
+        made = _MADE.get()
+        if made is not None:
+            made += missing
         with tempfile.TemporaryFile(dir=folder):
             pass
     except FileExistsError:
@@ -45,6 +51,22 @@ def prepare_output(path: str | Path) -> Path:
         message = f"the output folder {folder} cannot be written ({reason}): name another one with --out"
         raise OutputError(message) from None
     return folder
+
+
+@contextmanager
+def removed_if_empty() -> Iterator[None]:
+    """Remove the folders that `prepare_output` made within and that are empty, if what runs within fails."""
+    made: list[Path] = []
+    token = _MADE.set(made)
+    try:
+        yield
+    except BaseException:
+        for folder in made:  # the deepest first, as they were found
+            with suppress(OSError):  # it holds something
+                folder.rmdir()
+        raise
+    finally:
+        _MADE.reset(token)
 
 
 @contextmanager

@@ -1,4 +1,8 @@
-"""Stages side by side, each in a process of its own: its peak memory is its own, and Ctrl-C loses only what runs."""
+"""Work side by side in processes of their own, which end with the one that started them.
+
+Stages (`run_parallel`) have a process each: its peak memory is its own, and Ctrl-C loses only what runs. Tasks of one
+kind share the processes of a pool (`process_pool`).
+"""
 
 import contextlib
 import importlib
@@ -6,8 +10,10 @@ import multiprocessing
 import os
 import signal
 import tempfile
+import threading
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing import resource_tracker
@@ -18,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from geometry.errors import ComputationFailed, InputError
+from geometry.registry import load_file, loaded_files
 from pipeline.blas_threads import ONE_THREAD
 from pipeline.progress import Progress
 from pipeline.store import Outcome, Stage, Store
@@ -73,7 +80,7 @@ def run_parallel(
     tasks
         What to run.
     store
-        Where results are kept; each is there as soon as it is done.
+        Where results are stored; each is there as soon as it is done.
     progress, title
         Shows the share of the weight that is done.
     workers
@@ -89,23 +96,25 @@ def run_parallel(
         As the stages raise it.
     """
     total = sum(task.weight for task in tasks)
-    kept_ones = (store.kept(task.stage, **task.inputs) for task in tasks)
-    outcomes: dict[int, Outcome[Any]] = {number: found for number, found in enumerate(kept_ones) if found is not None}
+    stored = (store.look_up(task.stage, **task.inputs) for task in tasks)
+    outcomes: dict[int, Outcome[Any]] = {
+        number: outcome for number, outcome in enumerate(stored) if outcome is not None
+    }
     missing = sorted(set(range(len(tasks))) - set(outcomes), key=lambda number: -tasks[number].weight)
     if not missing:
-        progress.kept(title)
+        progress.stored(title)
         return [outcomes[number] for number in range(len(tasks))]
     with progress.step(title) as report:
         n_worker = workers or os.cpu_count() or 1
         modules = sorted({_reference(tasks[number].stage)[0] for number in missing})
-        with _kept(store) as kept, single_threaded(), _workers(modules) as workers_by_task:
+        with _with_folder(store) as results, single_threaded(), _workers(modules) as workers_by_task:
             while missing or workers_by_task:
                 for number in _admitted(tasks, missing, list(workers_by_task), n_worker, memory):
                     missing.remove(number)
-                    _start(workers_by_task, number, tasks[number], kept.folder)
+                    _start(workers_by_task, number, tasks[number], results.folder)
                 wait([worker.process.sentinel for worker in workers_by_task.values()], timeout=LOOK_EVERY)
                 for number in [n for n, worker in workers_by_task.items() if worker.process.exitcode is not None]:
-                    outcomes[number] = _result(workers_by_task.pop(number), tasks[number], kept)
+                    outcomes[number] = _result(workers_by_task.pop(number), tasks[number], results)
                 report(sum(tasks[n].weight for n in outcomes), total)
     return [outcomes[number] for number in range(len(tasks))]
 
@@ -126,7 +135,7 @@ def _admitted(
 
 
 @contextmanager
-def _kept(store: Store) -> Iterator[Store]:
+def _with_folder(store: Store) -> Iterator[Store]:
     """A store that has a folder: results come back from the processes through it."""
     if store.folder is not None:
         yield store
@@ -163,7 +172,7 @@ def _workers(modules: list[str]) -> Iterator[dict[int, _Worker]]:
 
 def _start(running: dict[int, _Worker], number: int, task: Task, folder: Path | None) -> None:
     receiver, sender = CONTEXT.Pipe(duplex=False)
-    arguments = (sender, *_reference(task.stage), folder, task.inputs)
+    arguments = (sender, *_reference(task.stage), folder, loaded_files(), task.inputs)
     process = CONTEXT.Process(target=_compute, args=arguments, daemon=True)
     # Ctrl-C waits until the process is known to those who would kill it, and the process, which inherits this, never
     # sees the Ctrl-C that a terminal sends to all: it would only print where it was.
@@ -196,9 +205,13 @@ def _reference(stage: Stage[Any, Any]) -> tuple[str, str]:
     return stage.compute.__module__, stage.compute.__name__
 
 
-def _compute(failure: Connection, module: str, name: str, folder: Path | None, inputs: Mapping[str, Any]) -> None:
+def _compute(
+    failure: Connection, module: str, name: str, folder: Path | None, plugins: list[Path], inputs: Mapping[str, Any]
+) -> None:
     os.setpgrp()  # so that a program which the stage runs can be killed with it
     try:
+        for plugin in plugins:
+            load_file(plugin)
         stage: Stage[Any, Any] = getattr(importlib.import_module(module), name)
         Store(folder).outcome(stage, **inputs)
     except Exception as error:
@@ -210,7 +223,7 @@ def _compute(failure: Connection, module: str, name: str, folder: Path | None, i
             failure.send(RuntimeError(f"{type(error).__name__}: {error}"))
 
 
-def _result(worker: _Worker, task: Task, kept: Store) -> Outcome[Any]:
+def _result(worker: _Worker, task: Task, results: Store) -> Outcome[Any]:
     try:
         raise worker.failure.recv() if worker.failure.poll() else EOFError
     except EOFError:
@@ -220,12 +233,49 @@ def _result(worker: _Worker, task: Task, kept: Store) -> Outcome[Any]:
     if worker.process.exitcode:
         raise ComputationFailed(
             f"{task.label} was killed, most often for lack of memory: close other programs, or take fewer elements; "
-            "what was finished is kept"
+            "finished work is stored"
         )
-    found = kept.kept(task.stage, **task.inputs)
-    if found is None:
+    outcome = results.look_up(task.stage, **task.inputs)
+    if outcome is None:
         raise ComputationFailed(
-            f"the result of {task.label} is not in {kept.folder}: free some space, or name another folder with "
+            f"the result of {task.label} is not in {results.folder}: free some space, or name another folder with "
             "--cache; if stickslip itself was changed meanwhile, run it again"
         )
-    return found
+    return outcome
+
+
+@contextmanager
+def process_pool(modules: Sequence[str], workers: int | None = None) -> Iterator[Executor]:
+    """Processes for tasks of one kind; at an early end, Ctrl-C included, what they do is thrown away at once.
+
+    Parameters
+    ----------
+    modules
+        What the tasks need, imported once for all processes.
+    workers
+        Processes [-]; by default one for each core.
+    """
+    CONTEXT.set_forkserver_preload(list(modules))
+    # Nothing is ever sent: the processes see the end of file when this one closes its end, or is killed.
+    alive, stays_open = CONTEXT.Pipe(duplex=False)
+    with single_threaded():
+        pool = ProcessPoolExecutor(
+            workers or os.cpu_count() or 1, mp_context=CONTEXT, initializer=_begin, initargs=(alive,)
+        )
+        try:
+            yield pool
+        finally:
+            stays_open.close()
+            pool.shutdown(cancel_futures=True)
+            alive.close()
+
+
+def _begin(alive: Connection) -> None:
+    """Leave Ctrl-C, which a terminal sends to all, to the process that waits for the results, and end with it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(alive,), daemon=True).start()
+
+
+def _end_with(alive: Connection) -> None:
+    alive.poll(None)
+    os._exit(1)

@@ -12,15 +12,19 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from threading import Timer
-from typing import TYPE_CHECKING, Protocol, TextIO
+from typing import TYPE_CHECKING, ParamSpec, Protocol, TextIO, TypeVar
 
 from pipeline.duration import WORTH_SHOWING, Durations, format_duration
+from pipeline.store import Stage, Store
 
 if TYPE_CHECKING:
     from rich.progress import Progress as RichBars
 
-# Where nobody watches a bar, such as a log file, a step says so often how far it is.
-LINE_EVERY = 10.0  # s
+P = ParamSpec("P")
+R = TypeVar("R")
+
+#: Where nobody watches a bar, such as in a log file, a step shows its share after this time [s].
+LINE_EVERY = 10.0
 
 
 class Report(Protocol):
@@ -36,8 +40,8 @@ class Progress(Protocol):
     def step(self, name: str, *, expected: float | None = None) -> AbstractContextManager[Report]:
         """A named step; with no reports, time left is what it took last time, or `expected` [s]."""
 
-    def kept(self, name: str) -> None:
-        """A step whose result was kept from an earlier run."""
+    def stored(self, name: str) -> None:
+        """A step whose result was stored in an earlier run."""
 
 
 class SilentProgress:
@@ -49,7 +53,7 @@ class SilentProgress:
         del name, expected
         yield lambda _done, _total: None
 
-    def kept(self, name: str) -> None:
+    def stored(self, name: str) -> None:
         """Do nothing."""
 
 
@@ -103,9 +107,9 @@ class LineProgress:
         if seconds >= WORTH_SHOWING:
             self._line(f"{indent}{name}: done in {format_duration(seconds)}")
 
-    def kept(self, name: str) -> None:
+    def stored(self, name: str) -> None:
         """Say so."""
-        self._line(f"{'  ' * self._depth}{name}: kept")
+        self._line(f"{'  ' * self._depth}{name}: stored")
 
     def _line(self, text: str) -> None:
         self._stream.write(f"{text}\n")
@@ -159,10 +163,10 @@ class BarProgress:
                 self._bars = None
         self._durations.remember(name, seconds)
 
-    def kept(self, name: str) -> None:
+    def stored(self, name: str) -> None:
         """Say so."""
         bars = self._bars or self._start()
-        bars.console.print(f"{'  ' * self._depth}{name}: kept", style="dim", markup=False, highlight=False)
+        bars.console.print(f"{'  ' * self._depth}{name}: stored", style="dim", markup=False, highlight=False)
         if self._depth == 0:
             bars.stop()
             self._bars = None
@@ -173,6 +177,44 @@ class BarProgress:
         self._bars = bars()
         self._bars.start()
         return self._bars
+
+
+class ShownStep:
+    """A step that is one stage: shown while it is computed, reported as stored where it was.
+
+    Parameters
+    ----------
+    name
+        Shown.
+    store, progress
+        Of the command's run.
+    expected
+        Time that it takes, until a run knows better [s].
+    """
+
+    def __init__(self, name: str, store: Store, progress: Progress, expected: float | None = None) -> None:
+        self._name = name
+        self._store = store
+        self._progress = progress
+        self._expected = expected
+        self._shown: Report | None = None
+
+    def report(self, done: float, total: float) -> None:
+        """For a stage that reports how far it is."""
+        if self._shown is not None:
+            self._shown(done, total)
+
+    def run(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
+        """Result of the stage, looked up or computed."""
+        outcome = self._store.outcome_within(self._computing, stage, *args, **kwargs)
+        if outcome.cached:
+            self._progress.stored(self._name)
+        return outcome.value
+
+    @contextmanager
+    def _computing(self) -> Iterator[None]:
+        with self._progress.step(self._name, expected=self._expected) as self._shown:
+            yield
 
 
 def _left(done: float, total: float, seconds: float) -> str:

@@ -147,11 +147,11 @@ class Store:
             self._write(stage, file, outcome)
         return outcome
 
-    def kept(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> Outcome[R] | None:
+    def look_up(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> Outcome[R] | None:
         """Result of a stage if it is there and sound; it is not computed."""
         return self._read(stage, self._file(stage, *args, **kwargs))
 
-    def holds(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> bool:
+    def has(self, stage: Stage[P, R], *args: P.args, **kwargs: P.kwargs) -> bool:
         """Whether a result is there with all its bytes as they were written."""
         file = self._file(stage, *args, **kwargs)
         there = file is not None and file.exists()  # asked first: another process may put it there meanwhile

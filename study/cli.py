@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from cyclopts import App, CycloptsError
 
-from pipeline.made_folders import removed_if_empty
+from pipeline.output import removed_if_empty
 from study import console
 from study.interruption import Interruption, end_process
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class ExitCode(IntEnum):
-    """What the shell is told."""
+    """Exit codes of the program."""
 
     DONE = 0
     FAILED = 1
@@ -48,7 +48,7 @@ COMMANDS = (
     ("add", "study.command.add:app", "Write an effect that is missing into a case."),
     ("undo", "study.command.undo:app", "Take the effect that was added last out of a case."),
     ("doctor", "study.command.doctor:app", "Show what this machine lacks, and the one line that installs it."),
-    ("cache", "study.command.cache:app", "Show how much the kept results take, or remove them."),
+    ("cache", "study.command.cache:app", "Show how much space the stored results take, or remove them."),
 )
 
 HELP = "From the CAD model of a blade, a rig or your own part to reduced models and the response with friction."
@@ -62,7 +62,7 @@ Examples:
     stickslip cache --clear
     stickslip COMMAND --help
 
-Exit codes: 0 done, 1 not converged or something missing, 2 bad input, 3 interrupted (what was finished is kept), \
+Exit codes: 0 done, 1 not converged or something missing, 2 bad input, 3 interrupted (finished work is stored), \
 70 internal error.
 """
 
@@ -125,7 +125,7 @@ def _interrupted(output: console.Output) -> int:
     return output.error(
         ExitCode.INTERRUPTED,
         "interrupted",
-        "interrupted; what was finished is kept: the same command goes on from there",
+        "interrupted; finished work is stored: the same command goes on from there",
     )
 
 

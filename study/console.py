@@ -36,7 +36,7 @@ class Output:
         self._as_json = as_json
 
     def answer(self, answer: "Answer") -> int:
-        """Print what a command found, and return its exit code."""
+        """Print the answer of a command, and return its exit code."""
         try:
             if self._as_json:
                 self._document(answer.document)
@@ -55,7 +55,7 @@ class Output:
         return answer.exit_code
 
     def error(self, exit_code: int, kind: str, message: str, problems: "Sequence[Problem]" = ()) -> int:
-        """Say what went wrong, and return the exit code."""
+        """Print an error, and return the exit code."""
         # Problems of a case file stand alone, in the form that editors can follow: file:line: text.
         sys.stderr.write(f"{message}\n" if problems else f"stickslip: {message}\n")
         if self._as_json:
@@ -87,9 +87,9 @@ def standard_output(*, as_json: bool) -> Iterator[Output]:
     if not as_json:
         yield Output(sys.stdout, as_json=False)
         return
-    kept = os.dup(1)
+    copy = os.dup(1)
     os.dup2(2, 1)
-    stream = os.fdopen(kept, "w", encoding="utf-8")
+    stream = os.fdopen(copy, "w", encoding="utf-8")
     try:
         yield Output(stream, as_json=True)
     finally:

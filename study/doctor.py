@@ -52,20 +52,20 @@ print("drawn by", window.GetClassName() if high > low else "nobody")
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """One thing that was looked for.
+    """Result of one check.
 
     Parameters
     ----------
     subject
-        What.
+        What was looked for.
     verdict
-        Found, missing, or present but not working.
+        "missing" also where it is there and does not work.
     detail
-        What it is for, or what is wrong.
+        Its purpose, or what is wrong.
     is_needed
         False for what only some work needs.
     apt, pip
-        Packages that would mend it.
+        Packages that mend it.
     """
 
     subject: str
@@ -77,12 +77,12 @@ class Finding:
 
 
 def examine(cache_folder: Path) -> list[Finding]:
-    """Look for everything.
+    """Check everything.
 
     Parameters
     ----------
     cache_folder
-        Where results would be kept.
+        Where results would be stored.
     """
     return [_python(), *_libraries(), *_packages(), _picture(), _cholmod(), _calculix(), _cache(cache_folder)]
 
@@ -110,18 +110,15 @@ def _python() -> Finding:
 
 
 def _libraries() -> list[Finding]:
-    findings = []
-    for purpose in SYSTEM_LIBRARIES:
-        missing = missing_libraries(purpose)
-        findings.append(
-            Finding(
-                subject="system libraries",
-                verdict="missing" if missing else "ok",
-                detail=f"{', '.join(missing)} for {MEANT_FOR[purpose]}" if missing else MEANT_FOR[purpose],
-                apt=tuple(DEBIAN_PACKAGE[name] for name in missing),
-            )
+    return [
+        Finding(
+            subject="system libraries",
+            verdict="missing" if missing else "ok",
+            detail=f"{', '.join(missing)} for {MEANT_FOR[purpose]}" if missing else MEANT_FOR[purpose],
+            apt=tuple(DEBIAN_PACKAGE[name] for name in missing),
         )
-    return findings
+        for purpose, missing in ((purpose, missing_libraries(purpose)) for purpose in SYSTEM_LIBRARIES)
+    ]
 
 
 def _packages() -> list[Finding]:
@@ -131,8 +128,7 @@ def _packages() -> list[Finding]:
     except importlib.metadata.PackageNotFoundError:
         detail = "is not installed in this environment"
         return [Finding(subject="Python packages", verdict="missing", detail=f"stickslip {detail}", pip=("stickslip",))]
-    missing: list[tuple[str, str]] = []
-    present = 0
+    missing, present = [], 0
     for line in declared:
         requirement, _, marker = line.partition(";")
         name = re.split(r"[^A-Za-z0-9._-]", requirement.strip(), maxsplit=1)[0]
@@ -142,13 +138,9 @@ def _packages() -> list[Finding]:
             importlib.metadata.version(name)
             present += 1
         except importlib.metadata.PackageNotFoundError:
-            missing.append((name, requirement.strip()))
-    if not missing:
-        return [Finding(subject="Python packages", verdict="ok", detail=f"all {present} declared ones")]
-    return [
-        Finding(subject="Python package", verdict="missing", detail=name, pip=(requirement,))
-        for name, requirement in missing
-    ]
+            pip = (requirement.strip(),)
+            missing.append(Finding(subject="Python package", verdict="missing", detail=name, pip=pip))
+    return missing or [Finding(subject="Python packages", verdict="ok", detail=f"all {present} declared ones")]
 
 
 def _picture() -> Finding:
@@ -171,9 +163,9 @@ def _picture() -> Finding:
 
 
 def _cholmod() -> Finding:
-    found = ctypes.util.find_library("cholmod")
-    if found is not None and loads(found):
-        return Finding(subject="CHOLMOD", verdict="ok", detail=f"{found}, for large reductions on one or two threads")
+    path = ctypes.util.find_library("cholmod")
+    if path is not None and loads(path):
+        return Finding(subject="CHOLMOD", verdict="ok", detail=f"{path}, for large reductions on one or two threads")
     # Its name is another one in each release: it has no place in a line that must not fail.
     packages = "apt-get install libcholmod5, or libcholmod3 on Debian 12"
     detail = f"without libcholmod reductions are slower: {packages}"
@@ -181,19 +173,19 @@ def _cholmod() -> Finding:
 
 
 def _calculix() -> Finding:
-    found = shutil.which("ccx")
-    detail = found or "ccx, the independent witness of some tests, is not there"
+    path = shutil.which("ccx")
+    detail = path or "ccx, the independent witness of some tests, is not there"
     return Finding(
-        subject="CalculiX", verdict="ok" if found else "missing", detail=detail, is_needed=False, apt=("calculix-ccx",)
+        subject="CalculiX", verdict="ok" if path else "missing", detail=detail, is_needed=False, apt=("calculix-ccx",)
     )
 
 
 def _cache(folder: Path) -> Finding:
+    subject = "stored results"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
-            pass
+            return Finding(subject=subject, verdict="ok", detail=str(folder))
     except OSError as error:
         detail = f"{folder} cannot be written ({error.strerror}): set STICKSLIP_CACHE to a folder that can"
-        return Finding(subject="kept results", verdict="missing", detail=detail, is_needed=False)
-    return Finding(subject="kept results", verdict="ok", detail=str(folder))
+        return Finding(subject=subject, verdict="missing", detail=detail, is_needed=False)

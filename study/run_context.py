@@ -1,4 +1,4 @@
-"""What every command is given, and what it gives back.
+"""The context in which every command runs, its options, and its answer.
 
 A new command is one file under `study/command` and one line in `study.cli.COMMANDS`::
 
@@ -30,16 +30,15 @@ from cyclopts import App, Parameter
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-    from pipeline.progress import Progress
+    from pipeline.progress import Progress, ShownStep
     from pipeline.store import Store
-    from study.shown_step import ShownStep
 
 Out = Annotated[Path, Parameter(help="Output folder; created if need be.")]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Answer:
-    """What a command found.
+    """Result of a command.
 
     Parameters
     ----------
@@ -48,7 +47,7 @@ class Answer:
     text
         For people: text or anything that rich can print.
     exit_code
-        0, or 1 if the command did its work and the finding is bad.
+        0, or 1 if the command did its work and the result is bad.
     """
 
     document: Mapping[str, Any]
@@ -58,7 +57,7 @@ class Answer:
 
 @dataclass(frozen=True, kw_only=True)
 class RunContext:
-    """Where a command's run keeps, shows and writes things.
+    """Store, progress and output folder of a command's run.
 
     Parameters
     ----------
@@ -69,7 +68,7 @@ class RunContext:
     progress
         Shows steps, or does not.
     json, quiet
-        What the user asked for.
+        Options of the user.
     """
 
     output: Path | None
@@ -80,7 +79,7 @@ class RunContext:
 
     def step(self, name: str, *, expected: float | None = None) -> "ShownStep":
         """A step that is one stage; `expected` is as in `pipeline.progress.Progress`."""
-        from study.shown_step import ShownStep
+        from pipeline.progress import ShownStep
 
         return ShownStep(name, self.store, self.progress, expected)
 
@@ -96,13 +95,13 @@ class RunContext:
         return list(drawn)
 
     def note(self, sentence: str) -> None:
-        """Tell the user something worth knowing, on standard error, unless quiet was asked for."""
+        """Write a note to standard error, unless quiet was asked for."""
         if not (self.quiet or self.json):
             sys.stderr.write(f"stickslip: {sentence}\n")
 
     @staticmethod
     def warn(sentence: str) -> None:
-        """Tell the user something that does not stop the run, on standard error."""
+        """Write a warning to standard error."""
         sys.stderr.write(f"stickslip: warning: {sentence}\n")
 
 
@@ -117,13 +116,13 @@ def silent_run() -> RunContext:
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What every command understands."""
+    """Options of every command."""
 
     json: Annotated[bool, Parameter(negative="", help="Print one JSON document, and no progress.")] = False
     quiet: Annotated[bool, Parameter(negative="", help="Show no progress.")] = False
     cache: Annotated[
         Path | None,
-        Parameter(help="Folder of kept results, instead of STICKSLIP_CACHE or the user's cache folder."),
+        Parameter(help="Folder of stored results, instead of STICKSLIP_CACHE or the user's cache folder."),
     ] = None
 
     figures: Annotated[
@@ -168,7 +167,7 @@ class Options:
 
     @property
     def cache_folder(self) -> Path:
-        """Where results are kept."""
+        """Where results are stored."""
         from pipeline.store import default_folder
 
         return self.cache if self.cache is not None else default_folder()

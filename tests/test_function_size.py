@@ -12,12 +12,6 @@ MOST_LINES, MOST_ARGUMENTS = 80, 10
 #: Decorators of functions that numba compiles: they take plain arrays, since objects would be slower there.
 COMPILED = {"compiled", "njit", "jit", "vectorize", "guvectorize", "cfunc"}
 
-#: Functions that are still to be cut, as "file name"; nothing may be added.
-EXCEPTIONS = {
-    "figure/scene/mode_picture.py mode_animation",
-    "study/command/modes.py modes",
-}
-
 
 def is_compiled(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
     """Whether numba compiles a function."""
@@ -48,10 +42,7 @@ def test_functions_of_the_product_are_short_and_take_few_arguments() -> None:
         for file in sorted((ROOT / package).rglob("*.py"))
         for name in too_large(file.read_text(encoding="utf-8"))
     }
-    assert not found - EXCEPTIONS, (
-        f"over {MOST_LINES} lines or {MOST_ARGUMENTS} arguments: {sorted(found - EXCEPTIONS)}"
-    )
-    assert not EXCEPTIONS - found, f"cut by now, take off the list: {sorted(EXCEPTIONS - found)}"
+    assert not found, f"over {MOST_LINES} lines or {MOST_ARGUMENTS} arguments: {sorted(found)}"
 
 
 def test_long_functions_and_many_arguments_are_seen_and_kernels_are_not() -> None:

@@ -1,4 +1,4 @@
-"""An effect of one's own: the exciter's amplifier adds a third harmonic to its force."""
+"""An effect of your own: the exciter's amplifier adds a third harmonic to its force."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

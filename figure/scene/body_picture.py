@@ -9,11 +9,10 @@ import numpy as np
 
 from fe.mesh import Mesh
 from fe.mesher.whole_mesh import whole_mesh
-from figure.scene.caption import DPI, Layout, layout_for
-from figure.scene.cut import behind
+from figure.scene.caption import Blank, Caption, Colouring, Layout, layout_for
 from figure.scene.film import Image, save_picture
-from figure.scene.view import OVERSAMPLING, TOWARDS_EYE, Scene, Vectors, View, scene, view_of
-from figure.style import INK, PALE
+from figure.scene.view import OVERSAMPLING, TOWARDS_EYE, Scene, Vectors, View, behind, scene, view_of
+from figure.style import INK
 
 #: Colours of the bodies in the order in which they are given.
 COLOURS = ("#7fa6c9", "#e0903c", "#9bb48c", "#c58ba8", "#c9b458")
@@ -55,9 +54,7 @@ class Marks:
     seen_through: float = 0.0
 
 
-def bodies_picture(
-    bodies: Mapping[str, list[Mesh]], path: str | PathLike[str], *, title: str, subtitle: str = "", note: str = ""
-) -> Path:
+def bodies_picture(bodies: Mapping[str, list[Mesh]], path: str | PathLike[str], caption: Caption) -> Path:
     """Draw bodies in their places into a PNG file.
 
     Parameters
@@ -66,7 +63,7 @@ def bodies_picture(
         Meshes by what the legend calls them; those under one name have one colour.
     path
         The file.
-    title, subtitle, note
+    caption
         Words above and below.
 
     Raises
@@ -75,23 +72,20 @@ def bodies_picture(
         No picture can be drawn on this machine.
     """
     view = view_of(np.concatenate([mesh.points for group in bodies.values() for mesh in group]), TOWARDS_EYE)
-    return _drawn(bodies, Path(path), view, (title, subtitle, note))
+    return _drawn(bodies, Path(path), view, caption)
 
 
 def cut_picture(
     bodies: Mapping[str, list[Mesh]],
     stations: Vectors,
     path: str | PathLike[str],
-    *,
-    title: str,
-    subtitle: str = "",
-    note: str = "",
+    caption: Caption,
 ) -> Path:
     """Draw what lies on the side x < 0 around a contact line in the plane x = 0, into a PNG file.
 
     Parameters
     ----------
-    bodies, path, title, subtitle, note
+    bodies, path, caption
         As in `bodies_picture`.
     stations
         Of the contact line, shape (n_station, 3) [m].
@@ -102,14 +96,14 @@ def cut_picture(
     near = view_of(corners, TOWARDS_CUT)
     everything = np.concatenate([mesh.points for group in halves.values() for mesh in group])
     depth = float(np.linalg.norm(everything - near.centre, axis=1).max())
-    return _drawn(halves, Path(path), replace(near, depth=depth), (title, subtitle, note), stations)
+    return _drawn(halves, Path(path), replace(near, depth=depth), caption, stations)
 
 
 def _drawn(
     bodies: Mapping[str, list[Mesh]],
     file: Path,
     view: View,
-    words: tuple[str, str, str],
+    caption: Caption,
     stations: Vectors = NO_STATIONS,
 ) -> Path:
     layout = layout_for(view.half_width / view.half_height)
@@ -117,16 +111,17 @@ def _drawn(
     mesh = whole_mesh({f"{name} {k}": each for name, group in bodies.items() for k, each in enumerate(group)})
     # Of the colour of each node.
     number = np.repeat(np.arange(float(len(bodies))), [sum(each.n_node for each in group) for group in bodies.values()])
-    with scene(mesh, number, (-0.5, len(bodies) - 0.5), colours, view, layout.body[2:]) as drawn:
+    colouring = Colouring(values=number, limits=(-0.5, len(bodies) - 0.5), colour_map=colours)
+    with scene(mesh, colouring, view, layout.body[2:]) as drawn:
         legend, marks = dict(zip(bodies, colours, strict=True)), Marks(label="stations", places=stations)
-        return save_with_legend(drawn, mesh, layout, words, legend, [marks], file)
+        return save_with_legend(drawn, mesh, layout, caption, legend, [marks], file)
 
 
 def save_with_legend(
     drawn: Scene,
     mesh: Mesh,
     layout: Layout,
-    words: tuple[str, str, str],
+    caption: Caption,
     legend: Mapping[str, str],
     marks: Sequence[Marks],
     file: Path,
@@ -140,7 +135,7 @@ def save_with_legend(
             # Before the whole body: a parallel projection shows them where they are.
             _dots(drawn, each, each.places + IN_FRONT * drawn.lift, each.seen_through)
     drawn.plotter.reset_camera_clipping_range()
-    picture = _furniture(layout, words, legend, marks)
+    picture = _furniture(layout, caption, legend, marks)
     picture[top : top + height, left : left + width] = drawn.image(mesh.points)
     save_picture(picture, file)
     return file
@@ -157,29 +152,21 @@ def _dots(drawn: Scene, marks: Marks, places: Vectors, opacity: float) -> None:
     )
 
 
-def _furniture(layout: Layout, words: tuple[str, str, str], legend: Mapping[str, str], marks: Sequence[Marks]) -> Image:
+def _furniture(layout: Layout, caption: Caption, legend: Mapping[str, str], marks: Sequence[Marks]) -> Image:
     """The picture without the bodies: words, and a legend where other pictures have a colour bar."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     width, height, scale = layout.width, layout.height, layout.scale
-    points = 72 / DPI * scale  # a font size in points that is one pixel at full size
-    figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor="white")
-    canvas = FigureCanvasAgg(figure)
-    left = 34 * scale / width
-    title, subtitle, note = words
-    figure.text(left, 1 - 34 * scale / height, title, size=36 * points, color=INK, va="top", weight="bold")
-    figure.text(left, 1 - 82 * scale / height, subtitle, size=31 * points, color=INK, va="top")
-    figure.text(left, 26 * scale / height, note, size=18 * points, color=PALE, va="bottom")
+    blank = Blank(layout, caption)
+    points = blank.points
     body_left, body_top, body_width, body_height = layout.body
     handles: list[Patch | Line2D] = [Patch(color=colour, label=name) for name, colour in legend.items()]
     handles += [
         Line2D([], [], ls="", marker="o", ms=9 * points * each.size / STATION_SIZE, color=each.colour, label=each.label)
         for each in marks
     ]
-    shown = figure.legend(
+    shown = blank.figure.legend(
         handles=handles,
         loc="center left",
         bbox_to_anchor=((body_left + body_width) / width, 1 - (body_top + body_height / 2) / height),
@@ -188,12 +175,11 @@ def _furniture(layout: Layout, words: tuple[str, str, str], legend: Mapping[str,
         labelcolor=INK,
         frameon=False,
     )
-    canvas.draw()
+    blank.pixels()
     box = shown.get_window_extent()
     if box.x1 > width - MARGIN * scale:
         # A long name is written smaller rather than cut.
         shrink = (width - MARGIN * scale - box.x0) / box.width
         for text in shown.get_texts():
             text.set_fontsize(text.get_fontsize() * shrink)
-        canvas.draw()
-    return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+    return blank.pixels()

@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float
 from numpy.typing import NDArray
 
 from figure.style import INK, PALE
 
-#: Room above, below and to the right of the body in a picture of `HEIGHT` pixels; other sizes scale it.
+#: Margins above, below, to the right and to the left of the body in a picture of `HEIGHT` pixels; other sizes scale it.
 TOP, BOTTOM, RIGHT, LEFT = 128, 66, 200, 24
 HEIGHT = 1300
 DPI = 100
@@ -17,28 +18,33 @@ NARROWEST, WIDEST = 0.40, 1.5
 
 @dataclass(frozen=True, kw_only=True)
 class Caption:
-    """Words of a picture.
+    """Words of a picture: its first line, the line below it, and a small note at the foot."""
+
+    title: str
+    subtitle: str = ""
+    note: str = ""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Colouring:
+    """What the colours of bodies show.
 
     Parameters
     ----------
-    title, subtitle
-        First line, and the line below it.
-    note
-        Small, at the foot.
+    values
+        At the nodes, shape (n_node,) [unit of the colour bar].
+    limits
+        Values at the ends of the colour bar [same unit].
+    colour_map
+        Its name in matplotlib, or its colours.
     label
         Of the colour bar, with its unit.
-    limits
-        Values at the ends of the colour bar.
-    colour_map
-        Its name in matplotlib.
     """
 
-    title: str
-    subtitle: str
-    note: str
-    label: str
+    values: Float[NDArray[np.float64], " node"]
     limits: tuple[float, float]
-    colour_map: str
+    colour_map: str | list[str]
+    label: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,13 +62,13 @@ class Layout:
 
     @property
     def scale(self) -> float:
-        """Size of text and room, relative to a picture of `HEIGHT` pixels; a narrow picture has smaller text."""
+        """Size of text and margins, relative to a picture of `HEIGHT` pixels; a narrow picture has smaller text."""
         return min(self.height / HEIGHT, self.width / (0.5 * HEIGHT))
 
     @property
     def body(self) -> tuple[int, int, int, int]:
         """Left, top, width and height of the picture of the body."""
-        left, top, right, bottom = (round(room * self.scale) for room in (LEFT, TOP, RIGHT, BOTTOM))
+        left, top, right, bottom = (round(margin * self.scale) for margin in (LEFT, TOP, RIGHT, BOTTOM))
         return left, top, self.width - left - right, self.height - top - bottom
 
 
@@ -78,31 +84,52 @@ def layout_for(aspect: float, height: int = HEIGHT) -> Layout:
     return Layout(width=2 * round(whole[0] / 2), height=2 * round(whole[1] / 2))
 
 
-def furniture(layout: Layout, caption: Caption) -> NDArray[np.uint8]:
-    """The picture without the body, shape (height, width, 3)."""
-    # The figure classes alone: pyplot would look for a screen and keep state.
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
+class Blank:
+    """A picture without its bodies, with the words around them; the caller draws the rest and asks for its pixels.
+
+    Parameters
+    ----------
+    layout, caption
+        Of the picture.
+    """
+
+    def __init__(self, layout: Layout, caption: Caption) -> None:
+        # The figure classes alone: pyplot would look for a screen and keep state.
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+
+        width, height, scale = layout.width, layout.height, layout.scale
+        #: A font size in points that is one pixel at full size.
+        self.points = points = 72 / DPI * scale
+        self.figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor="white")
+        self._canvas = FigureCanvasAgg(self.figure)
+        left, top = 34 * scale / width, 1 - 34 * scale / height
+        self.figure.text(left, top, caption.title, size=36 * points, color=INK, va="top", weight="bold")
+        self.figure.text(left, 1 - 82 * scale / height, caption.subtitle, size=31 * points, color=INK, va="top")
+        self.figure.text(left, 26 * scale / height, caption.note, size=18 * points, color=PALE, va="bottom")
+
+    def pixels(self) -> NDArray[np.uint8]:
+        """What is drawn so far, shape (height, width, 3)."""
+        self._canvas.draw()
+        return np.asarray(self._canvas.buffer_rgba())[..., :3].copy()
+
+
+def furniture(layout: Layout, caption: Caption, colouring: Colouring) -> NDArray[np.uint8]:
+    """The picture without the body: words and a colour bar, shape (height, width, 3)."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
-    from matplotlib.figure import Figure
 
     width, height, scale = layout.width, layout.height, layout.scale
-    points = 72 / DPI * scale  # a font size in points that is one pixel at full size
-    figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor="white")
-    canvas = FigureCanvasAgg(figure)
-    left = 34 * scale / width
-    figure.text(left, 1 - 34 * scale / height, caption.title, size=36 * points, color=INK, va="top", weight="bold")
-    figure.text(left, 1 - 82 * scale / height, caption.subtitle, size=31 * points, color=INK, va="top")
-    figure.text(left, 26 * scale / height, caption.note, size=18 * points, color=PALE, va="bottom")
+    blank = Blank(layout, caption)
+    points = blank.points
     body_left, body_top, body_width, body_height = layout.body
     bar_height = min(0.52 * body_height, 620 * scale)
     bar_bottom = height - body_top - 0.5 * (body_height + bar_height)
     place = ((body_left + body_width + 8 * scale) / width, bar_bottom / height, 30 * scale / width, bar_height / height)
-    axes = figure.add_axes(place)
-    mappable = ScalarMappable(norm=Normalize(*caption.limits), cmap=caption.colour_map)
-    bar = figure.colorbar(mappable, cax=axes)
-    bar.set_label(caption.label, size=22 * points, color=INK, labelpad=12 * points)
+    assert isinstance(colouring.colour_map, str)
+    mappable = ScalarMappable(norm=Normalize(*colouring.limits), cmap=colouring.colour_map)
+    bar = blank.figure.colorbar(mappable, cax=blank.figure.add_axes(place))
+    bar.set_label(colouring.label, size=22 * points, color=INK, labelpad=12 * points)
     bar.ax.tick_params(labelsize=20 * points, colors=INK, width=1.4 * points, length=6 * points, color=PALE)
     bar.outline.set_linewidth(0)
-    canvas.draw()
-    return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+    return blank.pixels()

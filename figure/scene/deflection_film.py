@@ -9,13 +9,11 @@ from numpy.typing import NDArray
 
 from fe.mesh import Mesh
 from figure.line_states import STATES
-from figure.scene.caption import Caption, Layout, furniture, layout_for
-from figure.scene.deflection import enlargement
-from figure.scene.exact_gif import save_exact_gif
-from figure.scene.film import Image, Part, file_to_write, pasted
+from figure.scene.caption import Caption, Colouring, Layout, furniture, layout_for
+from figure.scene.film import Image, Part, file_to_write, pasted, save_exact_gif
 from figure.scene.mode_picture import FILM_HEIGHT
-from figure.scene.station_picture import Colouring, StationStates, station_pictures
-from figure.scene.view import scene, view_of
+from figure.scene.station_picture import StationStates, station_pictures
+from figure.scene.view import enlargement, scene, view_of
 from figure.style import three_digits
 from geometry.errors import InputError
 
@@ -80,16 +78,14 @@ def deflection_film(
     largest = float(reached.max())
     unit, per_metre = ("mm", 1e3) if largest >= LARGE else ("um", 1e6)
     # Both pictures take their colours from all bodies, so that one bar serves both.
-    limits = (0.0, per_metre * largest if largest > 0 else 1.0)
-    colouring = Colouring(values=per_metre * reached, limits=limits, colour_map=COLOUR_MAP)
-    caption = Caption(
-        title=title,
-        subtitle=subtitle,
-        note=f"Deflection drawn {three_digits(enlarged)} times as large; grey lines: the bodies at rest",
-        label=f"Largest displacement in the period [{unit}]",
-        limits=limits,
+    colouring = Colouring(
+        values=per_metre * reached,
+        limits=(0.0, per_metre * largest if largest > 0 else 1.0),
         colour_map=COLOUR_MAP,
+        label=f"Largest displacement in the period [{unit}]",
     )
+    note = f"Deflection drawn {three_digits(enlarged)} times as large; grey lines: the bodies at rest"
+    caption = Caption(title=title, subtitle=subtitle, note=note)
     film = _frames(mesh, mesh.points + enlarged * motion, colouring, caption, stations)
     save_exact_gif(film, file, keep=("white", *STATES.values()))
     return file
@@ -101,7 +97,7 @@ def _frames(
     view = view_of(places.reshape(-1, 3))
     layout = layout_for(view.half_width / max(view.half_height, np.finfo(float).tiny), FILM_HEIGHT)
     left, top, width, height = layout.body
-    with scene(mesh, colouring.values, colouring.limits, colouring.colour_map, view, (width, height)) as drawn:
+    with scene(mesh, colouring, view, (width, height)) as drawn:
         parts: list[list[Part]] = [[(left, top, drawn.image(nodes))] for nodes in places]
     whole = layout
     if stations is not None:
@@ -113,7 +109,7 @@ def _frames(
             own.extend(more)
         # Even, as `layout_for` makes it.
         whole = Layout(width=layout.width + 2 * ((near + 2 * gap) // 2), height=layout.height)
-    canvas = furniture(whole, caption)
+    canvas = furniture(whole, caption, colouring)
     return [pasted(canvas, own) for own in parts]
 
 

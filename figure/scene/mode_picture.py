@@ -12,18 +12,9 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.mesh import Mesh
-from figure.scene.caption import HEIGHT, Caption, Layout, furniture, layout_for
-from figure.scene.deflection import enlargement
-from figure.scene.film import (
-    Image,
-    file_to_write,
-    pasted,
-    require_film_writer,
-    save_film,
-    save_gif,
-    save_picture,
-)
-from figure.scene.view import Scene, Vectors, scene, view_of
+from figure.scene.caption import HEIGHT, Caption, Colouring, Layout, furniture, layout_for
+from figure.scene.film import Image, file_to_write, pasted, require_film_writer, save_film, save_gif, save_picture
+from figure.scene.view import Scene, Vectors, enlargement, scene, view_of
 from geometry.errors import InputError
 
 Field = Literal["displacement", "von_mises"]
@@ -42,6 +33,28 @@ FILM_HEIGHT = 900
 N_FRAME = 32
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ModeColour:
+    """What the colour of a mode shape is.
+
+    Parameters
+    ----------
+    field
+        The magnitude of the displacement, or the von Mises stress given as `values`.
+    values
+        At the nodes, shape (n_node,); by default the magnitude of the displacement.
+    unit
+        Of the values. By default they are drawn relative to their largest magnitude, since a mode shape has no scale.
+    """
+
+    field: Field = "displacement"
+    values: NodeValues | None = None
+    unit: str | None = None
+
+
+DISPLACEMENT = ModeColour()
+
+
 def mode_picture(
     mesh: Mesh,
     displacement: Vectors,
@@ -49,9 +62,7 @@ def mode_picture(
     *,
     frequency: float,
     title: str = "",
-    field: Field = "displacement",
-    values: NodeValues | None = None,
-    unit: str | None = None,
+    colour: ModeColour = DISPLACEMENT,
     amplitude: float | None = None,
     window_size: tuple[int, int] | None = None,
 ) -> Path:
@@ -69,12 +80,8 @@ def mode_picture(
         Natural frequency, written into the caption [Hz].
     title
         First line of the caption, such as "Mode 1".
-    field
-        What the colour shows: the magnitude of the displacement, or the von Mises stress given as `values`.
-    values
-        At the nodes, shape (n_node,); by default the magnitude of the displacement.
-    unit
-        Of the values. By default they are shown relative to their largest magnitude, since a mode shape has no scale.
+    colour
+        What the colour is.
     amplitude
         Largest deflection drawn [m]; by default a tenth of the body's largest dimension.
     window_size
@@ -95,10 +102,10 @@ def mode_picture(
     """
     file = file_to_write(path, (".png",))
     deflection = _deflection(mesh, displacement, amplitude)
-    colours = _colours(mesh, displacement, field, values, unit)
+    colouring = _colouring(mesh, displacement, colour)
     reached = np.concatenate([mesh.points, mesh.points + deflection])
-    words = _words(frequency, title, deflection)
-    with _stage(mesh, colours, reached, words, window_size, HEIGHT) as (canvas, place, drawn):
+    caption = _caption(frequency, title, deflection)
+    with _stage(mesh, colouring, reached, caption, window_size, HEIGHT) as (canvas, place, drawn):
         picture = pasted(canvas, [(*place, drawn.image(mesh.points + deflection))])
     save_picture(picture, file)
     return file
@@ -111,9 +118,7 @@ def mode_animation(
     *,
     frequency: float,
     title: str = "",
-    field: Field = "displacement",
-    values: NodeValues | None = None,
-    unit: str | None = None,
+    colour: ModeColour = DISPLACEMENT,
     amplitude: float | None = None,
     window_size: tuple[int, int] | None = None,
     n_frame: int = N_FRAME,
@@ -122,8 +127,8 @@ def mode_animation(
 
     Parameters
     ----------
-    mesh, displacement, frequency, title, field, values, unit, amplitude, window_size
-        As in `mode_picture`; the colour shows the amplitude of the values, so that it stands still.
+    mesh, displacement, frequency, title, colour, amplitude, window_size
+        As in `mode_picture`; the colour is that of the amplitude of the values, so that it stands still.
     path
         File to write, with the suffix .gif, or .mp4 where the package imageio-ffmpeg is installed.
     n_frame
@@ -140,10 +145,10 @@ def mode_animation(
     if is_film := file.suffix.lower() == ".mp4":
         require_film_writer()
     deflection = _deflection(mesh, displacement, amplitude)
-    colours = _colours(mesh, displacement, field, values, unit)
+    colouring = _colouring(mesh, displacement, colour)
     reached = np.concatenate([mesh.points + deflection, mesh.points - deflection])
-    words = _words(frequency, title, deflection)
-    with _stage(mesh, colours, reached, words, window_size, FILM_HEIGHT) as (canvas, place, drawn):
+    caption = _caption(frequency, title, deflection)
+    with _stage(mesh, colouring, reached, caption, window_size, FILM_HEIGHT) as (canvas, place, drawn):
         # From the largest deflection on, so that a still preview shows the mode.
         phases = 2 * np.pi * np.arange(n_frame) / n_frame
         bodies = (drawn.image(mesh.points + np.cos(phase) * deflection) for phase in phases)
@@ -153,22 +158,12 @@ def mode_animation(
     return file
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Colours:
-    """What the colour shows, and how the colour bar calls it."""
-
-    values: NodeValues
-    limits: tuple[float, float]
-    label: str
-    colour_map: str
-
-
 @contextmanager
 def _stage(
     mesh: Mesh,
-    colours: _Colours,
+    colouring: Colouring,
     reached: Float[NDArray[np.float64], "point 3"],
-    words: tuple[str, str, str],
+    caption: Caption,
     window_size: tuple[int, int] | None,
     height: int,
 ) -> Iterator[tuple[Image, tuple[int, int], Scene]]:
@@ -180,26 +175,16 @@ def _stage(
         layout = Layout(width=window_size[0], height=window_size[1])
     left, top, width, body_height = layout.body
     if min(width, body_height) < SMALLEST:
-        raise InputError(f"window_size = {window_size} pixels leaves no room for the body: give at least 300 x 300")
-    title, subtitle, note = words
-    caption = Caption(
-        title=title,
-        subtitle=subtitle,
-        note=note,
-        label=colours.label,
-        limits=colours.limits,
-        colour_map=colours.colour_map,
-    )
-    with scene(mesh, colours.values, colours.limits, colours.colour_map, view, (width, body_height)) as drawn:
-        yield furniture(layout, caption), (left, top), drawn
+        raise InputError(f"window_size = {window_size} pixels is too small for the body: give at least 300 x 300")
+    with scene(mesh, colouring, view, (width, body_height)) as drawn:
+        yield furniture(layout, caption, colouring), (left, top), drawn
 
 
-def _words(frequency: float, title: str, deflection: Vectors) -> tuple[str, str, str]:
-    """Title, subtitle and note."""
+def _caption(frequency: float, title: str, deflection: Vectors) -> Caption:
     largest = float(np.linalg.norm(deflection, axis=1).max())
     hertz = f"{frequency:.2f} Hz"
     note = f"Largest deflection drawn as {largest * 1e3:.3g} mm; grey lines: the body at rest"
-    return (title, hertz, note) if title else (hertz, "", note)
+    return Caption(title=title or hertz, subtitle=hertz if title else "", note=note)
 
 
 def _deflection(mesh: Mesh, displacement: Vectors, amplitude: float | None) -> Vectors:
@@ -209,19 +194,20 @@ def _deflection(mesh: Mesh, displacement: Vectors, amplitude: float | None) -> V
     return shape * enlargement(mesh, shape, amplitude)
 
 
-def _colours(mesh: Mesh, displacement: Vectors, field: Field, values: NodeValues | None, unit: str | None) -> _Colours:
-    if field not in LABELS:
-        raise InputError(f'field = "{field}" is unknown: use one of {", ".join(LABELS)}')
-    name, colour_map = LABELS[field]
+def _colouring(mesh: Mesh, displacement: Vectors, colour: ModeColour) -> Colouring:
+    if colour.field not in LABELS:
+        raise InputError(f'field = "{colour.field}" is unknown: use one of {", ".join(LABELS)}')
+    name, colour_map = LABELS[colour.field]
+    values = colour.values
     if values is None:
-        if field != "displacement":
-            raise InputError(f"{name} cannot be found from a displacement alone: give it as values")
+        if colour.field != "displacement":
+            raise InputError(f"{name} cannot be computed from a displacement alone: give it as values")
         values = np.linalg.norm(displacement, axis=1)
     shown = np.asarray(values, dtype=np.float64)
     if shown.shape != (mesh.n_node,) or not np.isfinite(shown).all():
-        raise InputError(f"values have the shape {shown.shape}: give {mesh.n_node} finite ones, one a node")
-    if unit is None:
+        raise InputError(f"values have the shape {shown.shape}: give {mesh.n_node} finite ones, one per node")
+    if colour.unit is None:
         shown = shown / (np.abs(shown).max() or 1.0)
     low, high = min(0.0, float(shown.min())), float(shown.max())
-    label = f"{name} / maximum [-]" if unit is None else f"{name} [{unit}]"
-    return _Colours(values=shown, limits=(low, high if high > low else low + 1.0), label=label, colour_map=colour_map)
+    label = f"{name} / maximum [-]" if colour.unit is None else f"{name} [{colour.unit}]"
+    return Colouring(values=shown, limits=(low, high if high > low else low + 1.0), label=label, colour_map=colour_map)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fe.mesh import Mesh
 from figure.scene.body_picture import THROUGH, Marks, save_with_legend
-from figure.scene.caption import layout_for
+from figure.scene.caption import Caption, Colouring, layout_for
 from figure.scene.skin import patterned_faces
 from figure.scene.view import TOWARDS_EYE, Vectors, scene, view_of
 
@@ -68,13 +68,14 @@ def named_faces_picture(
         for (name, places), colour in zip(nodes.items(), cycle(NODE_COLOURS), strict=False)
     ]
     marks.append(Marks(label="stations", places=stations, seen_through=THROUGH))
-    limits = (-0.5, len(colours) - 0.5)
+    colouring = Colouring(values=np.zeros(mesh.n_node), limits=(-0.5, len(colours) - 0.5), colour_map=colours)
     behind = "; pale dots lie behind" if any(len(each.places) for each in marks) else ""
-    words = (title, "Mesh and named faces", f"{mesh.n_node} nodes, {mesh.n_cell} elements{behind}")
-    with scene(mesh, np.zeros(mesh.n_node), limits, colours, view, layout.body[2:]) as drawn:
+    note = f"{mesh.n_node} nodes, {mesh.n_cell} elements{behind}"
+    caption = Caption(title=title, subtitle="Mesh and named faces", note=note)
+    with scene(mesh, colouring, view, layout.body[2:]) as drawn:
         drawn.surface.point_data["value"] = _numbers(mesh, faces)
         legend = dict(zip(faces, colours[1:], strict=True))
-        return save_with_legend(drawn, mesh, layout, words, legend, marks, Path(path))
+        return save_with_legend(drawn, mesh, layout, caption, legend, marks, Path(path))
 
 
 def _numbers(mesh: Mesh, faces: Mapping[str, Faces]) -> Float[NDArray[np.float64], " point"]:

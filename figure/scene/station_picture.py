@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from fe.mesh import Mesh
 from figure.line_states import STATES, refuse_unknown_states
-from figure.scene.caption import DPI
-from figure.scene.cut import behind
+from figure.scene.caption import DPI, Colouring
 from figure.scene.film import Image, Part
 from figure.scene.off_screen import pyvista_off_screen
-from figure.scene.view import OVERSAMPLING, Scene, Vectors, View, scene, view_of
+from figure.scene.view import OVERSAMPLING, Scene, Vectors, View, behind, scene, view_of
 from figure.style import INK
 from geometry.errors import InputError
 
@@ -22,7 +21,7 @@ from geometry.errors import InputError
 AROUND, LEAST_AROUND = 0.12, 0.008
 #: Largest and least ratio of width to height of the picture [-].
 FLATTEST, STEEPEST = 1.6, 0.8
-#: Room for the words above and below it [pixels, as in a caption].
+#: Margins for the words above and below it [pixels, as in a caption].
 ABOVE, BELOW = 48, 56
 #: From the stations towards the eye: nearly along x, from the side from which the bodies are seen.
 TOWARDS_EYE = np.array([0.96, -0.16, 0.22])
@@ -66,25 +65,6 @@ class StationStates:
         object.__setattr__(self, "states", states)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Colouring:
-    """What the colours of the bodies show.
-
-    Parameters
-    ----------
-    values
-        At the nodes, shape (n_node,) [unit of the colour bar].
-    limits
-        Values at the ends of the colour bar [same unit].
-    colour_map
-        Its name in matplotlib.
-    """
-
-    values: Float[NDArray[np.float64], " node"]
-    limits: tuple[float, float]
-    colour_map: str
-
-
 def station_pictures(
     mesh: Mesh,
     places: Float[NDArray[np.float64], "frame node 3"],
@@ -108,7 +88,7 @@ def station_pictures(
     box
         Left, top, width and height [pixels].
     scale
-        Size of text and room, as in a layout [-].
+        Size of text and margins, as in a layout [-].
 
     Returns
     -------
@@ -129,7 +109,7 @@ def station_pictures(
     half = behind(mesh, float(mesh.points[stations.node, 0].mean()))
     cut = half if half.n_cell else mesh
     found: list[list[Part]] = []
-    with scene(cut, colouring.values, colouring.limits, colouring.colour_map, view, size) as drawn:
+    with scene(cut, colouring, view, size) as drawn:
         dots = _Dots(drawn, view, mesh.points[stations.node])
         for number, (nodes, states) in enumerate(zip(places, stations.states, strict=True)):
             dots.move(nodes[stations.node], states)

@@ -10,12 +10,14 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.mesh import Mesh
+from figure.scene.caption import Colouring
 from figure.scene.film import Image
 from figure.scene.off_screen import pyvista_off_screen
 from figure.scene.skin import Skin, skin_of
+from geometry.errors import InputError
 
 Vectors = Float[NDArray[np.float64], "node 3"]
-
+Motion = Float[NDArray[np.float64], "*frame node 3"]
 
 #: From the body towards the eye. Mostly along the chord (x), so that bending along y is seen from the side; the rest
 #: from the front and from above, so that the body looks solid.
@@ -27,6 +29,8 @@ OVERSAMPLING = 2
 #: Part of the colour that needs no light: shadows must not be read as values.
 AMBIENT = 0.65
 EDGE_COLOUR, OUTLINE_COLOUR = "#101820", "#8a9299"
+#: Largest deflection drawn, as a part of the largest dimension of the bodies.
+DEFLECTION = 0.10
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -73,6 +77,12 @@ def view_of(points: Vectors, towards_eye: Float[NDArray[np.float64], "3"] = TOWA
     )
 
 
+def behind(mesh: Mesh, x: float) -> Mesh:
+    """The cells on the far side of a plane at x [m], perhaps none; all points stay, so that node numbers do."""
+    stay = {kind: nodes[mesh.points[nodes, 0].mean(axis=1) < x] for kind, nodes in mesh.cells.items()}
+    return Mesh(points=mesh.points, cells=stay)
+
+
 @dataclass(kw_only=True, eq=False)
 class Scene:
     """An open window in memory; `image` draws the body where its nodes are now.
@@ -112,26 +122,15 @@ class Scene:
 
 
 @contextmanager
-def scene(
-    mesh: Mesh,
-    values: Float[NDArray[np.float64], " node"],
-    limits: tuple[float, float],
-    colour_map: str | list[str],
-    view: View,
-    size: tuple[int, int],
-) -> Iterator[Scene]:
+def scene(mesh: Mesh, colouring: Colouring, view: View, size: tuple[int, int]) -> Iterator[Scene]:
     """Open a scene, and close its window at the end.
 
     Parameters
     ----------
     mesh
         The body at rest.
-    values
-        What the colour shows, shape (n_node,).
-    limits
-        Values at the two ends of the colour map.
-    colour_map
-        Its name in matplotlib, or its colours.
+    colouring
+        What its colours show.
     view
         From where.
     size
@@ -146,7 +145,7 @@ def scene(
     skin = skin_of(mesh)
     rest = skin.sample @ mesh.points
     surface = pyvista.PolyData.from_regular_faces(rest, skin.quads)
-    surface.point_data["value"] = skin.sample @ values
+    surface.point_data["value"] = skin.sample @ colouring.values
     surface.point_data.active_normals = skin.normals(mesh.points)
     lift = view.towards_eye * (0.002 * view.depth)
     lines = _polylines(pyvista, rest + lift, skin.edges)
@@ -158,8 +157,8 @@ def scene(
         actor = plotter.add_mesh(
             surface,
             scalars="value",
-            cmap=colour_map,
-            clim=limits,
+            cmap=colouring.colour_map,
+            clim=colouring.limits,
             interpolate_before_map=True,
             show_scalar_bar=False,
             ambient=AMBIENT,
@@ -193,3 +192,29 @@ def _aim(camera: Any, view: View, size: tuple[int, int]) -> None:
 def _polylines(pyvista: Any, points: Vectors, edges: NDArray[np.int64]) -> Any:
     lines = np.column_stack([np.full(len(edges), edges.shape[1]), edges])
     return pyvista.PolyData(points.copy(), lines=lines.ravel())
+
+
+def enlargement(mesh: Mesh, displacement: Motion, amplitude: float | None) -> float:
+    """What a displacement is multiplied by in a picture [-]; 1 where nothing moves.
+
+    Parameters
+    ----------
+    mesh
+        The bodies at rest.
+    displacement
+        At the nodes, shape (n_node, 3) or (n_frame, n_node, 3).
+    amplitude
+        Largest deflection drawn [m]; None for `DEFLECTION` times the largest dimension.
+
+    Raises
+    ------
+    InputError
+        Values that are not finite, or an amplitude that is not positive.
+    """
+    if (lost := int((~np.isfinite(displacement)).sum())) > 0:
+        raise InputError(f"displacement has {lost} values that are not finite: solve again")
+    if amplitude is not None and not (np.isfinite(amplitude) and amplitude > 0):
+        raise InputError(f"amplitude = {amplitude:g} m must be positive: leave it out for a tenth of the bodies' size")
+    largest = float(np.linalg.norm(displacement, axis=-1).max())
+    wanted = DEFLECTION * float(np.ptp(mesh.points, axis=0).max()) if amplitude is None else amplitude
+    return wanted / largest if largest > 0 else 1.0

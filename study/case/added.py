@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from casefile.errors import CaseError
-from casefile.mistakes import Mistakes
 from casefile.quantity import DIMENSIONS, RATIO, Dimension, format_quantity, read_quantity
+from casefile.table import Mistakes
 from casefile.validation import did_you_mean
 from correlation.model import Model
 from diagnosis.candidate.catalogue import Catalogue, catalogue

@@ -12,15 +12,12 @@ from typing import Annotated, Any, cast
 from pydantic import AfterValidator, ConfigDict, Field, create_model, model_validator
 
 from casefile.errors import CaseError, Problem
-from casefile.head import case_head
-from casefile.table import CaseModel, load_case
+from casefile.table import CaseModel, at_key, case_head, load_case
 from casefile.validation import did_you_mean
-from geometry.errors import RegistryError
-from geometry.registry import Registry
-from reduction.joint.law import LAWS
+from geometry.registry import Registry, load_plugin
 from study.case.joint_table import joint_table
 from study.case.structure import Structure
-from study.case.tables import Case, StructureTable
+from study.case.tables import Case, PluginsTable, StructureTable
 from study.run_context import Answer, RunContext
 
 
@@ -61,7 +58,8 @@ class CaseKind:
         What `stickslip reduce` does, with or without a check of the modes: writes files, and answers. Or the sentence
         that says why it does nothing.
     modes
-        What `stickslip modes` does, for a number of modes and the number of the one that is filmed. Or a sentence.
+        How `stickslip modes` draws the modes, for a number of modes and the number of the one that is filmed. None for
+        a table of natural frequencies in place of pictures. Or a sentence that says why there are none.
     solved
         What is added to the answer of `stickslip solve`, of a `study.case.setup.ReadCase` and a
         `study.solve.run.Solved`; None for nothing.
@@ -72,7 +70,7 @@ class CaseKind:
     table: type[StructureTable]
     structure: "Callable[[OpenCase, RunContext], Structure]"
     reduce: "Callable[[OpenCase, RunContext, bool], Answer] | str"
-    modes: "Callable[[OpenCase, RunContext, int, int | None], Answer] | str"
+    modes: "Callable[[OpenCase, RunContext, int, int | None], Answer] | str | None"
     solved: Callable[[Any, Any, RunContext], Extras] | None = None
 
 
@@ -85,7 +83,7 @@ CASE_KINDS: Registry[CaseKind] = Registry(
         "table": "the model of [structure]",
         "structure": "the function that makes the structure",
         "reduce": "what `stickslip reduce` does with it, or a sentence that says why nothing",
-        "modes": "what `stickslip modes` does with it, or a sentence that says why nothing",
+        "modes": "what `stickslip modes` does with it, None for a table, or a sentence that says why nothing",
     },
 )
 
@@ -142,13 +140,13 @@ def open_case(path: Path | str) -> OpenCase:
         With every mistake, each with file and line.
     """
     path = Path(path)
+    _load_plugins(path)
     structure = case_head(path).get("structure")
     name = structure.get("kind") if isinstance(structure, Mapping) else None
     if not isinstance(name, str) or name not in CASE_KINDS:
         load_case(path, _AnyCase)  # says what is wrong with the file
         raise AssertionError(f"{path}: the kind {name!r} was accepted")
     kind = CASE_KINDS[name]
-    _load_laws(path)
     return OpenCase(path=path, case=load_case(path, case_model(kind)), kind=kind)
 
 
@@ -160,16 +158,20 @@ def case_model(kind: CaseKind) -> type[Case[Any]]:
     return cast(type[Case[Any]], model)
 
 
-def _load_laws(path: Path) -> None:
-    """Register the laws of the user's files that a case names; what is no list of names is refused with the rest."""
-    head = case_head(path).get("laws")
-    files = head.get("files") if isinstance(head, Mapping) else None
-    for file in files if isinstance(files, list) else ():
-        if isinstance(file, str):
-            try:
-                LAWS.load(path.parent / file)
-            except RegistryError as error:
-                raise CaseError([Problem(file=str(path), line=0, key="laws.files", text=str(error))]) from error
+def _load_plugins(path: Path) -> None:
+    """Register the members of the user's files that a case names, before anything of it is looked up by name."""
+    if "plugins" not in case_head(path):
+        return
+    case = load_case(path, _Plugins)
+    for number, file in enumerate(case.plugins.files):
+        with at_key(case, "plugins", "files", number):
+            load_plugin(path.parent / file)
+
+
+class _Plugins(CaseModel):
+    model_config = ConfigDict(extra="allow")
+
+    plugins: PluginsTable
 
 
 def _known(name: str) -> str:

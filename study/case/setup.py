@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from casefile.mistakes import Mistakes
+from casefile.table import Mistakes
 from correlation.campaign.measurement import Campaign
 from correlation.errors import ModelDefinitionError
 from correlation.model import Model

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from correlation.model import DeadWeight, Dof, LineSensor, Part, Sensor
 from reduction.file.structure_file import StructureMatrices
-from reduction.jointed_system import Joint
+from reduction.joint.law import Joint
+from reduction.stuck import stuck_stiffness
 
 Row = Float[NDArray[np.float64], " r"]
 Matrix = Float[NDArray[np.float64], "r r"]
@@ -69,3 +70,8 @@ class Structure:
     damped: Callable[[Sequence[Joint]], Matrix] | None = None
     histories: Histories | None = None
     details: Any = None
+
+
+def stuck_at_rest(stiffness: Matrix, joints: Sequence[Joint]) -> Matrix:
+    """Stiffness of the structure with the springs of all sliders and of the contacts that are closed at rest [N/m]."""
+    return stuck_stiffness(stiffness, [joint for joint in joints if not joint.open_at_rest])

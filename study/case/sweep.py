@@ -1,17 +1,27 @@
-"""The table ``[sweep]``: the curves that `stickslip solve` follows, over frequency or over level."""
+"""The table ``[sweep]``: the curves that `stickslip solve` follows over frequency or level, a scale of the loads."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, field_validator, model_validator
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
-from casefile.quantity import Frequency
+from casefile.quantity import Frequency, Ratio
 from casefile.table import CaseModel
-from casefile.validation import did_you_mean
-from study.case.level import Level
+from casefile.validation import all_different, did_you_mean
 
+#: Levels beyond these are mistakes; the arithmetic of a motion would overflow far beyond them.
+LEAST_LEVEL, MOST_LEVEL = 1e-12, 1e12
 #: What a sweep may go over.
 PARAMETERS = ("frequency", "level")
+
+
+def _in_range(level: float) -> float:
+    if not LEAST_LEVEL <= level <= MOST_LEVEL:
+        raise ValueError(f"must lie between {LEAST_LEVEL:g} and {MOST_LEVEL:g}: it scales the loads, so change those")
+    return level
+
+
+Level = Annotated[Ratio, Field(gt=0), AfterValidator(_in_range)]
 
 
 def _known(parameter: object) -> object:
@@ -30,7 +40,7 @@ class FrequencySweepTable(CaseModel):
     first: Annotated[Frequency, Field(alias="from", gt=0, examples=["20 Hz"])]
     last: Annotated[Frequency, Field(alias="to", gt=0, examples=["60 Hz"])]
     step: Annotated[Frequency, Field(gt=0)] | None = None
-    levels: Annotated[tuple[Level, ...], Field(min_length=1)] = (1.0,)
+    levels: Annotated[tuple[Level, ...], Field(min_length=1), AfterValidator(all_different)] = (1.0,)
     histories: Annotated[int, Field(ge=1, le=100, strict=True)] = 1
     seed: Annotated[int, Field(ge=0, strict=True)] = 0
 
@@ -38,11 +48,6 @@ class FrequencySweepTable(CaseModel):
     def _ends_differ(self) -> Self:
         _check_ends(self.first, self.last, " Hz")
         return self
-
-    @field_validator("levels", mode="after")
-    @classmethod
-    def _different(cls, levels: tuple[float, ...]) -> tuple[float, ...]:
-        return _different(levels)
 
 
 class LevelSweepTable(CaseModel):
@@ -52,17 +57,16 @@ class LevelSweepTable(CaseModel):
     first: Annotated[Level, Field(alias="from", examples=[1.0])]
     last: Annotated[Level, Field(alias="to", examples=[10.0])]
     step: Level | None = None
-    frequencies: Annotated[tuple[Annotated[Frequency, Field(gt=0)], ...], Field(min_length=1, examples=[["40 Hz"]])]
+    frequencies: Annotated[
+        tuple[Annotated[Frequency, Field(gt=0)], ...],
+        Field(min_length=1, examples=[["40 Hz"]]),
+        AfterValidator(all_different),
+    ]
 
     @model_validator(mode="after")
     def _ends_differ(self) -> Self:
         _check_ends(self.first, self.last, "")
         return self
-
-    @field_validator("frequencies", mode="after")
-    @classmethod
-    def _different(cls, frequencies: tuple[float, ...]) -> tuple[float, ...]:
-        return _different(frequencies)
 
 
 def _over(sweep: Any) -> str:
@@ -79,10 +83,3 @@ Sweep = Annotated[
 def _check_ends(first: float, last: float, unit: str) -> None:
     if first == last:
         raise ValueError(f"from and to are both {first:g}{unit}: give two different ends, in either order")
-
-
-def _different(values: tuple[float, ...]) -> tuple[float, ...]:
-    for place, value in enumerate(values):
-        if value in values[:place]:
-            raise ValueError(f"{value:g} stands there twice: remove one")
-    return values

@@ -133,10 +133,10 @@ class NumericalErrorTable(CaseModel):
     refined: tuple[str, ...] = ()
 
 
-class LawsTable(CaseModel):
-    """Python files with joint laws of one's own."""
+class PluginsTable(CaseModel):
+    """Python files with members of one's own: joint laws, elements, file formats, effects, figures, kinds of case."""
 
-    files: tuple[str, ...] = ()
+    files: Annotated[tuple[str, ...], Field(examples=[["my_law.py"]])] = ()
 
 
 class EffectsTable(CaseModel):
@@ -199,7 +199,7 @@ class Case(CaseModel, Generic[S]):
     limits: LimitsTable = LimitsTable()
     accepted: AcceptedTable = AcceptedTable()
     numerical_error: NumericalErrorTable = NumericalErrorTable()
-    laws: LawsTable = LawsTable()
+    plugins: PluginsTable = PluginsTable()
     effects: EffectsTable = EffectsTable()
     added: tuple[AddedTable, ...] = ()
     calibrated: CalibratedTable = CalibratedTable()

@@ -1,4 +1,4 @@
-"""``stickslip cache``: how much the kept results take, and how to remove them."""
+"""``stickslip cache``: how much the stored results take, and how to remove them."""
 
 from typing import Annotated
 
@@ -8,7 +8,7 @@ from study.run_context import DEFAULTS, Answer, Options, command_app
 
 app = command_app(
     "cache",
-    "Every finished stage of a computation is kept, so that a second run is instant and an interrupted one goes on. "
+    "Every finished stage of a computation is stored, so that a second run is instant and an interrupted one goes on. "
     "Removing them loses nothing but time.",
     examples=["stickslip cache", "stickslip cache --clear", "stickslip cache --cache /scratch/results --json"],
 )
@@ -17,7 +17,7 @@ app = command_app(
 @app.default
 def cache(
     *,
-    clear: Annotated[bool, Parameter(negative="", help="Remove all kept results.")] = False,
+    clear: Annotated[bool, Parameter(negative="", help="Remove all stored results.")] = False,
     options: Options = DEFAULTS,
 ) -> Answer:
     """Show or clear the cache."""

@@ -10,14 +10,13 @@ from study.run_context import DEFAULTS, Answer, Options, Out, command_app
 
 app = command_app(
     "diagnose",
-    """Names the physical effect that a model lacks, with its strength, from a measurement campaign; or says that two
-    cannot be told apart, that nothing is missing (and how much of each effect these tests would have shown), or that
-    something is missing which is none of the known effects, and where. Every effect is
-    tried at every place together with the accepted parameters; what counts is the error on data that
-    were held out. Writes a page to look at in a browser, figures and diagnosis.json, and notes the result beside the
-    case (CASE.history.json), from where `stickslip add` takes the strength. A run that was interrupted goes on.
-    With --auto what is missing is added to the case, and the rest asked again; `stickslip undo` takes it back.
-    More stands in docs/diagnose.md.""",
+    """Names the physical effect that a model lacks, with its strength, from a measurement campaign; or reports that
+    these tests cannot separate two effects, that nothing is missing (with the detection threshold of each effect), or
+    that something is missing which is none of the known effects, and where. Every effect is tried at every place
+    together with the calibration parameters; the error on held-out data decides. Writes an HTML page, figures and
+    JSON, and notes the result beside the case (CASE.history.json), from where `stickslip add` takes the strength. An
+    interrupted run goes on. With --auto what is missing is added to the case, and the case is diagnosed again;
+    `stickslip undo` removes it. See docs/diagnose.md.""",
     examples=[
         "stickslip diagnose beam.toml campaign --out diagnosed",
         "stickslip diagnose beam.toml campaign --auto",
@@ -33,7 +32,7 @@ def diagnose(
     /,
     *,
     out: Out = Path("diagnosed"),
-    auto: Annotated[bool, Parameter(negative="", help="Add what is missing, and ask again, until nothing is.")] = False,
+    auto: Annotated[bool, Parameter(negative="", help="Add what is missing, and diagnose again.")] = False,
     without: Annotated[
         tuple[str, ...],
         Parameter(
@@ -42,16 +41,16 @@ def diagnose(
     ] = (),
     trials: Annotated[
         int,
-        Parameter(help="Campaigns without effects that tell, once a layout, what chance does; 0: the linear theory."),
+        Parameter(help="Simulated campaigns for the detection thresholds of a new layout of tests; 0: linear theory."),
     ] = 40,
     options: Options = DEFAULTS,
 ) -> Answer:
-    """Say what is missing."""
+    """Diagnose a case."""
     one_thread_by_default()
     from study.diagnose.add import LoopError
     from study.diagnose.run import full_document, full_text, run_diagnose
 
     if trials < 0 or trials == 1:
-        raise LoopError(f"--trials {trials} tells nothing: give 0 for the linear theory, or at least 2, such as 40")
+        raise LoopError(f"--trials {trials} is too few: give 0 for linear theory, or at least 2, such as 40")
     diagnosed = run_diagnose(case, campaign, options.open(out), without=without, auto=auto, trials=trials)
     return Answer(document=full_document(diagnosed), text=full_text(diagnosed))

@@ -5,7 +5,7 @@ from study.run_context import DEFAULTS, Answer, Options, command_app
 app = command_app(
     "doctor",
     "Looks for system libraries and Python packages, draws a test picture without a screen, and checks the folder of "
-    "kept results. Exit code 0 if all that is needed is here, 1 if something is missing.",
+    "stored results. Exit code 0 if all that is needed is here, 1 if something is missing.",
     examples=["stickslip doctor", "stickslip doctor --json"],
 )
 

@@ -42,37 +42,12 @@ def table1(
     from study.table1.report import write_report
 
     report = write_report(cases or TABLE1, options.open(out))
-    return Answer(document=_document(report), text=_table(report.studies[0], report))
-
-
-def _document(report: "Report") -> dict[str, object]:
-    return {
-        "studies": [
-            {
-                "title": study.case.title,
-                "worst_error_hz": study.worst_error,
-                "rows": [
-                    {
-                        "model": row.asked.model,
-                        "element": row.asked.element,
-                        "elements_through_thickness": row.asked.elements_through_thickness,
-                        "root": row.asked.root,
-                        "frequency_hz": float(row.result.frequency[0]),
-                        "rom_frequency_hz": float(row.result.rom_frequency[0]),
-                        "hb_peak_hz": row.result.peak_natural,
-                        "paper_hz": row.asked.paper,
-                        "calculix_hz": row.calculix,
-                        "n_dof": row.result.n_dof,
-                        "seconds": row.result.seconds,
-                        "memory_bytes": row.result.memory,
-                    }
-                    for row in study.rows
-                ],
-            }
-            for study in report.studies
-        ],
-        "files": [str(file) for file in report.files],
-    }
+    studies = [
+        {"title": each.case.title, "worst_error_hz": each.worst_error, "rows": [row.document for row in each.rows]}
+        for each in report.studies
+    ]
+    document = {"studies": studies, "files": [str(file) for file in report.files]}
+    return Answer(document=document, text=_table(report.studies[0], report))
 
 
 def _table(study: "MeshStudy", report: "Report") -> "Table":

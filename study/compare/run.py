@@ -1,7 +1,9 @@
 """``stickslip compare``: a model beside a campaign; where it fails, in numbers, tables and figures."""
 
+import csv
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +12,9 @@ from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.campaign.read_campaign import read_campaign
 from correlation.errors import CampaignError
 from correlation.feature.observation import Observation, followed, parted, training
-from correlation.metric.misfit import Misfit, misfit
+from correlation.metric.misfit import Misfit, configuration, misfit
 from correlation.metric.peak_error import PeakError, peak_errors
+from correlation.metric.response import amplitude_error, phase_error
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from correlation.prediction import Prediction
@@ -26,10 +29,14 @@ from pipeline.store import stage
 from study.case.kind import open_case
 from study.case.setup import Setup, read_case, require_loads
 from study.compare.pictures import pictures
-from study.compare.repeats import require_repeats
-from study.compare.suspicions import all_suspicions
-from study.compare.table import misfit_csv
+from study.compare.suspicions import all_suspicions, require_repeats
 from study.run_context import RunContext
+
+COLUMNS = (
+    "set", "configuration", "level_N", "frequency_Hz", "sensor", "harmonic", "unit", "measured_real", "measured_imag",
+    "deviation", "predicted_real", "predicted_imag", "amplitude_error", "phase_error_deg",
+    "standardised_real", "standardised_imag", "whitened_real", "whitened_imag",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -240,3 +247,45 @@ def _peaks(sides: Sequence[Side]) -> tuple[PeakError, ...]:
         for peak in peak_errors(of.observed, side.prediction.value, of.features, of.whitening):
             found.setdefault((peak.free, peak.level), peak)
     return tuple(found[key] for key in sorted(found))
+
+
+def misfit_csv(campaign: Campaign, train: Misfit, held: Misfit | None) -> str:
+    """One line a point of the training data and of what is held out; what does not exist is empty.
+
+    Parameters
+    ----------
+    campaign
+        Knows the units.
+    train, held
+        Misfits.
+    """
+    units = {sensor.name: sensor.unit for sensor in campaign.sensors}
+    stream = StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for name, of in (("training", train), ("held out", held)):
+        if of is None:
+            continue
+        points = of.points
+        with np.errstate(invalid="ignore", divide="ignore"):
+            amplitude = amplitude_error(of.measured, of.predicted)
+            phase = np.degrees(phase_error(of.measured, of.predicted))
+        for row in range(len(of)):
+            numbers = (
+                of.measured[row].real, of.measured[row].imag, of.deviation[row], of.predicted[row].real,
+                of.predicted[row].imag, amplitude[row], phase[row], *of.standardised[row], *of.whitened[row],
+            )  # fmt: skip
+            sensor = str(points.sensor[row])
+            writer.writerow(
+                [
+                    name,
+                    configuration(bool(points.free[row])),
+                    f"{points.level[row]:.9g}",
+                    f"{points.frequency[row]:.9g}",
+                    sensor,
+                    int(points.harmonic[row]),
+                    units[sensor],
+                    *(f"{number:.7g}" if np.isfinite(number) else "" for number in numbers),
+                ]
+            )
+    return stream.getvalue()

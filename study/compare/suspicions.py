@@ -1,10 +1,14 @@
-"""All that looks wrong in a campaign, by itself and beside a model: said before anything is concluded from it."""
+"""All that looks wrong in a campaign or that it lacks for a study: reported before anything is concluded from it."""
+
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from correlation.campaign.manifest import MANIFEST
 from correlation.campaign.measurement import Campaign, Suspicion
+from correlation.errors import CampaignError
 from correlation.feature.table import features
 from correlation.model import Model
 from correlation.prediction import Points, Prediction, Predictor
@@ -12,7 +16,7 @@ from correlation.suspicion.jump import jump_suspicions
 from correlation.suspicion.model import conjugate_tests, suspicions_against, swapped_sensors
 from correlation.suspicion.unit import wrong_units
 from fe.dense_modes import dense_modes
-from study.case.damping import stuck_at_rest
+from study.case.structure import stuck_at_rest
 
 #: Resonances that a test may be meant to show, of the stuck and of the free structure.
 N_MODE = 3
@@ -60,3 +64,36 @@ def model_frequencies(model: Model) -> Float[NDArray[np.float64], " m"]:
         frequency = np.sqrt(np.maximum(modes.lambda_, 0.0)) / (2 * np.pi)
         found.append(frequency[frequency > 0][:N_MODE])
     return np.concatenate(found)
+
+
+def require_held_out(campaign: Campaign, folder: Path) -> None:
+    """Refuse a campaign without anything that can test a fit.
+
+    Raises
+    ------
+    CampaignError
+        Nothing is held out.
+    """
+    if not (campaign.held_out.levels or campaign.held_out.repeats):
+        last = campaign.measurement.repeat.max()
+        raise CampaignError(
+            f"{folder / MANIFEST}: nothing is held out, so that no effect can be tested: name a level or a repeat "
+            f"under [held_out], e.g. repeats = [{last}]"
+        )
+
+
+def require_repeats(campaign: Campaign, folder: Path) -> None:
+    """Refuse a campaign that does not tell its noise.
+
+    Raises
+    ------
+    CampaignError
+        It has one repeat alone.
+    """
+    repeats = np.unique(campaign.measurement.repeat)
+    if len(repeats) == 1:
+        files = ", ".join(sorted(file.name for file in folder.glob("*.csv")))
+        raise CampaignError(
+            f"{folder}: repeat = {repeats[0]} in every row of {files}: noise cannot be told from effects; measure the "
+            "same once more, and number it in the column repeat"
+        )

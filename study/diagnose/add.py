@@ -1,4 +1,4 @@
-"""``stickslip add`` and ``stickslip undo``: an effect is written into a case, or taken out, and the history says so."""
+"""``stickslip add`` and ``stickslip undo``: write an effect into a case, or take it out, and note it in the history."""
 
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from casefile.table import SCHEMA
-from correlation.campaign.measurement import Campaign
 from correlation.campaign.read_campaign import read_campaign
 from diagnosis.candidate.effect import EffectError
 from geometry.errors import InputError
@@ -26,7 +25,6 @@ from study.diagnose.history import (
     read_text,
     write_beside,
 )
-from study.diagnose.table import read_values
 from study.run_context import RunContext
 
 
@@ -50,7 +48,7 @@ def add(case: Path, name: str, values: Sequence[str] = (), run: RunContext | Non
 
     Returns
     -------
-    What was noted in the history.
+    The step in the history.
 
     Raises
     ------
@@ -64,9 +62,9 @@ def add(case: Path, name: str, values: Sequence[str] = (), run: RunContext | Non
     open_case(case)
     text, history = read_text(case), history_of(case)
     step = _given(case, history, name, values, run) if values else _diagnosed(case, history, text, name, run)
-    added = {each: read_values(of) for each, of in step.pop("added").items()}
-    added[step["effect"]] = read_values(step["values"])
-    new = edited(text, added, read_values(step["calibrated"]), str(case))
+    written = {effect: _written(values) for effect, values in step.pop("added").items()}
+    written[step["effect"]] = _written(step["values"])
+    new = edited(text, written, _written(step["calibrated"]), str(case))
     noted = Step(
         what=ADD,
         **step,
@@ -88,7 +86,7 @@ def undo(case: Path) -> Step:
 
     Returns
     -------
-    What was noted in the history.
+    The step in the history.
 
     Raises
     ------
@@ -108,7 +106,7 @@ def undo(case: Path) -> Step:
     old = taken_back(last.case_before, last.case_after, text)
     if old is None or not _is_toml(old):
         raise LoopError(
-            f'{case}: the lines that hold "{last.effect}" were edited since it was added: take that edit back, or '
+            f'{case}: the lines of "{last.effect}" were edited since it was added: take that edit back, or '
             "remove them by hand"
         )
     noted = Step(
@@ -143,29 +141,30 @@ def find_case(folder: Path) -> Path:
     cases = {file: case for file in sorted(folder.glob("*.toml")) if (case := _case(file)) is not None}
     # A finer one of another is no case of its own.
     finer = {(folder / name).resolve() for case in cases.values() for name in _refined(case)}
-    found = [file for file in cases if file.resolve() not in finer]
-    found = [file for file in found if cases[file]["schema"] == SCHEMA] or found
-    if len(found) > 1:
-        found = [file for file in found if history_of(file).steps] or found
-    if len(found) == 1:
-        return found[0]
-    listed = ", ".join(file.name for file in found)
+    files = [file for file in cases if file.resolve() not in finer]
+    files = [file for file in files if cases[file]["schema"] == SCHEMA] or files
+    if len(files) > 1:
+        files = [file for file in files if history_of(file).steps] or files
+    if len(files) == 1:
+        return files[0]
+    listed = ", ".join(file.name for file in files)
     raise LoopError(f"there is {listed or 'no case'} in {folder.resolve()}: name the case with --case")
 
 
 def _diagnosed(case: Path, history: History, text: str, name: str, run: RunContext | None) -> dict[str, Any]:
     """What the last diagnosis would write."""
     key = case_key(text)
-    told = next((each for each in reversed(history.steps) if each.what == DIAGNOSIS and each.case_key == key), None)
-    if told is None:
+    steps = [step for step in history.steps if step.what == DIAGNOSIS and step.case_key == key]
+    if not steps:
         why = "the case was edited since its last diagnosis" if history.last_diagnosis else "it has no diagnosis"
         _checked(case, history, name, run)
         raise LoopError(
             f'{case}: {why}, from which to take the strength of "{name}": run stickslip diagnose, or give --value'
         )
     wanted = " ".join(name.split()).casefold()
-    found = next((each for each in told.candidates if each["effect"].casefold() == wanted), None)
-    if found is None:
+    diagnosis = steps[-1]
+    candidate = next((item for item in diagnosis.candidates if item["effect"].casefold() == wanted), None)
+    if candidate is None:
         effect = _checked(case, history, name, run)
         raise LoopError(
             f'{case}: the last diagnosis did not fit "{effect}", as others explain the measurements far better: give '
@@ -173,12 +172,9 @@ def _diagnosed(case: Path, history: History, text: str, name: str, run: RunConte
         )
     # An effect that is there already is fitted with all others, and is no candidate.
     return {
-        **{name: found[name] for name in ("effect", "values", "added", "calibrated")},
-        "campaign": told.campaign,
-        "before": told.before,
-        "after": Errors.of(found["after"]),
-        "drawn": told.drawn,
-        "accepted": told.accepted,
+        **{name: candidate[name] for name in ("effect", "values", "added", "calibrated")},
+        **{name: getattr(diagnosis, name) for name in ("campaign", "before", "drawn", "accepted")},
+        "after": Errors.read(candidate["after"]),
     }
 
 
@@ -196,15 +192,19 @@ def _given(case: Path, history: History, name: str, texts: Sequence[str], run: R
         except EffectError as error:
             raise EffectError(f'--value "{text}": {error}') from None
         values[key_of(parameter)] = Written(value=value if parameter.unit == "-" else " ".join(text.split()))
-    noted: Mapping[str, list[Any]] = {key: [each.value, each.note] for key, each in values.items()}
-    return {"effect": effect.name, "values": noted, "added": {}, "calibrated": {}}
+    return {"effect": effect.name, "values": values, "added": {}, "calibrated": {}}
+
+
+def _written(values: Mapping[str, Sequence[Any]]) -> dict[str, Written]:
+    """Values as the history has them."""
+    return {key: Written(*value) for key, value in values.items()}
 
 
 def _checked(case: Path, history: History, name: str, run: RunContext | None) -> str:
     """The name of an effect of the case, as the catalogue writes it; one that is there already is refused."""
     setup = _setup(case, history, run)
     effect = find_effect(case_catalogue(setup.model, setup.effects), name)
-    if effect.name in [each.effect.name for each in setup.added]:
+    if effect.name in [item.effect.name for item in setup.added]:
         raise LoopError(
             f'{case}: "{effect.name}" is in the case already, and fitted in every diagnosis: change its value with '
             "--value"
@@ -214,11 +214,9 @@ def _checked(case: Path, history: History, name: str, run: RunContext | None) ->
 
 def _setup(case: Path, history: History, run: RunContext | None) -> Setup:
     """The case, with the sensors of the campaign that it was diagnosed with if that is still there."""
-    told = history.last_diagnosis
-    campaign: Campaign | None = None
-    if told is not None and (Path(told.campaign) / "campaign.toml").is_file():
-        campaign = read_campaign(Path(told.campaign))
-    return read_case(case, campaign, run).setup
+    folder = Path("" if history.last_diagnosis is None else history.last_diagnosis.campaign)
+    is_there = history.last_diagnosis is not None and (folder / "campaign.toml").is_file()
+    return read_case(case, read_campaign(folder) if is_there else None, run).setup
 
 
 def _saved(case: Path, history: History, step: Step, text: str) -> Step:

@@ -20,26 +20,26 @@ from study.diagnose.stages import Stage
 Numbers = Float[NDArray[np.float64], " f"]
 
 
-def joined_misfit(of: Round, stage: Stage) -> tuple[Misfit, set[float]]:
+def joined_misfit(result: Round, stage: Stage) -> tuple[Misfit, set[float]]:
     """Misfit of a stage to the training data and the held-out levels; and which levels those are."""
-    arrangement = of.diagnosis.arrangement
-    train = of.misfit(stage.refit)
+    arrangement = result.diagnosis.arrangement
+    train = result.misfit(stage.refit)
     fit = stage.refit.fit
-    predicted = of.keep(f"held out, {stage.name}", lambda: arrangement.held.predict(fit.model, fit.prediction))
-    held = Side(comparison=arrangement.held, prediction=predicted).misfit
-    return joined(train, held)
+    predicted = result.keep(f"held out, {stage.name}", lambda: arrangement.held.predict(fit.model, fit.prediction))
+    held_out = Side(comparison=arrangement.held, prediction=predicted).misfit
+    return joined(train, held_out)
 
 
-def curves(of: Round, found: Sequence[Stage]) -> dict[str, Any]:
+def curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
     """Responses over frequency: of each configuration, sensor and harmonic, and level; amplitude, phase, deviation."""
-    misfit, new = joined_misfit(of, found[-1])
+    misfit, new = joined_misfit(result, shown[-1])
     levels = np.unique(misfit.points.level)
-    sensors = {sensor.name: sensor for sensor in found[-1].refit.fit.model.sensors}
+    sensors = {sensor.name: sensor for sensor in shown[-1].refit.fit.model.sensors}
     panels = []
     for free in np.unique(misfit.points.free):
         part = misfit.where(np.asarray(misfit.points.free == free))
         fine = fine_points(part.points)
-        lines = [_lines(of, stage, fine, configuration(bool(free))) for stage in found]
+        lines = [_lines(result, stage, fine, configuration(bool(free))) for stage in shown]
         for sensor, harmonic in keys(part):
             all_rows = (part.points.sensor == sensor) & (part.points.harmonic == harmonic)
             per_level = harmonic == 1 and not isinstance(sensors[sensor], LineSensor)
@@ -68,14 +68,14 @@ def curves(of: Round, found: Sequence[Stage]) -> dict[str, Any]:
     return {
         "levels": [f"{level:g} N{' (held out)' if level in new else ''}" for level in levels.tolist()],
         "colours": family_colours(len(levels)),
-        "stages": [stage.name for stage in found],
+        "stages": [stage.name for stage in shown],
         "panels": panels,
     }
 
 
-def maps(of: Round, found: Sequence[Stage]) -> list[dict[str, Any]]:
+def maps(result: Round, shown: Sequence[Stage]) -> list[dict[str, Any]]:
     """Misfit of each configuration: rows are levels within sensors and harmonics, columns frequencies."""
-    parts = [joined_misfit(of, stage)[0] for stage in found]
+    parts = [joined_misfit(result, stage)[0] for stage in shown]
     listed = []
     for free in np.unique(parts[0].points.free):
         chosen = [part.where(np.asarray(part.points.free == free)) for part in parts]
@@ -102,7 +102,7 @@ def maps(of: Round, found: Sequence[Stage]) -> list[dict[str, Any]]:
         listed.append(
             {
                 "configuration": configuration(bool(free)),
-                "frequency": [f"{each:.5g}" for each in frequency],
+                "frequency": [f"{value:.5g}" for value in frequency],
                 "labels": labels[:-1],
                 "groups": groups,
                 "images": [_binned(np.array(image[:-1])) for image in images],
@@ -113,9 +113,9 @@ def maps(of: Round, found: Sequence[Stage]) -> list[dict[str, Any]]:
     return listed
 
 
-def _lines(of: Round, stage: Stage, fine: Points, name: str) -> NDArray[np.complex128]:
+def _lines(result: Round, stage: Stage, fine: Points, name: str) -> NDArray[np.complex128]:
     fit = stage.refit.fit
-    return of.keep(
+    return result.keep(
         f"curves, {stage.name}, {name}", lambda: Predictor(points=fine).predict(fit.model, fit.prediction).value
     )
 

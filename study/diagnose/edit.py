@@ -4,9 +4,8 @@ import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
-from dataclasses import dataclass
 from difflib import SequenceMatcher, unified_diff
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from casefile.errors import CaseError, Problem
 
@@ -17,17 +16,8 @@ if TYPE_CHECKING:
 NOTE = "+- "
 
 
-@dataclass(frozen=True, kw_only=True)
-class Written:
-    """A value as it is written.
-
-    Parameters
-    ----------
-    value
-        Text with a unit, or a bare number.
-    note
-        Its standard deviation with the unit; empty if it is not known.
-    """
+class Written(NamedTuple):
+    """A value as it is written: text with a unit or a bare number, and half its 95 % interval, empty if unknown."""
 
     value: str | float
     note: str = ""
@@ -113,12 +103,12 @@ def _wanted(data: dict[str, Any], added: Mapping[str, Values], calibrated: Value
     data = deepcopy(data)
     for effect, values in added.items():
         tables = data.setdefault("added", [])
-        table = next((each for each in tables if _same(each.get("effect", ""), effect)), None)
+        table = next((item for item in tables if _same(item.get("effect", ""), effect)), None)
         if table is None:
             tables.append(table := {"effect": effect})
-        table |= {key: each.value for key, each in values.items()}
+        table |= {key: item.value for key, item in values.items()}
     if calibrated:
-        data.setdefault("calibrated", {}).update({key: each.value for key, each in calibrated.items()})
+        data.setdefault("calibrated", {}).update({key: item.value for key, item in calibrated.items()})
     return data
 
 
@@ -127,8 +117,8 @@ def _calibrate(document: Any, calibrated: Values) -> str:
     if not calibrated:
         return ""
     if "calibrated" in document:
-        for key, each in calibrated.items():
-            _set(document["calibrated"], key, each)
+        for key, item in calibrated.items():
+            _set(document["calibrated"], key, item)
         return ""
     return f"\n[calibrated]\n{_lines(calibrated)}"
 
@@ -138,8 +128,8 @@ def _add(document: Any, effect: str, values: Values) -> str:
     tables: Sequence[Any] = document.get("added", [])
     for table in tables:
         if _same(str(table.get("effect", "")), effect):
-            for key, each in values.items():
-                _set(table, key, each)
+            for key, item in values.items():
+                _set(table, key, item)
             return ""
     return f'\n[[added]]\neffect = "{_escaped(effect)}"\n{_lines(values)}'
 
@@ -156,7 +146,7 @@ def _set(table: Any, key: str, written: Written) -> None:
 def _lines(values: Values) -> str:
     shown = {key: f'"{_escaped(v.value)}"' if isinstance(v.value, str) else repr(v.value) for key, v in values.items()}
     return "".join(
-        f"{key} = {shown[key]}{f' # {NOTE}{each.note}' if each.note else ''}\n" for key, each in values.items()
+        f"{key} = {shown[key]}{f' # {NOTE}{item.note}' if item.note else ''}\n" for key, item in values.items()
     )
 
 

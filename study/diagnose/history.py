@@ -20,14 +20,14 @@ DIAGNOSIS, ADD, UNDO = "diagnosis", "add", "undo"
 
 @dataclass(frozen=True, kw_only=True)
 class Errors:
-    """How far a model is from measurements, of training and held-out data each.
+    """Errors of a model on the training and on the held-out data.
 
     Parameters
     ----------
     training, held_out
         Root mean square relative error of the fundamentals of motion [-].
     training_chi2, held_out_chi2
-        chi^2 a number [-]; 1 is noise.
+        Reduced chi-squared [-]; 1 is noise.
     """
 
     training: float
@@ -41,7 +41,7 @@ class Errors:
         return {name: value if isfinite(value) else None for name, value in vars(self).items()}
 
     @classmethod
-    def of(cls, document: Mapping[str, float | None]) -> "Errors":
+    def read(cls, document: Mapping[str, float | None]) -> "Errors":
         """From JSON."""
         return cls(**{name: nan if value is None else float(value) for name, value in document.items()})
 
@@ -57,21 +57,21 @@ class Step:
     when
         Local time, ISO 8601.
     case_key
-        Hash of what the case said when it was diagnosed.
+        Hash of the case when it was diagnosed.
     campaign
-        Its folder.
+        Folder of the campaign.
     effect
-        What was added, or taken back.
+        Name of the effect that was added, or taken back.
     values, calibrated
-        Texts of the effect's values and of the factors, with deviations, as the case got them.
+        Values of the effect and calibration factors as written into the case, each with half its 95 % interval.
     before, after
-        Errors; none where they are not known.
+        Errors; None where they are not known.
     drawn, accepted
-        Of a diagnosis: errors as drawn, and with the accepted parameters calibrated; none if they are not known.
+        Errors of a diagnosis as drawn, and with calibration parameters alone; None where they are not known.
     sentence, finding
-        Of a diagnosis: its verdict.
+        Verdict of a diagnosis.
     candidates
-        Of a diagnosis: what would be written for each refitted effect.
+        What `add` would write for each fitted effect of a diagnosis.
     case_before, case_after
         The whole file.
     diff
@@ -104,7 +104,7 @@ class History:
     Parameters
     ----------
     file
-        Where it is kept.
+        Where it is stored.
     steps
         As they were done.
     """
@@ -115,13 +115,13 @@ class History:
     @property
     def standing(self) -> tuple[Step, ...]:
         """Effects that were added and not taken back."""
-        found: list[Step] = []
+        steps: list[Step] = []
         for step in self.steps:
             if step.what == ADD:
-                found.append(step)
-            elif step.what == UNDO and found:
-                found.pop()
-        return tuple(found)
+                steps.append(step)
+            elif step.what == UNDO and steps:
+                steps.pop()
+        return tuple(steps)
 
     @property
     def last_diagnosis(self) -> Step | None:
@@ -162,7 +162,7 @@ def history_of(case: Path) -> History:
         data = json.loads(file.read_text(encoding="utf-8"))
         if data["schema"] != SCHEMA:
             raise _damaged(file, f"schema = {data['schema']} is of another version of stickslip")
-        return History(file=file, steps=tuple(_step(each) for each in data["steps"]))
+        return History(file=file, steps=tuple(_step(item) for item in data["steps"]))
     except FileNotFoundError:
         return History(file=file)
     except OSError as error:
@@ -202,13 +202,13 @@ def write_beside(file: Path, text: str) -> None:
 
 def _plain(step: Step) -> dict[str, Any]:
     data = {name: getattr(step, name) for name in step.__dataclass_fields__}
-    errors = {name: each.document for name, each in data.items() if isinstance(each, Errors)}
+    errors = {name: item.document for name, item in data.items() if isinstance(item, Errors)}
     return {name: value for name, value in (data | errors).items() if value not in (None, "", (), {}, [])}
 
 
 def _step(data: Mapping[str, Any]) -> Step:
     names = ("before", "after", "drawn", "accepted")
-    return Step(**{**data, **{name: Errors.of(data[name]) for name in names if name in data}})
+    return Step(**{**data, **{name: Errors.read(data[name]) for name in names if name in data}})
 
 
 def _damaged(file: Path, what: str) -> CaseError:

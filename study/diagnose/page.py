@@ -1,4 +1,4 @@
-"""A diagnosis as one self-contained HTML page: plotly.js is in it, and nothing is loaded from anywhere."""
+"""Page and figures of a diagnosis; the page is one self-contained HTML file with plotly.js, and loads nothing."""
 
 import importlib.metadata
 import json
@@ -9,29 +9,72 @@ from typing import Any
 
 from diagnosis.decision.verdict import INTERVAL, Finding
 from diagnosis.localisation import Place
+from figure.candidates import CandidateBar, Candidates
 from figure.misfit_map import COLOURS, STEPS
+from figure.registry import pictures
+from figure.waterfall import Waterfall
+from study.compare.report import side_by_side
 from study.console import plain
 from study.diagnose.curves import curves, maps
-from study.diagnose.history import ADD, DIAGNOSIS, Errors, History, Step
-from study.diagnose.report import advice, chance, headline
+from study.diagnose.history import History
+from study.diagnose.report import advice, headline, threshold_in_words
 from study.diagnose.round import Round, errors
 from study.diagnose.stages import Stage, falls, stages, waterfall
-from study.diagnose.table import ALIKE, Row, beyond, digits, factors, interval, rows, strengths
+from study.diagnose.table import ALIKE, digits, factors, interval, rows, strengths
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
 SCRIPT = Path(__file__).with_name("page.js")
-#: Candidates that are shown without being asked for.
-SHOWN = 8
+#: Candidates that the page shows without being asked for, and those of the figure.
+SHOWN, MOST = 8, 16
 #: An exponent or phase is called by a name if it is this near [-, deg].
 NEAR_EXPONENT, NEAR_PHASE = 0.35, 25.0
 
 
-def page(of: Round, history: History) -> str:
+def contents(result: Round, history: History, case: Path) -> dict[str, bytes]:
+    """Files by their names: the page and the figures of a round.
+
+    Parameters
+    ----------
+    result
+        The last round.
+    history
+        Of its case.
+    case
+        Its file.
+    """
+    steps, listed = waterfall(result, history), rows(result)[:MOST]
+    title = side_by_side(result.setup.title, result.campaign.title)
+    stem = f"{case.stem}_diagnosis"
+    files = {f"{stem}.html": page(result, history).encode()}
+    drawn: dict[str, object] = {f"{stem}_waterfall": Waterfall(steps=steps, title=title, subtitle=falls(steps))}
+    if listed:
+        drawn[f"{stem}_candidates"] = Candidates(
+            candidates=[
+                CandidateBar(
+                    name=row.effect.name,
+                    gain=row.fall,
+                    is_fitted=row.gain is not None,
+                    is_named=row.named,
+                    held_out=None if row.errors is None else row.errors.held_out,
+                    strength=set_in_type(row.in_words),
+                )
+                for row in listed
+            ],
+            threshold=result.diagnosis.thresholds.gain,
+            before=result.diagnosis.before.held_error,
+            title=title,
+            subtitle="candidates, those named and fitted first; dashed: detection threshold "
+            f"{result.diagnosis.thresholds.gain:.3g}",
+        )
+    return files | {f"{name}.png": picture for name, picture in pictures(drawn).items()}
+
+
+def page(result: Round, history: History) -> str:
     """HTML of a round.
 
     Parameters
     ----------
-    of
+    result
         The round.
     history
         Of its case.
@@ -39,43 +82,48 @@ def page(of: Round, history: History) -> str:
     from jinja2 import Environment, StrictUndefined
     from plotly.offline import get_plotlyjs
 
-    found, candidates = stages(of), rows(of)
+    listed = stages(result)
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment.filters |= {"digits": digits, "typeset": set_in_type, "factor": _factor, "place": _place}
     template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
-    before, after = (found[-2], found[-1])
-    falling = waterfall(of, history)
+    before, after = (listed[-2], listed[-1])
+    falling = waterfall(result, history)
     drawn = {
         "waterfall": [vars(step) for step in falling],
         # Three kinds of lines are as many as an eye can follow.
-        "curves": curves(of, list(dict.fromkeys([found[0], before, after]))),
-        "maps": maps(of, [before, after]),
+        "curves": curves(result, list(dict.fromkeys([listed[0], before, after]))),
+        "maps": maps(result, [before, after]),
         "mapNames": [before.name, after.name],
         "steps": list(STEPS),
         "mapColours": list(COLOURS),
     }
     return template.render(
         version=importlib.metadata.version("stickslip"),
-        title=of.setup.title,
-        campaign=of.campaign.title,
-        finding=of.diagnosis.verdict.finding.value,
-        headline=set_in_type(headline(of)),
-        advice=advice(of),
-        chance=set_in_type(chance(of)),
-        cards=_cards(found),
-        chain=" → ".join(stage.name for stage in found),
+        title=result.setup.title,
+        campaign=result.campaign.title,
+        finding=result.diagnosis.verdict.finding.value,
+        headline=headline(result),
+        advice=advice(result),
+        threshold=threshold_in_words(result),
+        cards=_cards(listed),
+        chain=" → ".join(stage.name for stage in listed),
         falls=falls(falling),
-        candidates=[_candidate(row) for row in candidates],
+        candidates=rows(result),
+        same=ALIKE,
         n_shown=SHOWN,
-        held_before=f"{100 * of.diagnosis.before.held_error:.3g}",
-        detectable=_detectable(candidates),
-        is_nothing=of.diagnosis.verdict.finding is Finding.NOTHING,
-        places=[_place(place) for place in of.diagnosis.places],
-        accepted=_accepted(of),
-        added=_added(of),
-        holds=bool(of.setup.added or of.setup.calibrated),
-        best=None if of.best is None or of.best.effect is None else of.best.effect.name,
-        untestable=of.diagnosis.catalogue.untestable,
-        history=[_step(step) for step in history.steps],
+        held_before=f"{100 * result.diagnosis.before.held_error:.3g}",
+        is_nothing=result.diagnosis.verdict.finding is Finding.NOTHING,
+        places=result.diagnosis.places,
+        accepted=result.setup.accepted,
+        in_case=result.setup.calibrated,
+        now=factors(result, result.diagnosis.before),
+        then={} if result.best is None else factors(result, result.best),
+        pull=_pull,
+        added=_added(result),
+        holds=bool(result.setup.added or result.setup.calibrated),
+        best=None if result.best is None or result.best.effect is None else result.best.effect.name,
+        untestable=result.diagnosis.catalogue.untestable,
+        history=history.steps,
         before=before.name,
         after=after.name,
         data=_script_safe(json.dumps(plain(drawn), ensure_ascii=False, separators=(",", ":"))),
@@ -95,50 +143,21 @@ def _script_safe(text: str) -> str:
     return text.replace("</script", "<\\/script").replace("<!--", "<\\!--")
 
 
-def _cards(found: Sequence[Stage]) -> list[dict[str, str]]:
+def _cards(listed: Sequence[Stage]) -> list[dict[str, str]]:
     """Key numbers of the first, the present and the proposed model."""
-    told = [errors(stage.refit) for stage in found]
+    values = [errors(stage.refit) for stage in listed]
 
     def chain(values: Sequence[str]) -> str:
         return " → ".join(values)
 
     return [
-        {"label": "held-out error", "value": chain([f"{100 * each.held_out:.3g} %" for each in told])},
-        {"label": "training error", "value": chain([f"{100 * each.training:.3g} %" for each in told])},
+        {"label": "held-out error", "value": chain([f"{100 * item.held_out:.3g} %" for item in values])},
+        {"label": "training error", "value": chain([f"{100 * item.training:.3g} %" for item in values])},
         {
-            "label": "held-out χ² a number (1 is noise)",
-            "value": chain([digits(each.held_out_chi2, 3) for each in told]),
+            "label": "held-out reduced χ² (1 is noise)",
+            "value": chain([digits(item.held_out_chi2, 3) for item in values]),
         },
     ]
-
-
-def _candidate(row: Row) -> dict[str, Any]:
-    return {
-        "name": row.effect.name,
-        "physics": row.effect.physics,
-        "signature": row.effect.signature,
-        "named": row.named,
-        "fitted": row.gain is not None,
-        "gain": digits(row.expected if row.gain is None else row.gain, 4),
-        "held_out": "" if row.errors is None else f"{100 * row.errors.held_out:.3g}",
-        "held_out_chi2": "" if row.errors is None else f"{row.errors.held_out_chi2:.3g}",
-        "strength": set_in_type(row.in_words),
-        "cosine": f"{row.cosine:.2f}",
-        "percent": round(100 * row.cosine),
-        "alike": row.cosine > ALIKE,
-        "detectable": set_in_type(beyond(row.detectable, row.parameter)),
-    }
-
-
-def _detectable(candidates: Sequence[Row]) -> list[dict[str, Any]]:
-    """Least strengths by kind."""
-    found: dict[str, list[dict[str, str]]] = {}
-    for row in candidates:
-        where = row.effect.name.removeprefix(row.effect.kind).strip() or row.effect.name
-        found.setdefault(row.effect.kind, []).append(
-            {"where": where, "strength": set_in_type(beyond(row.detectable, row.parameter))}
-        )
-    return [{"kind": kind, "each": each} for kind, each in sorted(found.items())]
 
 
 def _place(place: Place) -> dict[str, Any]:
@@ -168,38 +187,22 @@ def _reads(place: Place) -> str:
     return f"{kind}, {grows}" if grows else kind
 
 
-def _accepted(of: Round) -> list[dict[str, str]]:
-    now = factors(of, of.diagnosis.before)
-    then = {} if of.best is None else factors(of, of.best)
-    listed = []
-    for each in of.setup.accepted:
-        # How far it moved in the fit that the verdict is about.
-        pull = (then.get(each.name, now[each.name])[0] - 1) / each.deviation
-        listed.append(
-            {
-                "name": each.name,
-                "physics": each.physics,
-                "prior": f"1 ± {100 * each.deviation:.3g} %",
-                "case": f"{of.setup.calibrated.get(each.name, 1.0):.4f}",
-                "now": _factor(*now[each.name]),
-                "then": "" if each.name not in then else _factor(*then[each.name]),
-                "pull": f"{pull:+.2f}",
-                "place": f"{50 + 50 * max(-1.0, min(1.0, pull / 3)):.1f}",
-                "far": "far" if abs(pull) > 2 else "",
-            }
-        )
-    return listed
+def _pull(factor: float, prior: float) -> dict[str, Any]:
+    """How far a calibration parameter moved, in standard deviations of its prior, and its place on a scale [%]."""
+    pull = (factor - 1) / prior
+    return {"words": f"{pull:+.2f}", "place": f"{50 + 50 * max(-1.0, min(1.0, pull / 3)):.1f}", "far": abs(pull) > 2}
 
 
-def _factor(value: float, deviation: float) -> str:
-    """With its 95 % interval, and as many places as that needs."""
+def _factor(estimate: tuple[float, float]) -> str:
+    """A factor with its 95 % interval, and as many places as that needs."""
+    value, deviation = estimate
     places = 4 if deviation >= 5e-4 else 5
     return f"{value:.{places}f} ± {INTERVAL * deviation:.{places}f}"
 
 
-def _added(of: Round) -> list[dict[str, str]]:
-    now = strengths(of, of.diagnosis.before)
-    then = strengths(of, of.best) if of.best is not None else []
+def _added(result: Round) -> list[dict[str, str]]:
+    now = strengths(result, result.diagnosis.before)
+    then = strengths(result, result.best) if result.best is not None else []
     listed = []
     for number, (effect, strength, deviation) in enumerate(now):
         parameter = effect.parameters[0]
@@ -207,37 +210,9 @@ def _added(of: Round) -> list[dict[str, str]]:
         listed.append(
             {
                 "name": effect.name,
-                "case": set_in_type(interval(float(of.setup.added[number].values[0]), 0.0, parameter)),
-                "now": set_in_type(interval(strength, deviation, parameter)),
-                "then": "" if later is None else set_in_type(interval(later[1], later[2], parameter)),
+                "case": interval(float(result.setup.added[number].values[0]), 0.0, parameter),
+                "now": interval(strength, deviation, parameter),
+                "then": "" if later is None else interval(later[1], later[2], parameter),
             }
         )
     return listed
-
-
-def _step(step: Step) -> dict[str, Any]:
-    values = ", ".join(str(value) for value, _ in step.values.values())
-    words = {
-        DIAGNOSIS: f"diagnosed: {step.sentence}",
-        ADD: f"added {step.effect} ({values})",
-    }.get(step.what, f"took back {step.effect}")
-    return {
-        "what": step.what,
-        "when": step.when.replace("T", " ")[:16],
-        "words": set_in_type(words),
-        "errors": _fall(step.before, step.after),
-        "diff": [{"text": line, "kind": _kind(line)} for line in step.diff[2:]],
-    }
-
-
-def _fall(before: Errors | None, after: Errors | None) -> str:
-    if before is None or after is None:
-        return ""
-    return (
-        f"held-out error {100 * before.held_out:.3g} → {100 * after.held_out:.3g} %, training "
-        f"{100 * before.training:.3g} → {100 * after.training:.3g} %"
-    )
-
-
-def _kind(line: str) -> str:
-    return {"+": "plus", "-": "minus", "@": "at"}.get(line[:1], "")

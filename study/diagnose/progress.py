@@ -1,7 +1,7 @@
-"""Progress of a diagnosis some of whose steps are kept: they are named as kept, and count for nothing in the time left.
+"""Progress of a diagnosis: stored steps are named as stored, and count for nothing in the time left.
 
-A phase is what `diagnosis.diagnose` reports; within it steps are looked up or made. Its line opens when the first of
-them is made, so that a phase that is looked up as a whole says so in place of how long it takes.
+A phase is what `diagnosis.diagnose` reports; within it steps are looked up or computed. Its line opens when the first
+of them is computed, so that a phase whose steps are all stored says so in place of how long it takes.
 """
 
 from collections.abc import Callable, Iterator
@@ -15,13 +15,13 @@ T = TypeVar("T")
 
 #: About what a round takes when nothing is known of earlier ones [s]: those of the shipped beam took 35 to 150.
 EXPECTED = 90.0
-#: What a round is called, by the first of these steps that is not kept: each has an expected time of its own.
-CALLED = {
+#: Title of a round by the first of these steps that is not stored: each has an expected time of its own.
+TITLES = {
     "arrangement": "diagnosis",
     "scores": "diagnosis, from the screening on",
     "places": "diagnosis, from the fits on",
 }
-KEPT = "diagnosis, from what is kept"
+ALL_STORED = "diagnosis, from stored results"
 
 
 class Phases:
@@ -39,61 +39,61 @@ class Phases:
         self._progress, self._whole = progress, whole
         self._inner = ExitStack()
         self._name, self._share = "", 0.0
-        self._made = self._found = False
-        # Shares of the round that were made, and that were kept.
-        self._done = self._kept = 0.0
+        self._is_computed = self._is_stored = False
+        # Shares of the round that were computed, and that were stored.
+        self._computed = self._stored = 0.0
 
     def report(self, name: str, share: float) -> None:
         """A phase, or more of it, at so large a share of the round."""
-        if self._made:
-            self._done += share - self._share
+        if self._is_computed:
+            self._computed += share - self._share
         else:
-            self._kept += share - self._share
+            self._stored += share - self._share
         self._share = share
         if name != self._name:
             self.close()
-            self._name, self._made, self._found = name, False, False
-        self._whole(self._done, 1.0 - self._kept)
+            self._name, self._is_computed, self._is_stored = name, False, False
+        self._whole(self._computed, 1.0 - self._stored)
 
     def close(self) -> None:
         """End the phase."""
         self._inner.close()
-        if self._found and not self._made:
-            self._progress.kept(self._name)
+        if self._is_stored and not self._is_computed:
+            self._progress.stored(self._name)
 
     def watched(self, keep: Keep) -> Keep:
-        """The same store of steps, looked at."""
+        """The same store of steps; each step that is looked up or computed is noticed."""
 
-        def look(name: str, make: Callable[[], T]) -> T:
-            def making() -> T:
-                if not self._made:
-                    self._made = True
+        def look_up(name: str, make: Callable[[], T]) -> T:
+            def compute() -> T:
+                if not self._is_computed:
+                    self._is_computed = True
                     self._inner.enter_context(self._progress.step(self._name))
                 return make()
 
-            found = keep(name, making)
-            self._found = True
-            return found
+            value = keep(name, compute)
+            self._is_stored = True
+            return value
 
-        return look
+        return look_up
 
 
 @contextmanager
-def phases(progress: Progress, holds: Callable[[str], bool], number: int = 1) -> Iterator[Phases]:
+def phases(progress: Progress, is_stored: Callable[[str], bool], number: int = 1) -> Iterator[Phases]:
     """The round as one step with its time left, its phases as steps within.
 
     Parameters
     ----------
     progress
         Where to.
-    holds
-        Whether a step of the round is kept.
+    is_stored
+        Whether a step of the round is stored.
     number
         Of the round: what took minutes before the first effect was added takes much less after it.
     """
-    called = next((called for step, called in CALLED.items() if not holds(step)), KEPT)
-    expected = EXPECTED if called == CALLED["arrangement"] else None
-    with progress.step(called if number == 1 else f"{called}, round {number}", expected=expected) as whole:
+    title = next((title for step, title in TITLES.items() if not is_stored(step)), ALL_STORED)
+    expected = EXPECTED if title == TITLES["arrangement"] else None
+    with progress.step(title if number == 1 else f"{title}, round {number}", expected=expected) as whole:
         shown = Phases(progress, whole)
         try:
             yield shown

@@ -1,4 +1,4 @@
-"""One round of diagnosis of a case, each expensive step kept, so that it goes on where it was interrupted."""
+"""One round of diagnosis of a case; each expensive step is stored, so that an interrupted round goes on."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -22,33 +22,32 @@ from diagnosis.threshold.simulation import Simulation
 from diagnosis.threshold.thresholds import Thresholds
 from pipeline import fingerprint
 from pipeline.progress import Progress, SilentProgress
-from pipeline.store import Store
+from pipeline.store import Store, stage
 from study.case.setup import Setup
 from study.compare.run import Side
 from study.diagnose.history import Errors
 from study.diagnose.progress import phases
-from study.diagnose.steps import step
-from study.diagnose.thresholds import is_measured, layout, layout_key, limits_for, measured_limits
+from study.diagnose.thresholds import are_simulated, layout, layout_key, shipped_thresholds, simulated_thresholds
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Round:
-    """A diagnosis beside the case and the campaign that it is of.
+    """A diagnosis beside its case and campaign.
 
     Parameters
     ----------
     setup
-        Of the case, with the sensors of the campaign.
+        The case, with the sensors of the campaign.
     campaign
-        What was measured.
+        Measurements.
     diagnosis
-        What was found.
+        Its result.
     drawn
         The case without anything that was calibrated or added.
     keep
-        Of this round.
+        Looks up or computes further steps of this round.
     """
 
     setup: Setup
@@ -59,12 +58,12 @@ class Round:
 
     @property
     def best(self) -> Refit | None:
-        """What explains the measurements best; none if nothing does."""
+        """The fit that explains the measurements best; None if there is none."""
         return next(iter(self.diagnosis.verdict.effects), None)
 
-    def misfit(self, of: Refit) -> Misfit:
-        """To the training data."""
-        return Side(comparison=self.diagnosis.arrangement.train, prediction=of.fit.prediction).misfit
+    def misfit(self, refit: Refit) -> Misfit:
+        """Misfit of a fit to the training data."""
+        return Side(comparison=self.diagnosis.arrangement.train, prediction=refit.fit.prediction).misfit
 
 
 def diagnose_case(
@@ -77,25 +76,25 @@ def diagnose_case(
     progress: Progress | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Round:
-    """Say what is missing from a case.
+    """Diagnose a case.
 
     Parameters
     ----------
     setup
-        Of the case.
+        The case.
     campaign
         As read.
     without
         Kinds of effects that are left out, besides those of the case.
     trials
-        Campaigns without any effect that give the thresholds of a layout for which none are shipped; 0 trusts the
+        Number of simulated campaigns that give the detection thresholds of a layout for which none are shipped; 0 for
         linear theory, with a margin.
     store
-        Where steps are kept; nowhere by default.
+        Where steps are stored; nowhere by default.
     progress
-        Shows what is being done.
+        Shows the phases.
     announce
-        Called with a sentence if the trials are to be made.
+        Receives a sentence if campaigns are to be simulated.
 
     Raises
     ------
@@ -107,11 +106,11 @@ def diagnose_case(
     setup = beside(setup, campaign)
     without = tuple(sorted({*setup.without, *without}))
     store, progress = store or Store(None), progress or SilentProgress()
-    keep = remembered(kept(store, setup, campaign, without))
-    thresholds = limits_for(setup, campaign, without)
+    keep = memoised(stored_steps(store, setup, campaign, without))
+    thresholds = shipped_thresholds(setup, campaign, without)
     if thresholds is None and trials:
         thresholds = bootstrap(setup, campaign, without, trials, keep, store, progress, announce)
-    with phases(progress, partial(holds, store, setup, campaign, without), len(setup.added) + 1) as shown:
+    with phases(progress, partial(is_stored, store, setup, campaign, without), len(setup.added) + 1) as shown:
         diagnosis = diagnose(
             campaign,
             setup.model,
@@ -138,41 +137,41 @@ def bootstrap(
     progress: Progress,
     announce: Callable[[str], None] | None,
 ) -> Thresholds:
-    """Thresholds of this layout, measured once."""
+    """Detection thresholds of this layout, from simulated campaigns."""
 
     def finer(model: Model) -> Catalogue:
         return replace(setup, model=model).candidates(campaign)
 
     known = setup.candidates(campaign, without)
     key = layout_key(layout(setup, campaign, known))
-    if announce is not None and not is_measured(key, trials, store):
+    if announce is not None and not are_simulated(key, trials, store):
         announce(
-            f"{trials} campaigns without any effect tell what chance does in this layout of tests; that is "
-            "done once, an interrupted run goes on, and --trials 0 does without"
+            f"the detection thresholds of this layout of tests are computed once, from {trials} simulated campaigns "
+            "without a missing effect; an interrupted run goes on, and --trials 0 uses linear theory instead"
         )
     with progress.step("calibration"):
         arrangement = keep(
             "arrangement",
             lambda: arrange(campaign, setup.model, setup.accepted, setup.budget, added=setup.added, listed=finer),
         )
-    added = {each.effect.name for each in setup.added}
-    effects = [each for each in known.candidates if each.name not in added]
-    return measured_limits(
+    added = {item.effect.name for item in setup.added}
+    effects = [item for item in known.candidates if item.name not in added]
+    return simulated_thresholds(
         key, Simulation(campaign=campaign, arrangement=arrangement), effects, trials, store, progress
     )
 
 
-def remembered(keep: Keep) -> Keep:
-    """The same, and what was found or made once is in memory."""
-    found: dict[str, Any] = {}
+def memoised(keep: Keep) -> Keep:
+    """The same, and each result is in memory once it was asked for."""
+    results: dict[str, Any] = {}
 
-    def look(name: str, make: Callable[[], T]) -> T:
-        if name not in found:
-            found[name] = keep(name, make)
-        value: T = found[name]
+    def look_up(name: str, make: Callable[[], T]) -> T:
+        if name not in results:
+            results[name] = keep(name, make)
+        value: T = results[name]
         return value
 
-    return look
+    return look_up
 
 
 def beside(setup: Setup, campaign: Campaign) -> Setup:
@@ -183,16 +182,16 @@ def beside(setup: Setup, campaign: Campaign) -> Setup:
     if not setup.added:
         return setup
     known = setup.candidates(campaign)
-    return replace(setup, added=tuple(_at_levels(each, known) for each in setup.added))
+    return replace(setup, added=tuple(_at_levels(item, known) for item in setup.added))
 
 
-def errors(of: Refit) -> Errors:
-    """How far a fitted model is from the measurements."""
+def errors(refit: Refit) -> Errors:
+    """Errors of a fitted model."""
     return Errors(
-        training=of.error,
-        held_out=of.held_error,
-        training_chi2=of.fit.chi2 / of.fit.n_number,
-        held_out_chi2=of.held_chi2,
+        training=refit.error,
+        held_out=refit.held_error,
+        training_chi2=refit.fit.chi2 / refit.fit.n_number,
+        held_out_chi2=refit.held_chi2,
     )
 
 
@@ -210,22 +209,29 @@ def as_drawn(arrangement: Arrangement, model: Model) -> Refit:
     return baseline_fit(replace(arrangement, fit=fit))
 
 
-def kept(store: Store, setup: Setup, campaign: Campaign, without: Sequence[str]) -> Keep:
-    """What looks steps up in a store, under a fingerprint of all that they depend on; thresholds only judge them."""
+@stage("step of a diagnosis", ignore=("make",))
+def step(key: str, name: str, make: Callable[[], Any]) -> Any:
+    """One step of a round; the key holds all that it depends on, code included."""
+    del key, name
+    return make()
+
+
+def stored_steps(store: Store, setup: Setup, campaign: Campaign, without: Sequence[str]) -> Keep:
+    """Looks steps up in a store, by a fingerprint of all that they depend on; thresholds only judge them."""
     if store.folder is None:
         return computed
     key = _key(setup, campaign, without)
 
     def keep(name: str, make: Callable[[], T]) -> T:
-        found: T = store.run(step, key, name, make)
-        return found
+        value: T = store.run(step, key, name, make)
+        return value
 
     return keep
 
 
-def holds(store: Store, setup: Setup, campaign: Campaign, without: Sequence[str], name: str) -> bool:
+def is_stored(store: Store, setup: Setup, campaign: Campaign, without: Sequence[str], name: str) -> bool:
     """Whether a step of a round is in a store, and sound."""
-    return store.folder is not None and store.holds(step, _key(setup, campaign, without), name, dict)
+    return store.folder is not None and store.has(step, _key(setup, campaign, without), name, dict)
 
 
 def _key(setup: Setup, campaign: Campaign, without: Sequence[str]) -> str:

@@ -1,4 +1,4 @@
-"""``stickslip diagnose``: what a case lacks, in words, on a page, as files; with ``--auto`` until nothing is left."""
+"""``stickslip diagnose``: what a case lacks, as text, page and files; with ``--auto`` until nothing is missing."""
 
 import json
 from collections.abc import Sequence
@@ -15,14 +15,13 @@ from diagnosis.decision.verdict import Finding
 from pipeline.output import replace_file
 from study.case.kind import open_case
 from study.case.setup import read_case, require_loads
-from study.compare.repeats import require_held_out, require_repeats
-from study.compare.suspicions import all_suspicions
+from study.compare.suspicions import all_suspicions, require_held_out, require_repeats
 from study.console import plain
 from study.diagnose.add import add
-from study.diagnose.history import ADD, UNDO, History, Step, history_of
-from study.diagnose.record import record
+from study.diagnose.history import ADD, DIAGNOSIS, UNDO, History, Step, case_key, history_of, read_text
 from study.diagnose.report import document, headline, in_words
-from study.diagnose.round import Round, diagnose_case, kept
+from study.diagnose.round import Round, diagnose_case, errors, stored_steps
+from study.diagnose.table import write_up
 from study.run_context import RunContext
 
 #: Effects that ``--auto`` adds at most.
@@ -31,16 +30,16 @@ MOST_ADDED = 5
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Diagnosed:
-    """What a command found.
+    """Result of the command.
 
     Parameters
     ----------
     rounds
-        One after another; each but the last added what it named.
+        One after another; each but the last added the effect that it named.
     history
-        Of the case, with all that was done to it before.
+        History of the case.
     files
-        Written ones.
+        Written files.
     """
 
     rounds: tuple[Round, ...]
@@ -65,11 +64,11 @@ def run_diagnose(
     folder
         A campaign.
     run
-        Where to write, keep and show.
+        Where to write, store and show.
     without
         Kinds of effects that are left out.
     auto
-        Whether what is missing is added and the rest asked again.
+        Whether a missing effect is added and the case diagnosed again.
     trials
         See `study.diagnose.round.diagnose_case`.
 
@@ -79,11 +78,11 @@ def run_diagnose(
         With what is wrong in the case, the campaign, the kinds or the folders.
     """
     assert run.output is not None
-    open_case(case)  # what is wrong with the file itself is said first
+    open_case(case)  # mistakes of the file itself come first
     with run.progress.step("campaign", expected=1):
         campaign = read_campaign(folder)
     diagnosed = diagnose_file(case, campaign, folder, run, without=without, auto=auto, trials=trials)
-    from study.diagnose.files import contents
+    from study.diagnose.page import contents
 
     with run.progress.step("page and figures", expected=10):
         drawn = contents(diagnosed.last, diagnosed.history, case)
@@ -116,13 +115,13 @@ def diagnose_file(
     require_repeats(campaign, folder)
     setup = require_loads(read_case(case, campaign, run)).setup
     if run is not None:  # before what takes minutes: it may be in vain
-        keep = kept(run.store, setup, campaign, without)
+        keep = stored_steps(run.store, setup, campaign, without)
         model = with_sensors(setup.complete, campaign)
         for suspicion in keep("suspicions", partial(all_suspicions, campaign, model)):
             run.warn(str(suspicion))
     rounds: list[Round] = []
     while True:
-        found = diagnose_case(
+        result = diagnose_case(
             setup,
             campaign,
             without=without,
@@ -131,21 +130,56 @@ def diagnose_file(
             store=None if run is None else run.store,
             progress=None if run is None else run.progress,
         )
-        rounds.append(found)
-        record(found, case, folder)
-        best = found.best
-        stop = found.diagnosis.verdict.finding is not Finding.MISSING or len(rounds) > MOST_ADDED
+        rounds.append(result)
+        record(result, case, folder)
+        best = result.best
+        stop = result.diagnosis.verdict.finding is not Finding.MISSING or len(rounds) > MOST_ADDED
         if not auto or stop or best is None or best.effect is None:
             return Diagnosed(rounds=tuple(rounds), history=history_of(case))
         add(case, best.effect.name, run=run)
         setup = require_loads(read_case(case, campaign, run)).setup
 
 
+def record(result: Round, case: Path, campaign: Path) -> Step:
+    """Note a diagnosis in the history of its case, from where `add` takes the strengths.
+
+    Parameters
+    ----------
+    result
+        The round.
+    case, campaign
+        Its file and folder.
+    """
+    history, key = history_of(case), case_key(read_text(case))
+    before, drawn = errors(result.diagnosis.before), errors(result.drawn)
+    added = {item.effect.name for item in result.setup.added}
+    # What the calibration parameters alone achieve is known from a diagnosis before anything was added.
+    earlier = [step.accepted for step in history.steps if step.accepted and step.campaign == str(campaign)]
+    step = Step(
+        what=DIAGNOSIS,
+        case_key=key,
+        campaign=str(campaign),
+        sentence=headline(result),
+        finding=result.diagnosis.verdict.finding.value,
+        drawn=drawn,
+        accepted=before if not result.setup.added else earlier[-1] if earlier else None,
+        before=before,
+        candidates=[
+            write_up(result, refit)
+            for refit in result.diagnosis.refits
+            if refit.effect and refit.effect.name not in added
+        ],
+    )
+    history = history.with_step(step)
+    history.save()
+    return history.steps[-1]
+
+
 def full_text(diagnosed: Diagnosed) -> str:
     """For people: what was added, and the last round."""
     lines = []
-    for number, each in enumerate(diagnosed.rounds[:-1]):
-        lines.append(f"Round {number + 1}: {headline(each)} Added to the case.")
+    for number, result in enumerate(diagnosed.rounds[:-1]):
+        lines.append(f"Round {number + 1}: {headline(result)} Added to the case.")
     if lines:
         lines += ["", f"Round {len(diagnosed.rounds)}:"]
     lines += [in_words(diagnosed.last), "", *map(str, diagnosed.files)]
@@ -156,7 +190,7 @@ def full_document(diagnosed: Diagnosed) -> dict[str, Any]:
     """For ``--json``."""
     return {
         **document(diagnosed.last),
-        "rounds": [document(each) for each in diagnosed.rounds],
+        "rounds": [document(result) for result in diagnosed.rounds],
         "history": [step_document(step) for step in diagnosed.history.steps if step.what in {ADD, UNDO}],
         "files": [str(file) for file in diagnosed.files],
     }

@@ -25,52 +25,41 @@ class Stage:
     refit: Refit
 
 
-def stages(of: Round) -> list[Stage]:
-    """As drawn; if the case holds fitted values, as it says; fitted in this round; with the effect that is named.
+def stages(result: Round) -> list[Stage]:
+    """As drawn; if the case has fitted values, with these; fitted in this round; with the effect that is named.
 
     Each is tested on the held-out data in the same way, with the covariance of this round.
     """
-    found = [Stage(name="as drawn", refit=of.drawn)]
-    present = of.diagnosis.before
-    if of.setup.added or of.setup.calibrated:
-        found += [
-            Stage(name="as the case says", refit=of.keep("as it is", lambda: as_it_is(of))),
-            Stage(name="fitted anew", refit=present),
-        ]
+    before, best = result.diagnosis.before, result.best
+    listed = [Stage(name="as drawn", refit=result.drawn)]
+    if result.setup.added or result.setup.calibrated:
+        as_it_is = result.keep("as it is", lambda: as_drawn(result.diagnosis.arrangement, result.setup.complete))
+        listed += [Stage(name="as the case says", refit=as_it_is), Stage(name="fitted anew", refit=before)]
     else:
-        found.append(Stage(name="calibrated", refit=present))
-    best = of.best
+        listed.append(Stage(name="calibrated", refit=before))
     if best is not None and best.effect is not None:
-        found.append(Stage(name=f"with {best.effect.name}", refit=best))
-    return found
+        listed.append(Stage(name=f"with {best.effect.name}", refit=best))
+    return listed
 
 
-def as_it_is(of: Round) -> Refit:
-    """The case with the factors and effects that its file holds, tested like a fitted one."""
-    return as_drawn(of.diagnosis.arrangement, of.setup.complete)
-
-
-def waterfall(of: Round, history: History) -> list[WaterfallStep]:
+def waterfall(result: Round, history: History) -> list[WaterfallStep]:
     """Errors of each step: those that the history knows, the model fitted in this round, and what is proposed."""
-    now = errors(of.diagnosis.before)
-    steps = [_step("as drawn", errors(of.drawn))]
-    told = history.last_diagnosis
-    known = [step for step in history.standing if step.after is not None and step.drawn is not None]
-    present = [each.effect.name for each in of.setup.added]
-    known = [step for step in known if step.effect in present]
+    now = errors(result.diagnosis.before)
+    steps = [_step("as drawn", errors(result.drawn))]
+    last = history.last_diagnosis
+    present = [item.effect.name for item in result.setup.added]
+    known = [step for step in history.standing if step.after and step.drawn and step.effect in present]
     if not present:
         steps.append(_step("calibrated", now))
     else:
-        if told is not None and told.accepted is not None:
-            steps.append(_step("calibrated", told.accepted))
-        for step in known[:-1]:
-            assert step.after is not None
-            steps.append(_step(f"+ {step.effect}", step.after))
+        if last is not None and last.accepted is not None:
+            steps.append(_step("calibrated", last.accepted))
+        steps += [_step(f"+ {step.effect}", step.after) for step in known[:-1] if step.after]
         # Whatever the history does not know of is in the last one.
         rest = [name for name in present if name not in [step.effect for step in known[:-1]]]
         steps.append(_step("".join(f"+ {name} " for name in rest).strip(), now))
-    if of.best is not None and of.best.effect is not None:
-        steps.append(_step(f"+ {of.best.effect.name}", errors(of.best), proposed=True))
+    if result.best is not None and result.best.effect is not None:
+        steps.append(_step(f"+ {result.best.effect.name}", errors(result.best), proposed=True))
     return steps
 
 
@@ -79,12 +68,5 @@ def falls(steps: Sequence[WaterfallStep]) -> str:
     return f"held-out error from {100 * steps[0].held_out:.3g} to {100 * steps[-1].held_out:.3g} %"
 
 
-def _step(name: str, of: Errors, proposed: bool = False) -> WaterfallStep:
-    return WaterfallStep(
-        name=name,
-        training=of.training,
-        held_out=of.held_out,
-        training_chi2=of.training_chi2,
-        held_out_chi2=of.held_out_chi2,
-        proposed=proposed,
-    )
+def _step(name: str, values: Errors, proposed: bool = False) -> WaterfallStep:
+    return WaterfallStep(name=name, proposed=proposed, **vars(values))

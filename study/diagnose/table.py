@@ -1,6 +1,5 @@
-"""What a round says about each candidate, as rows for the terminal, the page and the files."""
+"""Candidates of a round as rows for the terminal, the page and the files; numbers as they are written."""
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +10,7 @@ from diagnosis.decision.verdict import INTERVAL, worth
 from diagnosis.fit.problem import Refit
 from diagnosis.screening import Score
 from study.case.added import WRITTEN, key_of, text_of
-from study.diagnose.edit import Values, Written
+from study.diagnose.edit import Written
 from study.diagnose.history import Errors
 from study.diagnose.round import Round, errors
 
@@ -26,19 +25,20 @@ class Row:
     Parameters
     ----------
     effect
-        Which.
+        The candidate.
     expected
-        By how much chi^2 would fall to first order.
+        Fall of chi^2 to first order [-].
     gain
-        By how much it fell when the effect was fitted in earnest; none if it was not.
+        Fall of chi^2 in a fit with the effect [-]; None if it was not fitted.
     strength, deviation
-        Fitted, else to first order [its unit].
+        Fitted strength and its standard deviation, else those to first order [unit of the effect].
     errors
-        With the effect; none if it was not fitted.
+        Errors of the fit with the effect; None if it was not fitted.
     cosine
-        Between what this effect and the best one change, accepted parameters projected out: 1 cannot be told apart.
+        Cosine between the changes by this effect and by the best one, calibration parameters projected out [-]: these
+        tests cannot separate the two where it is 1.
     detectable
-        Least strength that these tests would show; infinite if none.
+        Detection threshold of the strength [unit of the effect]; infinite if there is none.
     named
         Whether the verdict names it.
     """
@@ -63,27 +63,38 @@ class Row:
         """Strength with its interval."""
         return interval(self.strength, self.deviation, self.parameter)
 
+    @property
+    def detectable_in_words(self) -> str:
+        """Detection threshold, reckoned from where the effect vanishes: of a ratio +- so many per cent."""
+        if np.isfinite(self.detectable) and self.parameter.unit == "-" and self.parameter.vanishes:
+            return f"{digits(100 * self.detectable, 2)} %"
+        return short(self.detectable, self.parameter, 2)
 
-def rows(of: Round) -> list[Row]:
-    """All candidates, each by its fall of chi^2: those named first, then those fitted in earnest, then the others.
+    @property
+    def fall(self) -> float:
+        """Fall of chi^2, to first order where it was not fitted [-]."""
+        return self.expected if self.gain is None else self.gain
 
-    What was added before is none any more.
+
+def rows(result: Round) -> list[Row]:
+    """All candidates, each by its fall of chi^2: those named first, then those that were fitted, then the others.
+
+    An effect that was added before is no candidate.
     """
-    found, verdict = of.diagnosis, of.diagnosis.verdict
-    added = {each.effect.name for each in of.setup.added}
-    scores = {score.effect.name: score for score in found.scores if score.effect.name not in added}
-    refits = {refit.effect.name: refit for refit in found.refits if refit.effect and refit.effect.name not in added}
-    named = [each.effect.name for each in verdict.effects if each.effect is not None]
+    diagnosis, verdict = result.diagnosis, result.diagnosis.verdict
+    added = {item.effect.name for item in result.setup.added}
+    scores = {score.effect.name: score for score in diagnosis.scores if score.effect.name not in added}
+    refits = {refit.effect.name: refit for refit in diagnosis.refits if refit.effect and refit.effect.name not in added}
+    named = [refit.effect.name for refit in verdict.effects if refit.effect is not None]
     best = scores.get(next(iter([*named, *refits, *scores]), ""))
+    chi2 = diagnosis.before.fit.chi2
     listed = [
-        _row(
-            score, refits.get(name), best, verdict.detectable.get(name, np.inf), name in named, found.before.fit.chi2
-        )
+        _row(score, refits.get(name), best, verdict.detectable.get(name, np.inf), name in named, chi2)
         for name, score in scores.items()
-    ]  # fmt: skip
+    ]
 
     def place(row: Row) -> tuple[bool, bool, float]:
-        return not row.named, row.gain is None, -(row.expected if row.gain is None else row.gain)
+        return not row.named, row.gain is None, -row.fall
 
     return sorted(listed, key=place)
 
@@ -98,8 +109,7 @@ def digits(value: float, count: int) -> str:
 
 def interval(value: float, deviation: float, parameter: EffectParameter) -> str:
     """A value with its 95 % interval in one unit: "52.4 +- 2.1 mg"."""
-    _, _, unit = text_of(value, parameter).partition(" ")
-    size = dict(WRITTEN.get(parameter.unit, ())).get(unit, 1.0)
+    size, unit = _unit(value, parameter)
     half = INTERVAL * deviation / size
     number = digits(value / size, worth(value / size, half))
     if not np.isfinite(deviation) or deviation <= 0:
@@ -111,84 +121,63 @@ def short(value: float, parameter: EffectParameter, count: int = 3) -> str:
     """A strength with a few digits; "none" if it is infinite."""
     if not np.isfinite(value):
         return "none"
-    _, _, unit = text_of(value, parameter).partition(" ")
-    return f"{digits(value / dict(WRITTEN.get(parameter.unit, ())).get(unit, 1.0), count)} {unit}".rstrip()
+    size, unit = _unit(value, parameter)
+    return f"{digits(value / size, count)} {unit}".rstrip()
 
 
-def beyond(value: float, parameter: EffectParameter) -> str:
-    """A strength reckoned from where the effect vanishes: a ratio as +- so many per cent."""
-    if not np.isfinite(value):
-        return "none"
-    if parameter.unit == "-" and parameter.vanishes:
-        return f"{digits(100 * value, 2)} %"
-    return short(value, parameter, 2)
+def factors(result: Round, refit: Refit) -> dict[str, tuple[float, float]]:
+    """Calibration parameters of a fit with their standard deviations, by name."""
+    names = [item.name for item in result.setup.accepted]
+    return dict(zip(names, zip(refit.fit.values.tolist(), refit.fit.deviation.tolist(), strict=True), strict=False))
 
 
-def write_up(of: Round, refit: Refit) -> dict[str, Any]:
+def strengths(result: Round, refit: Refit) -> list[tuple[Effect, float, float]]:
+    """Effects that were added before, and the refit's own, with strength and standard deviation."""
+    return [(effect, *numbers[0]) for effect, numbers in _effects(result, refit)]
+
+
+def write_up(result: Round, refit: Refit) -> dict[str, Any]:
     """What `stickslip add` would write into the case for a refit: all of its values, with what is noted behind each."""
-    calibrated, added, own = _values(of, refit)
+    added = {
+        effect.name: {
+            key_of(parameter): _written(value, deviation, parameter)
+            for parameter, (value, deviation) in zip(effect.parameters, numbers, strict=True)
+        }
+        for effect, numbers in _effects(result, refit)
+    }
     assert refit.effect is not None
     return {
         "effect": refit.effect.name,
-        "values": _document(own),
-        "added": {name: _document(values) for name, values in added.items()},
-        "calibrated": _document(calibrated),
+        "values": added.pop(refit.effect.name),
+        "added": added,
+        "calibrated": {
+            name: Written(float(f"{value:.6g}"), f"{INTERVAL * deviation:.2g}")
+            for name, (value, deviation) in factors(result, refit).items()
+        },
         "after": errors(refit).document,
     }
 
 
-def read_values(document: Mapping[str, Sequence[Any]]) -> dict[str, Written]:
-    """Values as `write_up` noted them."""
-    return {key: Written(value=value, note=note) for key, (value, note) in document.items()}
-
-
-def factors(of: Round, refit: Refit) -> dict[str, tuple[float, float]]:
-    """Calibration parameters of a fit with their standard deviations, by name."""
-    n = len(of.setup.accepted)
-    pairs = zip(refit.fit.values[:n].tolist(), refit.fit.deviation[:n].tolist(), strict=True)
-    return dict(zip((each.name for each in of.setup.accepted), pairs, strict=True))
-
-
-def strengths(of: Round, refit: Refit) -> list[tuple[Effect, float, float]]:
-    """Effects that were added before, and the refit's own, with strength and standard deviation."""
-    effects = [each.effect for each in of.setup.added] + ([] if refit.effect is None else [refit.effect])
-    found, first = [], len(of.setup.accepted)
+def _effects(result: Round, refit: Refit) -> list[tuple[Effect, list[tuple[float, float]]]]:
+    """Effects that were added before, and the refit's own, with values and standard deviations of their parameters."""
+    effects = [item.effect for item in result.setup.added] + ([] if refit.effect is None else [refit.effect])
+    numbers = list(zip(refit.fit.values.tolist(), refit.fit.deviation.tolist(), strict=True))
+    listed, first = [], len(result.setup.accepted)
     for effect in effects:
-        found.append((effect, float(refit.fit.values[first]), float(refit.fit.deviation[first])))
+        listed.append((effect, numbers[first : first + len(effect.parameters)]))
         first += len(effect.parameters)
-    return found
-
-
-def _values(of: Round, refit: Refit) -> tuple[Values, dict[str, Values], Values]:
-    calibrated = {
-        name: Written(value=float(f"{value:.6g}"), note=f"{INTERVAL * deviation:.2g}")
-        for name, (value, deviation) in factors(of, refit).items()
-    }
-    first = len(of.setup.accepted)
-    found: dict[str, Values] = {}
-    effects = [each.effect for each in of.setup.added] + ([] if refit.effect is None else [refit.effect])
-    for effect in effects:
-        last = first + len(effect.parameters)
-        numbers = zip(refit.fit.values[first:last], refit.fit.deviation[first:last], strict=True)
-        found[effect.name] = {
-            key_of(parameter): _written(float(value), float(deviation), parameter)
-            for parameter, (value, deviation) in zip(effect.parameters, numbers, strict=True)
-        }
-        first = last
-    own = found.pop(effects[-1].name) if refit.effect is not None else {}
-    return calibrated, found, own
+    return listed
 
 
 def _written(value: float, deviation: float, parameter: EffectParameter) -> Written:
-    text = text_of(value, parameter)
-    number, _, unit = text.partition(" ")
-    size = dict(WRITTEN.get(parameter.unit, ())).get(unit, 1.0)
-    note = f"{INTERVAL * deviation / size:.2g} {unit}".rstrip()
-    return Written(value=text if unit else float(number), note=note)
+    text, (size, unit) = text_of(value, parameter), _unit(value, parameter)
+    return Written(text if unit else float(text), f"{INTERVAL * deviation / size:.2g} {unit}".rstrip())
 
 
-def _document(values: Values) -> dict[str, list[Any]]:
-    return {key: [each.value, each.note] for key, each in values.items()}
+def _unit(value: float, parameter: EffectParameter) -> tuple[float, str]:
+    """Unit in which a value is written, and its size [SI]."""
+    unit = text_of(value, parameter).partition(" ")[2]
+    return dict(WRITTEN.get(parameter.unit, ())).get(unit, 1.0), unit
 
 
 def _row(score: Score, refit: Refit | None, best: Score | None, detectable: float, named: bool, chi2: float) -> Row:

@@ -1,4 +1,4 @@
-"""What chance may do in tests of one layout: shipped for known layouts, measured once for others."""
+"""Detection thresholds of tests of one layout: shipped for known layouts, simulated once for others."""
 
 import hashlib
 import json
@@ -17,15 +17,15 @@ from pipeline.parallel import Task, run_parallel
 from pipeline.progress import Progress
 from pipeline.store import Store
 from study.case.setup import Setup
-from study.diagnose.steps import chance
+from study.diagnose.null_campaign import null_campaign
 from study.shipped import CASES
 
 #: Thresholds of shipped layouts: a JSON object, key of the layout to the fields of `Thresholds`.
-SHIPPED = CASES / "limits.json"
+SHIPPED = CASES / "detection_thresholds.json"
 
 
 def layout(setup: Setup, campaign: Campaign, candidates: Catalogue) -> dict[str, Any]:
-    """What the limits depend on: tests, sensors, what is held out, the kind of model, the candidates; no values.
+    """What the thresholds depend on: tests, sensors, held-out data, kind of model, candidates; no values.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def layout(setup: Setup, campaign: Campaign, candidates: Catalogue) -> dict[str,
     campaign
         As read.
     candidates
-        That take part.
+        Effects that take part.
     """
     table, model = campaign.measurement, setup.model
     tests = [
@@ -57,10 +57,10 @@ def layout(setup: Setup, campaign: Campaign, candidates: Catalogue) -> dict[str,
         ],
         "n_dof": model.system.n_dof,
         "lines": {name: len(members) for name, members in model.lines.items()},
-        "accepted": [each.name for each in setup.accepted],
+        "accepted": [item.name for item in setup.accepted],
         "pressed_together": sorted(sorted(group) for group in model.pressed_together),
         "numerical_error": [
-            *(float(f"{each:.4g}") for each in (setup.budget.frequency, setup.budget.compliance, setup.budget.shares)),
+            *(float(f"{item:.4g}") for item in (setup.budget.frequency, setup.budget.compliance, setup.budget.shares)),
             [[finer.system.n_dof, len(finer.system.joints), finer.n_harmonic] for finer in setup.budget.refined],
         ],
         "candidates": sorted(candidates.names),
@@ -68,72 +68,63 @@ def layout(setup: Setup, campaign: Campaign, candidates: Catalogue) -> dict[str,
 
 
 def layout_key(of: dict[str, Any]) -> str:
-    """Name of a layout in the file of shipped limits."""
+    """Name of a layout in the file of shipped thresholds."""
     return hashlib.sha256(json.dumps(of, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def shipped_limits(key: str) -> Thresholds | None:
-    """Thresholds that come with stickslip; none for a layout that it does not know."""
-    try:
-        known: dict[str, Any] = json.loads(SHIPPED.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        return None
-    return Thresholds(**known[key]["limits"]) if key in known else None
-
-
-def measured_limits(
+def simulated_thresholds(
     key: str, simulation: Simulation, effects: Sequence[Effect], n_trial: int, store: Store, progress: Progress
 ) -> Thresholds:
-    """Thresholds of a layout, from campaigns without any effect; each is kept, so that this is done once.
+    """Thresholds of a layout, from simulated campaigns without any effect; each is stored, so that this is done once.
 
     Parameters
     ----------
     key
-        Of the layout.
+        Name of the layout.
     simulation
-        Of a campaign in it.
+        Simulates a campaign in it.
     effects
         Candidates.
     n_trial
-        Campaigns, two at least.
+        Number of campaigns, two at least.
     store
-        Where each is kept.
+        Where each is stored.
     progress
         Shows the time left.
     """
     tasks = [
         Task(
-            stage=chance,
+            stage=null_campaign,
             inputs={"layout": key, "seed": seed, "simulation": simulation, "effects": tuple(effects)},
             label=f"without any effect, {seed}",
         )
         for seed in range(n_trial)
     ]
-    found = [outcome.value for outcome in run_parallel(tasks, store, progress, "what chance does in this layout")]
-    trials = [Trial(seed=int(each["seed"]), gain=each["gain"], misfit=each["misfit"]) for each in found]
-    return thresholds_from(trials)
+    trials = [outcome.value for outcome in run_parallel(tasks, store, progress, "detection thresholds")]
+    return thresholds_from([Trial(seed=int(t["seed"]), gain=t["gain"], misfit=t["misfit"]) for t in trials])
 
 
-def is_measured(key: str, n_trial: int, store: Store) -> bool:
-    """Whether all campaigns of a layout are kept, and sound."""
+def are_simulated(key: str, n_trial: int, store: Store) -> bool:
+    """Whether all campaigns of a layout are stored, and sound."""
     # What is ignored in the key may be anything.
     ignored: dict[str, Any] = {"simulation": None, "effects": ()}
-    return all(store.holds(chance, key, seed, **ignored) for seed in range(n_trial))
+    return all(store.has(null_campaign, key, seed, **ignored) for seed in range(n_trial))
 
 
-def limits_for(setup: Setup, campaign: Campaign, without: Sequence[str]) -> Thresholds | None:
-    """Thresholds of a layout; none lets the diagnosis reckon them by the linear theory.
+def shipped_thresholds(setup: Setup, campaign: Campaign, without: Sequence[str]) -> Thresholds | None:
+    """Thresholds of a layout that come with stickslip; with None the diagnosis computes them by linear theory.
 
     Parameters
     ----------
     setup, campaign
         Model and measurements.
     without
-        Kinds that are left out.
+        Kinds of effects that are left out.
     """
-
-    def known(left_out: Sequence[str]) -> Thresholds | None:
-        return shipped_limits(layout_key(layout(setup, campaign, setup.candidates(campaign, left_out))))
-
-    # With fewer candidates chance does less: the limits of the whole catalogue are on the safe side.
-    return known(without) or known(())
+    shipped: dict[str, Any] = json.loads(SHIPPED.read_text(encoding="utf-8")) if SHIPPED.exists() else {}
+    # Fewer candidates have lower thresholds: those of the whole catalogue are on the safe side.
+    for left_out in (without, ()):
+        key = layout_key(layout(setup, campaign, setup.candidates(campaign, left_out)))
+        if key in shipped:
+            return Thresholds(**shipped[key]["thresholds"])
+    return None

@@ -6,8 +6,8 @@ from math import pi
 import numpy as np
 
 from fe.dense_modes import dense_modes
-from study.case.damping import stuck_at_rest
-from study.limits.search import LimitSearch
+from study.case.structure import stuck_at_rest
+from study.limits.model import LimitSearch
 from study.limits.table import MOST_POINTS
 
 #: A mode counts if its own peak at the output is at least this share of the largest in the band.

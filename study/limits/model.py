@@ -1,33 +1,101 @@
-"""From a case to the search for limits that it asks for."""
+"""From a case to the search for limits that it asks for, which holds all that the limits depend on."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import inf, pi
+from typing import TypeAlias
 
 import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
 
 from casefile.table import CaseModel, located
-from hbsolve.errors import BalanceError
+from correlation.model import Sensor
+from geometry.errors import ComputationFailed
+from hbsolve.balance import HarmonicBalance
+from hbsolve.errors import BalanceError, NoSteadyState
 from hbsolve.limits.loss_factor import LossFactor
 from hbsolve.limits.objective import ContactForceHarmonic, Objective, OutputHarmonic
+from hbsolve.limits.problem import LimitProblem
+from hbsolve.limits.response_limits import limit_problem
 from hbsolve.limits.search import LimitSettings
+from reduction.jointed_system import JointedSystem
 from study.case.sweep import FrequencySweepTable, LevelSweepTable
-from study.limits.search import LimitSearch
 from study.limits.table import FORCES, MOST_POINTS, LimitsTable
 from study.solve.model import SolveModel
-from study.solve.request import Output
 from study.solve.result import main_harmonic
 
+Real = NDArray[np.float64]
+Sweep: TypeAlias = FrequencySweepTable | LevelSweepTable | None
 #: Without a step the band has so many intervals.
 INTERVALS = 50
 #: Numbers of a contact's directions, as `ContactForceHarmonic` counts them.
 DIRECTION = {"tangential": 0, "second tangential": 1, "normal": -1}
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LimitSearch:
+    """All that limits depend on.
+
+    Parameters
+    ----------
+    system
+        With its loads at level 1.
+    harmonics, n_sample
+        H, and samples a period, 0 for the solver's choice [-].
+    objective
+        What is bounded.
+    harmonic
+        The one that amplitudes are of [-].
+    row
+        Of the output whose amplitude is bounded, or, for the loss factor, given where that is extreme, shape (r,); None
+        for forces.
+    angular_frequency, levels
+        Ascending [rad/s, -].
+    nominal
+        Centre of the box, shape (s,) [m]; None for rest under the static load.
+    reach
+        w_max [m]; None for the default.
+    settings
+        How hard to search.
+    """
+
+    system: JointedSystem
+    harmonics: int
+    n_sample: int
+    objective: Objective
+    harmonic: int
+    row: Float[Real, " r"] | None
+    angular_frequency: tuple[float, ...]
+    levels: tuple[float, ...]
+    nominal: Float[Real, " s"] | None
+    reach: float | None
+    settings: LimitSettings
+
+    def balance(self) -> HarmonicBalance:
+        """What is solved."""
+        return HarmonicBalance(system=self.system, n_harmonic=self.harmonics + 1, n_sample=self.n_sample)
+
+    def problem(self) -> LimitProblem:
+        """The problem of the search.
+
+        Raises
+        ------
+        BalanceError
+            As `limit_problem`.
+        ComputationFailed
+            There is no rest under the static load.
+        """
+        try:
+            return limit_problem(self.balance(), self.objective, nominal=self.nominal, reach=self.reach)
+        except NoSteadyState as error:
+            raise ComputationFailed(f"limits: {error}") from error
+
+
 def limit_search(
     case: CaseModel,
     table: LimitsTable,
-    sweep: FrequencySweepTable | LevelSweepTable,
+    sweep: Sweep,
     model: SolveModel,
 ) -> LimitSearch:
     """The search that a case asks for.
@@ -39,9 +107,9 @@ def limit_search(
     table
         Its [limits].
     sweep
-        Its [sweep], for what the table leaves out.
+        Its [sweep], for what the table leaves out; None if there is none.
     model
-        What is solved; the first curve's sliders are the centre of the box.
+        What is bounded; the box lies around its rest.
 
     Raises
     ------
@@ -60,7 +128,7 @@ def limit_search(
             row=None if output is None else output.row,
             angular_frequency=omega,
             levels=levels,
-            nominal=model.curves[0].slider,
+            nominal=None if isinstance(sweep, LevelSweepTable) else model.slider,
             reach=_reach(table),
             settings=LimitSettings(
                 population=table.population, sample=table.samples, block=table.block, seed=table.seed
@@ -74,9 +142,7 @@ def limit_search(
     return replace(search, nominal=problem.box.nominal, reach=problem.box.reach)
 
 
-def limit_points(
-    case: CaseModel, table: LimitsTable, sweep: FrequencySweepTable | LevelSweepTable
-) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def limit_points(case: CaseModel, table: LimitsTable, sweep: Sweep) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Angular frequencies [rad/s] and levels [-], both ascending.
 
     Raises
@@ -93,7 +159,7 @@ def _named(error: BalanceError) -> BalanceError:
     return BalanceError(f"the response limits cannot be searched for: {error}")
 
 
-def _output(table: LimitsTable, outputs: Sequence[Output]) -> Output:
+def _output(table: LimitsTable, outputs: Sequence[Sensor]) -> Sensor:
     if table.sensor is None:
         return outputs[0]
     for each in outputs:
@@ -103,7 +169,7 @@ def _output(table: LimitsTable, outputs: Sequence[Output]) -> Output:
     raise BalanceError(f"sensor is none of the case's: give one of {names}")
 
 
-def _objective(table: LimitsTable, output: Output | None, model: SolveModel) -> Objective:
+def _objective(table: LimitsTable, output: Sensor | None, model: SolveModel) -> Objective:
     if table.objective == "loss factor":
         return LossFactor()
     if output is not None:
@@ -122,17 +188,18 @@ def _objective(table: LimitsTable, output: Output | None, model: SolveModel) -> 
     )
 
 
-def _frequencies(table: LimitsTable, sweep: FrequencySweepTable | LevelSweepTable) -> Sequence[float]:
+def _frequencies(table: LimitsTable, sweep: Sweep) -> Sequence[float]:
     if table.frequencies is not None:
         return table.frequencies
     first, last, step = table.first, table.last, table.step
     if isinstance(sweep, FrequencySweepTable):
         first, last, step = first or sweep.first, last or sweep.last, step or sweep.step
-    elif first is None and last is None:
+    elif isinstance(sweep, LevelSweepTable) and first is None and last is None:
         return sorted(sweep.frequencies)
     if first is None or last is None:
         missing = "from" if first is None else "to"
-        raise BalanceError(f"{missing} is missing, and [sweep] goes over the level: give from and to, or frequencies")
+        why = "there is no [sweep] to take it from" if sweep is None else "[sweep] goes over the level"
+        raise BalanceError(f"{missing} is missing, and {why}: give from and to, or frequencies")
     low, high = sorted((first, last))
     if low == high:
         raise BalanceError(f'from and to are both {low:g} Hz: give two ends, or frequencies = ["{low:g} Hz"]')
@@ -143,11 +210,13 @@ def _frequencies(table: LimitsTable, sweep: FrequencySweepTable | LevelSweepTabl
     return [float(each) for each in np.linspace(low, high, count)]
 
 
-def _levels(table: LimitsTable, sweep: FrequencySweepTable | LevelSweepTable) -> tuple[float, ...]:
+def _levels(table: LimitsTable, sweep: Sweep) -> tuple[float, ...]:
     if table.levels is not None:
         return table.levels
     if isinstance(sweep, FrequencySweepTable):
         return tuple(sorted(sweep.levels))
+    if sweep is None:
+        return (1.0,)
     raise BalanceError("levels are missing, and [sweep] goes over the level: give a list, such as levels = [1, 3, 5]")
 
 

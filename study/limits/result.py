@@ -9,10 +9,10 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
+from correlation.model import DERIVATIVE, Sensor
 from hbsolve.limits.result import ResponseLimits
 from study.limits.curve import FoundLimits
 from study.limits.table import LimitsTable
-from study.solve.request import Output
 from study.solve.result import STATES, SURFACE_UNIT
 
 Real = NDArray[np.float64]
@@ -76,7 +76,7 @@ class LimitCurves:
         return int(np.nanargmax(values) if self.has_peaks or side == 1 else np.nanargmin(values))
 
 
-def limit_curves(table: LimitsTable, output: Output | None, harmonic: int, found: FoundLimits) -> LimitCurves:
+def limit_curves(table: LimitsTable, output: Sensor | None, harmonic: int, found: FoundLimits) -> LimitCurves:
     """What a search found, in the unit of the surface.
 
     Parameters
@@ -103,7 +103,7 @@ def limit_curves(table: LimitsTable, output: Output | None, harmonic: int, found
             sampled=limits.sampled,
         )
     unit, factor = SURFACE_UNIT[output.quantity]
-    scale = factor * (harmonic * limits.angular_frequency) ** output.derivative
+    scale = factor * (harmonic * limits.angular_frequency) ** DERIVATIVE[output.quantity]
     quantity = f"{output.quantity} of {output.name}"
     if found.amplitude is None:
         return LimitCurves(

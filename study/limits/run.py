@@ -14,17 +14,16 @@ from figure.limit_levels import LimitsByLevel
 from hbsolve.limits.result import ResponseLimits
 from pipeline.checkpoint import StoredTasks
 from pipeline.output import replace_file
-from pipeline.process_pool import process_pool
+from pipeline.parallel import process_pool
 from study.case.kind import open_case
 from study.case.setup import read_case
 from study.limits.curve import FoundLimits, found_limits
 from study.limits.grid import narrow_resonance
-from study.limits.model import limit_points, limit_search
+from study.limits.model import LimitSearch, limit_points, limit_search
 from study.limits.result import SIDES, LimitCurves, limit_curves, limits_csv
-from study.limits.search import LimitSearch
 from study.limits.table import FORCES
 from study.run_context import RunContext
-from study.solve.model import require_sweep, solve_model
+from study.solve.model import require_sweep, vibrating_model
 from study.solve.result import DRAWN_STATES
 
 #: Columns of the figure of states that can still be read.
@@ -72,9 +71,11 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
     assert run.output is not None
     opened = open_case(path)
     case = opened.case
-    sweep, table = require_sweep(opened), case.limits
+    sweep, table = case.sweep, case.limits
+    if sweep is None and table.frequencies is None and table.first is None and table.last is None:
+        require_sweep(opened)
     limit_points(case, table, sweep)  # before a structure is reduced, which takes minutes
-    model = solve_model(read_case(opened, run=run))
+    model = vibrating_model(read_case(opened, run=run))
     search = limit_search(case, table, sweep, model)
     narrow = narrow_resonance(search)
     if narrow is not None:
@@ -95,7 +96,7 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
 def _found(search: LimitSearch, stem: str, run: RunContext, executor: Executor | None) -> FoundLimits:
     """From the store, or searched for, each task kept beside the results until all are there."""
     assert run.output is not None
-    known = run.store.kept(found_limits, search)
+    known = run.store.look_up(found_limits, search)
     if known is not None:
         return known.value
     kept = StoredTasks(run.output / f".{stem}_limits.part", found_limits.key(search), run.warn)

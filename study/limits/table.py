@@ -9,7 +9,8 @@ from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from casefile.quantity import Dimension, Frequency
 from casefile.table import CaseModel
-from study.case.level import Level
+from casefile.validation import all_different
+from study.case.sweep import Level
 
 #: Points of one level; more are a mistake in the step.
 MOST_POINTS = 2000
@@ -56,10 +57,7 @@ class LimitsTable(CaseModel):
     @field_validator("frequencies", "levels", mode="after")
     @classmethod
     def _ascending(cls, values: tuple[float, ...] | None) -> tuple[float, ...] | None:
-        for place, value in enumerate(values or ()):
-            if value in (values or ())[:place]:
-                raise ValueError(f"{value:g} stands there twice: remove one")
-        return None if values is None else tuple(sorted(values))
+        return None if values is None else tuple(sorted(all_different(values)))
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:

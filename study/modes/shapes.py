@@ -41,6 +41,11 @@ class Shapes:
     displacement: Float[NDArray[np.float64], "m node 3"]
     von_mises: Float[NDArray[np.float64], "m node"]
 
+    @property
+    def fields(self) -> dict[str, Float[NDArray[np.float64], "node 3"]]:
+        """Displacement of each mode by its number and frequency, as a mesh file names it."""
+        return {f"mode {k + 1}: {f:.6g} Hz": self.displacement[k] for k, f in enumerate(self.frequency)}
+
 
 @stage("mode shapes of a mesh")
 def mesh_shapes(mesh: Mesh, material: Material, fixed: tuple[str, ...], n_mode: int) -> Shapes:
@@ -55,12 +60,17 @@ def mesh_shapes(mesh: Mesh, material: Material, fixed: tuple[str, ...], n_mode: 
 
 def shapes_of(mesh: Mesh, material: Material, system: LinearSystem, found: ModeSet) -> Shapes:
     """Modes of a system on its mesh, with their stress."""
-    displacement = np.moveaxis(system.on_mesh(found.mode_shapes), 2, 0)
-    stress = [von_mises(nodal_stress(mesh, material, shape)) for shape in displacement]
-    return Shapes(
-        mesh=mesh,
-        n_dof=system.n_dof,
-        frequency=found.frequency,
-        displacement=displacement,
-        von_mises=np.stack(stress),
-    )
+    return stressed_shapes(mesh, material, system.n_dof, found.frequency, system.on_mesh(found.mode_shapes))
+
+
+def stressed_shapes(
+    mesh: Mesh,
+    material: Material,
+    n_dof: int,
+    frequency: Float[NDArray[np.float64], " m"],
+    displacement: Float[NDArray[np.float64], "node 3 m"],
+) -> Shapes:
+    """Shapes on a mesh, with their stress."""
+    shapes = np.moveaxis(displacement, 2, 0)
+    stress = [von_mises(nodal_stress(mesh, material, shape)) for shape in shapes]
+    return Shapes(mesh=mesh, n_dof=n_dof, frequency=frequency, displacement=shapes, von_mises=np.stack(stress))

@@ -33,23 +33,27 @@ Rows = Int[NDArray[np.int64], " k"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ComparedReduction:
-    """A reduced model and how good it is.
+class ComparedFrequencies:
+    """The first natural frequencies of a model, full and reduced.
 
     Parameters
     ----------
-    rom
-        The reduced model.
     frequency, rom_frequency
         The first ones (ten at most), full and reduced, shape (m,) [Hz]; rigid-body motions are 0.
     rom_error
         Estimated relative truncation error of each reduced frequency, shape (m,) [-].
     """
 
-    rom: ReducedModel
     frequency: Frequencies
     rom_frequency: Frequencies
     rom_error: Frequencies
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ComparedReduction(ComparedFrequencies):
+    """A reduced model and how good it is."""
+
+    rom: ReducedModel
 
     @property
     def n_dof(self) -> int:

@@ -1,36 +1,65 @@
-"""What ``stickslip reduce`` says of one reduced body: a table for people, a document for programs."""
+"""What ``stickslip reduce`` says of one reduced body and of its fixed-interface modes, as a table and as a document."""
 
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from fe.mode_check import ModeCheck
-from study.kind.blade.reduction import Reduction
+from reduction.assembly import ReducedAssembly
 from study.reduce.comparison import ComparedReduction
-from study.reduce.mode_check import check_document, check_sentence
-from study.reduce.mode_count import fewer_modes
+from study.run_context import Answer
 
 
-def frequency_lines(found: Reduction | ComparedReduction, n_asked: int, check: ModeCheck | None) -> list[str]:
-    """The frequencies, and what must be known of them; `n_asked` modes were to be kept."""
-    return [
+def reduction_answer(
+    found: ComparedReduction,
+    n_asked: int,
+    check: ModeCheck | None,
+    files: Sequence[Path],
+    *,
+    head: Sequence[str] = (),
+    notes: Sequence[str] = (),
+    facts: Mapping[str, Any] = MappingProxyType({}),
+) -> Answer:
+    """Frequencies of one reduced body, and what must be known of them.
+
+    Parameters
+    ----------
+    found
+        The reduction.
+    n_asked
+        Fixed-interface modes that the case asks for [-].
+    check
+        Of these modes, if it was asked for.
+    files
+        Written ones.
+    head, notes
+        Lines above and below the table.
+    facts
+        What the document says besides.
+    """
+    names = [str(file) for file in files]
+    table = zip(found.frequency, found.rom_frequency, found.rom_error, strict=True)
+    lines = [
+        *head,
         f"{found.n_dof} degrees of freedom reduced to {found.rom.n_dof}",
         *fewer_modes(len(found.rom.fixed_interface_frequency), n_asked),
         "",
         "  mode      full [Hz]   reduced [Hz]   estimated truncation error",
         *(
             f"  {number:4} {full:14.5f} {rom:14.5f}   {error:26.1e}"
-            for number, (full, rom, error) in enumerate(
-                zip(found.frequency, found.rom_frequency, found.rom_error, strict=True), start=1
-            )
+            for number, (full, rom, error) in enumerate(table, start=1)
         ),
         "",
         "  The error is that of the modes left out alone: what the full model errs, as by its mesh, is not in it.",
         *([] if check is None else ["", f"  {check_sentence(check)}"]),
+        *notes,
+        "",
+        *names,
     ]
-
-
-def frequency_document(found: Reduction | ComparedReduction, check: ModeCheck | None) -> dict[str, Any]:
-    """The same for programs."""
-    return {
+    document = {
         "n_dof": found.n_dof,
         "n_reduced": found.rom.n_dof,
         "n_mode": len(found.rom.fixed_interface_frequency),
@@ -38,4 +67,51 @@ def frequency_document(found: Reduction | ComparedReduction, check: ModeCheck | 
         "rom_frequency_hz": list(map(float, found.rom_frequency)),
         "rom_error": list(map(float, found.rom_error)),
         **({} if check is None else {"mode_check": check_document(check)}),
+        **facts,
+        "files": names,
     }
+    return Answer(document=document, text="\n".join(lines))
+
+
+def check_sentence(check: ModeCheck) -> str:
+    """One sentence: residuals, and whether all modes are there."""
+    below = f"below {np.sqrt(check.shift) / (2 * np.pi):.6g} Hz"
+    counted = f"{check.n_found} fixed-interface modes {below}, residuals of at most {check.residual.max():.0e}"
+    if check.n_missed > 0:
+        return f"{counted}, but {check.n_below} are there: {check.n_missed} MISSED"
+    if check.n_missed < 0:
+        return f"{counted}, but only {check.n_below} are there: {-check.n_missed} FOUND TWICE"
+    return f"{counted}, none missed"
+
+
+def check_document(check: ModeCheck) -> dict[str, Any]:
+    """The same for programs."""
+    return {
+        "largest_residual": float(check.residual.max()),
+        "counted_below_hz": float(np.sqrt(check.shift) / (2 * np.pi)),
+        "n_below": check.n_below,
+        "n_found": check.n_found,
+    }
+
+
+def fewer_modes(n_mode: int, n_asked: int, of: str = "the interior", key: str = "modes") -> list[str]:
+    """One sentence if there are fewer modes than were asked for, none else.
+
+    Parameters
+    ----------
+    n_mode, n_asked
+        Kept, and as the case has it [-].
+    of, key
+        What has these modes, and what the case calls their number.
+    """
+    if n_mode >= n_asked:
+        return []
+    return [f"all {n_mode} fixed-interface modes of {of} are kept: there are no more, though {key} = {n_asked}"]
+
+
+def fewer_modes_of_rig(assembly: ReducedAssembly, asked: int | Mapping[str, int]) -> list[str]:
+    """The same of a rig, whose modes are asked for of all bodies together or of each: a sentence for each number."""
+    kept = {body: len(rom.fixed_interface_frequency) for body, rom in assembly.bodies.items()}
+    if isinstance(asked, Mapping):
+        return [said for body, n in asked.items() for said in fewer_modes(kept[body], n, body, body)]
+    return fewer_modes(sum(kept.values()), asked, "the bodies")

@@ -1,6 +1,11 @@
 """One response curve as a stage: begun, continued from where it was stopped, and kept when it is done."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
 
 from geometry.errors import ComputationFailed
 from hbsolve.balance import HarmonicBalance
@@ -12,10 +17,39 @@ from hbsolve.errors import NoSteadyState
 from pipeline.checkpoint import Checkpoint
 from pipeline.store import stage
 from reduction.jointed_system import JointedSystem
-from study.solve.request import Curve
 
+Row = Float[NDArray[np.float64], " r"]
 #: Share of the way from which on it tells the time left.
 WORTH_REPORTING = 0.03
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Curve:
+    """One curve that a case asks for.
+
+    Parameters
+    ----------
+    parameter
+        What varies along it, "frequency" or "level".
+    first, last
+        Its ends [rad/s, or - for levels].
+    fixed
+        The other one of the two.
+    step
+        The largest along it, in the unit of its ends; None leaves it to the solver.
+    label
+        For people: "level 3", "40 Hz".
+    slider
+        Where the sliders begin, shape (s,) [m]; springs without tension by default.
+    """
+
+    parameter: str
+    first: float
+    last: float
+    fixed: float
+    step: float | None
+    label: str
+    slider: Row | None = None
 
 
 @stage("response curve", ignore=("checkpoint", "report"))

@@ -1,7 +1,7 @@
 """What `stickslip solve` and `limits` compute of a case: a system, what they show of it, and curves."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import pi
 
 from casefile.table import located
@@ -10,8 +10,8 @@ from reduction.errors import JointError
 from reduction.jointed_system import JointedSystem
 from study.case.kind import OpenCase
 from study.case.setup import ReadCase, require_loads
-from study.case.sweep import FrequencySweepTable, LevelSweepTable
-from study.solve.request import Curve, Output, Row
+from study.case.sweep import LevelSweepTable
+from study.solve.curve import Curve, Row
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -23,11 +23,13 @@ class SolveModel:
     system
         Structure, joints and loads at level 1.
     outputs
-        In the order of the case.
+        Sensors of motion in the order of the case, their gains in their rows.
     curves
         In the order of the case.
     harmonics, n_sample
         H, and samples per period [-].
+    slider
+        Where the sliders rest under dead weights, shape (s,) [m]; None where rest is that under the static load.
     lines
         Joints of each contact line, by name.
     in_newtons
@@ -35,46 +37,55 @@ class SolveModel:
     """
 
     system: JointedSystem
-    outputs: tuple[Output, ...]
+    outputs: tuple[Sensor, ...]
     curves: tuple[Curve, ...]
     harmonics: int
     n_sample: int
+    slider: Row | None = None
     lines: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     in_newtons: bool = False
 
 
-def require_sweep(opened: OpenCase) -> FrequencySweepTable | LevelSweepTable:
-    """The sweep of a case.
+def require_sweep(opened: OpenCase) -> None:
+    """Refuse a case without a sweep.
 
     Raises
     ------
     CaseError
         It has none.
     """
-    sweep: FrequencySweepTable | LevelSweepTable | None = opened.case.sweep
-    if sweep is None:
+    if opened.case.sweep is None:
         raise opened.lacks(
             "sweep",
             "there is no [sweep], which says what to solve: add one, e.g. with "
             'from = "100 Hz", to = "120 Hz", levels = [1, 3]',
         )
-    return sweep
 
 
 def solve_model(read: ReadCase) -> SolveModel:
-    """What a case asks for, with what was calibrated and added.
+    """What a case asks `stickslip solve` for, with what was calibrated and added.
 
     Raises
     ------
     CaseError
-        The case lacks a sweep, a load or a sensor that shows a motion.
+        The case lacks a sweep, a load or a sensor of motion.
+    """
+    require_sweep(read.opened)
+    model = vibrating_model(read)
+    return replace(model, curves=_curves(read, "N" if model.in_newtons else ""))
+
+
+def vibrating_model(read: ReadCase) -> SolveModel:
+    """The same without curves: a case that lacks a sweep has such a model too.
+
+    Raises
+    ------
+    CaseError
+        The case lacks a load or a sensor of motion.
     """
     opened, model = require_loads(read).opened, read.model
-    sweep = require_sweep(opened)
     outputs = tuple(
-        Output(name=each.name, row=each.gain * each.row, quantity=each.quantity)
-        for each in model.sensors
-        if isinstance(each, Sensor)
+        replace(each, row=each.gain * each.row, gain=1.0) for each in model.sensors if isinstance(each, Sensor)
     )
     if not outputs:
         raise opened.lacks(
@@ -84,7 +95,8 @@ def solve_model(read: ReadCase) -> SolveModel:
     return SolveModel(
         system=model.system,
         outputs=outputs,
-        curves=_curves(read, sweep, "N" if in_newtons else ""),
+        curves=(),
+        slider=_histories(read, 1, 0)[0],
         harmonics=opened.case.harmonics.highest,
         n_sample=opened.case.harmonics.n_sample,
         lines=model.lines,
@@ -92,7 +104,9 @@ def solve_model(read: ReadCase) -> SolveModel:
     )
 
 
-def _curves(read: ReadCase, sweep: FrequencySweepTable | LevelSweepTable, unit: str) -> tuple[Curve, ...]:
+def _curves(read: ReadCase, unit: str) -> tuple[Curve, ...]:
+    sweep = read.opened.case.sweep
+    assert sweep is not None
     if isinstance(sweep, LevelSweepTable):
         return tuple(
             Curve(
@@ -117,18 +131,18 @@ def _curves(read: ReadCase, sweep: FrequencySweepTable | LevelSweepTable, unit: 
             slider=slider,
         )
         for level in sweep.levels
-        for number, slider in enumerate(_histories(read, sweep), start=1)
+        for number, slider in enumerate(_histories(read, sweep.histories, sweep.seed), start=1)
     )
 
 
-def _histories(read: ReadCase, sweep: FrequencySweepTable) -> list[Row] | list[None]:
+def _histories(read: ReadCase, n: int, seed: int) -> list[Row] | list[None]:
     """Where the sliders begin: at rest, and where friction histories left them."""
     if read.structure.histories is not None:
-        return read.structure.histories(sweep.histories, sweep.seed)
-    if sweep.histories > 1:
+        return read.structure.histories(n, seed)
+    if n > 1:
         with located(read.opened.case, "sweep"):
             raise JointError(
-                f"histories = {sweep.histories} begin from rest under dead weights, which a case of "
+                f"histories = {n} begin from rest under dead weights, which a case of "
                 f"{read.opened.kind.summary} does not have: remove histories, or find the band with `stickslip limits`"
             )
     return [None]

@@ -10,14 +10,15 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
+from correlation.model import DERIVATIVE, Sensor
 from hbsolve.balance import HarmonicBalance
 from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.continuation.stop import StopReason
 from hbsolve.fourier import harmonics, samples_from_coefficients
 from hbsolve.state import SteadyState
 from reduction.jointed_system import Joint, JointedSystem
+from study.solve.curve import Curve
 from study.solve.model import SolveModel
-from study.solve.request import Curve, Output
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,13 +54,13 @@ class SolvedCurve:
         """Frequency [Hz] or level [-], whichever varies, shape (p,)."""
         return self.branch.frequency if self.curve.parameter == "frequency" else np.asarray(self.branch.level)
 
-    def output(self, output: Output) -> Complex[NDArray[np.complex128], "p harmonic"]:
+    def output(self, output: Sensor) -> Complex[NDArray[np.complex128], "p harmonic"]:
         """Coefficients of an output at each point, shape (p, n_harmonic) [SI]."""
         q = self.branch.coefficients @ output.row
         omega = np.array([harmonics(float(each), q.shape[1]) for each in self.branch.angular_frequency])
-        return np.asarray(q * (1j * omega) ** output.derivative)
+        return np.asarray(q * (1j * omega) ** DERIVATIVE[output.quantity])
 
-    def half_range(self, output: Output) -> Float[NDArray[np.float64], " p"]:
+    def half_range(self, output: Sensor) -> Float[NDArray[np.float64], " p"]:
         """Half the difference of the highest and lowest value of a period, all harmonics, shape (p,) [SI]."""
         q = self.output(output)
         samples = samples_from_coefficients(q.T, SAMPLE_PER_HARMONIC * q.shape[1])
@@ -85,7 +86,7 @@ class SolvedCurve:
         values = np.asarray(getattr(self.branch, name))
         return values if values.size else np.full(len(self.branch.frequency), np.nan)
 
-    def peak(self, output: Output, harmonic: int) -> int:
+    def peak(self, output: Sensor, harmonic: int) -> int:
         """Point of the largest amplitude of a harmonic of an output."""
         return int(np.argmax(np.abs(self.output(output)[:, harmonic])))
 
@@ -222,7 +223,7 @@ class Peak:
     stop_reason: str
 
 
-def peak_of(each: SolvedCurve, output: Output, harmonic: int) -> Peak:
+def peak_of(each: SolvedCurve, output: Sensor, harmonic: int) -> Peak:
     """The highest point of a curve."""
     unit, scale = SURFACE_UNIT[output.quantity]
     point, branch = each.peak(output, harmonic), each.branch

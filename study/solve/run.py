@@ -8,9 +8,9 @@ import numpy as np
 
 from casefile.table import located
 from figure.contact_states import ContactStates, StatePanel
-from figure.evenly import evenly
 from figure.hysteresis_loops import HysteresisLoops, Loop
 from figure.response_curves import DrawnCurve, ResponseCurves
+from figure.style import evenly
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from pipeline.checkpoint import Checkpoint

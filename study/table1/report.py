@@ -4,22 +4,25 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from casefile.head import case_head, other_case
-from casefile.table import load_case
+from casefile.table import case_head, load_case, other_case
 from figure.mesh_study import MeshConvergence, ModelFrequency
 from figure.registry import pictures
 from figure.scene.off_screen import require_egl
 from pipeline.output import replace_file
-from study.kind.blade.modes import blade_shapes
+from study.kind.blade.reduce import blade_shapes
 from study.modes.files import picture_modes
 from study.modes.shapes import Shapes
 from study.run_context import RunContext
 from study.table1.case import Table1Case
-from study.table1.csv_table import csv_table
 from study.table1.page import AIM, Picture, page
 from study.table1.study import MeshStudy, row_inputs, run_study
 
 N_PICTURED = 3
+#: Columns of the CSV file, and how each number is written.
+COLUMNS = {
+    "model": "", "element": "", "elements_through_thickness": "", "root": "", "frequency_hz": ".9g",
+    "rom_frequency_hz": ".9g", "hb_peak_hz": ".9g", "paper_hz": "g", "n_dof": "", "seconds": ".2f",
+}  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,3 +109,12 @@ def _convergence(study: MeshStudy) -> MeshConvergence:
     ]
     title = f"{study.case.title}: first natural frequency"
     return MeshConvergence(rows=rows, untuned=untuned, measured=study.case.measured, title=title)
+
+
+def csv_table(study: MeshStudy) -> str:
+    """One line per model."""
+    rows = [
+        ["" if row.document[name] is None else format(row.document[name], digits) for name, digits in COLUMNS.items()]
+        for row in study.rows
+    ]
+    return "\n".join([",".join(row) for row in [[*COLUMNS], *rows]] + [""])

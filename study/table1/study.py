@@ -10,13 +10,22 @@ from fe.element import REGISTRY
 from geometry.errors import InputError
 from pipeline.parallel import Task, run_parallel
 from pipeline.store import Stage
-from study.kind.blade.model import BladeModel, blade_model, mesh_size
-from study.kind.blade.solid_check import SolidCheck, solid_check
+from study.kind.blade.model import BladeModel, SolidCheck, blade_model, mesh_size, solid_check
 from study.run_context import RunContext
 from study.table1.case import ModelTable, PredictionTable, Table1Case
-from study.table1.chain import RowResult, row
-from study.table1.limit import Limit, NestedPoint, nested_point, richardson
-from study.table1.prediction import Prediction, prediction, quadratic, reference, witness
+from study.table1.stages import (
+    Limit,
+    NestedPoint,
+    Prediction,
+    RowResult,
+    nested_point,
+    prediction,
+    quadratic,
+    reference,
+    richardson,
+    row,
+    witness,
+)
 
 #: CalculiX is asked about fully clamped rows up to this n p: its own solver takes minutes for the finer ones.
 WITNESSED = 4
@@ -52,6 +61,24 @@ class StudyRow:
     def error(self) -> float | None:
         """First full frequency minus the published one [Hz]."""
         return None if self.asked.paper is None else float(self.result.frequency[0]) - self.asked.paper
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """The row for programs; `hb_peak_hz` is the peak with its damping shift taken out."""
+        return {
+            "model": self.asked.model,
+            "element": self.asked.element,
+            "elements_through_thickness": self.asked.elements_through_thickness,
+            "root": self.asked.root,
+            "frequency_hz": float(self.result.frequency[0]),
+            "rom_frequency_hz": float(self.result.rom_frequency[0]),
+            "hb_peak_hz": self.result.peak_natural,
+            "paper_hz": self.asked.paper,
+            "calculix_hz": self.calculix,
+            "n_dof": self.result.n_dof,
+            "seconds": self.result.seconds,
+            "memory_bytes": self.result.memory,
+        }
 
 
 @dataclass(frozen=True, kw_only=True)

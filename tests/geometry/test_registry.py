@@ -41,7 +41,8 @@ def springs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Registr
         )
     monkeypatch.syspath_prepend(str(tmp_path / "house"))
     yield __import__("springs_for_test").SPRINGS
-    for name in [name for name in sys.modules if name.startswith("springs_for_test")]:
+    # Processes that later tests start would load the files of these ones.
+    for name in [name for name in sys.modules if name.startswith(("springs_for_test", geometry.registry.PREFIX))]:
         del sys.modules[name]
 
 

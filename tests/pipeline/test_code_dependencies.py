@@ -27,8 +27,8 @@ STAGES = stages()
 
 def test_the_stages_are_found() -> None:
     assert {
-        "study.table1.chain.row",
-        "study.table1.prediction.prediction",
+        "study.table1.stages.row",
+        "study.table1.stages.prediction",
         "study.kind.blade.reduce.reduced_blade",
     } <= set(STAGES)
 

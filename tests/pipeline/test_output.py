@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from geometry.errors import OutputError
-from pipeline.made_folders import removed_if_empty
-from pipeline.output import disk_failure, prepare_output, replace_file
+from pipeline.output import disk_failure, prepare_output, removed_if_empty, replace_file
 
 
 def test_a_new_folder_is_made_with_its_parents_and_stays_empty(tmp_path: Path) -> None:

@@ -183,7 +183,7 @@ def test_a_killed_process_is_a_failed_computation_with_a_remedy_and_keeps_what_w
     bad = Task(stage=stages.killed, inputs={"number": 1}, label="model 7")
     with pytest.raises(ComputationFailed, match=r"^model 7 was killed, most often for lack of memory: close other pro"):
         run([good, bad], Store(tmp_path))
-    assert Store(tmp_path).holds(stages.square, number=3)
+    assert Store(tmp_path).has(stages.square, number=3)
 
 
 def start(tmp_path: Path, kind: str) -> "subprocess.Popen[str]":
@@ -232,11 +232,11 @@ def test_interrupted_it_says_one_sentence_keeps_what_is_done_and_leaves_no_proce
 ) -> None:
     process = start(tmp_path, kind)
     store = Store(tmp_path / "cache")
-    wait_until(lambda: (tmp_path / "started0").exists() and store.holds(stages.square, number=3))
+    wait_until(lambda: (tmp_path / "started0").exists() and store.has(stages.square, number=3))
     # A terminal sends Ctrl-C to the workers too.
     (os.killpg if whole_group else os.kill)(process.pid, signal.SIGINT)
     _, errors = process.communicate(timeout=TIMEOUT)
     assert process.returncode == 3
-    assert errors == "stickslip: interrupted; what was finished is kept: the same command goes on from there\n"
-    assert store.holds(stages.square, number=3)
+    assert errors == "stickslip: interrupted; finished work is stored: the same command goes on from there\n"
+    assert store.has(stages.square, number=3)
     wait_until(lambda: not group(process.pid), timeout=10)

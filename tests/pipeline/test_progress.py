@@ -6,9 +6,8 @@ from pathlib import Path
 import pytest
 
 from pipeline.duration import Durations, format_duration
-from pipeline.progress import BarProgress, LineProgress, Progress, Report, SilentProgress
+from pipeline.progress import BarProgress, LineProgress, Progress, Report, ShownStep, SilentProgress
 from pipeline.store import Store, stage
-from study.shown_step import ShownStep
 
 
 class Clock:
@@ -80,7 +79,7 @@ def test_a_stage_that_is_kept_is_said_to_be_and_tells_no_former_time(clock: Cloc
         "doubling ... about 20 s",
         "doubling: 50 %, about 4.0 s left",
         "doubling: done in 4.0 s",
-        "doubling: kept",
+        "doubling: stored",
     ]
 
 

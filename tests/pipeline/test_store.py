@@ -118,11 +118,11 @@ def test_a_damaged_result_does_not_count_as_stored(tmp_path: Path, damage: Calla
     warnings: list[str] = []
     store = Store(tmp_path, warnings.append)
     store.run(double, 1.0)
-    assert store.holds(double, 1.0)
+    assert store.has(double, 1.0)
     damage(entries(tmp_path)[0])
-    assert not store.holds(double, 1.0)
+    assert not store.has(double, 1.0)
     # Reported once, however often it is asked for.
-    assert store.kept(double, 1.0) is None
+    assert store.look_up(double, 1.0) is None
     assert len(warnings) == 1
 
 
@@ -372,7 +372,7 @@ def test_a_disk_that_fails_for_a_moment_costs_no_result(tmp_path: Path, monkeypa
     store.run(double, 1.0)
     with monkeypatch.context() as failing:
         failing.setattr(record_module, "_checksum", too_many_files)
-        assert not store.holds(double, 1.0)
+        assert not store.has(double, 1.0)
     assert store.outcome(double, 1.0).cached
     assert len(calls) == 1
 

@@ -13,7 +13,7 @@ import pytest
 
 from hbsolve.limits.task import StageProgress
 from pipeline.checkpoint import StoredTasks
-from study.limits.progress import END, WORTH_REPORTING, SearchProgress
+from study.limits.curve import END, WORTH_REPORTING, SearchProgress
 
 
 def test_a_result_is_found_by_another_process_bit_by_bit(tmp_path: Path) -> None:
@@ -68,7 +68,7 @@ POOL = """\
 import os, sys, time
 from collections.abc import Callable
 from pathlib import Path
-from pipeline.process_pool import process_pool
+from pipeline.parallel import process_pool
 
 if __name__ == "__main__":
     with process_pool(["time"], 2) as pool:

@@ -86,7 +86,6 @@ def test_no_joint_that_slides(two_masses: TwoMasses, refused: Refused) -> None:
     ("command", "said"),
     [
         ("reduce", r"`stickslip reduce` .* case of plain matrices: .* write kind = \"matrices\""),
-        ("modes", r"`stickslip modes` .* case of plain matrices: .*`stickslip solve` shows their response"),
     ],
 )
 def test_nothing_to_do_with_plain_matrices(two_masses: TwoMasses, refused: Refused, command: str, said: str) -> None:

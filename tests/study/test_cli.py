@@ -204,7 +204,7 @@ def test_ctrl_c_and_terminate_end_with_three(environment: dict[str, str], number
     process.send_signal(number)
     _, errors = process.communicate(timeout=TIMEOUT)
     assert process.returncode == 3
-    assert errors.startswith("stickslip: interrupted; what was finished is kept")
+    assert errors.startswith("stickslip: interrupted; finished work is stored")
 
 
 @pytest.mark.parametrize("how", ["callback", "import", "exec"])
@@ -212,7 +212,7 @@ def test_a_signal_ends_a_command_wherever_it_arrives(environment: dict[str, str]
     # Compiled code swallows it, an import makes another error of it, and after `exec` Python would end by SIGINT.
     done = stickslip(environment, "trial", how)
     assert done.returncode == 3
-    assert "stickslip: interrupted; what was finished is kept" in done.stderr
+    assert "stickslip: interrupted; finished work is stored" in done.stderr
     assert "mistake" not in done.stderr
 
 

@@ -16,10 +16,10 @@ from pipeline.store import Store
 from study.case.setup import read_case
 from study.diagnose import round as diagnose_round
 from study.diagnose import thresholds as diagnose_limits
+from study.diagnose.null_campaign import null_campaign
 from study.diagnose.round import bootstrap, diagnose_case
 from study.diagnose.ship import ship
-from study.diagnose.steps import chance
-from study.diagnose.thresholds import is_measured, layout, layout_key, limits_for
+from study.diagnose.thresholds import are_simulated, layout, layout_key, shipped_thresholds
 
 TwoMasses = Callable[..., Path]
 OWN = Path(__file__).parents[2] / "examples" / "effects" / "exciter_third_harmonic.py"
@@ -39,15 +39,17 @@ def test_a_new_layout_is_measured_once(two_masses: TwoMasses, monkeypatch: pytes
     # The largest of a handful of squares of standard normals, 1 % of the time; four trials tell it roughly.
     assert first.gain < 60
     (announced,) = said
-    assert announced.startswith("4 campaigns without any effect tell what chance does in this layout of tests")
+    assert "detection thresholds of this layout" in announced
+    assert "4 simulated campaigns" in announced
+    assert "--trials 0" in announced
     monkeypatch.setattr("pipeline.parallel._start", lambda *_: pytest.fail("a trial is made again"))
     # What is shipped is the same, and is found.
-    shipped = Path("limits.json")
+    shipped = Path("thresholds.json")
     assert ship(case, folder, 4, store, SilentProgress(), shipped) == first
     with monkeypatch.context() as patched:
         patched.setattr(diagnose_limits, "SHIPPED", shipped)
         campaign = read_campaign(folder)
-        assert limits_for(read_case(case, campaign).setup, campaign, ()) == first
+        assert shipped_thresholds(read_case(case, campaign).setup, campaign, ()) == first
     # Another campaign of the same layout.
     two_masses({"spring at tip": 500.0})
     assert diagnosed() == first
@@ -61,23 +63,23 @@ def test_a_campaign_whose_kept_result_is_damaged_is_not_measured(tmp_path: Path)
     def made(layout: str, seed: int, simulation: object, effects: object) -> dict[str, float]:
         return {"seed": seed, "gain": 1.0, "misfit": 1.0}
 
-    made.__module__ = chance.compute.__module__  # on whose code the key depends
-    trial = replace(chance, compute=made)  # type: ignore[arg-type]
+    made.__module__ = null_campaign.compute.__module__  # on whose code the key depends
+    trial = replace(null_campaign, compute=made)  # type: ignore[arg-type]
     for seed in range(2):
         store.run(trial, "abc", seed, simulation=None, effects=())  # type: ignore[arg-type]
-    assert is_measured("abc", 2, store)
+    assert are_simulated("abc", 2, store)
     file = next(tmp_path.glob("objects/*/*.npz"))
     file.write_bytes(file.read_bytes()[:-1])
-    assert not is_measured("abc", 2, store)
+    assert not are_simulated("abc", 2, store)
     (sentence,) = told
-    assert sentence.startswith("a stored result is damaged and will be computed again: what chance does in ")
+    assert sentence.startswith("a stored result is damaged and will be computed again: campaign without any effect in ")
 
 
 def test_effects_of_ones_own_are_found_in_finer_models(two_masses: TwoMasses, monkeypatch: pytest.MonkeyPatch) -> None:
     setup, campaign = read_case(two_masses({})).setup, read_campaign(Path("campaign"))
     setup, asked = replace(setup, effects=(OWN,)), {}
     monkeypatch.setattr(diagnose_round, "arrange", lambda *_, **options: asked.update(options))
-    monkeypatch.setattr(diagnose_round, "measured_limits", lambda *_: Thresholds(gain=1.0, misfit=1.0))
+    monkeypatch.setattr(diagnose_round, "simulated_thresholds", lambda *_: Thresholds(gain=1.0, misfit=1.0))
     bootstrap(setup, campaign, (), 2, computed, Store(None), SilentProgress(), None)
     finer = setup.model.with_system(mass=1.001 * setup.model.system.mass)
     known, expected = asked["listed"](finer), replace(setup, model=finer).candidates(campaign)
@@ -103,11 +105,13 @@ def test_a_layout_is_known_by_its_design_and_not_by_its_values(
     ]
     assert len({key, *map(layout_key, others)}) == 6
 
-    assert limits_for(setup, campaign, ()) is None
-    shipped = tmp_path / "limits.json"
-    shipped.write_text(json.dumps({key: {"limits": {"gain": 15.5, "misfit": 20.0, "n_trial": 300}}}), encoding="utf-8")
+    assert shipped_thresholds(setup, campaign, ()) is None
+    shipped = tmp_path / "thresholds.json"
+    shipped.write_text(
+        json.dumps({key: {"thresholds": {"gain": 15.5, "misfit": 20.0, "n_trial": 300}}}), encoding="utf-8"
+    )
     monkeypatch.setattr(diagnose_limits, "SHIPPED", shipped)
     found = Thresholds(gain=15.5, misfit=20.0, n_trial=300)
-    assert limits_for(setup, campaign, ()) == found
+    assert shipped_thresholds(setup, campaign, ()) == found
     # Those of all candidates hold for fewer, too.
-    assert limits_for(setup, campaign, ("cubic",)) == found
+    assert shipped_thresholds(setup, campaign, ("cubic",)) == found

@@ -18,9 +18,8 @@ from study.case.setup import read_case
 from study.compare.run import compare
 from study.diagnose.add import add, find_case, undo
 from study.diagnose.history import case_key, history_of, read_text
-from study.diagnose.record import record
 from study.diagnose.round import diagnose_case
-from study.diagnose.run import diagnose_file
+from study.diagnose.run import diagnose_file, record
 
 TwoMasses = Callable[..., Path]
 HIDDEN = {"mass at tip": 0.006}
@@ -150,7 +149,7 @@ def test_comments_do_not_make_a_diagnosis_stale_but_values_do(two_masses: TwoMas
 REFUSALS = [
     (("diagnose", "chain.toml", "nowhere"), r"nowhere"),
     (("diagnose", "chain.toml", "campaign", "--without", "cubics"), '"cubics" is no kind of effect: leave out any of'),
-    (("diagnose", "chain.toml", "campaign", "--trials", "1"), "--trials 1 tells nothing: give 0 for the linear theory"),
+    (("diagnose", "chain.toml", "campaign", "--trials", "1"), "--trials 1 is too few: give 0 for linear theory"),
     (("diagnose", "nothing.toml", "campaign"), "nothing.toml: there is no such case file"),
     (("diagnose", "chain.toml", "campaign", "--out", "chain.toml"), "the output folder chain.toml is a file"),
     (("add", "mass at tip"), "it has no diagnosis, from which .*: run stickslip diagnose, or give --value"),
@@ -208,7 +207,7 @@ def test_an_edited_case_needs_a_new_diagnosis(two_masses: TwoMasses, capsys: pyt
     assert "is in the case already" in capsys.readouterr().err
     case.write_text(read_text(case).replace("[[added]]", "[[added]]\n# mine"), encoding="utf-8")
     assert cli.main(["undo"]) == 2
-    assert 'the lines that hold "mass at tip" were edited' in capsys.readouterr().err
+    assert 'the lines of "mass at tip" were edited' in capsys.readouterr().err
 
 
 def test_a_damaged_history_is_named(two_masses: TwoMasses, capsys: pytest.CaptureFixture[str]) -> None:

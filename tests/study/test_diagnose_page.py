@@ -15,7 +15,7 @@ import pytest
 
 from correlation.campaign.read_campaign import read_campaign
 from study.diagnose.add import add
-from study.diagnose.files import contents
+from study.diagnose.page import contents
 from study.diagnose.run import Diagnosed, diagnose_file
 from study.diagnose.stages import waterfall
 

@@ -9,7 +9,7 @@ from diagnosis.diagnose import LONG, USUAL
 from pipeline.progress import LineProgress
 from pipeline.store import Store
 from study.diagnose.progress import phases
-from study.diagnose.steps import step
+from study.diagnose.round import step
 
 PARTS = ("screening", "fits", "tests", "places", "left", "intervals")
 
@@ -52,13 +52,13 @@ def test_a_round_of_which_nothing_is_kept_counts_all_of_it() -> None:
     assert lines[0] == "diagnosis ... about 1 min 30 s"
     assert "diagnosis: 20 %, about 1 min 20 s left" in lines
     assert "diagnosis: 80 %, about 20 s left" in lines
-    assert not any("kept" in line for line in lines)
+    assert not any("stored" in line for line in lines)
 
 
 def test_what_is_kept_is_called_so_and_does_not_shorten_the_time_left() -> None:
     lines = shown(STEPS, {"arrangement", "scores"})
     # Not what a whole round takes: that is not what is ahead.
-    assert lines[:2] == ["  arrangement: kept", "  scores: kept"]
+    assert lines[:2] == ["  arrangement: stored", "  scores: stored"]
     # Three steps of five are left; after one of them two remain, 40 s.
     assert "diagnosis, from the fits on: 33 %, about 40 s left" in lines
     assert "  fits: done in 20 s" in lines
@@ -66,7 +66,7 @@ def test_what_is_kept_is_called_so_and_does_not_shorten_the_time_left() -> None:
 
 def test_a_round_that_is_kept_as_a_whole_takes_no_time() -> None:
     lines = shown(STEPS, set(STEPS))
-    assert lines == [f"  {name}: kept" for name in STEPS]
+    assert lines == [f"  {name}: stored" for name in STEPS]
 
 
 def test_a_step_whose_kept_result_is_damaged_is_one_that_is_to_be_made(tmp_path: Path) -> None:
@@ -81,7 +81,7 @@ def test_a_step_whose_kept_result_is_damaged_is_one_that_is_to_be_made(tmp_path:
         clock.now += 20.0
         return {}
 
-    with phases(LineProgress(stream, clock=clock), lambda name: store.holds(step, "key", name, dict)) as of:
+    with phases(LineProgress(stream, clock=clock), lambda name: store.has(step, "key", name, dict)) as of:
         look = of.watched(lambda name, make: store.run(step, "key", name, make))
         for name in STEPS:
             of.report(name, 0.5)
@@ -89,7 +89,7 @@ def test_a_step_whose_kept_result_is_damaged_is_one_that_is_to_be_made(tmp_path:
     (sentence,) = told
     assert sentence.startswith("a stored result is damaged and will be computed again: step of a diagnosis in ")
     lines = stream.getvalue().splitlines()
-    assert [line for line in lines if "kept" in line] == [f"  {name}: kept" for name in STEPS if name != "scores"]
+    assert [line for line in lines if "stored" in line] == [f"  {name}: stored" for name in STEPS if name != "scores"]
     assert {"  scores: done in 20 s", "diagnosis, from the screening on: done in 20 s"} <= set(lines)
 
 

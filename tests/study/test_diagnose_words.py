@@ -10,8 +10,8 @@ from correlation.campaign.read_campaign import read_campaign
 from study.case.setup import read_case
 from study.compare.report import side_by_side
 from study.diagnose.add import add
-from study.diagnose.files import contents
 from study.diagnose.history import Errors, history_of
+from study.diagnose.page import contents
 from study.diagnose.report import document, held_out_falls, in_words
 from study.diagnose.round import diagnose_case
 from study.diagnose.run import diagnose_file
@@ -37,7 +37,7 @@ def test_a_round_with_an_added_effect_says_what_the_case_holds_and_what_it_fits_
     assert later.diagnosis.before.fit.values[len(setup.accepted)] == pytest.approx(0.006, rel=0.02)
     assert "(case: 5.5 g)" in words
     assert f"(case: {setup.calibrated['zeta']:.5g})" in words
-    assert "Every diagnosis fits all of these anew; what the case holds is in brackets" in words
+    assert "Every diagnosis fits all of these values anew" in words
     names = {stage.name: stage.refit for stage in stages(later)}
     assert list(names) == ["as drawn", "as the case says", "fitted anew"]
     assert names["fitted anew"].fit.chi2 < names["as the case says"].fit.chi2 < names["as drawn"].fit.chi2
@@ -75,11 +75,15 @@ def test_candidates_stand_by_their_fall_of_chi2_the_named_and_the_fitted_first(t
     ("held_out", "chi2", "said"),
     [
         (0.00807, 0.72, "the held-out error falls from 2.33 to 0.807 %"),
-        (0.02331, 0.758, "held-out chi^2 a number falls from 0.775 to 0.758 (the held-out error stays 2.33 %)"),
+        (
+            0.02331,
+            0.758,
+            "the held-out reduced chi-squared falls from 0.775 to 0.758 (the held-out error stays 2.33 %)",
+        ),
         (
             0.0241,
             0.758,
-            "held-out chi^2 a number falls from 0.775 to 0.758 (the held-out error goes from 2.33 to 2.41 %)",
+            "the held-out reduced chi-squared falls from 0.775 to 0.758 (the held-out error goes from 2.33 to 2.41 %)",
         ),
     ],
 )

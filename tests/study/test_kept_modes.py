@@ -9,7 +9,7 @@ import pytest
 from geometry.errors import ComputationFailed
 from study import cli
 from study.kind.rig.model import BODIES
-from study.reduce.mode_count import fewer_modes_of_rig
+from study.reduce.report import fewer_modes_of_rig
 
 SWEEP = """\
 [sweep]

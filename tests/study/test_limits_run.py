@@ -62,7 +62,7 @@ levels = [4, 1]
 population = 2
 samples = 4
 """
-#: The plate is as stiff as the contact and yields to half of the pre-load.
+#: The plate is as stiff as the contact and yields to half of the preload.
 STIFFNESS, PAD, DAMPING, LIMIT = 1e6, 0.3e6, 20.0, 0.5 * 20.0 / 2
 
 
@@ -99,6 +99,20 @@ def about_resonance(harmonic: int) -> str:
     case = case.replace("highest = 1", f"highest = {harmonic}").replace('"8 Hz"', f'"{8 / harmonic} Hz"')
     ends = f'from = "{170 / harmonic} Hz"\nto = "{194 / harmonic} Hz"'
     return case.replace('from = "150 Hz"\nto = "130 Hz"', ends)
+
+
+def test_limits_that_say_everything_need_no_sweep(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    with_sweep = limits(home, capfd, CASE)
+    head, _, rest = CASE.partition("[sweep]")
+    own = '[limits]\nfrom = "130 Hz"\nto = "150 Hz"\nstep = "8 Hz"\nlevels = [1, 4]\n' + rest.partition("[limits]\n")[2]
+    without = limits(home, capfd, head + own)
+    assert without["levels"] == with_sweep["levels"]
+    # Loads as they stand are level 1.
+    at_one = limits(home, capfd, head + own.replace("levels = [1, 4]\n", ""))
+    assert [level["level"] for level in at_one["levels"]] == [1.0]
+    (home / "my.toml").write_text(head + own.replace('to = "150 Hz"\n', ""))
+    assert cli.main(["limits", "my.toml", "--out", "out"]) == 2
+    assert re.search(r"my.toml:\d+: .*to is missing, .*no \[sweep\].*: give from and to", capfd.readouterr().err)
 
 
 @pytest.mark.parametrize("harmonic", [1, 2])

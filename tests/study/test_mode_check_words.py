@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fe.mode_check import ModeCheck
-from study.reduce.mode_check import check_document, check_sentence
+from study.reduce.report import check_document, check_sentence
 
 
 @pytest.mark.parametrize(

@@ -23,6 +23,7 @@ from fe.modal import ModeSet, modes
 from geometry.errors import InputError
 from reduction.errors import RomError
 from reduction.file.rom_hdf5 import load_rom
+from study import cli
 
 TIMEOUT = 120  # s; a hang is an error, a slow machine is none
 ALUMINIUM = Material(young=70e9, poisson=0.33, density=2700.0)
@@ -166,3 +167,56 @@ def test_a_reduced_model_of_another_version_or_cut_short_is_refused_by_name(
     with pytest.raises(RomError, match=r"other\.h5.*has format version 2, but .* reads version 1: reduce .* again"):
         load_rom(other)
     assert issubclass(RomError, InputError)  # which the command line answers with exit code 2
+
+
+#: Two masses on springs with proportional damping, and a contact between the second and the ground.
+PLAIN = """\
+schema = 2
+[structure]
+kind = "plain"
+file = "chain.npz"
+[[joint]]
+kind = "friction"
+name = "pad"
+tangent = { dof = 1 }
+normal = { dof = 0 }
+normal_stiffness = "1 N/um"
+tangential_stiffness = "1 N/um"
+friction_coefficient = 0.5
+preload = "20 N"
+"""
+
+
+def test_modes_of_plain_matrices_are_a_table(at_home: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    k, beta = 1e6, 2e-6
+    stiffness = k * np.array([[2.0, -1.0], [-1.0, 2.0]])
+    np.savez(at_home / "chain.npz", M=np.eye(2), K=stiffness, C=beta * stiffness)
+    (at_home / "chain.toml").write_text(PLAIN, encoding="utf-8")
+    assert cli.main(["modes", "chain.toml", "--out", "out", "--json"]) == 0
+    document = json.loads(capfd.readouterr().out)
+    # Two masses on three equal springs: k and 3 k; damping ratios are beta omega / 2.
+    omega = np.sqrt([k, 3 * k])
+    np.testing.assert_allclose(document["frequency_hz"], omega / (2 * np.pi), rtol=1e-12)
+    np.testing.assert_allclose(document["damping_ratio"], beta * omega / 2, rtol=1e-12)
+    # With the contact stuck both diagonals are 3 k.
+    stuck = np.sqrt([2 * k, 4 * k])
+    np.testing.assert_allclose(document["stuck_frequency_hz"], stuck / (2 * np.pi), rtol=1e-12)
+    (file,) = document["files"]
+    head, first, *_ = Path(file).read_text(encoding="utf-8").splitlines()
+    assert head == "mode,frequency_hz,damping_ratio,stuck_frequency_hz,stuck_damping_ratio"
+    assert float(first.split(",")[1]) == pytest.approx(omega[0] / (2 * np.pi), rel=1e-9)  # ten digits are written
+
+
+def test_a_structure_that_nothing_holds_has_a_mode_at_zero_without_a_damping_ratio(
+    at_home: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    stiffness = 1e6 * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    np.savez(at_home / "chain.npz", M=np.eye(2), K=stiffness, C=1e-6 * stiffness)
+    (at_home / "chain.toml").write_text(PLAIN.partition("[[joint]]")[0], encoding="utf-8")
+    assert cli.main(["modes", "chain.toml", "--out", "out", "--n-modes", "9", "--json"]) == 0
+    document = json.loads(capfd.readouterr().out)
+    assert document["frequency_hz"] == [0.0, pytest.approx(np.sqrt(2e6) / (2 * np.pi), rel=1e-12)]
+    assert document["damping_ratio"] == [None, pytest.approx(1e-6 * np.sqrt(2e6) / 2, rel=1e-12)]
+    assert "stuck_frequency_hz" not in document
+    assert cli.main(["modes", "chain.toml", "--out", "out", "--film", "1"]) == 2
+    assert "--film 1: plain matrices have no mesh" in capfd.readouterr().err

@@ -202,12 +202,12 @@ def test_a_second_run_finds_everything_kept(home: Path, monkeypatch: pytest.Monk
         raise AssertionError
 
     monkeypatch.setattr("study.reduce.comparison.craig_bampton", fail)
-    monkeypatch.setattr("study.kind.matrices.reduction.read_matrices", fail)
+    monkeypatch.setattr("study.kind.matrices.reduce.read_matrices", fail)
     assert stickslip("reduce", "beam.toml", "--out", "again") == 0
     assert (home / "again" / "beam_rom.h5").exists()
     # A check takes the kept reduction, and is kept itself.
     assert stickslip("reduce", "beam.toml", "--out", "again", "--check") == 0
-    monkeypatch.setattr("study.kind.matrices.reduction.check_fixed_interface_modes", fail)
+    monkeypatch.setattr("study.kind.matrices.reduce.check_fixed_interface_modes", fail)
     assert stickslip("reduce", "beam.toml", "--out", "again", "--check") == 0
 
 

@@ -327,7 +327,7 @@ def test_sets_of_faces_and_of_nodes_are_drawn(home: Path, monkeypatch: pytest.Mo
 
     monkeypatch.setattr("study.kind.part.reduce._drawn", drawn)
     monkeypatch.setattr("study.kind.part.reduce.picture_modes", lambda *_: [])
-    monkeypatch.setattr("study.kind.part.pictures.named_faces_picture", draw)
+    monkeypatch.setattr("study.kind.part.stages.named_faces_picture", draw)
     # Held too, by a set of nodes.
     (home / "bar.toml").write_text(
         MESH_CASE.replace('on = ["foot"]', 'on = ["foot", "belt"]').split("[[structure.boundary]]")[0]

@@ -21,7 +21,7 @@ from pipeline import parallel
 from pipeline.store import Store
 from study.case.setup import read_case
 from study.kind.rig.forces import rig_forces
-from study.kind.rig.system import RestingRig
+from study.kind.rig.structure import RestingRig
 from study.run_context import silent_run
 from study.solve.model import SolveModel, solve_model
 

@@ -16,10 +16,9 @@ from geometry.rig import Rig, mating_pairs, named_points
 from pipeline.progress import SilentProgress
 from pipeline.store import Store
 from study.kind.blade.table import MeshTable
-from study.kind.rig.body import reduced_body
-from study.kind.rig.model import RigModel
+from study.kind.rig.model import LINES, RigModel, body_tetrahedra, in_tetrahedra, mirrored_tetrahedra
+from study.kind.rig.reduction import reduced_body
 from study.kind.rig.table import RigMeshTable
-from study.kind.rig.tetrahedra import LINES, body_tetrahedra, in_tetrahedra, mirrored_tetrahedra
 from tests.fe.surface import area_vectors
 
 needs_tetwild = pytest.mark.skipif(
@@ -103,5 +102,5 @@ def rigid(place: StationCoordinates, node: np.ndarray, direction: np.ndarray, n:
 
 
 def test_the_cases_of_blades_and_rigs_take_tetrahedra() -> None:
-    assert MeshTable(element="tet10", length_ratio=2.0, length_cap="8 mm").rule("tet10", 2).element is TET10
+    assert MeshTable(element="tet10", length_ratio=2.0, length_cap="8 mm").element == TET10.name
     assert RigMeshTable(element="tet10", size="4 mm").element == "tet10"

@@ -19,8 +19,8 @@ from reduction.jointed_system import (
     QuadraticDamper,
 )
 from reduction.rom import ReducedModel
-from study.case.damping import stuck_at_rest
 from study.case.setup import read_case
+from study.case.structure import stuck_at_rest
 from study.solve.model import SolveModel, solve_model
 
 K = 1e6 * np.array([[2.0, -1, 0, 0], [-1, 2, -1, 0], [0, -1, 1, 0], [0, 0, 0, 5]])
@@ -123,7 +123,7 @@ def test_the_system_is_what_the_file_says(tmp_path: Path) -> None:
     np.testing.assert_allclose(model.system.dynamic, expected, atol=1e-15)  # cos 90 deg is round-off
     assert [(curve.fixed, curve.label) for curve in model.curves] == [(1.0, "level 1"), (3.0, "level 3")]
     assert model.curves[0].first == pytest.approx(120 * pi, rel=1e-15)
-    assert (model.harmonics, model.n_sample, model.outputs[0].derivative) == (5, 0, 1)
+    assert (model.harmonics, model.n_sample, model.outputs[0].quantity) == (5, 0, "velocity")
 
 
 def test_the_damping_ratio_is_met_on_the_first_stuck_mode(tmp_path: Path) -> None:

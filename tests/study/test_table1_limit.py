@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geometry.errors import InputError
-from study.table1.limit import Limit, richardson
+from study.table1.stages import Limit, richardson
 
 
 @given(

@@ -73,7 +73,7 @@ def run(tmp_path_factory: pytest.TempPathFactory, case_text: dict[str, str]) -> 
 
 def test_interrupted_it_says_so_and_keeps_what_was_finished(run: Run) -> None:
     assert run.interrupted.returncode == 3
-    assert "stickslip: interrupted; what was finished is kept" in run.interrupted.stderr
+    assert "stickslip: interrupted; finished work is stored" in run.interrupted.stderr
     assert "Traceback" not in run.interrupted.stderr
     assert 0 < len(run.kept) < len(entries(run.folder))
     assert not run.interrupted.stdout

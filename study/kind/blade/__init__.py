@@ -16,28 +16,13 @@ def make_structure(opened: OpenCase, run: RunContext) -> Structure:
 def run_reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
     """Write STEP, mesh, the reduced model and the response of its tip."""
     from study.kind.blade.reduce import reduce_blade_case
-    from study.reduce.report import frequency_document, frequency_lines
 
-    reduced = reduce_blade_case(opened, run, checked=checked)
-    found = reduced.reduction
-    lines = [
-        *frequency_lines(found, reduced.n_mode, reduced.check),
-        "",
-        f"  first, from the peak of the harmonic-balance response: {found.peak_natural:.5f} Hz",
-        "",
-        *map(str, reduced.files),
-    ]
-    document = {
-        **frequency_document(found, reduced.check),
-        "hb_peak_hz": found.peak_natural,
-        "files": [str(file) for file in reduced.files],
-    }
-    return Answer(document=document, text="\n".join(lines))
+    return reduce_blade_case(opened, run, checked)
 
 
 def run_modes(opened: OpenCase, run: RunContext, n_mode: int, film_of: int | None) -> Answer:
     """Draw the mode shapes of the whole blade."""
-    from study.kind.blade.modes import blade_modes
+    from study.kind.blade.reduce import blade_modes
 
     return blade_modes(opened, run, n_mode, film_of)
 

@@ -1,6 +1,8 @@
-"""One finite-element model of a blade: what it depends on, and its clamped system."""
+"""One finite-element model of a blade: what it depends on, its clamped system, and the CAD solid behind the mesh."""
 
-from dataclasses import dataclass
+import tempfile
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +10,7 @@ from numpy.typing import NDArray
 from casefile.table import CaseModel, located
 from fe.assembly import assemble_compact
 from fe.boundary import Support, supported_system
-from fe.element import REGISTRY
+from fe.element import ELEMENTS, HEX20, REGISTRY
 from fe.material import Material
 from fe.mesh import Mesh
 from fe.mesh_quality import check_quality
@@ -16,14 +18,20 @@ from fe.mesher.blade import PadMesh
 from fe.mesher.mesh_rule import MeshRule
 from fe.modal import modes
 from fe.relaxed_clamp import thinned
+from fe.solid import jacobian
 from fe.system import LinearSystem
 from geometry.blade import Blade
-from geometry.plain_blade import PlainBlade
+from geometry.blade_solid import blade_part
+from geometry.plain_blade import PlainBlade, plain_blade_part
+from geometry.step_io import write_step
+from geometry.system_library import preflight
 from pipeline.store import stage
 from study.kind.blade.table import BladeTables, mesh_any, with_thickness
 
 #: Nodes that stay physical in a reduced model, where the mesh has them.
 BOUNDARY = ("excitation", "response", "contact_positive", "contact_negative")
+#: The mesh that is compared: quadratic, since straight faces would lose what a curved groove holds.
+THROUGH_THICKNESS = 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,3 +156,38 @@ def held_nodes(mesh: Mesh, drop_every: int) -> NDArray[np.int64]:
 def boundary_rows(mesh: Mesh, system: LinearSystem) -> dict[str, NDArray[np.int64]]:
     """Rows of excitation, response and contact nodes, by name."""
     return {name: system.rows(mesh.node_sets[name]) for name in BOUNDARY if name in mesh.node_sets}
+
+
+@dataclass(frozen=True, kw_only=True)
+class SolidCheck:
+    """A blade as CAD and as mesh.
+
+    Parameters
+    ----------
+    cad_volume, mesh_volume
+        [m^3].
+    step
+        The STEP file.
+    """
+
+    cad_volume: float
+    mesh_volume: float
+    step: str
+
+
+@stage("CAD solid")
+def solid_check(inputs: BladeModel) -> SolidCheck:
+    """Build the solid, write it as STEP and compare volumes."""
+    preflight("cad")
+    part = blade_part(inputs.blade) if isinstance(inputs.blade, Blade) else plain_blade_part(inputs.blade)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "blade.step"
+        write_step(part, file)
+        step = file.read_text(encoding="utf-8")
+    quadratic = replace(inputs, element=HEX20.name, through_thickness=THROUGH_THICKNESS)
+    mesh = mesh_any(inputs.blade, quadratic.rule, inputs.pads)
+    volume = 0.0
+    for cell_type, nodes in mesh.cells.items():
+        at, weights = ELEMENTS[cell_type].rule
+        volume += float((jacobian(ELEMENTS[cell_type], mesh.points[nodes], at)[0] @ weights).sum())
+    return SolidCheck(cad_volume=part.volume, mesh_volume=volume, step=step)

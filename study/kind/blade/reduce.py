@@ -1,15 +1,14 @@
-"""``stickslip reduce``: CAD, mesh, Craig-Bampton model and linear response of one blade."""
+"""``stickslip reduce`` and ``modes`` of a blade: CAD, mesh, Craig-Bampton model, linear response; mode shapes."""
 
 import importlib.metadata
-from dataclasses import dataclass
 from math import pi
-from pathlib import Path
 
 import numpy as np
 
 from casefile.table import located
 from correlation.model import Sensor
 from fe.file.mesh_file import write_mesh
+from fe.modal import modes
 from fe.mode_check import ModeCheck
 from figure.frequency_response import FrequencyResponse
 from hbsolve.dynamic_stiffness import DynamicStiffness
@@ -22,28 +21,20 @@ from reduction.rom import ReducedModel
 from reduction.rom_error import check_fixed_interface_modes
 from study.case.kind import OpenCase
 from study.case.structure import Structure
-from study.kind.blade.model import BladeModel, blade_model, clamped, mesh_size
+from study.kind.blade.model import BladeModel, blade_model, clamped, mesh_size, solid_check
 from study.kind.blade.reduction import THICKNESS_DIRECTION, Reduction, reduce_blade, unit_force
-from study.kind.blade.solid_check import solid_check
 from study.kind.blade.table import BladeStructureTable
+from study.modes.files import MODE_SECONDS, write_shapes
+from study.modes.shapes import Shapes, shapes_of
+from study.reduce.report import reduction_answer
 from study.reduce.structure import reduced_structure
-from study.run_context import RunContext
+from study.run_context import Answer, RunContext
 
 #: Frequencies of the drawn response: this many, over the first three modes.
 N_POINT = 2000
 N_DRAWN = 3
 #: What a case calls the nodes that stay physical and are looked at.
 PLACES = {"response": "tip", "excitation": "excitation"}
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Reduced:
-    """What the command reports: the reduction, how many modes were asked for, their check if any, and its files."""
-
-    reduction: Reduction
-    n_mode: int
-    check: ModeCheck | None
-    files: tuple[Path, ...]
 
 
 @stage("reduced blade")
@@ -59,7 +50,7 @@ def checked_blade(model: BladeModel, rom: ReducedModel) -> ModeCheck:
     return check_fixed_interface_modes(clamped(model)[1], rom)
 
 
-def reduce_blade_case(opened: OpenCase, run: RunContext, *, checked: bool = False) -> Reduced:
+def reduce_blade_case(opened: OpenCase, run: RunContext, checked: bool = False) -> Answer:
     """Reduce the blade of a case and write STEP, mesh, reduced model and response.
 
     With `checked`, its fixed-interface modes are checked too.
@@ -74,7 +65,14 @@ def reduce_blade_case(opened: OpenCase, run: RunContext, *, checked: bool = Fals
     write_mesh(found.mesh, files[".vtu"])
     save_rom(found.rom, files["_rom.h5"])
     drawn = run.draw({f"{stem}_response": _tip_response(found, title)})
-    return Reduced(reduction=found, n_mode=model.n_mode, check=check, files=(*files.values(), *drawn))
+    return reduction_answer(
+        found,
+        model.n_mode,
+        check,
+        [*files.values(), *drawn],
+        notes=["", f"  first, from the peak of the harmonic-balance response: {found.peak_natural:.5f} Hz"],
+        facts={"hb_peak_hz": found.peak_natural},
+    )
 
 
 def blade_structure(opened: OpenCase, run: RunContext) -> Structure:
@@ -121,3 +119,18 @@ def _tip_response(found: Reduction, title: str) -> FrequencyResponse:
     response = branch.coefficients[:, 1, found.rom.rows("response", THICKNESS_DIRECTION)[0]]
     title = f"{title}: tip displacement for a force near the root"
     return FrequencyResponse(frequency=frequency, receptance=response, title=title)
+
+
+@stage("mode shapes of a blade")
+def blade_shapes(model: BladeModel, n_mode: int) -> Shapes:
+    """Compute the lowest modes of a clamped blade."""
+    mesh, system, _ = clamped(model)
+    return shapes_of(mesh, model.material, system, modes(system, n_mode))
+
+
+def blade_modes(opened: OpenCase, run: RunContext, n_mode: int, film_of: int | None) -> Answer:
+    """Compute and draw the lowest modes of a case."""
+    model = model_of_case(opened, run)
+    n_dof = run.store.run(mesh_size, model)
+    shapes = run.step("modes", expected=MODE_SECONDS * n_dof / 1e4).run(blade_shapes, model, n_mode)
+    return write_shapes(shapes, opened.path.stem, film_of, run)

@@ -19,9 +19,8 @@ from reduction.memory_estimate import reduction_memory, refuse_beyond_memory
 from reduction.rom import ReducedModel, rayleigh_damped
 from reduction.rom_error import rom_error
 from study.kind.blade.model import BladeModel, boundary_rows, clamped
+from study.reduce.comparison import N_FREQUENCY, ComparedReduction
 
-#: Frequencies that are compared; the peak is sought for the first.
-N_FREQUENCY = 10
 #: Excitation and response act along y, the thickness.
 THICKNESS_DIRECTION = 1
 #: The peak is sought this far on each side of the reduced frequency; the second mode is farther.
@@ -29,36 +28,23 @@ BAND = 0.2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Reduction:
+class Reduction(ComparedReduction):
     """A reduced blade and how good it is.
 
     Parameters
     ----------
-    mesh, rom
-        The mesh, and the reduced model on it.
+    mesh
+        Of the blade.
     n_held
-        Held nodes [-].
-    frequency, rom_frequency
-        The first ten, full and reduced, shape (10,) [Hz].
-    rom_error
-        Estimated relative truncation error of each reduced frequency, shape (10,) [-].
+        Fixed nodes [-].
     peak_natural
         The natural frequency that the interpolated peak of the harmonic-balance response stands for, its damping shift
         taken out [Hz].
     """
 
     mesh: Mesh
-    rom: ReducedModel
     n_held: int
-    frequency: Float[NDArray[np.float64], " m"]
-    rom_frequency: Float[NDArray[np.float64], " m"]
-    rom_error: Float[NDArray[np.float64], " m"]
     peak_natural: float
-
-    @property
-    def n_dof(self) -> int:
-        """Free degrees of freedom of the full model [-]."""
-        return len(self.rom.free)
 
 
 def reduce_blade(model: BladeModel, provenance: Mapping[str, str] | None = None) -> Reduction:

@@ -1,9 +1,10 @@
 """The tables that describe a blade: dimensions, material, mesh, clamp, reduction and damping."""
 
-from dataclasses import replace
-from typing import Annotated, Literal
+from collections.abc import Callable
+from dataclasses import fields, replace
+from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, create_model
 from pydantic_core import PydanticCustomError
 
 from casefile.quantity import Angle, Length, MaterialDensity, Ratio, YoungsModulus
@@ -26,6 +27,7 @@ def _known_element(name: str) -> str:
     return name
 
 
+Table = TypeVar("Table", bound=CaseModel)
 Count = Annotated[int, Field(ge=1, le=1000, strict=True)]
 #: Any registered element: those from outside too.
 ElementName = Annotated[str, AfterValidator(_known_element)]
@@ -33,43 +35,43 @@ BrickName = Literal["hex8", "hex20"]
 RootName = Literal["full", "relaxed"]
 
 
+def with_dimensions(part: type, *, are_given: bool = False) -> Callable[[type[Table]], type[Table]]:
+    """A decorator of tables that adds the dimensions of a part of `geometry` as quantities.
+
+    Parameters
+    ----------
+    part
+        A dataclass of lengths [m], and of angles [rad], whose names end with "angle".
+    are_given
+        Whether a case must give all of them; what it leaves out is as in `geometry` otherwise.
+    """
+
+    def widened(table: type[Table]) -> type[Table]:
+        sizes: dict[str, Any] = {
+            field.name: (Angle if field.name.endswith("angle") else Length, ... if are_given else field.default)
+            for field in fields(part)
+        }
+        return create_model(table.__name__, __base__=table, __doc__=table.__doc__, __module__=table.__module__, **sizes)
+
+    return widened
+
+
+@with_dimensions(Blade, are_given=True)
 class RigBladeTable(CaseModel):
-    """The rig's blade with its grooved pads; the fields are those of `geometry.blade.Blade`."""
+    """The rig's blade with its grooved pads."""
 
     kind: Literal["rig"]
-    length: Length
-    thickness: Length
-    edge_thickness: Length
-    chord: Length
-    flat_width: Length
-    root_chord: Length
-    root_thickness: Length
-    root_height: Length
-    contact_height: Length
-    contact_length: Length
-    pad_clearance: Length
-    pad_height_above_groove: Length
-    lip_above_axis: Length
-    groove_radius: Length
-    cone_half_angle: Angle
-    excitation_height: Length
 
     def blade(self) -> Blade:
         """Its dimensions, checked as a whole."""
         return Blade(**self.model_dump(exclude={"kind"}))
 
 
+@with_dimensions(PlainBlade, are_given=True)
 class PlainBladeTable(CaseModel):
-    """The plain blade; the fields are those of `geometry.plain_blade.PlainBlade`."""
+    """The plain blade."""
 
     kind: Literal["plain"]
-    length: Length
-    thickness: Length
-    chord: Length
-    root_chord: Length
-    root_thickness: Length
-    root_height: Length
-    excitation_height: Length
 
     def blade(self) -> PlainBlade:
         """Its dimensions, checked as a whole."""
@@ -112,16 +114,6 @@ class MeshSizeTable(CaseModel):
     length_ratio: Ratio
     length_cap: Length
     pads: PadTable = PadTable()
-
-    def rule(self, element: str, through_thickness: int, subdivisions: int = 1) -> MeshRule:
-        """The rule for one element and one number of elements through the thickness."""
-        return MeshRule(
-            element=REGISTRY[element],
-            through_thickness=through_thickness,
-            length_ratio=self.length_ratio,
-            length_cap=self.length_cap,
-            subdivisions=subdivisions,
-        )
 
 
 class MeshTable(MeshSizeTable):

@@ -11,14 +11,14 @@ def make_structure(opened: OpenCase, run: RunContext) -> Structure:
     from study.kind.matrices.reduce import reduce_matrices
     from study.reduce.structure import reduced_structure
 
-    return reduced_structure(reduce_matrices(opened, run).found.rom)
+    return reduced_structure(reduce_matrices(opened, run)[0].rom)
 
 
 def run_reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
     """Write the reduced model, and compare reduced frequencies with full ones."""
     from study.kind.matrices.reduce import reduce_matrices_case
 
-    return reduce_matrices_case(opened, run, checked=checked)
+    return reduce_matrices_case(opened, run, checked)
 
 
 CASE_KINDS.register(
@@ -28,6 +28,6 @@ CASE_KINDS.register(
         table=MatricesTable,
         structure=make_structure,
         reduce=run_reduce,
-        modes="matrices have no mesh to draw; `stickslip reduce` computes their frequencies",
+        modes=None,
     )
 )

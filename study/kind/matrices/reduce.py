@@ -1,39 +1,74 @@
 """``stickslip reduce`` of matrices that another program wrote: to the reduced model that ``stickslip solve`` takes."""
 
 import importlib.metadata
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 
-from casefile.mistakes import Mistakes
-from casefile.table import at_key, located
+from casefile.table import Mistakes, at_key, located
 from fe.errors import MatrixFileError
 from fe.file.dof_table import DIRECTIONS, N_TRANSLATION
-from fe.file.imported_matrices import ImportedMatrices, ImportedSystem, Rows
-from fe.file.matrix_file import require_file
+from fe.file.imported_matrices import ImportedMatrices, ImportedSystem, Rows, Units, read_matrices
+from fe.file.matrix_file import MatrixSource, require_file
+from fe.mode_check import ModeCheck
+from fe.system import LinearSystem
 from pipeline.output import replace_file
+from pipeline.store import stage
 from reduction.file.rom_hdf5 import save_rom
+from reduction.rom import ReducedModel
+from reduction.rom_error import check_fixed_interface_modes
 from study.case.kind import OpenCase
 from study.case.tables import Case
-from study.kind.matrices.message import at_file
-from study.kind.matrices.reduction import checked_matrices, imported_matrices, reduced_matrices
 from study.kind.matrices.table import UNITS, MatricesTable
-from study.reduce.comparison import ComparedReduction
-from study.reduce.report import frequency_document, frequency_lines
+from study.reduce.comparison import ComparedReduction, compared_reduction
+from study.reduce.report import reduction_answer
 from study.run_context import Answer, RunContext
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class MatricesReduction:
-    """A reduced structure, what it was made of, and the rows of the files that it recovers."""
+@stage("imported matrices")
+def imported_matrices(
+    mass: MatrixSource, stiffness: MatrixSource, damping: MatrixSource | None, dofs: Path | None, units: Units
+) -> ImportedMatrices:
+    """Read and check the matrices; the files count by their contents."""
+    return read_matrices(mass, stiffness, damping=damping, dofs=dofs, units=units)
 
-    found: ComparedReduction
-    read: ImportedMatrices
-    free: ImportedSystem
+
+@stage("reduced matrices")
+def reduced_matrices(
+    system: LinearSystem,
+    boundary: Mapping[str, Rows],
+    n_mode: int,
+    damping_ratio: float | None,
+    provenance: Mapping[str, str],
+) -> ComparedReduction:
+    """Reduce, damp and compare with the full system.
+
+    Arguments are those of `compared_reduction`.
+
+    Raises
+    ------
+    MatrixFileError
+        A mass or stiffness whose written digits leave the reduced model indefinite.
+    """
+    try:
+        return compared_reduction(system, boundary, n_mode, damping_ratio, provenance)
+    except np.linalg.LinAlgError as error:
+        raise MatrixFileError(
+            f"the modes of the reduced model cannot be found ({error}): check signs and units of mass and stiffness, "
+            "and write them with more digits"
+        ) from error
 
 
-def reduce_matrices(opened: OpenCase, run: RunContext) -> MatricesReduction:
-    """Reduce the matrices of a case.
+@stage("check of reduced matrices")
+def checked_matrices(system: LinearSystem, rom: ReducedModel) -> ModeCheck:
+    """Check the fixed-interface modes of a system's reduced model."""
+    return check_fixed_interface_modes(system, rom)
+
+
+def reduce_matrices(opened: OpenCase, run: RunContext) -> tuple[ComparedReduction, ImportedMatrices, ImportedSystem]:
+    """The reduced matrices of a case, what was read, and the rows of the files that the reduction recovers.
 
     Raises
     ------
@@ -83,10 +118,10 @@ def reduce_matrices(opened: OpenCase, run: RunContext) -> MatricesReduction:
                 "files": repr(files),
             },
         )
-    return MatricesReduction(found=found, read=read, free=free)
+    return found, read, free
 
 
-def reduce_matrices_case(opened: OpenCase, run: RunContext, *, checked: bool = False) -> Answer:
+def reduce_matrices_case(opened: OpenCase, run: RunContext, checked: bool = False) -> Answer:
     """Write the reduced model and the table of its full rows; with `checked`, its fixed-interface modes are checked.
 
     Raises
@@ -95,21 +130,15 @@ def reduce_matrices_case(opened: OpenCase, run: RunContext, *, checked: bool = F
         As `reduce_matrices`.
     """
     assert run.output is not None
-    reduced, check = reduce_matrices(opened, run), None
+    found, read, free = reduce_matrices(opened, run)
+    check, stem = None, opened.path.stem
     if checked:
         with located(opened.case, "structure", "boundary"):
-            step = run.step("check of the modes")
-            check = step.run(checked_matrices, reduced.free.linear, reduced.found.rom)
-    stem = opened.path.stem
-    written = (run.output / f"{stem}_rom.h5", run.output / f"{stem}_dofs.csv")
-    save_rom(reduced.found.rom, written[0])
-    replace_file(written[1], _full_rows(reduced.read, reduced.free))
-    files = [str(file) for file in written]
-    n_mode = opened.case.structure.reduction.modes
-    return Answer(
-        document={**frequency_document(reduced.found, check), "files": files},
-        text="\n".join([*frequency_lines(reduced.found, n_mode, check), "", *files]),
-    )
+            check = run.step("check of the modes").run(checked_matrices, free.linear, found.rom)
+    files = [run.output / f"{stem}_rom.h5", run.output / f"{stem}_dofs.csv"]
+    save_rom(found.rom, files[0])
+    replace_file(files[1], _full_rows(read, free))
+    return reduction_answer(found, opened.case.structure.reduction.modes, check, files)
 
 
 def _rows(case: Case[MatricesTable], read: ImportedMatrices) -> tuple[Rows, dict[str, Rows]]:
@@ -150,3 +179,48 @@ def _full_rows(read: ImportedMatrices, free: ImportedSystem) -> str:
         f"{number},{read.dofs.node[row]},{DIRECTIONS[read.dofs.direction[row]]}" for number, row in enumerate(rows)
     ]
     return "\n".join(["dof,node,direction", *lines, ""])
+
+
+@contextmanager
+def at_file(case: Case[MatricesTable], files: Mapping[str, Path]) -> Iterator[None]:
+    """Give what a reader refuses the key of the file that it speaks of first.
+
+    Parameters
+    ----------
+    case
+        The case.
+    files
+        By their keys in `[structure.files]`.
+
+    Raises
+    ------
+    CaseError
+        In place of a `MatrixFileError` raised within.
+    """
+    try:
+        yield
+    except MatrixFileError as error:
+        said = str(error)
+        spoken = {key: said.find(f'"{file}"') for key, file in files.items()}
+        found = [key for key in files if spoken[key] >= 0]
+        if not found:
+            with located(case, "structure", "files"):
+                raise
+        # One file may hold several matrices: the one that is named then.
+        first = min(found, key=lambda key: (spoken[key], f"the {key}" not in said))
+        with at_key(case, "structure", "files", first):
+            raise MatrixFileError(without_name(said, first, files[first])) from error
+
+
+def without_name(said: str, key: str, file: Path) -> str:
+    """A message without the name of the file that it is about."""
+    said = said.removeprefix(f"the {key}: ")
+    missing = f'there is no file "{file}": check its name and folder'
+    if said.startswith(missing):
+        return (
+            f"there is no such file: check its name and folder, which count from the case{said.removeprefix(missing)}"
+        )
+    for between in (": ", ", ", " "):
+        if said.startswith(f'"{file}"{between}'):
+            return said.removeprefix(f'"{file}"{between}')
+    return said.replace(f'"{file}"', "this file", 1)

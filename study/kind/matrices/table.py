@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field
 
 from casefile.table import CaseModel
+from casefile.validation import all_different
 from fe.file.dof_table import DIRECTIONS, LARGEST_LABEL, N_TRANSLATION
 from fe.file.imported_matrices import Units
 from fe.file.matrix_file import MatrixSource
@@ -18,20 +19,13 @@ DirectionName = Literal["x", "y", "z", "rotx", "roty", "rotz"]
 UNITS = {"m, kg, s": Units.SI, "mm, tonne, s": Units.MILLIMETRE}
 
 
-def _different(values: tuple[object, ...]) -> tuple[object, ...]:
-    for place, value in enumerate(values):
-        if value in values[:place]:
-            raise ValueError(f"{value} stands there twice: remove one")
-    return values
-
-
 Nodes = Annotated[
     tuple[Annotated[int, Field(ge=0, le=LARGEST_LABEL, strict=True)], ...],
-    AfterValidator(_different),
+    AfterValidator(all_different),
     Field(min_length=1, examples=[[1, 2, 3]]),
 ]
 Directions = Annotated[
-    tuple[DirectionName, ...], AfterValidator(_different), Field(min_length=1, examples=[["x", "y", "z"]])
+    tuple[DirectionName, ...], AfterValidator(all_different), Field(min_length=1, examples=[["x", "y", "z"]])
 ]
 
 

@@ -17,7 +17,7 @@ def run_reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
     """Write mesh, reduced model, tables and pictures."""
     from study.kind.part.reduce import reduce_part_case
 
-    return reduce_part_case(opened, run, checked=checked)
+    return reduce_part_case(opened, run, checked)
 
 
 CASE_KINDS.register(

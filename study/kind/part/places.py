@@ -8,8 +8,8 @@ import scipy.sparse as sp
 from jaxtyping import Int
 from numpy.typing import NDArray
 
-from casefile.mistakes import Mistakes
-from casefile.table import at_key
+from casefile.table import Mistakes, at_key
+from fe.boundary import Support
 from fe.errors import BesideMesh, MeshError
 from fe.face_integral import outer_faces
 from fe.file.dof_table import N_TRANSLATION
@@ -19,7 +19,6 @@ from fe.station_coordinates import station_coordinates
 from fe.surface_line import line_along_edge, line_between
 from geometry.interface import ContactLine
 from study.case.tables import Case
-from study.kind.part.stages import Kept
 from study.kind.part.table import TRANSLATIONS, LineTable, PartTable
 
 #: The face set on which points lie that name none.
@@ -50,8 +49,8 @@ class Places:
 
     mesh: Mesh
     to_nodes: sp.csr_array | None
-    supports: tuple[Kept, ...]
-    boundary: dict[str, Kept]
+    supports: tuple[Support, ...]
+    boundary: dict[str, Support]
     lines: dict[str, ContactLine]
 
 
@@ -117,11 +116,11 @@ def places(case: Case[PartTable], mesh: Mesh) -> Places:
     for number, support in enumerate(case.structure.support):
         with mistakes.at(), at_key(case, "structure", "support", number, "on"):
             nodes = np.unique(np.concatenate([_nodes(mesh, name) for name in support.on]))
-            supports.append(Kept(nodes=nodes, directions=support.numbers))
+            supports.append(Support(nodes=nodes, directions=support.numbers))
     for number, kept in enumerate(case.structure.boundary):
         with mistakes.at(), at_key(case, "structure", "boundary", number, "on"):
             nodes = _nodes(mesh, kept.on)
-            boundary[kept.name] = Kept(nodes=nodes, directions=_numbers(kept.directions))
+            boundary[kept.name] = Support(nodes=nodes, directions=_numbers(kept.directions))
             _check_free(kept.name, boundary[kept.name], supports)
     for number, point in enumerate(case.structure.point):
         with mistakes.at(), at_key(case, "structure", "point", number, "at"):
@@ -152,7 +151,7 @@ def places(case: Case[PartTable], mesh: Mesh) -> Places:
         mistakes.raise_if_any()
         for name in lines:
             directions = next((point.directions for point in case.structure.point if point.name == name), TRANSLATIONS)
-            boundary[name] = Kept(nodes=bare.node_sets[name], directions=_numbers(directions))
+            boundary[name] = Support(nodes=bare.node_sets[name], directions=_numbers(directions))
     kept_faces = {name: part for name, part in bare.face_sets.items() if name != SURFACE}
     return Places(
         mesh=replace(bare, face_sets=kept_faces),
@@ -167,7 +166,7 @@ def _pivots(mesh: Mesh, lines: dict[str, ContactLine]) -> dict[str, NDArray[np.i
     return {name: mesh.node_sets[name] for name in lines}
 
 
-def _check_free(name: str, kept: Kept, supports: Sequence[Kept]) -> None:
+def _check_free(name: str, kept: Support, supports: Sequence[Support]) -> None:
     held = [_dofs(each) for each in supports]
     if held and np.isin(_dofs(kept), np.concatenate(held)).all():
         along = ", ".join(TRANSLATIONS[each] for each in kept.directions)
@@ -177,7 +176,7 @@ def _check_free(name: str, kept: Kept, supports: Sequence[Kept]) -> None:
         )
 
 
-def _dofs(kept: Kept) -> Int[NDArray[np.int64], " k"]:
+def _dofs(kept: Support) -> Int[NDArray[np.int64], " k"]:
     return np.ravel(N_TRANSLATION * kept.nodes[:, None] + np.array(kept.directions, dtype=np.int64))
 
 

@@ -17,7 +17,6 @@ from fe.material import Material
 from fe.mesh import Mesh
 from fe.mesh_quality import cell_quality
 from fe.mesher.tetrahedra import TetRule
-from fe.mode_check import ModeCheck
 from fe.sparse.factor import Symmetric
 from geometry.errors import MissingSoftware, SelectorError
 from geometry.face_selector import FaceSelector
@@ -29,13 +28,13 @@ from reduction.rom import ReducedModel
 from study.case.kind import OpenCase
 from study.case.structure import Structure
 from study.case.tables import Case
-from study.kind.part.pictures import face_pictures
 from study.kind.part.places import Places, check_names, places
 from study.kind.part.reduce_report import face_document, face_lines, frequency_table, station_table
 from study.kind.part.stages import (
     NamedFaces,
     PartReduction,
     checked_part,
+    face_pictures,
     named_faces,
     part_matrices,
     reduced_part,
@@ -44,7 +43,7 @@ from study.kind.part.stages import (
 )
 from study.kind.part.table import PartTable
 from study.modes.files import picture_modes
-from study.reduce.report import frequency_document, frequency_lines
+from study.reduce.report import reduction_answer
 from study.reduce.structure import reduced_structure
 from study.run_context import Answer, RunContext
 
@@ -128,7 +127,7 @@ def rows_along(
     return found
 
 
-def reduce_part_case(opened: OpenCase, run: RunContext, *, checked: bool = False) -> Answer:
+def reduce_part_case(opened: OpenCase, run: RunContext, checked: bool = False) -> Answer:
     """Write mesh, reduced model, tables and pictures; with `checked`, its fixed-interface modes are checked too.
 
     Raises
@@ -139,46 +138,34 @@ def reduce_part_case(opened: OpenCase, run: RunContext, *, checked: bool = False
     assert run.output is not None
     case, stem = opened.case, opened.path.stem
     model = reduce_part(opened, run)
-    found, reduced, check = model.places, model.reduced, None
-    compared, shapes = reduced.compared, reduced.shapes
+    meshed, found, check = model.meshed, model.places, None
+    mesh, compared = found.mesh, model.reduced.compared
     if checked:
         with located(case, "structure"):
-            step = run.step("check of the modes", expected=REDUCTION_SECONDS * 3 * found.mesh.n_node / 2)
-            check = step.run(checked_part, found.mesh, model.matrices, found.to_nodes, found.supports, compared.rom)
+            step = run.step("check of the modes", expected=REDUCTION_SECONDS * 3 * mesh.n_node / 2)
+            check = step.run(checked_part, mesh, model.matrices, found.to_nodes, found.supports, compared.rom)
     files = {name: run.output / f"{stem}{name}" for name in (".vtu", "_rom.h5", "_frequencies.csv", "_stations.csv")}
-    modes = {f"mode {k + 1}: {f:.6g} Hz": shapes.displacement[k] for k, f in enumerate(shapes.frequency)}
-    write_mesh(found.mesh, files[".vtu"], modes)
+    write_mesh(mesh, files[".vtu"], model.reduced.shapes.fields)
     save_rom(compared.rom, files["_rom.h5"])
     replace_file(files["_frequencies.csv"], frequency_table(compared))
     replace_file(files["_stations.csv"], station_table(found.lines))
     drawn = _drawn(opened, model, run)
-    return _answer(model, case.structure.reduction.modes, check, [str(file) for file in (*files.values(), *drawn)])
-
-
-def _answer(model: PartModel, n_mode: int, check: ModeCheck | None, files: list[str]) -> Answer:
-    meshed, mesh, found = model.meshed, model.places.mesh, model.reduced.compared
     worst = float(cell_quality(mesh).scaled_jacobian.min())
-    return Answer(
-        document={
-            **frequency_document(found, check),
+    faces = face_lines(meshed.faces)
+    return reduction_answer(
+        compared,
+        case.structure.reduction.modes,
+        check,
+        [*files.values(), *drawn],
+        head=[*faces, *([""] if faces else []), f"{mesh.n_cell} elements, worst scaled Jacobian {worst:.2f}"],
+        facts={
             "n_node": mesh.n_node,
             "n_element": mesh.n_cell,
             "least_scaled_jacobian": worst,
             "mended": list(meshed.notes),
             **({"faces": face_document(meshed.faces)} if meshed.faces else {}),
-            "boundary": {name: len(rows) for name, rows in found.rom.boundary_sets.items()},
-            "files": files,
+            "boundary": {name: len(rows) for name, rows in compared.rom.boundary_sets.items()},
         },
-        text="\n".join(
-            [
-                *face_lines(meshed.faces),
-                *([""] if meshed.faces else []),
-                f"{mesh.n_cell} elements, worst scaled Jacobian {worst:.2f}",
-                *frequency_lines(found, n_mode, check),
-                "",
-                *files,
-            ]
-        ),
     )
 
 

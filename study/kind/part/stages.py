@@ -1,5 +1,6 @@
-"""The stages of a user's own part: its solid, its tetrahedra, its matrices, and their reduction."""
+"""The stages of a user's own part: its solid, tetrahedra and matrices, their reduction, and pictures of its mesh."""
 
+import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,8 +21,8 @@ from fe.sparse.factor import Symmetric
 from fe.sparse.node_matrix import NodeMatrix
 from fe.sparse.upper_blocks import UpperBlocks
 from fe.station_coordinates import StationCoordinates
-from fe.stress import nodal_stress, von_mises
 from fe.system import LinearSystem
+from figure.scene.named_faces import named_faces_picture
 from geometry.face_selector import FaceSelector
 from geometry.part import MILLIMETRES_PER_METRE
 from geometry.step_part import read_body, step_part
@@ -29,13 +30,15 @@ from geometry.system_library import preflight
 from pipeline.store import stage
 from reduction.rom import ReducedModel
 from reduction.rom_error import check_fixed_interface_modes
-from study.modes.shapes import Shapes
+from study.modes.shapes import Shapes, stressed_shapes
 from study.reduce.comparison import ComparedReduction, compared_reduction
 
 #: Modes that are drawn.
 N_DRAWN = 6
 
 Nodes = Int[NDArray[np.int64], " k"]
+#: From the body towards the eye, in each picture.
+VIEWS = {"faces.png": (0.80, -0.62, 0.36), "faces_behind.png": (-0.80, 0.62, -0.36)}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -72,14 +75,6 @@ class NamedFaces:
     n_face: int
     area: float
     centre: Float[NDArray[np.float64], " 3"]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Kept:
-    """A set of nodes that stays physical, in some directions."""
-
-    nodes: Nodes
-    directions: tuple[int, ...]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -140,8 +135,8 @@ def reduced_part(
     material: Material,
     matrices: tuple[Symmetric, Symmetric],
     to_nodes: sp.csr_array | None,
-    supports: Sequence[Kept],
-    boundary: Mapping[str, Kept],
+    supports: Sequence[Support],
+    boundary: Mapping[str, Support],
     n_mode: int,
     damping_ratio: float | None,
     provenance: Mapping[str, str],
@@ -189,7 +184,7 @@ def checked_part(
     mesh: Mesh,
     matrices: tuple[Symmetric, Symmetric],
     to_nodes: sp.csr_array | None,
-    supports: Sequence[Kept],
+    supports: Sequence[Support],
     rom: ReducedModel,
 ) -> ModeCheck:
     """Check the fixed-interface modes of what `reduced_part` made of the same mesh, matrices and supports."""
@@ -204,28 +199,35 @@ def _held(
     mesh: Mesh,
     matrices: tuple[Symmetric, Symmetric],
     place: StationCoordinates | None,
-    supports: Sequence[Kept],
+    supports: Sequence[Support],
 ) -> LinearSystem:
     mass, stiffness = matrices if place is None else (place.matrix(each) for each in matrices)
     if supports:
-        held = [Support(nodes=each.nodes, directions=each.directions) for each in supports]
         # What they leave free the boundary may hold; if it does not, the reduction says so.
-        return supported_system(mesh, mass, stiffness, held, may_move=True)
+        return supported_system(mesh, mass, stiffness, list(supports), may_move=True)
     return unsupported_system(mesh, mass, stiffness)
 
 
 def _shapes(mesh: Mesh, material: Material, compared: ComparedReduction) -> Shapes:
     rom = compared.rom
     n_drawn = min(N_DRAWN, len(compared.rom_frequency))
-    found: Float[NDArray[np.float64], "node 3 m"] = np.asarray(
-        rom.displacement(rom.modes(n_drawn).mode_shapes).real, dtype=np.float64
-    )
-    displacement = np.moveaxis(found, 2, 0)
-    stress = [von_mises(nodal_stress(mesh, material, shape)) for shape in displacement]
-    return Shapes(
-        mesh=mesh,
-        n_dof=compared.n_dof,
-        frequency=compared.rom_frequency[:n_drawn],
-        displacement=displacement,
-        von_mises=np.stack(stress),
-    )
+    displacement = np.asarray(rom.displacement(rom.modes(n_drawn).mode_shapes).real, dtype=np.float64)
+    return stressed_shapes(mesh, material, compared.n_dof, compared.rom_frequency[:n_drawn], displacement)
+
+
+@stage("pictures of a part")
+def face_pictures(
+    mesh: Mesh,
+    faces: Mapping[str, Int[NDArray[np.int64], "_ 2"]],
+    stations: Float[NDArray[np.float64], "station 3"],
+    title: str,
+    nodes: Mapping[str, Float[NDArray[np.float64], "_ 3"]],
+) -> dict[str, NDArray[np.uint8]]:
+    """Draw "faces.png" and "faces_behind.png"; bytes of each file by name."""
+    with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
+        folder, found = Path(name), {}
+        for file, towards_eye in VIEWS.items():
+            eye = np.array(towards_eye)
+            named_faces_picture(mesh, faces, stations, folder / file, title=title, towards_eye=eye, nodes=nodes)
+            found[file] = np.frombuffer((folder / file).read_bytes(), dtype=np.uint8)
+        return found

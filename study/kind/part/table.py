@@ -10,6 +10,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from casefile.quantity import LENGTH, Area, Length
 from casefile.table import CaseModel
+from casefile.validation import all_different
 from fe.file.dof_table import DIRECTIONS, N_TRANSLATION
 from geometry.face_selector import FaceSelector
 from geometry.interface import N_STATION
@@ -24,23 +25,16 @@ TRANSLATIONS = DIRECTIONS[:N_TRANSLATION]
 STEP_SUFFIXES = (".step", ".stp")
 
 
-def _different(values: tuple[str, ...]) -> tuple[str, ...]:
-    for place, value in enumerate(values):
-        if value in values[:place]:
-            raise ValueError(f'"{value}" stands there twice: remove one')
-    return values
-
-
 def _unit(value: object) -> float:
     if not isinstance(value, str):
         raise ValueError('is the unit of the coordinates in the file, such as "mm"')
     return LENGTH.read(f"1 {value}")
 
 
-Names = Annotated[tuple[Name, ...], AfterValidator(_different), Field(min_length=1, examples=[["clamp"]])]
+Names = Annotated[tuple[Name, ...], AfterValidator(all_different), Field(min_length=1, examples=[["clamp"]])]
 Directions = Annotated[
     tuple[Literal["x", "y", "z"], ...],
-    AfterValidator(_different),
+    AfterValidator(all_different),
     Field(min_length=1, examples=[["x", "y", "z"]]),
 ]
 LengthUnit = Annotated[float, BeforeValidator(_unit), Field(gt=0, examples=["mm"])]

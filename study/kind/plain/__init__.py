@@ -21,6 +21,6 @@ CASE_KINDS.register(
         table=PlainTable,
         structure=make_structure,
         reduce='its matrices are used as they are: to reduce large ones, write kind = "matrices"',
-        modes="plain matrices have no mesh whose modes could be drawn: `stickslip solve` shows their response",
+        modes=None,
     )
 )

@@ -1,4 +1,4 @@
-"""What the file of a plain structure says: matrices, named parts, degrees of freedom, and rows."""
+"""What the file of a plain structure says: matrices, named parts, degrees of freedom and rows; and its damping."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -10,16 +10,17 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from casefile.errors import CaseError
-from casefile.mistakes import Mistakes
+from casefile.table import Mistakes
 from correlation.errors import ModelDefinitionError
 from correlation.model import DIRECTIONS, Dof, Part
 from geometry.errors import InputError
-from reduction.errors import MatrixError
+from reduction.errors import JointError, MatrixError
 from reduction.file.structure_file import NAMES, StructureMatrices, load_matrices
-from study.case.structure import Structure
+from reduction.jointed_system import Joint
+from reduction.stuck import stuck_damping
+from study.case.structure import Structure, stuck_at_rest
 from study.case.tables import Case
-from study.kind.plain.damping import rayleigh
-from study.kind.plain.table import DofTable, PlainTable
+from study.kind.plain.table import DofTable, PlainTable, RayleighTable
 from study.reduce.structure import dofs_of_reduced_model
 
 Matrix = Float[NDArray[np.float64], "r r"]
@@ -152,3 +153,32 @@ def _of_rom(matrices: StructureMatrices) -> tuple[Dof, ...]:
 def _of_table(table: DofTable) -> Dof:
     at = None if table.coordinates is None else np.array(table.coordinates)
     return Dof(body=table.body, node=table.node, direction=table.direction, coordinates=at)
+
+
+def rayleigh(table: RayleighTable, matrices: StructureMatrices, joints: Sequence[Joint]) -> Matrix:
+    """C = alpha M + beta K [N s/m].
+
+    Parameters
+    ----------
+    table
+        The factors, or the ratio on the first mode with all contacts stuck.
+    matrices
+        Of the structure.
+    joints
+        All joints on it.
+
+    Raises
+    ------
+    JointError
+        The file holds damping of its own, and the table does not say that it takes its place.
+    """
+    if matrices.has_damping and not table.replace:
+        says = "" if table.ratio is None else f"ratio = {table.ratio:g}: "
+        raise JointError(
+            f"{says}the file of the structure holds damping of its own: add replace = true to put this in its place, "
+            "or remove [structure.damping]"
+        )
+    mass, stiffness = matrices.mass, matrices.stiffness
+    if table.ratio is not None:
+        return stuck_damping(mass, stiffness, stuck_at_rest(stiffness, joints), table.ratio)
+    return np.asarray((table.mass_factor or 0.0) * mass + (table.stiffness_factor or 0.0) * stiffness)

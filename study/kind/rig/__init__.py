@@ -22,19 +22,15 @@ def make_structure(opened: OpenCase, run: RunContext) -> Structure:
 def run_reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
     """Write STEP, meshes with modes, the reduced assembly and pictures."""
     from study.kind.rig.reduce import reduce_rig_case
-    from study.kind.rig.reduce_report import rig_document, rig_text
 
-    reduced = reduce_rig_case(opened, run, checked=checked)
-    return Answer(document=rig_document(reduced), text=rig_text(reduced))
+    return reduce_rig_case(opened, run, checked)
 
 
 def after_solve(read: "ReadCase", found: "Solved", run: RunContext) -> Extras:
     """Contact forces, load cells and a film at the highest points."""
-    from study.kind.rig.solve import solved_rig
-    from study.kind.rig.solve_report import rig_solve_document, rig_solve_text
+    from study.kind.rig.solve import extra_answer
 
-    rig = solved_rig(read, found, run)
-    return Extras(files=rig.files, document=rig_solve_document(rig), text=rig_solve_text(rig))
+    return extra_answer(read, found, run)
 
 
 CASE_KINDS.register(

@@ -16,17 +16,11 @@ from study.kind.rig.table import WIDEST_GAP, PairTable, RigTable, SideWeightTabl
 
 
 @dataclass(frozen=True, kw_only=True)
-class DeadWeight:
+class WirePull:
     """The pull of a wire on a damper.
 
-    Parameters
-    ----------
-    force
-        Of the pull [N].
-    shift
-        Of its place along the damper's axis, positive away from the blade [m].
-    inclination
-        Of its direction to +z in the plane of y and z, positive towards +y [rad].
+    Its force [N], the shift of its place along the damper's axis, positive away from the blade [m], and the inclination
+    of its direction to +z in the plane of y and z, positive towards +y [rad].
     """
 
     force: float
@@ -61,7 +55,7 @@ def line_pairs(case: Case[RigTable], rig: Rig) -> list[LinePair]:
     return found
 
 
-def dead_weights(case: Case[RigTable]) -> dict[str, DeadWeight]:
+def dead_weights(case: Case[RigTable]) -> dict[str, WirePull]:
     """Pull on the damper of each side.
 
     Raises
@@ -70,7 +64,7 @@ def dead_weights(case: Case[RigTable]) -> dict[str, DeadWeight]:
         A wire beside the cylinder on which it should lie.
     """
     found, table = {}, case.structure
-    half = table.damper.cylinder_length / 2
+    half = table.damper.damper().cylinder_length / 2
     for side in SIDES:
         own: SideWeightTable = getattr(table.dead_weight, side)
         with located(case, "structure", "dead_weight", side):
@@ -79,7 +73,7 @@ def dead_weights(case: Case[RigTable]) -> dict[str, DeadWeight]:
                     f"shift = {1e3 * own.shift:g} mm lies beside the damper's cylinder, on which the wire lies: give "
                     f"{-1e3 * half:g} mm to {1e3 * half:g} mm"
                 )
-        found[side] = DeadWeight(
+        found[side] = WirePull(
             force=table.dead_weight.force if own.force is None else own.force,
             shift=own.shift,
             inclination=own.inclination,

@@ -7,17 +7,17 @@ import numpy as np
 from jaxtyping import Complex
 from numpy.typing import NDArray
 
-from figure.evenly import evenly
 from figure.line_forces import LineForce, LineForces
 from figure.line_states import LineStates, StateHistories
 from figure.reactions import Reaction, Reactions
+from figure.style import evenly
 from geometry.errors import MissingSoftware
 from geometry.rig import SIDES, mating_pairs
 from hbsolve.fourier import samples_from_coefficients
 from pipeline.output import replace_file
-from study.kind.rig.film import rig_film
 from study.kind.rig.forces import RigForces
 from study.kind.rig.model import RigModel
+from study.kind.rig.pictures import rig_film
 from study.run_context import RunContext
 
 #: Curves that a figure of forces can show; more would hide each other.

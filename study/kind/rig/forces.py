@@ -14,7 +14,7 @@ from hbsolve.contact_motion import ContactMotion, contact_motion
 from hbsolve.fourier import harmonics, samples_from_coefficients
 from hbsolve.state import SteadyState
 from reduction.load_cell import LineReaction, along_line, blade_contact, decoupler_contact
-from study.kind.rig.system import RestingRig
+from study.kind.rig.structure import RestingRig
 
 #: Held faces at the ends of the arms, and whether these rise or fall away from the blade.
 ARMS = {"cell_upper": 1.0, "cell_lower": -1.0}

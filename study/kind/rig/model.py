@@ -1,23 +1,43 @@
-"""The finite-element model of a rig: what its reduction depends on, and nothing else."""
+"""The finite-element model of a rig, in bricks or in tetrahedra: what its reduction depends on, and nothing else."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fe.element import REGISTRY
+from fe.element import REGISTRY, TET10
 from fe.face_integral import outer_faces
 from fe.material import Material
 from fe.mesh import Mesh
 from fe.mesher.rig import RigMesh, mesh_rig, rig_mesh
+from fe.mesher.tetrahedra import TetRule, mesh_solid
 from fe.pressed_disc import disc_weights
-from fe.station_coordinates import StationCoordinates, at_nodes, with_mean
-from geometry.rig import Rig, named_points, placements
+from fe.station_coordinates import StationCoordinates, at_nodes, station_coordinates, with_mean
+from geometry.rig import Rig, named_points, placements, rig_parts
+from geometry.system_library import preflight
+from pipeline.parallel import Task, run_parallel
+from pipeline.progress import Progress
+from pipeline.store import Store, stage
 
 #: The bodies of a rig by name, in the order of its meshes.
 BODIES = tuple(placements(Rig()))
 #: Sets of nodes that are held, by kind of body; contact alone holds the dampers.
 HELD = {"blade": ("clamp",), "damper": (), "decoupler": ("cell_upper", "cell_lower")}
+#: Contact lines by kind of body, each with the face that it lies on.
+LINES = {
+    "blade": {"contact_positive": "groove_positive", "contact_negative": "groove_negative"},
+    "damper": {"contact_blade": "cone_blade", "contact_decoupler": "cone_decoupler"},
+    "decoupler": {"contact": "groove"},
+}
+#: Cells at faces, in parts of the size elsewhere, and longest ones beside contact stations 2 mm apart [m].
+FINER = {"groove_positive": 0.5, "groove_negative": 0.5, "groove": 0.5, "clamp": 0.7}
+LONGEST_AT_STATIONS = 4e-3
+#: The face set on which points lie.
+SURFACE = "the surface"
+#: How long the meshing of a body takes, compared with each other.
+WORK = {"blade": 5.0, "damper": 1.0, "decoupler": 2.0}
+#: A tetrahedron and its faces in a mirror: two corners change places, and with them two pairs of midside nodes.
+MIRRORED_NODES, MIRRORED_FACES = [0, 2, 1, 3, 6, 5, 4, 7, 9, 8], np.array([0, 3, 2, 1])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,7 +65,7 @@ class RigModel:
     n_mode
         Fixed-interface modes of all bodies together, the lowest first, or of each body by name [-].
     tetrahedra
-        Meshes by body that were made before, see `study.kind.rig.tetrahedra`; none where bricks are made, or cut.
+        Meshes by body that were made before, see `study.kind.rig.model`; none where bricks are made, or cut.
     """
 
     rig: Rig
@@ -101,3 +121,82 @@ def mirror_image(body: str) -> str | None:
     """The body on the right of which a body on the left is the mirror image; None for all others."""
     kind, _, side = body.partition("_")
     return f"{kind}_right" if side == "left" else None
+
+
+@stage("tetrahedra of a rig's body")
+def body_tetrahedra(rig: Rig, body: str, size: float) -> StationCoordinates:
+    """Mesh one body in its place, with contact stations and named points as coordinates.
+
+    Parameters
+    ----------
+    rig
+        Its dimensions.
+    body
+        Which, as `geometry.rig.placements` names it.
+    size
+        Of the cells [m].
+    """
+    preflight("cad")
+    part, kind = rig_parts(rig)[body], body.partition("_")[0]
+    near = {name: share * size for name, share in FINER.items() if name in part.faces}
+    for face in LINES[kind].values():
+        near[face] = min(near.get(face, size), LONGEST_AT_STATIONS)
+    mesh = mesh_solid(replace(part, points={}), TetRule(size=size, near=near))
+    on = dict(LINES[kind])
+    places = {name: part.contact_lines[name].stations for name in on}
+    for name, point in named_points(rig)[body].items():
+        # Points that are middles of faces are told by these, and the disc about the excitation follows below.
+        if name not in part.faces and name != "excitation":
+            places[name], on[name] = point[None], SURFACE
+    whole = replace(mesh, face_sets={**mesh.face_sets, SURFACE: outer_faces(mesh)})
+    found = station_coordinates(whole, places, on, fixed=HELD[kind])
+    found = replace(found, mesh=replace(found.mesh, face_sets=mesh.face_sets))
+    return with_excitation(found, rig) if body == "blade" else found
+
+
+def in_tetrahedra(model: RigModel, store: Store, progress: Progress) -> RigModel:
+    """The model with its meshes, where it wants tetrahedra; as it is, where it wants bricks.
+
+    Raises
+    ------
+    InputError
+        pytetwild is not installed.
+    MeshError
+        A body that cannot be filled with cells of this size, or whose stations are too close for them.
+    """
+    if model.element != TET10.name or model.tetrahedra:
+        return model
+    bodies = [body for body in BODIES if mirror_image(body) is None]
+    tasks = [
+        Task(
+            stage=body_tetrahedra,
+            inputs={"rig": model.rig, "body": body, "size": model.size},
+            label=f"tetrahedra of {body.partition('_')[0]}",
+            weight=WORK[body.partition("_")[0]],
+        )
+        for body in bodies
+    ]
+    outcomes = run_parallel(tasks, store, progress, "tetrahedra")
+    found = {body: outcome.value for body, outcome in zip(bodies, outcomes, strict=True)}
+    return replace(
+        model,
+        tetrahedra={
+            body: found[body] if body in found else mirrored_tetrahedra(found[mirror_image(body) or ""])
+            for body in BODIES
+        },
+    )
+
+
+def mirrored_tetrahedra(place: StationCoordinates) -> StationCoordinates:
+    """The mirror image at y = 0, with the same numbers of nodes and cells."""
+    mesh, signs = place.mesh, np.array([1.0, -1.0, 1.0])
+    image = Mesh(
+        points=mesh.points * signs,
+        cells={kind: cells[:, MIRRORED_NODES] for kind, cells in mesh.cells.items()},
+        node_sets=mesh.node_sets,
+        face_sets={
+            name: np.column_stack([faces[:, 0], MIRRORED_FACES[faces[:, 1]]]) for name, faces in mesh.face_sets.items()
+        },
+    )
+    # Weights of nodes are the same in a mirror, and no two directions are coupled.
+    return StationCoordinates(mesh=image, to_nodes=place.to_nodes)

@@ -1,17 +1,20 @@
-"""Pictures of a rig as a stage: the bodies, the mesh at one contact line, and its first stuck modes."""
+"""Pictures of a rig as stages: bodies, the mesh at one contact line, first stuck modes, a film of its deflection."""
 
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.mesh import Mesh
 from fe.mesher.whole_mesh import whole_mesh
 from figure.scene.body_picture import bodies_picture, cut_picture
+from figure.scene.caption import Caption
+from figure.scene.deflection_film import deflection_film
 from figure.scene.mode_picture import mode_picture
+from figure.scene.station_picture import StationStates
 from geometry.rig import Rig, mating_pairs
 from pipeline.store import stage
 from study.kind.rig.model import RigModel
@@ -32,7 +35,8 @@ def rig_pictures(model: RigModel, title: str) -> dict[str, NDArray[np.uint8]]:
     with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
         folder = Path(name)
         note = f"{whole.n_node} nodes, {whole.n_cell} elements"
-        bodies_picture(_kinds(meshes), folder / "assembly.png", title=title, subtitle="Bodies and mesh", note=note)
+        caption = Caption(title=title, subtitle="Bodies and mesh", note=note)
+        bodies_picture(_kinds(meshes), folder / "assembly.png", caption)
         _contact(model.rig, meshes, folder / "contact.png", title)
         return _contents(folder)
 
@@ -77,14 +81,9 @@ def _amplitude(whole: Mesh, shape: Float[NDArray[np.float64], "node 3"]) -> floa
 def _contact(rig: Rig, meshes: dict[str, Mesh], file: Path, title: str) -> None:
     pair = mating_pairs(rig)[SHOWN]
     touching = {body: meshes[body] for body in (pair.other, pair.damper)}
-    cut_picture(
-        _kinds(touching),
-        pair.damper_line.stations,
-        file,
-        title=title,
-        subtitle=f'Contact line "{SHOWN}"',
-        note="Cut at x = 0, through the contact line",
-    )
+    note = "Cut at x = 0, through the contact line"
+    caption = Caption(title=title, subtitle=f'Contact line "{SHOWN}"', note=note)
+    cut_picture(_kinds(touching), pair.damper_line.stations, file, caption)
 
 
 def _kinds(meshes: dict[str, Mesh]) -> dict[str, list[Mesh]]:
@@ -98,3 +97,23 @@ def _kinds(meshes: dict[str, Mesh]) -> dict[str, list[Mesh]]:
 
 def _contents(folder: Path) -> dict[str, NDArray[np.uint8]]:
     return {file.name: np.frombuffer(file.read_bytes(), dtype=np.uint8) for file in sorted(folder.iterdir())}
+
+
+@stage("film of a rig")
+def rig_film(
+    model: RigModel,
+    displacement: NDArray[np.float64],
+    status: Int[NDArray[np.int64], "frame station"],
+    title: str,
+    subtitle: str,
+) -> NDArray[np.uint8]:
+    """Bytes of the film."""
+    whole = whole_mesh(model.meshes())
+    nodes = [whole.node_sets[f"{pair.other}.{pair.other_line.name}"] for pair in mating_pairs(model.rig).values()]
+    stations = StationStates(node=np.concatenate(nodes), states=status)
+    with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
+        file = deflection_film(
+            whole, displacement, Path(name) / "film.gif", title=title, subtitle=subtitle, amplitude=AMPLITUDE,
+            stations=stations,
+        )  # fmt: skip
+        return np.frombuffer(file.read_bytes(), dtype=np.uint8)

@@ -1,8 +1,10 @@
 """``stickslip reduce`` of a rig: CAD, meshes, reduced assembly, and its first modes with all contacts stuck."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+import tempfile
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -14,8 +16,13 @@ from fe.file.mesh_file import write_mesh
 from fe.mesher.whole_mesh import whole_mesh
 from fe.mode_check import ModeCheck
 from geometry.errors import GeometryError, MissingSoftware
+from geometry.interference import check_no_overlap
+from geometry.rig import Rig, rig_parts
+from geometry.step_io import write_assembly_step
+from geometry.system_library import preflight
 from pipeline.output import replace_file
 from pipeline.parallel import Task, run_parallel
+from pipeline.store import stage
 from reduction.assembly import ReducedAssembly
 from reduction.file.rom_hdf5 import save_assembly
 from reduction.joined import LinePair, joined
@@ -24,13 +31,12 @@ from reduction.memory_estimate import available_memory
 from study.case.kind import OpenCase
 from study.case.tables import Case
 from study.kind.rig.contact import dead_weights, line_pairs
-from study.kind.rig.model import RigModel
+from study.kind.rig.model import RigModel, in_tetrahedra
 from study.kind.rig.pictures import rig_pictures, stuck_mode_pictures
 from study.kind.rig.reduction import RigReduction, by_body, checks, reduction_tasks, together
-from study.kind.rig.solid import rig_solid
 from study.kind.rig.table import RigTable, rig_model
-from study.kind.rig.tetrahedra import in_tetrahedra
-from study.run_context import RunContext
+from study.reduce.report import check_document, check_sentence, fewer_modes_of_rig
+from study.run_context import Answer, RunContext
 
 #: Modes of the free blade and of the stuck rig that are reported, and stuck ones that are drawn.
 N_BLADE, N_STUCK, N_DRAWN = 3, 6, 3
@@ -38,39 +44,7 @@ N_BLADE, N_STUCK, N_DRAWN = 3, 6, 3
 SOLID_WORK = 3.0
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class ReducedRig:
-    """What the command reports.
-
-    Parameters
-    ----------
-    reduction
-        Meshes and reduced bodies.
-    n_mode
-        Fixed-interface modes that were asked for, of all bodies together or of each [-].
-    blade_frequency
-        Of the blade without contacts, shape (3,) [Hz].
-    stuck_frequency
-        Of the rig with all contacts stuck, shape (6,) [Hz].
-    energy_share
-        Part of each stuck mode's kinetic energy in a kind of body, "blade", "damper" or "decoupler", each of shape
-        (6,) [-].
-    checks
-        Of the fixed-interface modes of each body that is no mirror image; empty if none was asked for.
-    files
-        Written ones.
-    """
-
-    reduction: RigReduction
-    n_mode: int | Mapping[str, int]
-    blade_frequency: Float[NDArray[np.float64], " 3"]
-    stuck_frequency: Float[NDArray[np.float64], " 6"]
-    energy_share: Mapping[str, Float[NDArray[np.float64], " 6"]]
-    checks: Mapping[str, ModeCheck]
-    files: tuple[Path, ...]
-
-
-def reduce_rig_case(opened: OpenCase, run: RunContext, *, checked: bool = False) -> ReducedRig:
+def reduce_rig_case(opened: OpenCase, run: RunContext, checked: bool = False) -> Answer:
     """Reduce the rig of a case and write STEP, mesh with modes, reduced assembly and pictures.
 
     With `checked`, the fixed-interface modes of its bodies are checked too.
@@ -99,14 +73,62 @@ def reduce_rig_case(opened: OpenCase, run: RunContext, *, checked: bool = False)
     write_mesh(whole_mesh(found.meshes), files[".vtu"], named)
     save_assembly(_titled(assembly, title), files["_rom.h5"])
     pictures = _drawn(stem, title, model, frequency[:N_DRAWN], displacement, run)
-    return ReducedRig(
-        reduction=found,
-        n_mode=model.n_mode,
-        blade_frequency=assembly.bodies["blade"].modes(N_BLADE).frequency,
-        stuck_frequency=frequency[:N_STUCK],
-        energy_share=energy_share(assembly, shapes[:, :N_STUCK]),
-        checks=check,
-        files=(*files.values(), *pictures),
+    bodies = {
+        body: {
+            "n_dof": len(rom.free),
+            "n_kept": rom.n_boundary,
+            "n_mode": rom.n_dof - rom.n_boundary,
+            "least_scaled_jacobian": found.least_scaled_jacobian[body],
+        }
+        for body, rom in assembly.bodies.items()
+    }
+    document = {
+        "bodies": bodies,
+        "n_dof": found.n_dof,
+        "n_reduced": assembly.n_dof,
+        "blade_frequency_hz": list(map(float, assembly.bodies["blade"].modes(N_BLADE).frequency)),
+        "stuck_frequency_hz": list(map(float, frequency[:N_STUCK])),
+        "energy_share": {k: list(map(float, v)) for k, v in energy_share(assembly, shapes[:, :N_STUCK]).items()},
+        **({"mode_check": {body: check_document(each) for body, each in check.items()}} if check else {}),
+        "files": [str(file) for file in (*files.values(), *pictures)],
+    }
+    notes = fewer_modes_of_rig(assembly, model.n_mode)
+    checks = [f"  {body}: {check_sentence(each)}" for body, each in check.items()]
+    return Answer(document=document, text=_text(document, notes, checks))
+
+
+def _text(document: dict[str, Any], notes: list[str], checks: list[str]) -> str:
+    """The document as tables, with notes on it and what was checked."""
+    bodies, shares = document["bodies"], document["energy_share"]
+    total = {name: sum(body[name] for body in bodies.values()) for name in ("n_dof", "n_kept", "n_mode")}
+    worst = min(body["least_scaled_jacobian"] for body in bodies.values())
+    rows = {**bodies, "all": {**total, "least_scaled_jacobian": worst}}
+    stuck = zip(document["stuck_frequency_hz"], *shares.values(), strict=True)
+    if checks:
+        checks = ["  checked, of each body more modes than are stored:", *checks, ""]
+    return "\n".join(
+        [
+            f"{document['n_dof']} degrees of freedom reduced to {document['n_reduced']}",
+            *notes,
+            "",
+            "  body              full    kept   modes   least scaled Jacobian",
+            *(
+                f"  {body:15} {row['n_dof']:6} {row['n_kept']:7} {row['n_mode']:7} {row['least_scaled_jacobian']:23.2f}"
+                for body, row in rows.items()
+            ),
+            "",
+            *checks,
+            f"  blade without contacts: {', '.join(f'{f:.2f}' for f in document['blade_frequency_hz'])} Hz",
+            "",
+            "  all contacts stuck                 kinetic energy in",
+            f"  mode     frequency {''.join(f'{kind:>12}' for kind in shares)}",
+            *(
+                f"  {number:4} {frequency:10.2f} Hz {''.join(f'{100 * share:10.1f} %' for share in own)}"
+                for number, (frequency, *own) in enumerate(stuck, start=1)
+            ),
+            "",
+            *document["files"],
+        ]
     )
 
 
@@ -178,3 +200,15 @@ def _drawn(
         files.append(run.output / f"{stem}_{name}")
         replace_file(files[-1], content.tobytes())
     return files
+
+
+@stage("CAD solids of a rig")
+def rig_solid(rig: Rig) -> str:
+    """Build the five solids, refuse those that overlap, and return the text of their STEP file."""
+    preflight("cad")
+    parts = rig_parts(rig)
+    check_no_overlap(parts)
+    with tempfile.TemporaryDirectory(prefix="stickslip-") as folder:
+        file = Path(folder) / "rig.step"
+        write_assembly_step("rig", parts, file)
+        return file.read_text(encoding="utf-8")

@@ -1,67 +1,22 @@
 """``stickslip solve`` of a rig: rest under the dead weights, response curves, and what contacts and load cells do."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from reduction.rigid_body import RigidBody
+from reduction.rigid_body import MOTIONS
+from study.case.kind import Extras
 from study.case.setup import ReadCase
 from study.kind.rig.force_pictures import draw_film, draw_forces, most_loaded
-from study.kind.rig.forces import RigForces, rig_forces
-from study.kind.rig.system import RestingRig
+from study.kind.rig.forces import rig_forces
+from study.kind.rig.structure import RestingRig
 from study.run_context import RunContext
 from study.solve.result import main_harmonic
 from study.solve.run import Solved
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class LineAtRest:
-    """One contact line under the dead weights.
-
-    Parameters
-    ----------
-    normal, tangential
-        Sums over its stations [N].
-    n_closed
-        Stations that are pressed [-].
-    ratio
-        Largest |T| / (mu N) of them [-].
-    """
-
-    normal: float
-    tangential: float
-    n_closed: int
-    ratio: float
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SolvedRig:
-    """What the command reports of a rig.
-
-    Parameters
-    ----------
-    labels
-        Of the curves.
-    rest
-        By pair.
-    dampers
-        How the contacts hold them.
-    peaks
-        Forces at the highest point of each curve.
-    files
-        Written ones.
-    """
-
-    labels: Sequence[str]
-    rest: Mapping[str, LineAtRest]
-    dampers: Sequence[RigidBody]
-    peaks: Sequence[RigForces]
-    files: tuple[Path, ...]
-
-
-def solved_rig(read: ReadCase, solved: Solved, run: RunContext) -> SolvedRig:
+def extra_answer(read: ReadCase, solved: Solved, run: RunContext) -> Extras:
     """Contact forces and load cells at the highest points of solved curves; writes their figures and a film.
 
     Parameters
@@ -89,18 +44,89 @@ def solved_rig(read: ReadCase, solved: Solved, run: RunContext) -> SolvedRig:
     files += draw_film(
         stem, title, resting.model, labels[last], states[last].angular_frequency, motion, peaks[last], run
     )
-    return SolvedRig(labels=labels, rest=_at_rest(resting), dampers=resting.dampers, peaks=peaks, files=tuple(files))
+    document = {
+        "curves": [
+            {
+                "largest_ratio_t_n": {name: line.ratio for name, line in forces.lines.items()},
+                "inertia_error": forces.inertia_error,
+                "bending_error": forces.bending_error,
+            }
+            for forces in peaks
+        ],
+        "rest": _at_rest(resting),
+        "dampers": {
+            each.body: {
+                "mass_kg": each.mass,
+                "stiffness": dict(zip(MOTIONS, map(float, each.stiffness), strict=True)),
+                "frequency_hz": list(map(float, each.frequency)),
+            }
+            for each in resting.dampers
+        },
+    }
+    return Extras(files=tuple(files), document=document, text=_text(document, labels))
 
 
-def _at_rest(system: RestingRig) -> dict[str, LineAtRest]:
+def _at_rest(system: RestingRig) -> dict[str, dict[str, float]]:
+    """Each contact line under the dead weights: forces [N], pressed stations, largest |T| / (mu N) of one [-]."""
     names = [contact.name for contact in system.joined.contacts]
     rest, found = system.rest, {}
     for line, members in system.joined.lines.items():
         rows = [names.index(name) for name in members]
-        found[line] = LineAtRest(
-            normal=float(rest.normal[rows].sum()),
-            tangential=float(np.sum([rest.tangential[row][0] for row in rows])),
-            n_closed=int(np.count_nonzero(rest.normal[rows])),
-            ratio=float(rest.ratio[rows].max()),
-        )
+        found[line] = {
+            "normal": float(rest.normal[rows].sum()),
+            "tangential": float(np.sum([rest.tangential[row][0] for row in rows])),
+            "n_closed": int(np.count_nonzero(rest.normal[rows])),
+            "ratio": float(rest.ratio[rows].max()),
+        }
     return found
+
+
+def _text(document: Mapping[str, Any], labels: Sequence[str]) -> str:
+    """The document as tables."""
+    rest, dampers, curves = document["rest"], document["dampers"], document["curves"]
+    width, label_width = max(map(len, rest)), max(map(len, labels))
+
+    def percent(name: str) -> str:
+        return f"{100 * max(max(curve[name].values()) for curve in curves):.2g} %"
+
+    lines = [
+        "Under the dead weights:",
+        "",
+        f"  {'line':<{width}}   N [N]    T [N]   pressed stations   largest T / mu N of one",
+        *(
+            f"  {name:<{width}} {line['normal']:7.2f} {line['tangential']:8.2f} {line['n_closed']:18} "
+            f"{line['ratio']:25.2f}"
+            for name, line in rest.items()
+        ),
+        "",
+        "Dampers as rigid bodies on their contacts, all stuck, beside bodies that do not move:",
+        "",
+        f"  {'motion':<18}" + "".join(f"{body:>24}" for body in dampers),
+        *(
+            f"  {motion:<18}"
+            + "".join(f"{_stiffness(each['stiffness'][motion], row):>24}" for each in dampers.values())
+            for row, motion in enumerate(MOTIONS)
+        ),
+        *(
+            f"  {f'frequency {row + 1}':<18}"
+            + "".join(f"{each['frequency_hz'][row]:21.1f} Hz" for each in dampers.values())
+            for row in range(len(MOTIONS))
+        ),
+        "",
+        "Highest points, largest |T| / N of each line:",
+        "",
+        f"  {'curve':<{label_width}}" + "".join(f"{name:>18}" for name in rest),
+        *(
+            f"  {label:<{label_width}}" + "".join(f"{curve['largest_ratio_t_n'][name]:18.3f}" for name in rest)
+            for label, curve in zip(labels, curves, strict=True)
+        ),
+        "",
+        "Contact forces from load cells (eqs 1 and 2), error at the highest points at most: "
+        f"{percent('inertia_error')} by inertia, {percent('bending_error')} by bending of the arms",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _stiffness(value: float, row: int) -> str:
+    return f"{value / 1e6:.4g} N/um" if row < 3 else f"{value:.4g} N m/rad"

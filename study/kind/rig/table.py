@@ -1,4 +1,4 @@
-"""``[structure]`` with ``kind = "rig"``: five bodies, their contacts and dead weights."""
+"""``[structure]`` with ``kind = "rig"``: dimensions of five bodies, their contacts and dead weights."""
 
 from collections.abc import Mapping
 from math import degrees, pi
@@ -9,12 +9,14 @@ from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 from casefile.quantity import Angle, Force, Length, Ratio, Stiffness
 from casefile.source import key_in_message, value_at
 from casefile.table import CaseModel, located
+from geometry.blade import Blade
+from geometry.damper import Damper
+from geometry.decoupler import Decoupler
 from geometry.errors import GeometryError
 from geometry.rig import Rig
 from reduction.line_contact import Tangents
 from study.case.tables import Case, StructureTable
-from study.kind.blade.table import DampingTable, ElementName, MaterialTable
-from study.kind.rig.dimensions import BladeDimensions, DamperDimensions, DecouplerDimensions
+from study.kind.blade.table import DampingTable, ElementName, MaterialTable, with_dimensions
 from study.kind.rig.model import RigModel
 
 #: Sizes of elements [m]: finer ones fill any memory, coarser ones are longer than a contact line.
@@ -23,6 +25,36 @@ FINEST, COARSEST = 1e-3, 10e-3
 WIDEST_GAP = 1e-4
 #: That gap over a line of 1 mm, the same slip.
 WIDEST_ANGLE = 0.1
+
+
+@with_dimensions(Blade)
+class BladeDimensions(CaseModel):
+    """The rig's blade, and the disc on it that the shaker pushes; `kind` is what a blade's own case file says."""
+
+    kind: Literal["rig"] = "rig"
+    excitation_radius: Length = Rig.excitation_radius
+
+    def blade(self) -> Blade:
+        """Its dimensions, checked as a whole."""
+        return Blade(**self.model_dump(exclude={"kind", "excitation_radius"}))
+
+
+@with_dimensions(Damper)
+class DamperDimensions(CaseModel):
+    """Both dampers."""
+
+    def damper(self) -> Damper:
+        """Their dimensions, checked as a whole."""
+        return Damper(**self.model_dump())
+
+
+@with_dimensions(Decoupler)
+class DecouplerDimensions(CaseModel):
+    """Both de-couplers."""
+
+    def decoupler(self) -> Decoupler:
+        """Their dimensions, checked as a whole."""
+        return Decoupler(**self.model_dump())
 
 
 def _size(size: float) -> float:

@@ -13,7 +13,7 @@ from fe.element import ELEMENTS, HEX8, HEX20, TET10, Element
 from fe.face_integral import outer_faces
 from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
-from figure.scene.mode_picture import mode_animation, mode_picture
+from figure.scene.mode_picture import ModeColour, mode_animation, mode_picture
 from figure.scene.off_screen import require_egl
 from figure.scene.skin import skin_of
 from geometry.errors import InputError, MissingSoftware, OutputError
@@ -144,7 +144,11 @@ def test_stress_is_drawn_with_its_unit_in_its_own_colours(tmp_path: Path) -> Non
     with_unit, without = (
         pixels(
             mode_picture(
-                mesh, bending(mesh), tmp_path / f"{unit}.png", field="von_mises", values=stress, unit=unit, **look
+                mesh,
+                bending(mesh),
+                tmp_path / f"{unit}.png",
+                colour=ModeColour(field="von_mises", values=stress, unit=unit),
+                **look,
             )
         )
         for unit in ("MPa", None)
@@ -182,12 +186,12 @@ def test_an_animation_has_its_frames_and_moves(tmp_path: Path) -> None:
     [
         ({"displacement": np.zeros((3, 3))}, r"displacement has the shape \(3, 3\), but the mesh has"),
         ({"displacement": np.full((127, 3), np.nan)}, "381 values that are not finite"),
-        ({"values": np.zeros(5)}, r"values have the shape \(5,\): give 127"),
-        ({"field": "strain"}, 'field = "strain" is unknown: use one of displacement, von_mises'),
-        ({"field": "von_mises"}, "cannot be found from a displacement alone"),
+        ({"colour": ModeColour(values=np.zeros(5))}, r"values have the shape \(5,\): give 127"),
+        ({"colour": ModeColour(field="strain")}, 'field = "strain" is unknown: use one of displacement, von_mises'),
+        ({"colour": ModeColour(field="von_mises")}, "cannot be computed from a displacement alone"),
         ({"amplitude": -1.0}, "amplitude = -1 m must be positive"),
         ({"path": "mode.jpeg"}, r'suffix "\.jpeg": use \.png'),
-        ({"window_size": (100, 100)}, r"window_size = \(100, 100\) pixels leaves no room"),
+        ({"window_size": (100, 100)}, r"window_size = \(100, 100\) pixels is too small"),
     ],
 )
 def test_bad_input_is_answered_with_its_value(change: dict[str, object], message: str) -> None:

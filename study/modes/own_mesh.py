@@ -1,0 +1,86 @@
+"""What a mesh file does not say: options of ``stickslip modes``, and the mesh and material that they make."""
+
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from geometry.errors import InputError, InputWarning
+
+if TYPE_CHECKING:
+    from casefile.quantity import Dimension
+    from fe.material import Material
+    from fe.mesh import Mesh
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class OwnMesh:
+    """Unit, material and supports of a mesh file, as the user typed them."""
+
+    fix: Annotated[
+        tuple[str, ...], Parameter(help="Node or face set that is fixed; may be repeated.", negative="")
+    ] = ()
+    free: Annotated[bool, Parameter(help="Nothing holds the mesh.", negative="")] = False
+    length_unit: Annotated[str | None, Parameter(help="Unit of the mesh file's coordinates, such as mm.")] = None
+    young: Annotated[str, Parameter(help="Young's modulus of the mesh.", allow_leading_hyphen=True)] = "210 GPa"
+    poisson: Annotated[float, Parameter(help="Poisson's ratio of the mesh.")] = 0.3
+    density: Annotated[str, Parameter(help="Density of the mesh.", allow_leading_hyphen=True)] = "7800 kg/m^3"
+
+    @property
+    def is_given(self) -> bool:
+        """Whether anything is said that only a mesh file needs."""
+        return bool(self.fix or self.free or self.length_unit is not None)
+
+    def read(self, source: Path) -> "tuple[Mesh, Material]":
+        """The mesh of a file, and the material.
+
+        Raises
+        ------
+        InputError
+            What is missing or contradicts itself, by its option.
+        """
+        from casefile.quantity import LENGTH, MATERIAL_DENSITY, YOUNGS_MODULUS
+        from fe.errors import SupportError
+        from fe.file.mesh_file import read_mesh
+        from fe.material import Material
+
+        if self.length_unit is None:
+            raise InputError(f"{source} holds numbers without a unit: say which, such as --length-unit mm")
+        unit = _typed("--length-unit", self.length_unit, LENGTH, number="1 ")
+        young = _typed("--young", self.young, YOUNGS_MODULUS)
+        density = _typed("--density", self.density, MATERIAL_DENSITY)
+        try:
+            material = Material(young=young, poisson=self.poisson, density=density)
+        except InputError as error:  # it names its field, which is the option
+            name, _, value = str(error).partition(" = ")
+            raise InputError(f"--{name} {value}") from None
+        mesh = read_mesh(source, length_unit_in_metre=unit)
+        known = ", ".join(sorted({*mesh.node_sets, *mesh.face_sets})) or "no sets"
+        if self.free and self.fix:
+            raise SupportError("--free and --fix contradict each other: leave one out")
+        if not self.free and not self.fix:
+            raise SupportError(f"{source} is held nowhere: name a set with --fix (it has {known}), or say --free")
+        for name in self.fix:
+            if name not in mesh.node_sets and name not in mesh.face_sets:
+                raise SupportError(f"--fix {name}: {source} has no such set, it has {known}")
+        return mesh, material
+
+
+#: Commands take it as their default: one object, since it cannot be changed.
+NO_MESH = OwnMesh()
+
+
+def _typed(option: str, text: str, dimension: "Dimension", number: str = "") -> float:
+    from casefile.quantity import read_quantity
+
+    try:
+        value = read_quantity(number + text, dimension)
+    except ValueError as error:
+        raise InputError(f'{option} "{text}": {error}') from None
+    doubt = dimension.plausibility.doubt(value, text) if dimension.plausibility else ""
+    if doubt:
+        warnings.warn(f'{option} "{text}": {doubt}', InputWarning, stacklevel=3)
+    return value

@@ -1,0 +1,96 @@
+"""Natural frequencies and damping ratios of a case as a table: of structures without a mesh that could be drawn."""
+
+from collections.abc import Sequence
+from math import pi
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
+
+from fe.dense_modes import RIGID, dense_modes
+from pipeline.output import replace_file
+from reduction.jointed_system import JointedSystem
+from study.case.kind import OpenCase
+from study.case.setup import read_case
+from study.case.structure import stuck_at_rest
+from study.run_context import Answer, RunContext
+
+Values = Float[NDArray[np.float64], " m"]
+Matrix = Float[NDArray[np.float64], "r r"]
+
+
+def modes_table(opened: OpenCase, run: RunContext, n_mode: int) -> Answer:
+    """Write the table of the lowest modes, without joints and with all contacts that are closed at rest stuck.
+
+    Parameters
+    ----------
+    opened
+        The case; what was calibrated and added counts.
+    run
+        Where to.
+    n_mode
+        How many modes [-]; all of a structure that has fewer.
+    """
+    assert run.output is not None
+    system = read_case(opened, run=run).model.system
+    columns = frequency_columns(system, n_mode)
+    file = run.output / f"{opened.path.stem}_modes.csv"
+    names = list(columns)
+    rows = [[value if np.isfinite(value) else None for value in row] for row in zip(*columns.values(), strict=True)]
+    replace_file(file, "\n".join([",".join(["mode", *names]), *_csv(rows), ""]))
+    words = {"hz": "frequency [Hz]", "ratio": "damping ratio [%]"}
+    heads = [("stuck: " if name.startswith("stuck") else "") + words[name.rpartition("_")[2]] for name in names]
+    lines = [f"{system.n_dof} degrees of freedom, {len(system.joints)} joints", ""]
+    lines.append("  mode" + "".join(f"  {head:>24}" for head in heads))
+    for number, row in enumerate(rows, start=1):
+        shown = (_number(value, name) for name, value in zip(names, row, strict=True))
+        lines.append(f"  {number:4}" + "".join(f"  {text:>24}" for text in shown))
+    if "stuck_frequency_hz" in columns:
+        lines += ["", "  stuck: all contacts that are closed at rest stick; the other columns are without joints"]
+    return Answer(
+        document={
+            "n_dof": system.n_dof,
+            **{name: [row[place] for row in rows] for place, name in enumerate(names)},
+            "files": [str(file)],
+        },
+        text="\n".join([*lines, "", str(file)]),
+    )
+
+
+def frequency_columns(system: JointedSystem, n_mode: int) -> dict[str, Values]:
+    """Natural frequencies [Hz], and damping ratios [-] if there is damping; "stuck_" ones if there are joints.
+
+    A damping ratio is that of an undamped mode shape, phi^T C phi / (2 omega); NaN for a rigid motion.
+    """
+    stiffnesses = {"": system.stiffness}
+    if system.joints:
+        stiffnesses["stuck_"] = stuck_at_rest(system.stiffness, system.joints)
+    columns: dict[str, Values] = {}
+    for prefix, stiffness in stiffnesses.items():
+        frequency, ratio = _modes(system.mass, system.damping, stiffness, n_mode)
+        columns[f"{prefix}frequency_hz"] = frequency
+        if system.damping.any():
+            columns[f"{prefix}damping_ratio"] = ratio
+    return columns
+
+
+def _modes(mass: Matrix, damping: Matrix, stiffness: Matrix, n_mode: int) -> tuple[Values, Values]:
+    found = dense_modes(mass, stiffness)
+    shapes = found.mode_shapes[:, :n_mode]
+    squared = found.lambda_[:n_mode]
+    omega = np.sqrt(np.where(squared > RIGID * found.lambda_[-1], squared, 0.0))
+    per_mass = np.einsum("rm,rs,sm->m", shapes, damping, shapes)
+    return omega / (2 * pi), np.divide(per_mass, 2 * omega, out=np.full(len(omega), np.nan), where=omega > 0)
+
+
+def _csv(rows: Sequence[Sequence[float | None]]) -> list[str]:
+    return [
+        ",".join([str(number), *("" if value is None else f"{value:.10g}" for value in row)])
+        for number, row in enumerate(rows, start=1)
+    ]
+
+
+def _number(value: float | None, name: str) -> str:
+    if value is None:
+        return "-"
+    return f"{value:.5f}" if name.endswith("hz") else f"{100 * value:.4g}"

@@ -1,0 +1,204 @@
+"""The stages of a mesh study: rows that were tuned to and others, nested meshes, and witnesses of them."""
+
+import resource
+import sys
+import time
+from dataclasses import dataclass, replace
+from math import log
+
+import numpy as np
+
+from fe.calculix_run import run_frequency
+from fe.element import HEX20
+from geometry.errors import InputError
+from pipeline.store import stage
+from study.kind.blade.model import BladeModel, first_frequency
+from study.kind.blade.reduction import reduce_blade
+from study.kind.blade.table import mesh_any
+from study.reduce.comparison import ComparedFrequencies
+from study.table1.theory import locking_factor
+
+#: The quadratic model that stands for the exact bending of a blade: model 5 of the table.
+REFERENCE_THROUGH_THICKNESS = 4
+#: Orders below this share of theory's 2 p are far from it: a corner or the clamp's edge, not the element, decides.
+FAR_FROM_THEORY = 0.75
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RowResult(ComparedFrequencies):
+    """Frequencies three ways, and what they cost.
+
+    Parameters
+    ----------
+    peak_natural
+        As in `study.kind.blade.reduction.Reduction` [Hz].
+    n_dof, n_held
+        Free degrees of freedom, fixed nodes [-].
+    seconds, memory
+        Wall-clock time and peak memory of the process [s, byte].
+    """
+
+    peak_natural: float
+    n_dof: int
+    n_held: int
+    seconds: float
+    memory: float
+
+
+@stage("mesh-study row")
+def row(inputs: BladeModel) -> RowResult:
+    """Compute one row of the mesh study."""
+    start = time.perf_counter()
+    found = reduce_blade(inputs)
+    return RowResult(
+        frequency=found.frequency,
+        rom_frequency=found.rom_frequency,
+        rom_error=found.rom_error,
+        peak_natural=found.peak_natural,
+        n_dof=found.n_dof,
+        n_held=found.n_held,
+        seconds=time.perf_counter() - start,
+        memory=peak_memory(),
+    )
+
+
+def peak_memory() -> float:
+    """Most memory that this process has held so far [byte]."""
+    unit = 1 if sys.platform == "darwin" else 1024  # Linux counts kilobytes
+    return float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prediction:
+    """First frequency of an untuned model, and what it is compared with.
+
+    Parameters
+    ----------
+    frequency
+        By our elements [Hz].
+    factor
+        Closed-form ratio of the frequency to the quadratic model's [-].
+    calculix
+        By CalculiX on the same mesh [Hz]; None if it is not installed.
+    n_dof
+        Free degrees of freedom [-].
+    """
+
+    frequency: float
+    factor: float
+    calculix: float | None
+    n_dof: int
+
+
+def quadratic(inputs: BladeModel) -> BladeModel:
+    """The model that stands for the exact bending of the same blade."""
+    return replace(inputs, element=HEX20.name, through_thickness=REFERENCE_THROUGH_THICKNESS, drop_every=0)
+
+
+@stage("mesh-study reference")
+def reference(inputs: BladeModel) -> float:
+    """First frequency [Hz] of a quadratic model, to which the closed form is applied."""
+    return first_frequency(inputs)[1]
+
+
+@stage("mesh-study prediction")
+def prediction(inputs: BladeModel, ask_calculix: bool) -> Prediction:
+    """Compute a prediction of an 8-node model with a full clamp."""
+    mesh, frequency, n_dof = first_frequency(inputs)
+    return Prediction(
+        frequency=frequency,
+        factor=locking_factor(inputs.blade, inputs.material, mesh, inputs.through_thickness),
+        calculix=calculix_frequency(inputs) if ask_calculix else None,
+        n_dof=n_dof,
+    )
+
+
+@stage("mesh-study witness")
+def witness(inputs: BladeModel) -> float:
+    """First frequency of a fully clamped row by CalculiX [Hz]."""
+    return calculix_frequency(inputs)
+
+
+def calculix_frequency(inputs: BladeModel) -> float:
+    """First frequency of a fully clamped model by CalculiX [Hz]."""
+    mesh = mesh_any(inputs.blade, inputs.rule, inputs.pads)
+    nodes = mesh.nodes("clamp")
+    fixed = np.stack([np.repeat(nodes, 3), np.tile(np.arange(3), len(nodes))], axis=1)
+    return float(run_frequency(mesh, inputs.material, fixed, 1)[0])
+
+
+@dataclass(frozen=True, kw_only=True)
+class NestedPoint:
+    """First frequency on one of the nested meshes [Hz], and its degrees of freedom [-]."""
+
+    frequency: float
+    n_dof: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limit:
+    """Richardson's extrapolation from three nested meshes.
+
+    Parameters
+    ----------
+    frequency
+        Extrapolated [Hz].
+    order
+        Observed exponent of the element size in the error [-].
+    theory
+        2 p: the exponent on a smooth solution [-].
+    """
+
+    frequency: float
+    order: float
+    theory: int
+
+    @property
+    def warning(self) -> str:
+        """Why the limit is less sure than theory says; empty if it is not."""
+        if self.order >= FAR_FROM_THEORY * self.theory:
+            return ""
+        return (
+            f"The observed order {self.order:.2f} is far below {self.theory}, that of a smooth solution: the stress is "
+            "singular at the re-entrant corner of the root and at the clamp's edge, and refinement everywhere hardly "
+            "helps there. The limit is an estimate."
+        )
+
+
+@stage("mesh-study limit")
+def nested_point(inputs: BladeModel) -> NestedPoint:
+    """First frequency of one nested mesh."""
+    _, frequency, n_dof = first_frequency(inputs)
+    return NestedPoint(frequency=frequency, n_dof=n_dof)
+
+
+def richardson(frequencies: list[float], ratio: float, degree: int) -> Limit:
+    """Limit and observed order from three meshes, each `ratio` times finer than the last.
+
+    Parameters
+    ----------
+    frequencies
+        Coarse, medium, fine [Hz].
+    ratio
+        Of element sizes [-], above 1.
+    degree
+        Polynomial degree p of the element [-].
+
+    Raises
+    ------
+    InputError
+        The frequencies do not approach a limit: their differences do not shrink.
+
+    References
+    ----------
+    Roache, Verification and Validation in Computational Science and Engineering (1998), ch. 5.
+    """
+    coarse, medium, fine = frequencies
+    first, second = coarse - medium, medium - fine
+    if not first * second > 0 or abs(first) <= abs(second):
+        raise InputError(
+            f"frequencies {coarse:.6g}, {medium:.6g}, {fine:.6g} Hz of the nested meshes show no limit: "
+            "start from a finer mesh"
+        )
+    order = log(first / second) / log(ratio)
+    return Limit(frequency=fine - second / (ratio**order - 1), order=order, theory=2 * degree)
