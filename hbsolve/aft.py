@@ -11,12 +11,11 @@ Ferhatoglu, Botto and Zucca, Nonlinear Dynamics (2024), section 3.1.
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fe.compiled import compiled
 from hbsolve.contact.law import JACOBIAN, MAX_DIRECTION, PARAMETERS, LawOutput
 from hbsolve.joint_table import joint_force
-from reduction.array_type import Real
+from reduction.array_type import Real, Whole
 
 
 class Start(NamedTuple):
@@ -24,7 +23,7 @@ class Start(NamedTuple):
 
     value: Real
     """Positions at the first instant, or multipliers m of eq. 11, shape (s,) [m or -]."""
-    by_multiplier: NDArray[np.int64]
+    by_multiplier: Whole
     """1 where the value is a multiplier, shape (s,)."""
 
 
@@ -35,7 +34,7 @@ class JointForces(NamedTuple):
     """g, shape (d, nh) [N]."""
     jacobian: Real
     """Of g, rows by direction, columns the directions of the same joint, shape (d, nh, 3 nh) [N/m]."""
-    active: NDArray[np.int64]
+    active: Whole
     """Leading rows that are not zero, shape (d,)."""
     by_parameter: Real
     """Of g with respect to each parameter (in the order of the table), shape (p, 3, nh): directions of its joint."""
@@ -45,7 +44,7 @@ class JointForces(NamedTuple):
     """... to Omega at fixed coefficients, shape (d, nh)."""
     slider: Real
     """Slider positions, shape (s, n) [m]."""
-    status: NDArray[np.int64]
+    status: Whole
     """State at each instant, two rows per joint, shape (2 n_joint, n)."""
     force: Real
     """f - D u in time, shape (d, n) [N]."""

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
-from numpy.typing import NDArray
 
 from hbsolve.condensed import Condensed, CondensedStructure, Recovery
 from hbsolve.errors import BalanceError, DampingWarning
@@ -17,10 +16,9 @@ from hbsolve.fourier import Coefficients
 from hbsolve.joint_table import JointTable, joint_table
 from hbsolve.sampling import Sampling, complex_from_real, real_from_complex, sampling
 from reduction.array_input import real_number, whole_number
+from reduction.array_type import Real, Whole
 from reduction.joint.packing import addresses
 from reduction.jointed_system import JointedSystem
-
-Real = Float[NDArray[np.float64], "d nh"]
 
 #: Samples a period by default: this many a harmonic, rounded up to a power of two, and no fewer than LEAST_SAMPLE.
 SAMPLE_PER_HARMONIC, LEAST_SAMPLE = 32, 128
@@ -192,7 +190,7 @@ class HarmonicBalance:
         return sampling(self.n_harmonic, self.n_sample)
 
     @cached_property
-    def joint_of_direction(self) -> tuple[Int[NDArray[np.int64], " d"], Int[NDArray[np.int64], " d"]]:
+    def joint_of_direction(self) -> tuple[Int[Whole, " d"], Int[Whole, " d"]]:
         """First direction, and number of directions, of the joint of each direction."""
         count = np.diff(self.table.direction)
         return np.repeat(self.table.direction[:-1], count), np.repeat(count, count)
@@ -240,7 +238,7 @@ class HarmonicBalance:
         return q
 
 
-def _warn_of_negative_damping(damping: Float[NDArray[np.float64], "r r"]) -> None:
+def _warn_of_negative_damping(damping: Float[Real, "r r"]) -> None:
     """Warn where the symmetric part of the damping, which alone works on a motion, has a negative eigenvalue.
 
     Follower forces, such as those in the bearings of rotors, may be meant so: it is no error.

@@ -24,12 +24,11 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Complex, Float
-from numpy.typing import NDArray
 
 from hbsolve.dynamic_stiffness import DynamicStiffness
 from hbsolve.errors import ModelError
 from hbsolve.fourier import Coefficients, harmonics
-from reduction.array_type import Array, Vector
+from reduction.array_type import Array, Real, Vector
 
 
 class Condensed(NamedTuple):
@@ -69,13 +68,13 @@ class CondensedStructure:
         Matrices of no vibrating structure, or one that is not supported even with all contacts stuck.
     """
 
-    mass: Float[NDArray[np.float64], "r r"]
-    damping: Float[NDArray[np.float64], "r r"]
-    stiffness: Float[NDArray[np.float64], "r r"]
+    mass: Float[Real, "r r"]
+    damping: Float[Real, "r r"]
+    stiffness: Float[Real, "r r"]
     """Without the joints, shape (r, r)."""
-    directions: Float[NDArray[np.float64], "d r"]
+    directions: Float[Real, "d r"]
     """B, shape (d, r)."""
-    reference: Float[NDArray[np.float64], " d"]
+    reference: Float[Real, " d"]
     """D, shape (d,) [N/m]."""
     static: Coefficients
     dynamic: Coefficients
@@ -153,8 +152,8 @@ class CondensedStructure:
         return np.asarray(self.displacements(condensed, force[None])[0])
 
     def displacements(
-        self, condensed: Condensed, forces: Complex[NDArray[np.complex128], "p harmonic r"]
-    ) -> Complex[NDArray[np.complex128], "p harmonic r"]:
+        self, condensed: Condensed, forces: Complex[Array, "p harmonic r"]
+    ) -> Complex[Array, "p harmonic r"]:
         """Full responses of the stuck structure to several forces, shape (p, H + 1, r) both [N, m].
 
         Where the damping couples the modes of the stuck structure and not those without its joints, these carry the

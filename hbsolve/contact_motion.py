@@ -4,14 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int
-from numpy.typing import NDArray
 
 from hbsolve.aft import JointForces
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact.law import FORCE
 from hbsolve.solution import forces_at
 from hbsolve.state import SteadyState, check_state
-from reduction.array_type import Matrix, Vector
+from reduction.array_type import Matrix, Real, Vector, Whole
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -20,21 +19,21 @@ class ContactMotion:
 
     name: str
     """Of the joint."""
-    time: Float[NDArray[np.float64], " n"]
+    time: Float[Real, " n"]
     """Shape (n,) [s]."""
-    displacement: Float[NDArray[np.float64], "d n"]
+    displacement: Float[Real, "d n"]
     """Of each direction, shape (d, n) [m]."""
-    force: Float[NDArray[np.float64], "d n"]
+    force: Float[Real, "d n"]
     """On the structure against each displacement: T of the tangents, N of the normal, shape (d, n) [N]."""
-    slider: Float[NDArray[np.float64], "s n"]
+    slider: Float[Real, "s n"]
     """Shape (s, n) [m]."""
-    status: Int[NDArray[np.int64], "t n"]
+    status: Int[Whole, "t n"]
     """0 stick, 1 slip, 2 separated, of each slider; of the joint where it has none or is a user's, shape (t, n)."""
-    share: Float[NDArray[np.float64], " 3"]
+    share: Float[Real, " 3"]
     """Shares of the period in stick, slip and separation, tangents together, shape (3,) [-]."""
 
     @property
-    def dissipated(self) -> Float[NDArray[np.float64], " d"]:
+    def dissipated(self) -> Float[Real, " d"]:
         """Work that each direction takes from the structure in a period: the area of its loop, shape (d,) [J]."""
         n = self.displacement.shape[1]
         # The displacement holds harmonics 0 to H alone, so its derivative through the Fourier series is exact.
@@ -73,7 +72,7 @@ def contact_motion(balance: HarmonicBalance, state: SteadyState) -> tuple[Contac
     return tuple(motions)
 
 
-def contact_share(balance: HarmonicBalance, state: SteadyState) -> Float[NDArray[np.float64], "joint 3"]:
+def contact_share(balance: HarmonicBalance, state: SteadyState) -> Float[Real, "joint 3"]:
     """Shares of the period in stick, slip and separation of each joint, shape (n_joint, 3) [-]."""
     forces, _ = _forces(balance, state)
     shares = [_share(_status(balance, forces, number)) for number in range(len(balance.system.joints))]
@@ -87,10 +86,10 @@ def _forces(balance: HarmonicBalance, state: SteadyState) -> tuple[JointForces, 
     return forces, x @ balance.sampling.evaluate
 
 
-def _status(balance: HarmonicBalance, forces: JointForces, joint: int) -> Int[NDArray[np.int64], "t n"]:
+def _status(balance: HarmonicBalance, forces: JointForces, joint: int) -> Int[Whole, "t n"]:
     count = min(max(int(balance.table.slider[joint + 1] - balance.table.slider[joint]), 1), 2)
     return forces.status[2 * joint : 2 * joint + count]
 
 
-def _share(status: Int[NDArray[np.int64], "t n"]) -> Vector:
+def _share(status: Int[Whole, "t n"]) -> Vector:
     return np.bincount(status.ravel(), minlength=3) / status.size

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
-from numpy.typing import NDArray
 
-from reduction.array_type import Matrix, Vector
+from reduction.array_type import Matrix, Real, Vector
 
 #: Entries of C - a M - b K that are round-off, as a share of sqrt(c_ii c_jj).
 ROUND_OFF = 1e-9
@@ -29,9 +28,9 @@ class ProportionalButFew:
     mass_factor: float
     stiffness_factor: float
     """a [1/s] and b [s]."""
-    directions: Float[NDArray[np.float64], "r k"]
+    directions: Float[Real, "r k"]
     """U, shape (r, k) [-]."""
-    strength: Float[NDArray[np.float64], " k"]
+    strength: Float[Real, " k"]
     """s, shape (k,) [N s/m]."""
 
 

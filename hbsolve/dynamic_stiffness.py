@@ -14,13 +14,13 @@ from fe.dense_modes import DenseModes, dense_modes
 from hbsolve.coupled_damping import proportional_but_few
 from hbsolve.errors import ForceError, ModelError
 from reduction.array_input import real_array, refuse_asymmetric, refuse_infinite, refuse_massless
-from reduction.array_type import Matrix
+from reduction.array_type import Array, Matrix, Real, Whole
 from reduction.rom import ReducedModel
 
-Frequencies = Float[NDArray[np.float64], " p"]
-Amplitudes = Complex[NDArray[np.complex128], "p r"]
-Condensed = Complex[NDArray[np.complex128], "p d d"]
-Rows = Int[NDArray[np.int64], " k"]
+Frequencies = Float[Real, " p"]
+Amplitudes = Complex[Array, "p r"]
+Condensed = Complex[Array, "p d d"]
+Rows = Int[Whole, " k"]
 
 #: Modal damping couples two modes if |c_ij| exceeds this share of sqrt(c_ii c_jj), ...
 COUPLED = 1e-6
@@ -130,7 +130,7 @@ class DynamicStiffness:
 
     def receptance(
         self, angular_frequency: Frequencies, rows: Rows | None = None, columns: Rows | None = None
-    ) -> Complex[NDArray[np.complex128], "p k l"]:
+    ) -> Complex[Array, "p k l"]:
         """Displacement of the rows for a unit force on each of the columns.
 
         Parameters
@@ -163,9 +163,7 @@ class DynamicStiffness:
         )
         return np.asarray(np.moveaxis(moved @ V[chosen_rows].T, 0, 2))
 
-    def response(
-        self, angular_frequency: Frequencies, force: Complex[NDArray[np.complex128], "... p r"]
-    ) -> Complex[NDArray[np.complex128], "... p r"]:
+    def response(self, angular_frequency: Frequencies, force: Complex[Array, "... p r"]) -> Complex[Array, "... p r"]:
         """Displacement alpha(omega) f for one or several force vectors at each frequency, without forming alpha.
 
         Parameters
@@ -200,7 +198,7 @@ class DynamicStiffness:
             displacement[..., loaded, :] = _times(self._modal_response(omega, _times(force, V)), V.T)
         return displacement
 
-    def static_response(self, force: Complex[NDArray[np.complex128], "... r"]) -> Amplitudes:
+    def static_response(self, force: Complex[Array, "... r"]) -> Amplitudes:
         """Displacement K^-1 f of a supported body, shape (n, r) [m].
 
         Raises
@@ -215,17 +213,17 @@ class DynamicStiffness:
         return np.asarray(moved[:n] + 1j * moved[n:])
 
     @cached_property
-    def _factor(self) -> tuple[NDArray[np.float64], bool]:
+    def _factor(self) -> tuple[Real, bool]:
         factor, lower = cho_factor(self.stiffness)
         return factor, bool(lower)
 
     def restrained(
         self,
         angular_frequency: Frequencies,
-        force: Complex[NDArray[np.complex128], "... p r"],
-        directions: Float[NDArray[np.float64], "d r"],
-        reaction: Callable[[NDArray[np.complex128]], NDArray[np.complex128]],
-    ) -> Complex[NDArray[np.complex128], "... p r"]:
+        force: Complex[Array, "... p r"],
+        directions: Float[Real, "d r"],
+        reaction: Callable[[Array], Array],
+    ) -> Complex[Array, "... p r"]:
         """Response to a force and to what answers the motion that it would make, of modes that damping leaves alone.
 
         Frequencies, forces and errors are as for `response`. `reaction` takes the displacement of the directions B,
@@ -243,7 +241,7 @@ class DynamicStiffness:
         return np.asarray(elastic - omega**2 * inertial + 1j * omega * (displacement @ self.damping.T))
 
     def condensed(
-        self, angular_frequency: Frequencies, directions: Float[NDArray[np.float64], "d r"], force: Amplitudes
+        self, angular_frequency: Frequencies, directions: Float[Real, "d r"], force: Amplitudes
     ) -> tuple[Condensed, Condensed, Amplitudes, Amplitudes]:
         r"""Receptance between directions and response to a force in them, with derivatives in omega.
 
@@ -291,10 +289,8 @@ class DynamicStiffness:
         return self._last_seen[1]
 
     def _modal_response(
-        self,
-        omega: Frequencies,
-        force: Complex[NDArray[np.complex128], "... p r"] | Float[NDArray[np.float64], "... p r"],
-    ) -> Complex[NDArray[np.complex128], "... p r"]:
+        self, omega: Frequencies, force: Complex[Array, "... p r"] | Float[Real, "... p r"]
+    ) -> Complex[Array, "... p r"]:
         """(V^T Z V)^-1 f of modal forces: a division for each mode, and what couples them by Woodbury's formula."""
         diagonal, (U, s) = self._diagonal(omega), self._coupling
         alone = force / diagonal
@@ -319,7 +315,7 @@ class DynamicStiffness:
             )
         return np.asarray(diagonal)
 
-    def _matrices(self, omega: Frequencies) -> Complex[NDArray[np.complex128], "p r r"]:
+    def _matrices(self, omega: Frequencies) -> Complex[Array, "p r r"]:
         self._refuse_free_static(omega)
         w = omega[:, None, None]
         return np.asarray(self.stiffness - w**2 * self.mass + 1j * w * self.damping)
@@ -339,7 +335,7 @@ class DynamicStiffness:
         return chosen
 
 
-def _times(vectors: NDArray[np.inexact[Any]], matrix: Matrix) -> NDArray[np.complex128]:
+def _times(vectors: NDArray[np.inexact[Any]], matrix: Matrix) -> Array:
     """Complex vectors times a real matrix, part by part: half the work of a complex product."""
     rows = vectors.reshape(-1, vectors.shape[-1])
     result = np.empty((len(rows), matrix.shape[1]), dtype=np.complex128)

@@ -16,12 +16,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
-from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_motion
 from hbsolve.fourier import samples_from_coefficients
 from hbsolve.state import SteadyState, check_state
+from reduction.array_type import Real
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -30,7 +30,7 @@ class EnergyBalance:
 
     input_work: float
     """Of the harmonic force."""
-    joint_dissipation: Float[NDArray[np.float64], " joint"]
+    joint_dissipation: Float[Real, " joint"]
     """Of each joint, shape (n_joint,)."""
     linear_dissipation: float
     """Of the damping matrix."""

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Complex, Float
-from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.continuation.branch import ResponseBranch
@@ -13,6 +12,7 @@ from hbsolve.dynamic_stiffness import DynamicStiffness
 from hbsolve.errors import ForceError
 from hbsolve.fourier import Coefficients, harmonics
 from reduction.array_input import freeze_arrays, refuse_infinite
+from reduction.array_type import Array, Real
 from reduction.rom import ReducedModel
 
 
@@ -26,7 +26,7 @@ class HarmonicForce:
         Another shape, a value that is not finite, or a static load that is not real.
     """
 
-    coefficients: Complex[NDArray[np.complex128], "harmonic r"]
+    coefficients: Complex[Array, "harmonic r"]
     """Shape (n_harmonic, r) [N]: harmonic 0 (the static load, real), 1, ..., H on each degree of freedom."""
 
     def __post_init__(self) -> None:
@@ -51,7 +51,7 @@ class HarmonicForce:
 
 @on_one_blas_thread
 def forced_response(
-    model: ReducedModel | DynamicStiffness, force: HarmonicForce, angular_frequency: Float[NDArray[np.float64], " p"]
+    model: ReducedModel | DynamicStiffness, force: HarmonicForce, angular_frequency: Float[Real, " p"]
 ) -> ResponseBranch:
     """Periodic response in harmonics 0 to H at each excitation frequency.
 

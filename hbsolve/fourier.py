@@ -17,15 +17,15 @@ Krack and Gross, Harmonic Balance for Nonlinear Vibration Problems, Springer (20
 
 import numpy as np
 from jaxtyping import Complex, Float
-from numpy.typing import NDArray
 
 from geometry.errors import InputError
+from reduction.array_type import Array, Real
 
-Coefficients = Complex[NDArray[np.complex128], "harmonic ..."]
-Samples = Float[NDArray[np.float64], "sample ..."]
+Coefficients = Complex[Array, "harmonic ..."]
+Samples = Float[Real, "sample ..."]
 
 
-def harmonics(angular_frequency: float, n_harmonic: int) -> Float[NDArray[np.float64], " harmonic"]:
+def harmonics(angular_frequency: float, n_harmonic: int) -> Float[Real, " harmonic"]:
     """Angular frequencies k Omega of harmonics 0 to H = n_harmonic - 1, shape (n_harmonic,) [rad/s]."""
     return np.asarray(angular_frequency * np.arange(n_harmonic), dtype=np.float64)
 

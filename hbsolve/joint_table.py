@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fe.compiled import compiled_switch
 from hbsolve.contact import function
 from hbsolve.contact.law import ARGUMENTS, FORCES
+from reduction.array_type import Real, Whole
 from reduction.joint.law import Joint
 from reduction.joint.packing import addresses, parameter_rows, starts
 
@@ -19,18 +19,18 @@ FUNCTION = -1
 class JointTable(NamedTuple):
     """Joints as arrays, one row each; d directions, s sliders and p parameters in all."""
 
-    kind: NDArray[np.int64]
-    address: NDArray[np.int64]
+    kind: Whole
+    address: Whole
     """Of a user's compiled function, 0 for others."""
-    direction: NDArray[np.int64]
+    direction: Whole
     """First direction of each joint and, last, d: shape (n_joint + 1,)."""
-    slider: NDArray[np.int64]
+    slider: Whole
     """First slider of each joint and, last, s."""
-    parameter: NDArray[np.int64]
+    parameter: Whole
     """First parameter of each joint and, last, p."""
-    value: NDArray[np.float64]
+    value: Real
     """Parameters, shape (p,)."""
-    reference: NDArray[np.float64]
+    reference: Real
     """Stiffness of each direction in the linear structure, D of eq. 12, shape (d,) [N/m]."""
 
 
@@ -63,9 +63,9 @@ def _kind(joint: Joint) -> int:
 class InstantTable(NamedTuple):
     """Joints as `instant_force` takes them, one row each; p is the largest number of parameters."""
 
-    kind: NDArray[np.int64]
-    address: NDArray[np.int64]
-    value: NDArray[np.float64]
+    kind: Whole
+    address: Whole
+    value: Real
     """Parameters, shape (n_joint, p)."""
 
 

@@ -12,11 +12,10 @@ Paige, Rozloznik and Strakos, SIAM J. Matrix Anal. Appl. 28 (2006): its modified
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fe.compiled import compiled
 from hbsolve.linearised import active_directions
-from reduction.array_type import Real
+from reduction.array_type import Real, Whole
 
 #: Vectors before GMRES may be given up for its pace: it starts slowly.
 TRIAL = 12
@@ -31,7 +30,7 @@ class Operator(NamedTuple):
     """Re A_k from active to seen directions, shape (H + 1, m, s) [m/N]."""
     imag: Real
     """Im A_k."""
-    seen: NDArray[np.int64]
+    seen: Whole
     """Where the directions of each active direction's joint are among those seen, shape (most directions, m)."""
     law: Real
     """L by coefficient of the force, by direction and coefficient of the motion, shape (nh, most directions nh, m)."""

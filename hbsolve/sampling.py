@@ -9,9 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Complex, Float
-from numpy.typing import NDArray
 
-from reduction.array_type import Real
+from reduction.array_type import Array, Real
 
 
 class Sampling(NamedTuple):
@@ -50,7 +49,7 @@ def sampling(n_harmonic: int, n_sample: int) -> Sampling:
     return Sampling(evaluate, differentiate, project, instants, projected_sum, product_sum)
 
 
-def real_from_complex(coefficients: Complex[NDArray[np.complex128], "harmonic d"]) -> Float[Real, "d nh"]:
+def real_from_complex(coefficients: Complex[Array, "harmonic d"]) -> Float[Real, "d nh"]:
     """Coefficients q_k of each direction as rows [q_0, Q_1^c, Q_1^s, ...], shape (d, 2 H + 1)."""
     n_harmonic, n_direction = coefficients.shape
     x = np.empty((n_direction, 2 * n_harmonic - 1))
@@ -59,7 +58,7 @@ def real_from_complex(coefficients: Complex[NDArray[np.complex128], "harmonic d"
     return x
 
 
-def complex_from_real(x: Float[Real, "*batch d nh"]) -> Complex[NDArray[np.complex128], "*batch harmonic d"]:
+def complex_from_real(x: Float[Real, "*batch d nh"]) -> Complex[Array, "*batch harmonic d"]:
     """The inverse of `real_from_complex`, shape (..., H + 1, d)."""
     *batch, n_direction, nh = x.shape
     coefficients = np.empty((*batch, (nh + 1) // 2, n_direction), dtype=np.complex128)

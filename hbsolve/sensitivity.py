@@ -17,11 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Complex
-from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.aft import JointForces
-from hbsolve.balance import HarmonicBalance, Real
+from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.contact.law import PARAMETERS
 from hbsolve.continuation.path import joint_index, spread
@@ -33,7 +32,7 @@ from hbsolve.sampling import complex_from_real, real_from_complex
 from hbsolve.solution import forces_at
 from hbsolve.state import SteadyState, check_state, checked_harmonic
 from reduction.array_input import finite_array, finite_number, whole_number
-from reduction.array_type import Matrix, Row
+from reduction.array_type import Array, Matrix, Real, Row
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +90,7 @@ class ModelParameter:
     """dM/dp, dC/dp, dK/dp."""
     static_load: Row | None = None
     """Shape (r,) [N]; none for zero."""
-    harmonic_force: Complex[NDArray[np.complex128], "k r"] | None = None
+    harmonic_force: Complex[Array, "k r"] | None = None
     """At level 1, shape (k, r) with row 0 zero [N]; none for zero."""
     joints: Mapping[tuple[str, str], float] = field(default_factory=dict)
     """Rates of the joints' parameters, by the names of joint and field."""
@@ -111,9 +110,9 @@ Parameter = (
 class Derivatives(NamedTuple):
     """Of one steady state with respect to p parameters."""
 
-    coefficients: Complex[NDArray[np.complex128], "p harmonic r"]
+    coefficients: Complex[Array, "p harmonic r"]
     """Of all degrees of freedom [m / unit of the parameter]."""
-    force: Complex[NDArray[np.complex128], "p harmonic d"]
+    force: Complex[Array, "p harmonic d"]
     """Of the joint forces f in their directions [N / unit of the parameter]."""
 
 
@@ -149,7 +148,7 @@ def scaled(balance: HarmonicBalance, *names: str) -> MatrixParameter:
 @on_one_blas_thread
 def sensitivity(
     balance: HarmonicBalance, state: SteadyState, parameters: Sequence[Parameter]
-) -> Complex[NDArray[np.complex128], "parameter harmonic r"]:
+) -> Complex[Array, "parameter harmonic r"]:
     """Derivative of all coefficients with respect to each parameter, shape (n_parameter, H + 1, r) [m / its unit].
 
     Parameters
@@ -200,9 +199,7 @@ def derivatives(
     return Derivatives(moved, force + elastic.reshape(force.shape))
 
 
-def _answers(
-    balance: HarmonicBalance, forces: JointForces, condensed: Condensed, right: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _answers(balance: HarmonicBalance, forces: JointForces, condensed: Condensed, right: Real) -> tuple[Real, Real]:
     """Solve (I + A L) dx = right: dx and L dx, for several right-hand sides, shape (p, d, nh)."""
     first, count = balance.joint_of_direction
     rows = active_rows(forces.active)
@@ -266,7 +263,7 @@ def _model_change(
     return load, g
 
 
-def _entries(values: object, what: str, shape: tuple[int, ...]) -> NDArray[np.float64]:
+def _entries(values: object, what: str, shape: tuple[int, ...]) -> Real:
     return finite_array(values, what, BalanceError, shape, ", over all degrees of freedom")
 
 

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Complex, Float
-from numpy.typing import NDArray
 
 from hbsolve.aft import Start
-from hbsolve.balance import HarmonicBalance, Real
+from hbsolve.balance import HarmonicBalance
 from hbsolve.errors import BalanceError
 from hbsolve.sampling import real_from_complex
 from reduction.array_input import finite_array, whole_number
+from reduction.array_type import Array, Real
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -22,15 +22,15 @@ class SteadyState:
     """Omega [rad/s]."""
     level: float
     """Scale of the harmonic force [-]."""
-    displacement: Complex[NDArray[np.complex128], "harmonic d"]
+    displacement: Complex[Array, "harmonic d"]
     """Coefficients of the joint directions, shape (H + 1, d) [m]."""
-    coefficients: Complex[NDArray[np.complex128], "harmonic r"]
+    coefficients: Complex[Array, "harmonic r"]
     """Coefficients of all degrees of freedom, shape (H + 1, r) [m]."""
-    slider: Float[NDArray[np.float64], " s"]
+    slider: Float[Real, " s"]
     """Slider positions (or multipliers, see `multiplier`) at the first instant, as given, shape (s,) [m or -]."""
     multiplier: bool
     """Whether `slider` holds the multipliers m of eq. 11."""
-    slider_at_start: Float[NDArray[np.float64], " s"]
+    slider_at_start: Float[Real, " s"]
     """Slider positions at the start of the steady period, shape (s,) [m]."""
     residual_norm: float
     """|R| relative to the linear motion [-]."""
@@ -52,7 +52,7 @@ class SteadyState:
         """`displacement` as real coefficients, shape (d, nh) [m]."""
         return real_from_complex(self.displacement)
 
-    def amplitude(self, row: int | Float[NDArray[np.float64], " r"], harmonic: int = 1) -> float:
+    def amplitude(self, row: int | Float[Real, " r"], harmonic: int = 1) -> float:
         """Amplitude of one harmonic of a degree of freedom, or of a row over all of them [m].
 
         Raises
@@ -64,10 +64,8 @@ class SteadyState:
 
 
 def harmonic_at(
-    coefficients: Complex[NDArray[np.complex128], "... harmonic r"],
-    row: int | Float[NDArray[np.float64], " r"],
-    harmonic: int,
-) -> Complex[NDArray[np.complex128], "..."]:
+    coefficients: Complex[Array, "... harmonic r"], row: int | Float[Real, " r"], harmonic: int
+) -> Complex[Array, "..."]:
     """Complex amplitude of one harmonic of a degree of freedom, or of a row over all of them, shape (r,) [m].
 
     Raises
@@ -119,9 +117,7 @@ def check_state(balance: HarmonicBalance, state: SteadyState) -> None:
             )
 
 
-def slider_start(
-    balance: HarmonicBalance, slider: Sequence[float] | NDArray[np.float64] | None, multiplier: bool = False
-) -> Start:
+def slider_start(balance: HarmonicBalance, slider: Sequence[float] | Real | None, multiplier: bool = False) -> Start:
     """Check the sliders that a caller gives; none means unstressed springs at rest.
 
     Raises

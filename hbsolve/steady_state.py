@@ -8,11 +8,10 @@ steps leave nowhere to wander.
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.aft import Start
-from hbsolve.balance import HarmonicBalance, Real
+from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.continuation.path import FrequencyPath, LevelPath
 from hbsolve.continuation.step import Continuation
@@ -20,6 +19,7 @@ from hbsolve.continuation.stop import StopReason
 from hbsolve.errors import NoSteadyState
 from hbsolve.solution import TOLERANCE, newton_at, recover_state, solve_at
 from hbsolve.state import SteadyState, slider_start, start_motion
+from reduction.array_type import Real
 
 #: Starts, iterations in each, and the seed that makes them the same every time.
 N_START, ITERATIONS, SEED = 200, 60, 0
@@ -38,7 +38,7 @@ def steady_state(
     angular_frequency: float,
     *,
     start: SteadyState | Real | None = None,
-    slider: Sequence[float] | NDArray[np.float64] | None = None,
+    slider: Sequence[float] | Real | None = None,
     multiplier: bool = False,
 ) -> SteadyState:
     """Periodic response at one frequency.

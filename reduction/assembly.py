@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fe.system import LinearSystem
 from reduction.array_input import locked
-from reduction.array_type import Matrix
+from reduction.array_type import Array, Matrix, Real, Whole
 from reduction.craig_bampton import craig_bampton
 from reduction.errors import RomError
 from reduction.partition import Rows
@@ -80,7 +80,7 @@ class ReducedAssembly:
             start += rom.n_dof
         raise RomError(f'the assembly has no body "{body}": it has {", ".join(self.bodies)}')
 
-    def rows(self, body: str, name: str, direction: int | None = None) -> Int[NDArray[np.int64], " k"]:
+    def rows(self, body: str, name: str, direction: int | None = None) -> Int[Whole, " k"]:
         """Rows of a boundary set of a body, as `ReducedModel.rows` gives them.
 
         Raises
@@ -91,7 +91,7 @@ class ReducedAssembly:
         start: int = self.columns(body).start
         return np.asarray(start + self.bodies[body].rows(name, direction))
 
-    def load(self, body: str, nodal: Float[NDArray[np.float64], "node 3"]) -> Float[NDArray[np.float64], " r"]:
+    def load(self, body: str, nodal: Float[Real, "node 3"]) -> Float[Real, " r"]:
         """Forces on the nodes of a body's mesh, as the reduced coordinates take them, shape (r,).
 
         Raises
@@ -107,9 +107,7 @@ class ReducedAssembly:
         result[columns] = rom.recovery.T @ np.asarray(nodal, dtype=np.float64).reshape(-1)[rom.free]
         return result
 
-    def displacement(
-        self, reduced: Float[NDArray[np.float64], "r ..."] | Complex[NDArray[np.complex128], "r ..."]
-    ) -> dict[str, Field]:
+    def displacement(self, reduced: Float[Real, "r ..."] | Complex[Array, "r ..."]) -> dict[str, Field]:
         """Reduced coordinates as fields on the meshes of all bodies, each of shape (n_node, 3, ...) [m].
 
         Raises

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Float, Int
-from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
 from fe.dense_modes import dense_modes
@@ -14,7 +13,7 @@ from fe.modal import modes
 from fe.sparse.solver import Definiteness, Factor, Factorisation, factorise
 from fe.system import LinearSystem
 from reduction.array_input import freeze_arrays
-from reduction.array_type import Matrix, Vector
+from reduction.array_type import Matrix, Real, Vector, Whole
 from reduction.assembly import ReducedAssembly
 from reduction.errors import RomError
 
@@ -26,16 +25,16 @@ CLOSE = 0.01
 class AssemblyError:
     """A reduced assembly beside its bodies in full, both without damping and with the same springs between them."""
 
-    frequency: Float[NDArray[np.float64], " m"]
+    frequency: Float[Real, " m"]
     """Of the full model, shape (m,) [Hz]."""
-    frequency_error: Float[NDArray[np.float64], " m"]
+    frequency_error: Float[Real, " m"]
     """(f_reduced - f_full) / f_full, shape (m,) [-]."""
-    mac: Float[NDArray[np.float64], " m"]
+    mac: Float[Real, " m"]
     """Of each recovered shape with the full one of the same number, shape (m,) [-]. Where full frequencies lie closer
     to each other than `CLOSE`, any mixture of their shapes is as good: it is the squared cosine to all of these."""
-    receptance_frequency: Float[NDArray[np.float64], " k"]
+    receptance_frequency: Float[Real, " k"]
     """Where receptances are compared, shape (k,) [Hz]."""
-    receptance_error: Float[NDArray[np.float64], " k"]
+    receptance_error: Float[Real, " k"]
     """||H_reduced - H_full|| / ||H_full|| there, in Frobenius' norm over all coordinates that a spring joins, shape
     (k,) [-]. At a resonance it is of no use: there it tells the distance to the pole alone."""
 
@@ -49,7 +48,7 @@ def assembly_error(
     assembly: ReducedAssembly,
     springs: Matrix,
     n_mode: int,
-    receptance_frequency: Float[NDArray[np.float64], " k"],
+    receptance_frequency: Float[Real, " k"],
 ) -> AssemblyError:
     """Solve the joined bodies in full and reduced.
 
@@ -154,7 +153,7 @@ def joined_system(systems: Mapping[str, LinearSystem], assembly: ReducedAssembly
     )
 
 
-def _physical_rows(systems: Mapping[str, LinearSystem], assembly: ReducedAssembly) -> Int[NDArray[np.int64], " r"]:
+def _physical_rows(systems: Mapping[str, LinearSystem], assembly: ReducedAssembly) -> Int[Whole, " r"]:
     """Row of the full model of each coordinate of the assembly; -1 for modal ones."""
     result, start = np.full(assembly.n_dof, -1), 0
     for body, rom in assembly.bodies.items():
@@ -170,7 +169,7 @@ def _physical_rows(systems: Mapping[str, LinearSystem], assembly: ReducedAssembl
     return result
 
 
-def _receptance(factor: Factor, n_dof: int, rows: Int[NDArray[np.int64], " b"]) -> Matrix:
+def _receptance(factor: Factor, n_dof: int, rows: Int[Whole, " b"]) -> Matrix:
     """Displacement at some rows by unit forces there [m/N]."""
     force = np.zeros((n_dof, len(rows)))
     force[rows, np.arange(len(rows))] = 1.0

@@ -5,7 +5,6 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Float
-from numpy.typing import NDArray
 
 from fe.allocator import give_back
 from fe.blas_threads import on_one_blas_thread
@@ -16,7 +15,7 @@ from fe.sparse.node_matrix import BlockProduct
 from fe.sparse.solver import Factor, SingularMatrix, factorise
 from fe.sparse.symmetric_part import rows_of
 from fe.system import LinearSystem
-from reduction.array_type import Matrix, Vector
+from reduction.array_type import Matrix, Real, Vector, Whole
 from reduction.errors import RomError
 from reduction.partition import Partition, Rows, interior_part, partition
 from reduction.rom import ReducedModel
@@ -30,10 +29,7 @@ GROUP, LEAST, MOST, MEMORY = 24, 1, 3, 1.5e8
 
 @on_one_blas_thread
 def craig_bampton(
-    system: LinearSystem,
-    boundary: Mapping[str, Rows],
-    n_mode: int = 150,
-    provenance: Mapping[str, str] | None = None,
+    system: LinearSystem, boundary: Mapping[str, Rows], n_mode: int = 150, provenance: Mapping[str, str] | None = None
 ) -> ReducedModel:
     r"""Keep the boundary as it is and the interior as static shapes and its lowest vibration shapes.
 
@@ -120,7 +116,7 @@ def _basis(system: LinearSystem, rows: Partition, on_boundary: sp.csr_array, n_m
 
 def constraint_modes(
     factor: Factor, stiffness_boundary_interior: sp.csr_array
-) -> Iterator[tuple[slice, Float[NDArray[np.float64], "i k"]]]:
+) -> Iterator[tuple[slice, Float[Real, "i k"]]]:
     r"""Interior displacement for a unit displacement of each boundary degree of freedom, no force on the interior.
 
     .. math:: \Psi = -K_{ii}^{-1} K_{ib}
@@ -145,7 +141,7 @@ def constraint_modes(
         yield block, np.negative(solution, out=solution)
 
 
-def _move(source: Matrix, target: Matrix, rows: NDArray[np.int64]) -> None:
+def _move(source: Matrix, target: Matrix, rows: Whole) -> None:
     """Put columns into rows of a target, the last ones first: what has been moved is given back on the way."""
     # Of columns side by side in memory, the last ones can be cut off.
     n_row, n_column = source.shape

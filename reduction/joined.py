@@ -10,11 +10,10 @@ from types import MappingProxyType
 
 import numpy as np
 from jaxtyping import Complex, Int
-from numpy.typing import NDArray
 
 from geometry.interface import ContactLine
 from reduction.array_input import freeze_arrays
-from reduction.array_type import Matrix, Row
+from reduction.array_type import Array, Matrix, Row, Whole
 from reduction.assembly import ReducedAssembly
 from reduction.errors import JointError
 from reduction.jointed_system import Friction, FrictionContact, JointedSystem
@@ -166,7 +165,7 @@ def _supported(rom: ReducedModel) -> bool:
     return int(np.count_nonzero(size < RIGID * size[-1])) < 6
 
 
-def _rows(assembly: ReducedAssembly, pair: LinePair, body: str, name: str) -> Int[NDArray[np.int64], "station 3"]:
+def _rows(assembly: ReducedAssembly, pair: LinePair, body: str, name: str) -> Int[Whole, "station 3"]:
     """Coordinates along x, y and z of each station's node."""
     result = assembly.rows(body, name)
     if len(result) != 3 * pair.line.n_station:
@@ -178,10 +177,7 @@ def _rows(assembly: ReducedAssembly, pair: LinePair, body: str, name: str) -> In
 
 
 def vibrating(
-    bodies: Joined,
-    rest: StaticState,
-    damping_ratio: float,
-    harmonic_force: Complex[NDArray[np.complex128], "harmonic r"],
+    bodies: Joined, rest: StaticState, damping_ratio: float, harmonic_force: Complex[Array, "harmonic r"]
 ) -> JointedSystem:
     """The system about its rest.
 

@@ -17,10 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Complex
-from numpy.typing import NDArray
 
 from reduction.array_input import complex_array, finite_array, finite_number, real_array, refuse_infinite, whole_number
-from reduction.array_type import Matrix, Row
+from reduction.array_type import Array, Matrix, Row
 from reduction.errors import JointError
 from reduction.joint.cubic_spring import CubicSpring
 from reduction.joint.elastic_stop import ElasticStop
@@ -72,7 +71,7 @@ class JointedSystem:
     stiffness: Matrix
     joints: Sequence[Joint] = ()
     static_load: Row | None = None
-    harmonic_force: Complex[NDArray[np.complex128], "harmonic r"] | None = None
+    harmonic_force: Complex[Array, "harmonic r"] | None = None
 
     def __post_init__(self) -> None:
         for name in ("mass", "damping", "stiffness"):
@@ -112,7 +111,7 @@ class JointedSystem:
         return self.static_load
 
     @property
-    def dynamic(self) -> Complex[NDArray[np.complex128], "harmonic r"]:
+    def dynamic(self) -> Complex[Array, "harmonic r"]:
         """`harmonic_force`, zeros if none was given, shape (n_harmonic, r) [N]."""
         assert self.harmonic_force is not None
         return self.harmonic_force
@@ -173,7 +172,7 @@ def _joints(given: object) -> tuple[Joint, ...]:
     return tuple(joints)
 
 
-def _harmonic_force(given: object, n_dof: int) -> Complex[NDArray[np.complex128], "harmonic r"]:
+def _harmonic_force(given: object, n_dof: int) -> Complex[Array, "harmonic r"]:
     harmonic = complex_array(given, "the harmonic force", JointError)
     if harmonic.ndim != 2 or harmonic.shape[1] != n_dof or not len(harmonic):
         raise JointError(

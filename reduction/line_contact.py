@@ -6,14 +6,14 @@ from enum import Enum
 
 import numpy as np
 from jaxtyping import Float, Int
-from numpy.typing import NDArray
 
 from geometry.interface import ContactLine
+from reduction.array_type import Real, Whole
 from reduction.errors import JointError
 from reduction.jointed_system import Friction, FrictionContact
 
 #: Rows over all coordinates: the normal (closing is positive), and the two tangents.
-Directions = Float[NDArray[np.float64], "station 3 r"]
+Directions = Float[Real, "station 3 r"]
 
 
 class Tangents(Enum):
@@ -46,10 +46,7 @@ class LineStiffness:
 
 
 def contact_directions(
-    n_dof: int,
-    line: ContactLine,
-    rows: Int[NDArray[np.int64], "station 3"],
-    other_rows: Int[NDArray[np.int64], "station 3"],
+    n_dof: int, line: ContactLine, rows: Int[Whole, "station 3"], other_rows: Int[Whole, "station 3"]
 ) -> Directions:
     """Relative displacements of two bodies at the stations of a line, shape (n_station, 3, r) [-].
 
@@ -65,7 +62,7 @@ def contact_directions(
     return np.asarray(result)
 
 
-def station_stiffness(line: ContactLine, stiffness: LineStiffness) -> Float[NDArray[np.float64], "station 2"]:
+def station_stiffness(line: ContactLine, stiffness: LineStiffness) -> Float[Real, "station 2"]:
     """k_n and k_t of each station: their shares of the line's by tributary length, shape (n_station, 2) [N/m]."""
     share = line.tributary_length / line.tributary_length.sum()
     return np.outer(share, [stiffness.normal, stiffness.tangential])
@@ -79,7 +76,7 @@ def line_contacts(
     friction_coefficient: float,
     *,
     tangents: Tangents = Tangents.ALONG,
-    gaps: Sequence[float] | Float[NDArray[np.float64], " station"] | None = None,
+    gaps: Sequence[float] | Float[Real, " station"] | None = None,
     friction: Friction = Friction.COULOMB,
 ) -> list[FrictionContact]:
     """Contact elements of a line, named "name.1" and so on along it.
@@ -132,9 +129,7 @@ def line_contacts(
     ]
 
 
-def fixed_tangent_stiffness(
-    line: ContactLine, directions: Directions, stiffness: LineStiffness
-) -> Float[NDArray[np.float64], "r r"]:
+def fixed_tangent_stiffness(line: ContactLine, directions: Directions, stiffness: LineStiffness) -> Float[Real, "r r"]:
     """Springs k_t of the second tangent, which `Tangents.ALONG` holds, shape (r, r) [N/m]."""
     k_t = station_stiffness(line, stiffness)[:, 1]
     across = directions[:, 2]

@@ -16,13 +16,13 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Int
-from numpy.typing import NDArray
 
 from fe.mesh import Mesh
 from fe.sparse.block_lanczos import COLUMNS_PER_MODE, basis_columns, default_block
 from fe.sparse.factor import LONG, NODE, Symmetric
 from fe.sparse.solver import Backend, default_backend
 from fe.sparse.upper_blocks import UpperBlocks
+from reduction.array_type import Whole
 from reduction.errors import RomError
 
 
@@ -208,7 +208,7 @@ def _level_width(graph: sp.csr_array) -> float:
     return float((seen if seen > n_row / 2 else n_row) / n_level)
 
 
-def _levels(graph: sp.csr_array, front: Int[NDArray[np.int64], " k"]) -> tuple[int, Int[NDArray[np.int64], " k"], int]:
+def _levels(graph: sp.csr_array, front: Int[Whole, " k"]) -> tuple[int, Int[Whole, " k"], int]:
     """Number of levels from a row on, the last of them, and how many rows they hold."""
     seen = np.zeros(graph.shape[0], dtype=bool)
     n_level, last = 0, front

@@ -5,15 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Int
-from numpy.typing import NDArray
 
 from fe.sparse.factor import Symmetric
 from fe.sparse.node_matrix import NodeMatrix
 from fe.sparse.symmetric_part import PartView, part, whole_nodes
 from fe.system import LinearSystem
+from reduction.array_type import Whole
 from reduction.errors import RomError
 
-Rows = Int[NDArray[np.int64], " k"]
+Rows = Int[Whole, " k"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

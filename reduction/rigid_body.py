@@ -6,15 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 from jaxtyping import Float
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from reduction.array_input import freeze_arrays
-from reduction.array_type import Matrix
+from reduction.array_type import Matrix, Real
 from reduction.assembly import ReducedAssembly
 from reduction.errors import RomError
 
-Six = Float[NDArray[np.float64], "6"]
+Six = Float[Real, "6"]
 
 #: The six motions, about the centre of mass: translations [N/m], then rotations [N m/rad].
 MOTIONS = ("x", "y", "z", "rotation about x", "rotation about y", "rotation about z")
@@ -37,13 +36,13 @@ class RigidBody:
     """Its name."""
     mass: float
     """[kg]."""
-    centre: Float[NDArray[np.float64], "3"]
+    centre: Float[Real, "3"]
     """Its centre of mass, shape (3,) [m]."""
     stiffness: Six
     """Of each of `MOTIONS` while the other five are prevented, shape (6,) [N/m and N m/rad]."""
     frequency: Six
     """The six natural frequencies, rising, shape (6,) [Hz]."""
-    shape: Float[NDArray[np.float64], "6 6"]
+    shape: Float[Real, "6 6"]
     """The motions that belong to them, about the centre of mass, mass-normalised, shape (6, 6), one per column."""
 
     def __post_init__(self) -> None:
@@ -62,9 +61,7 @@ class RigidBody:
         return tuple(MOTIONS[int(name)] for name in names[np.argsort(modes)])
 
 
-def rigid_body(
-    assembly: ReducedAssembly, body: str, points: Float[NDArray[np.float64], "node 3"], springs: Matrix
-) -> RigidBody:
+def rigid_body(assembly: ReducedAssembly, body: str, points: Float[Real, "node 3"], springs: Matrix) -> RigidBody:
     """How the contact springs hold a body.
 
     Parameters
@@ -123,8 +120,8 @@ def check_held(bodies: Sequence[RigidBody]) -> None:
 
 
 def rigid_motions(
-    assembly: ReducedAssembly, body: str, points: Float[NDArray[np.float64], "node 3"], about: NDArray[np.float64]
-) -> Float[NDArray[np.float64], "r 6"]:
+    assembly: ReducedAssembly, body: str, points: Float[Real, "node 3"], about: Real
+) -> Float[Real, "r 6"]:
     """Reduced coordinates of the six unit motions `MOTIONS` of a body, shape (r, 6) [m/m and m/rad].
 
     Those of the boundary; fixed-interface modes stay at rest.

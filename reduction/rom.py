@@ -6,16 +6,16 @@ from types import MappingProxyType
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
-from numpy.typing import NDArray
 
 from fe.damping import RayleighDamping
 from fe.dense_modes import dense_modes
 from fe.modal import ModeSet
 from reduction.array_input import freeze_arrays, locked
+from reduction.array_type import Array, Real, Whole
 from reduction.errors import RomError
 
-Reduced = Float[NDArray[np.float64], "r ..."] | Complex[NDArray[np.complex128], "r ..."]
-Field = Float[NDArray[np.float64], "node 3 ..."] | Complex[NDArray[np.complex128], "node 3 ..."]
+Reduced = Float[Real, "r ..."] | Complex[Array, "r ..."]
+Field = Float[Real, "node 3 ..."] | Complex[Array, "node 3 ..."]
 
 #: Arrays of a reduced model in the order of its files: real numbers, then whole ones.
 REAL = ("mass", "damping", "stiffness", "fixed_interface_frequency", "recovery")
@@ -48,15 +48,15 @@ class ReducedModel:
         Where the model comes from: case, versions, date, anything the user wants to find again.
     """
 
-    mass: Float[NDArray[np.float64], "r r"]
-    damping: Float[NDArray[np.float64], "r r"]
-    stiffness: Float[NDArray[np.float64], "r r"]
-    boundary_node: Int[NDArray[np.int64], " b"]
-    boundary_direction: Int[NDArray[np.int64], " b"]
-    boundary_sets: Mapping[str, Int[NDArray[np.int64], " _"]]
-    fixed_interface_frequency: Float[NDArray[np.float64], " m"]
-    recovery: Float[NDArray[np.float64], "n r"]
-    free: Int[NDArray[np.int64], " n"]
+    mass: Float[Real, "r r"]
+    damping: Float[Real, "r r"]
+    stiffness: Float[Real, "r r"]
+    boundary_node: Int[Whole, " b"]
+    boundary_direction: Int[Whole, " b"]
+    boundary_sets: Mapping[str, Int[Whole, " _"]]
+    fixed_interface_frequency: Float[Real, " m"]
+    recovery: Float[Real, "n r"]
+    free: Int[Whole, " n"]
     n_node: int
     provenance: Mapping[str, str] = field(default_factory=dict)
 
@@ -78,7 +78,7 @@ class ReducedModel:
         """Number of boundary degrees of freedom b; the other r - b coordinates are modal [-]."""
         return len(self.boundary_node)
 
-    def rows(self, name: str, direction: int | None = None) -> Int[NDArray[np.int64], " k"]:
+    def rows(self, name: str, direction: int | None = None) -> Int[Whole, " k"]:
         """Rows of a boundary set in the order in which it was given, or those of one direction (0, 1, 2 for x, y, z).
 
         Raises

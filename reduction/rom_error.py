@@ -3,7 +3,6 @@
 import numpy as np
 import scipy.linalg
 from jaxtyping import Float
-from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
 from fe.dense_modes import dense_modes
@@ -12,7 +11,7 @@ from fe.sparse.factor import Symmetric
 from fe.sparse.solver import UnknownInertia, factorise
 from fe.sparse.symmetric_part import part
 from fe.system import LinearSystem
-from reduction.array_type import Matrix, Vector
+from reduction.array_type import Matrix, Real, Vector, Whole
 from reduction.errors import RomError
 from reduction.rom import ReducedModel
 
@@ -33,7 +32,7 @@ DEPENDENT = 1e-12
 
 
 @on_one_blas_thread
-def rom_error(system: LinearSystem, rom: ReducedModel, n_mode: int) -> Float[NDArray[np.float64], " m"]:
+def rom_error(system: LinearSystem, rom: ReducedModel, n_mode: int) -> Float[Real, " m"]:
     r"""Estimated relative error (f_rom - f_full) / f_full of each of the lowest frequencies.
 
     What a Craig-Bampton model leaves out are fixed-interface modes, and the boundary reaches those only through the
@@ -124,7 +123,7 @@ def check_fixed_interface_modes(system: LinearSystem, rom: ReducedModel) -> Mode
         raise RomError(f"the fixed-interface modes cannot be counted ({error}): reduce without a check") from error
 
 
-def _interior(system: LinearSystem, rom: ReducedModel) -> NDArray[np.int64]:
+def _interior(system: LinearSystem, rom: ReducedModel) -> Whole:
     """Rows of the system that are not retained, shape (i,)."""
     if system.n_node != rom.n_node or not np.array_equal(system.free, rom.free):
         raise RomError(
@@ -136,12 +135,7 @@ def _interior(system: LinearSystem, rom: ReducedModel) -> NDArray[np.int64]:
 
 
 def _drop(
-    system: LinearSystem,
-    rom: ReducedModel,
-    interior: NDArray[np.int64],
-    added: Matrix,
-    stiffness_added: Matrix,
-    lambda_: Vector,
+    system: LinearSystem, rom: ReducedModel, interior: Whole, added: Matrix, stiffness_added: Matrix, lambda_: Vector
 ) -> Vector:
     """Relative drop of each frequency when the added interior shapes join the reduced model.
 

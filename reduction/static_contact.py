@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
 from reduction.array_input import freeze_arrays, locked
-from reduction.array_type import Matrix, Row, Vector
+from reduction.array_type import Matrix, Real, Row, Vector
 from reduction.errors import JointError
 from reduction.joint.friction_contact import Friction, FrictionContact
 from reduction.stuck import stuck_stiffness
@@ -50,9 +50,9 @@ class StaticState:
     """q, shape (r,) [m]."""
     load: Row
     """f - K q, what the contacts balance, shape (r,) [N]."""
-    normal: Float[NDArray[np.float64], " c"]
+    normal: Float[Real, " c"]
     """N of each contact, shape (c,) [N]."""
-    tangential: tuple[Float[NDArray[np.float64], " t"], ...]
+    tangential: tuple[Float[Real, " t"], ...]
     """T of each contact along each of its tangents, one array per contact [N]."""
 
     def __post_init__(self) -> None:
@@ -61,13 +61,13 @@ class StaticState:
         object.__setattr__(self, "contacts", tuple(self.contacts))
 
     @property
-    def slider(self) -> Float[NDArray[np.float64], " s"]:
+    def slider(self) -> Float[Real, " s"]:
         """Where the sliders of all contacts begin so that rest is rest, -T / k_t, shape (s,) [m]."""
         pairs = zip(self.contacts, self.tangential, strict=True)
         return np.concatenate([np.zeros(0), *(-force / item.tangential_stiffness for item, force in pairs)])
 
     @property
-    def ratio(self) -> Float[NDArray[np.float64], " c"]:
+    def ratio(self) -> Float[Real, " c"]:
         """|T| / (mu N) of each contact, zero where nothing pulls, shape (c,) [-]; above 1 it would have slid.
 
         Tangents with limits of their own count each by itself.
@@ -80,10 +80,7 @@ class StaticState:
 
 @on_one_blas_thread
 def static_state(
-    stiffness: Matrix,
-    contacts: Sequence[FrictionContact],
-    load: Row,
-    lines: Mapping[str, Sequence[str]] | None = None,
+    stiffness: Matrix, contacts: Sequence[FrictionContact], load: Row, lines: Mapping[str, Sequence[str]] | None = None
 ) -> StaticState:
     """Rest under a load.
 

@@ -4,11 +4,10 @@ from collections.abc import Iterable
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fe.damping import rayleigh_damping
 from fe.dense_modes import dense_modes
-from reduction.array_type import Matrix
+from reduction.array_type import Array, Matrix, Real
 from reduction.errors import JointError
 from reduction.joint.law import Joint
 
@@ -36,11 +35,7 @@ def stuck_stiffness(stiffness: Matrix, joints: Iterable[Joint]) -> Matrix:
 
 
 def stuck_damping(
-    mass: Matrix,
-    stiffness: Matrix,
-    stuck: Matrix,
-    ratio: float,
-    seen: NDArray[np.float64] | NDArray[np.complex128] | None = None,
+    mass: Matrix, stiffness: Matrix, stuck: Matrix, ratio: float, seen: Real | Array | None = None
 ) -> Matrix:
     r"""Rayleigh damping with a given ratio on the first elastic mode of the stuck structure, shape (r, r) [N s/m].
 

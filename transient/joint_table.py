@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
-from numpy.typing import NDArray
 
+from reduction.array_type import Real, Whole
 from reduction.joint.law import Joint
 from reduction.joint.packing import addresses, parameter_rows, starts
 from reduction.jointed_system import JointedSystem
@@ -16,7 +16,7 @@ from transient.law.witness import WITNESSES, Witness
 #: Number of the law of a joint whose force is a function of its user's own.
 FUNCTION = -1
 
-Integers = Int[NDArray[np.int64], " joint"]
+Integers = Int[Whole, " joint"]
 
 
 class Packed(NamedTuple):
@@ -30,7 +30,7 @@ class Packed(NamedTuple):
     """First slider of each joint and, last, their number."""
     address: Integers
     """Of a user's function."""
-    value: Float[NDArray[np.float64], "joint p"]
+    value: Float[Real, "joint p"]
     """Parameters."""
 
 
@@ -38,20 +38,20 @@ class Packed(NamedTuple):
 class WitnessTable:
     """All joints of a system."""
 
-    rows: Float[NDArray[np.float64], "d r"]
+    rows: Float[Real, "d r"]
     """Directions of all joints in order, shape (d, r) [-]."""
-    stuck_stiffness: Float[NDArray[np.float64], " d"]
+    stuck_stiffness: Float[Real, " d"]
     """Stiffness of each direction while its joint sticks and is closed, shape (d,) [N/m]."""
     packed: Packed
     """The arrays that compiled code reads."""
     n_slider: int
     """Number of sliders [-]."""
-    damper: Float[NDArray[np.float64], " d"]
+    damper: Float[Real, " d"]
     """Which directions belong to a quadratic damper, with its damping, shape (d,) [N s^2/m^2]."""
-    normal_terms: Float[NDArray[np.float64], " d"]
+    normal_terms: Float[Real, " d"]
     """|N_0| + k_n |g| in the normals of contacts and stops, shape (d,) [N]: normal forces that cancel each other leave
     round-off of the size of their terms, however small their sum."""
-    slider_stiffness: Float[NDArray[np.float64], " s"]
+    slider_stiffness: Float[Real, " s"]
     """Stiffness that weighs each slider, shape (s,) [N/m]."""
 
 

@@ -4,10 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Complex
-from numpy.typing import NDArray
 
 from reduction.array_input import finite_array, freeze_arrays
-from reduction.array_type import Vector
+from reduction.array_type import Array, Vector
 from reduction.jointed_system import JointedSystem
 from transient.errors import TransientError
 from transient.joint_table import joint_table
@@ -41,7 +40,7 @@ def at_rest(system: JointedSystem) -> TransientState:
 def start_from(
     system: JointedSystem,
     angular_frequency: float,
-    coefficients: Complex[NDArray[np.complex128], "harmonic r"],
+    coefficients: Complex[Array, "harmonic r"],
     slider: Vector | None = None,
 ) -> TransientState:
     r"""State at t = 0 on the periodic motion q(t) = Re sum q_k e^{i k Omega t}.

@@ -11,11 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Complex, Float
-from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
 from reduction.array_input import real_number, whole_number
-from reduction.array_type import Matrix, Vector
+from reduction.array_type import Array, Matrix, Real, Vector
 from reduction.jointed_system import JointedSystem
 from transient.anderson import Anderson
 from transient.errors import StepError, TransientError
@@ -42,7 +41,7 @@ class SteadyMotion(JointHistory):
     """Omega [rad/s] and the scale of the harmonic force [-]."""
     steps_per_period: int
     """Of the finest integration [-]."""
-    samples: Float[NDArray[np.float64], "t r"]
+    samples: Float[Real, "t r"]
     """All degrees of freedom at the start of each step of the last period, t_j = j T / t, shape (t, r) [m]."""
     start: TransientState
     """State at the start of that period, its phase 0: the sliders to compare with."""
@@ -77,7 +76,7 @@ class SteadyMotion(JointHistory):
             f"of its amplitude a period, {self.distance:.1e} from a steady state at the decay seen"
         )
 
-    def coefficients(self, n_harmonic: int) -> Complex[NDArray[np.complex128], "harmonic r"]:
+    def coefficients(self, n_harmonic: int) -> Complex[Array, "harmonic r"]:
         """q_k of q(t) = Re sum q_k e^{i k Omega t} for k = 0 to n_harmonic - 1, shape (n_harmonic, r) [m].
 
         Raises

@@ -18,10 +18,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from reduction.array_input import refuse_asymmetric, refuse_infinite, refuse_massless
-from reduction.array_type import Matrix, Vector
+from reduction.array_type import Array, Matrix, Vector
 from reduction.jointed_system import JointedSystem
 from transient.errors import TransientError
 from transient.joint_table import WitnessTable, joint_table
@@ -170,12 +169,8 @@ def decompose(system: JointedSystem, table: WitnessTable, offset: Vector) -> Mod
 
 
 def _diagonal_step(
-    structure: ModalStructure,
-    step: float,
-    angular_frequency: float,
-    numbers: list[int],
-    amplitude: NDArray[np.complex128],
-) -> tuple[Matrix, Matrix, NDArray[np.complex128]]:
+    structure: ModalStructure, step: float, angular_frequency: float, numbers: list[int], amplitude: Array
+) -> tuple[Matrix, Matrix, Array]:
     """Transition (4, r), what a constant modal force adds (2, r), what each harmonic adds (number, 2r)."""
     from scipy.linalg import expm
 
@@ -206,12 +201,8 @@ def _diagonal_step(
 
 
 def _full_step(
-    structure: ModalStructure,
-    step: float,
-    angular_frequency: float,
-    numbers: list[int],
-    amplitude: NDArray[np.complex128],
-) -> tuple[Matrix, Matrix, NDArray[np.complex128]]:
+    structure: ModalStructure, step: float, angular_frequency: float, numbers: list[int], amplitude: Array
+) -> tuple[Matrix, Matrix, Array]:
     """Transition (2r, 2r), what constant joint forces and the static load add (2r, d + 1), what each harmonic adds."""
     from scipy.linalg import expm
 

@@ -34,11 +34,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from geometry.registry import Registry
-from reduction.array_type import Real
+from reduction.array_type import Real, Whole
 
 FORCE, JACOBIAN, PARAMETERS = 0, 1, 2
 #: Most directions that a joint may have.
@@ -54,7 +51,7 @@ class LawOutput(NamedTuple):
     """f - D u at each instant, shape (d, n) [N]."""
     jacobian: Real
     """Of the coefficients of `force` with respect to those of u, shape (d, nh, 3 nh) [N/m]."""
-    active: NDArray[np.int64]
+    active: Whole
     """Leading rows of each direction's Jacobian that are not zero: 0, 1 (the mean alone) or nh, shape (d,)."""
     by_parameter: Real
     """Derivative of `force` with respect to each parameter, shape (p, d, n)."""
@@ -64,7 +61,7 @@ class LawOutput(NamedTuple):
     """... to Omega, shape (d, n)."""
     slider: Real
     """Slider positions at each instant, shape (s, n) [m]."""
-    status: NDArray[np.int64]
+    status: Whole
     """STICK, SLIP or SEPARATED at each instant of each slider, or of the joint in row 0, shape (2, n)."""
 
 

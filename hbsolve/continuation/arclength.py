@@ -23,15 +23,14 @@ linear branches.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hbsolve.aft import Start
-from hbsolve.balance import Real
 from hbsolve.continuation.path import Equation, Path, equation
 from hbsolve.errors import BalanceError
 from hbsolve.linearised import active_rows, small_matrix
 from hbsolve.newton import RELATIVE, bordered_step
 from hbsolve.solution import TOLERANCE
+from reduction.array_type import Real, Whole
 
 #: Corrections at most.
 CORRECTIONS = 10
@@ -159,7 +158,7 @@ def _along_kernel(here: Equation, last: Direction, metric: Metric) -> Direction:
 def _determinant_sign(here: Equation) -> int:
     """Sign of det(I + L A)."""
     first, count = here.balance.joint_of_direction
-    rows: NDArray[np.int64] = active_rows(here.forces.active)
+    rows: Whole = active_rows(here.forces.active)
     if not len(rows):
         return 1
     nh = here.residual.shape[1]

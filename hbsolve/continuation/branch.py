@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Complex, Float
-from numpy.typing import NDArray
 
 from fe.notebook import Labelled
 from hbsolve.continuation.stop import StopReason
@@ -15,16 +14,17 @@ from hbsolve.netcdf import dimensions, read_netcdf, write_netcdf
 from hbsolve.sampling import real_from_complex
 from hbsolve.state import harmonic_at
 from reduction.array_input import freeze_arrays, whole_number
+from reduction.array_type import Array, Real
 
 if TYPE_CHECKING:
     import xarray
 
     from hbsolve.balance import HarmonicBalance
 
-Numbers = Float[NDArray[np.float64], " point"]
+Numbers = Float[Real, " point"]
 
 
-def _none() -> NDArray[np.float64]:
+def _none() -> Real:
     return np.zeros(0)
 
 
@@ -60,14 +60,14 @@ class ResponseBranch(Labelled):
     """
 
     angular_frequency: Numbers
-    coefficients: Complex[NDArray[np.complex128], "point harmonic degree_of_freedom"]
+    coefficients: Complex[Array, "point harmonic degree_of_freedom"]
     residual_norm: Numbers
     stop_reason: StopReason
     stopped_at: str = ""
     level: Numbers = field(default_factory=_none)
     iterations: Numbers = field(default_factory=_none)
-    slider: Float[NDArray[np.float64], "point slider"] = field(default_factory=_none)
-    contact_share: Float[NDArray[np.float64], "point joint state=3"] = field(default_factory=_none)
+    slider: Float[Real, "point slider"] = field(default_factory=_none)
+    contact_share: Float[Real, "point joint state=3"] = field(default_factory=_none)
     joint_names: tuple[str, ...] = ()
     truncation_error: Numbers = field(default_factory=_none)
     sample_error: Numbers = field(default_factory=_none)
@@ -94,9 +94,7 @@ class ResponseBranch(Labelled):
         """Why the curve ends, in a sentence."""
         return self.stop_reason.sentence(self.stopped_at)
 
-    def output(
-        self, row: int | Float[NDArray[np.float64], " r"], harmonic: int = 1, derivative: int = 0
-    ) -> Complex[NDArray[np.complex128], " p"]:
+    def output(self, row: int | Float[Real, " r"], harmonic: int = 1, derivative: int = 0) -> Complex[Array, " p"]:
         """Complex amplitude of one harmonic at an output, shape (p,) [m, m/s or m/s^2].
 
         Parameters
@@ -119,11 +117,11 @@ class ResponseBranch(Labelled):
             raise BalanceError(f"derivative = {derivative} must be 0, 1 or 2: displacement, velocity or acceleration")
         return np.asarray((1j * harmonic * self.angular_frequency) ** derivative * at)
 
-    def amplitude(self, row: int | Float[NDArray[np.float64], " r"], harmonic: int = 1, derivative: int = 0) -> Numbers:
+    def amplitude(self, row: int | Float[Real, " r"], harmonic: int = 1, derivative: int = 0) -> Numbers:
         """Amplitude of `output`, which see, shape (p,)."""
         return np.asarray(np.abs(self.output(row, harmonic, derivative)))
 
-    def start(self, balance: "HarmonicBalance", index: int) -> Float[NDArray[np.float64], "d nh"]:
+    def start(self, balance: "HarmonicBalance", index: int) -> Float[Real, "d nh"]:
         """Motion of the joints at a point, for `steady_state` or a continuation to start from, shape (d, 2 H + 1) [m].
 
         Parameters

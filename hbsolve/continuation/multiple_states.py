@@ -3,17 +3,17 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.aft import Start
-from hbsolve.balance import HarmonicBalance, Real
+from hbsolve.balance import HarmonicBalance
 from hbsolve.contact.law import FORCE
 from hbsolve.continuation.path import LevelPath
 from hbsolve.continuation.step import Continuation
 from hbsolve.errors import NoSteadyState
 from hbsolve.solution import forces_at, solve_at
 from hbsolve.state import SteadyState, slider_start
+from reduction.array_type import Real
 
 #: Two motions that differ by less than this share are the same.
 SAME = 1e-6
@@ -25,12 +25,7 @@ ARC_FIRST, ARC_LAST, ARC_POINTS = 0.05, 10.0, 400
 
 @on_one_blas_thread
 def steady_states(
-    balance: HarmonicBalance,
-    angular_frequency: float,
-    *,
-    n_start: int = 20,
-    seed: int = 0,
-    slider: NDArray[np.float64] | None = None,
+    balance: HarmonicBalance, angular_frequency: float, *, n_start: int = 20, seed: int = 0, slider: Real | None = None
 ) -> tuple[SteadyState, ...]:
     """Distinct steady states of the same sliders from several starts, lowest vibration first.
 

@@ -7,13 +7,14 @@ from functools import lru_cache
 import numpy as np
 
 from hbsolve.aft import JointForces, Start
-from hbsolve.balance import HarmonicBalance, Real
+from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.contact.law import PARAMETERS
 from hbsolve.errors import BalanceError
 from hbsolve.newton import apply_receptance
 from hbsolve.sampling import real_from_complex
 from hbsolve.solution import forces_at, residual
+from reduction.array_type import Real
 from reduction.errors import JointError
 
 

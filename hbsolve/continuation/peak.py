@@ -23,11 +23,11 @@ from math import sqrt
 
 import numpy as np
 from jaxtyping import Float
-from numpy.typing import NDArray
 
 from hbsolve.errors import NoPeakError
+from reduction.array_type import Real
 
-Values = Float[NDArray[np.float64], " p"]
+Values = Float[Real, " p"]
 
 #: Points of each scan: the first sees the band, each later one the two intervals beside the highest point.
 SCAN = 101

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from fe.blas_threads import on_one_blas_thread
@@ -19,8 +18,9 @@ from hbsolve.errors import NoPeakError, NoSteadyState
 from hbsolve.sensitivity import FrequencyParameter, sensitivity
 from hbsolve.state import SteadyState, slider_start
 from hbsolve.steady_state import steady_state
+from reduction.array_type import Array, Real
 
-Row = int | Float[NDArray[np.float64], " r"]
+Row = int | Float[Real, " r"]
 
 #: Half width of the window of the next level, in widths and shifts of the last peak, and how often it may be widened.
 WIDTHS, SHIFTS, WIDENINGS = 8.0, 3.0, 6
@@ -46,9 +46,7 @@ class ResonantState:
 
 
 @on_one_blas_thread
-def resonance(
-    balance: HarmonicBalance, branch: ResponseBranch, row: Row, slider: NDArray[np.float64] | None = None
-) -> ResonantState:
+def resonance(balance: HarmonicBalance, branch: ResponseBranch, row: Row, slider: Real | None = None) -> ResonantState:
     """The peak of a frequency response, between its points: where the exact derivative of the amplitude vanishes.
 
     Parameters
@@ -92,13 +90,11 @@ def resonance(
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Point:
     angular_frequency: float
-    motion: Float[NDArray[np.float64], "d nh"]
+    motion: Float[Real, "d nh"]
     amplitude: float
 
 
-def _between(
-    balance: HarmonicBalance, points: Sequence[_Point], row: Row, slider: NDArray[np.float64] | None
-) -> SteadyState | None:
+def _between(balance: HarmonicBalance, points: Sequence[_Point], row: Row, slider: Real | None) -> SteadyState | None:
     """The state where the amplitude is stationary between three points; none if a fold or a kink is between them."""
     before, top, behind = (item.angular_frequency for item in points)
     if not (top - before) * (behind - top) > 0:
@@ -125,7 +121,7 @@ def _between(
 
 
 def _over_the_top(
-    balance: HarmonicBalance, points: Sequence[_Point], row: Row, slider: NDArray[np.float64] | None, share: float
+    balance: HarmonicBalance, points: Sequence[_Point], row: Row, slider: Real | None, share: float
 ) -> list[_Point]:
     """Three points about the top again, from an arc that begins at the first of them and takes shorter steps."""
     before, top = points[:2]
@@ -164,7 +160,7 @@ def resonance_curve(
     first: float,
     last: float,
     *,
-    slider: NDArray[np.float64] | None = None,
+    slider: Real | None = None,
     report: Callable[[float, float], None] | None = None,
 ) -> tuple[ResonantState, ...]:
     """Peak against level: the range of the first level is given, those of the next ones follow the peak.
@@ -217,5 +213,5 @@ def _width(branch: ResponseBranch, row: Row) -> float:
     return float(near.max() - near.min())
 
 
-def _at(coefficients: NDArray[np.complex128], row: Row) -> complex:
+def _at(coefficients: Array, row: Row) -> complex:
     return complex(coefficients[row] if isinstance(row, int | np.integer) else coefficients @ np.asarray(row))

@@ -6,10 +6,9 @@ The single steps are `hbsolve.continuation.step`'s, for those who want to show o
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
-from hbsolve.balance import HarmonicBalance, Real
+from hbsolve.balance import HarmonicBalance
 from hbsolve.contact_motion import contact_share
 from hbsolve.continuation.branch import ResponseBranch
 from hbsolve.continuation.path import FrequencyPath, JointPath, LevelPath
@@ -20,13 +19,14 @@ from hbsolve.solution import solve_at
 from hbsolve.state import SteadyState, slider_start
 from hbsolve.steady_state import steady_state
 from hbsolve.truncation import truncation
+from reduction.array_type import Real
 
 #: Points of a branch so far: lambda and the steady state of each; and where the continuation stands.
 PartialBranch = tuple[list[tuple[float, SteadyState]], ContinuationState]
 
 
 def begin(
-    continuation: Continuation, start: Real | None = None, slider: NDArray[np.float64] | None = None
+    continuation: Continuation, start: Real | None = None, slider: Real | None = None
 ) -> tuple[SteadyState, ContinuationState]:
     """Find the first point of a branch; start and sliders are as for `hbsolve.steady_state.steady_state`.
 
@@ -48,7 +48,7 @@ def begin(
 def run(
     continuation: Continuation,
     start: Real | None = None,
-    slider: NDArray[np.float64] | None = None,
+    slider: Real | None = None,
     report: Callable[[float, float], None] | None = None,
     *,
     resumed: PartialBranch | None = None,
@@ -100,7 +100,7 @@ def frequency_response(
     last: float,
     *,
     step: float | None = None,
-    slider: NDArray[np.float64] | None = None,
+    slider: Real | None = None,
     report: Callable[[float, float], None] | None = None,
 ) -> ResponseBranch:
     """Forced response over frequency, round folds.
@@ -130,7 +130,7 @@ def level_response(
     last: float,
     *,
     step: float | None = None,
-    slider: NDArray[np.float64] | None = None,
+    slider: Real | None = None,
     report: Callable[[float, float], None] | None = None,
 ) -> ResponseBranch:
     """Response at one frequency over the level of the force, round folds; see `frequency_response`."""
@@ -147,7 +147,7 @@ def joint_response(
     last: float,
     *,
     step: float | None = None,
-    slider: NDArray[np.float64] | None = None,
+    slider: Real | None = None,
     report: Callable[[float, float], None] | None = None,
 ) -> ResponseBranch:
     """Response at one frequency over a parameter of a joint, round folds; see `frequency_response`."""

@@ -14,10 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
-from numpy.typing import NDArray
 
 from hbsolve.aft import Start
-from hbsolve.balance import Real
 from hbsolve.continuation.arclength import Corrected, Direction, Metric, correct, round_kink, tangent
 from hbsolve.continuation.path import Equation, Path, equation
 from hbsolve.continuation.stop import StopReason
@@ -25,6 +23,7 @@ from hbsolve.errors import BalanceError, NoSteadyState
 from hbsolve.solution import recover_state, solve_at
 from hbsolve.state import SteadyState
 from reduction.array_input import real_number
+from reduction.array_type import Real, Whole
 
 #: Largest, first and smallest ds.
 LARGEST, FIRST, LEAST = 0.2, 0.05, 1e-7
@@ -60,8 +59,8 @@ class ContinuationState:
     """Lambda."""
     motion: Real
     """Real coefficients of the joint directions, shape (d, nh) [m]."""
-    slider: Float[NDArray[np.float64], " s"]
-    by_multiplier: NDArray[np.int64]
+    slider: Float[Real, " s"]
+    by_multiplier: Whole
     """Initial state of the sliders, shape (s,)."""
     tangent: Direction
     """In the direction of travel; before the first step, lambda's way alone."""

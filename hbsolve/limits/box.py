@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.optimize
 from jaxtyping import Float
-from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
@@ -19,8 +18,9 @@ from hbsolve.limits.sliders import SliderTable, cone, slider_table
 from hbsolve.solution import solve_at
 from hbsolve.state import slider_start
 from reduction.array_input import real_number
+from reduction.array_type import Real
 
-Sliders = Float[NDArray[np.float64], " s"]
+Sliders = Float[Real, " s"]
 
 #: A slider this close to its bound is stopped by it, as a share of the reach.
 ON_BOUND = 1e-6

@@ -26,12 +26,11 @@ from enum import IntEnum
 
 import numpy as np
 from jaxtyping import Float, Int
-from numpy.typing import NDArray
 
 from hbsolve.limits.linear_program import best_step
 from hbsolve.limits.point import HASTY, LimitPoint, TrialState
 from hbsolve.linearised import active_rows, small_matrix
-from reduction.array_type import Real
+from reduction.array_type import Real, Whole
 
 #: First and largest radius of the trust region, in lengths of the intervals, and the least one.
 RADIUS, LARGEST, SMALLEST = 0.5, 1.0, 1e-3
@@ -56,14 +55,14 @@ class LimitSide(IntEnum):
 class SliderDerivative:
     """By the starts of the n free sliders; s sliders, d directions."""
 
-    free: Int[NDArray[np.int64], " n"]
+    free: Int[Whole, " n"]
     """Which sliders these are, shape (n,)."""
-    gradient: Float[NDArray[np.float64], " n"]
+    gradient: Float[Real, " n"]
     """Of the objective, shape (n,) [its unit / m]."""
-    motion: Float[NDArray[np.float64], "d nh n"]
+    motion: Float[Real, "d nh n"]
     """Of x, shape (d, nh, n) [-]."""
-    low: Float[NDArray[np.float64], "n n"]
-    high: Float[NDArray[np.float64], "n n"]
+    low: Float[Real, "n n"]
+    high: Float[Real, "n n"]
     """Of the ends of their intervals, shape (n, n) [-]."""
 
 

@@ -21,7 +21,6 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed, Recovery
@@ -30,7 +29,7 @@ from hbsolve.limits.objective import OutputHarmonic
 from hbsolve.limits.response_limits import limit_problem, response_limits
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.sampling import complex_from_real
-from reduction.array_type import Real
+from reduction.array_type import Array, Real
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -67,7 +66,7 @@ class LossMeasure:
 
     balance: HarmonicBalance
     recovery: Recovery
-    work: NDArray[np.complex128]
+    work: Array
     """Work in a period at level 1 is the real part of its product with q, shape (H + 1, r) [N]."""
     least: float = float(np.finfo(float).tiny)
 

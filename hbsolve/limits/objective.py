@@ -14,7 +14,6 @@ from typing import Protocol
 
 import numpy as np
 from jaxtyping import Float
-from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
@@ -24,7 +23,7 @@ from hbsolve.limits.sliders import slider_table
 from hbsolve.solution import forces_at
 from hbsolve.state import checked_harmonic, slider_start
 from reduction.array_input import finite_array
-from reduction.array_type import Array, Real
+from reduction.array_type import Array, Real, Whole
 
 #: Of a force or a mean, gains are reckoned relative to no less than this share of what friction and loads at rest give.
 LEAST = 0.01
@@ -111,7 +110,7 @@ class OutputHarmonic:
         The fundamental by default; 0 for the mean [-].
     """
 
-    row: int | Float[NDArray[np.float64], " r"]
+    row: int | Float[Real, " r"]
     harmonic: int = 1
 
     def check(self, balance: HarmonicBalance) -> None:
@@ -178,7 +177,7 @@ class ContactForceHarmonic:
         self._directions(balance)
         checked_harmonic(self.harmonic, balance.n_harmonic)
 
-    def _directions(self, balance: HarmonicBalance) -> NDArray[np.int64]:
+    def _directions(self, balance: HarmonicBalance) -> Whole:
         if isinstance(self.joints, str) or not len(self.joints):
             raise BalanceError(f"joints = {self.joints!r}: give a list with the names of contacts")
         names = [joint.name for joint in balance.system.joints]

@@ -5,11 +5,11 @@ from typing import TypeAlias
 
 import numpy as np
 from jaxtyping import Float
-from numpy.typing import NDArray
 
 from hbsolve.limits.local_search import LimitSide, local_search
 from hbsolve.limits.point import LimitPoint, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve
+from reduction.array_type import Real
 
 #: A state takes the place of another if it is better by this share.
 BETTER = 1e-6
@@ -26,8 +26,8 @@ class Optimum:
 
     value: float
     """Value of the objective."""
-    x: Float[NDArray[np.float64], "d nh"]
-    w: Float[NDArray[np.float64], " s"]
+    x: Float[Real, "d nh"]
+    w: Float[Real, " s"]
     """Motion of the directions, shape (d, nh) [m], and slider positions, shape (s,) [m]."""
     residual: float
     """|R| relative to the linear motion [-]."""
@@ -63,9 +63,7 @@ def offer(best: Best, key: Key, trial: TrialState | None, *, repaired: bool = Fa
     return gain
 
 
-def improve(
-    point: LimitPoint, best: Best, key: Key, x: NDArray[np.float64], w: Sliders, *, repaired: bool = False
-) -> float:
+def improve(point: LimitPoint, best: Best, key: Key, x: Real, w: Sliders, *, repaired: bool = False) -> float:
     """Settle a state, search from it and offer the result; returns the gain, relative to the optimum before.
 
     `best` is changed in place; `repaired` says that the state comes from an audit.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fe.compiled import compiled
 from hbsolve.aft import JointForces, Start, joint_forces
-from hbsolve.balance import HarmonicBalance, Real
+from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
 from hbsolve.contact.law import JACOBIAN
 from hbsolve.errors import NoSteadyState
@@ -19,8 +19,9 @@ from hbsolve.limits.sliders import Cone, SliderTable, cone
 from hbsolve.newton import RELATIVE, apply_receptance, newton_step
 from hbsolve.solution import TOLERANCE, forces_at, ramp
 from hbsolve.steady_state import steady_state
+from reduction.array_type import Real, Whole
 
-Sliders = Float[NDArray[np.float64], " s"]
+Sliders = Float[Real, " s"]
 
 #: Newton steps at most; after each three of them |R| must have fallen to a share, which is large for states that are
 #: worth the wait.
@@ -63,7 +64,7 @@ class TrialState:
         return self.sticking & ((self.w < self.cone.low) | (self.w > self.cone.high))
 
     @property
-    def free(self) -> NDArray[np.int64]:
+    def free(self) -> Whole:
         """Sliders that keep memory: the response depends on where they start."""
         return np.flatnonzero((self.cone.low < self.cone.high) & ~self.dragged)
 

@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hbsolve.limits.local_search import LimitSide, local_search
 from hbsolve.limits.optimum import Best, follow, improve, offer
 from hbsolve.limits.point import LimitPoint, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve
+from reduction.array_type import Real
 
 #: Local searches start from so many members whose values differ, besides the optimum of the frequency before.
 #: At the ends of the band, which have a neighbour on one side alone, they are more.
@@ -39,7 +39,7 @@ def _swept(curve: LimitCurve, numbers: Sequence[int], starts: Sequence[Sliders])
     """States of the members at frequencies in this order, each from where it was at the one before."""
     result: dict[int, list[TrialState]] = {}
     members = list(starts)
-    motions: list[NDArray[np.float64] | None] = [None] * len(members)
+    motions: list[Real | None] = [None] * len(members)
     for at in numbers:
         point = curve.point(at)
         result[at] = []

@@ -3,9 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
 from jaxtyping import Float
-from numpy.typing import NDArray
 
 from hbsolve.balance import HarmonicBalance
 from hbsolve.condensed import Condensed
@@ -13,8 +11,9 @@ from hbsolve.limits.box import SliderBox
 from hbsolve.limits.objective import Measure, Objective
 from hbsolve.limits.point import LimitPoint
 from hbsolve.limits.sliders import SliderTable, slider_table
+from reduction.array_type import Real
 
-Frequencies = Float[NDArray[np.float64], " f"]
+Frequencies = Float[Real, " f"]
 
 #: Frequencies whose structure is stored: all stages come back to them.
 STORED = 400

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.limits.box import N_KIND, random_sliders
@@ -24,8 +23,9 @@ from hbsolve.limits.point import LimitPoint, Sliders, TrialState
 from hbsolve.limits.problem import LimitCurve, LimitProblem
 from hbsolve.limits.result import ResponseLimits
 from hbsolve.limits.task import Runner, SearchTask, StageProgress
+from reduction.array_type import Real
 
-Frequencies = Float[NDArray[np.float64], " f"]
+Frequencies = Float[Real, " f"]
 
 #: Chance that something happens to a history between two frequencies; one in four is an overshoot to these levels.
 EVENT, OVERSHOOT = 0.1, (1.2, 2.2)
@@ -39,9 +39,9 @@ RUN_IN = 3
 class SampledStates:
     """States of n histories at some frequencies of one level."""
 
-    value: Float[NDArray[np.float64], "f n"]
+    value: Float[Real, "f n"]
     """Of the objective, NaN where no state was found, shape (f, n)."""
-    extreme: dict[tuple[int, LimitSide], tuple[NDArray[np.float64], NDArray[np.float64]]]
+    extreme: dict[tuple[int, LimitSide], tuple[Real, Real]]
     """The state furthest out at each frequency and side, as motion and sliders."""
 
 
@@ -146,9 +146,9 @@ def audit(
 class IndependentHistories:
     """Random histories against limits."""
 
-    value: Float[NDArray[np.float64], "l f n"]
+    value: Float[Real, "l f n"]
     """Of the objective, NaN where no state was found, shape (l, f, n)."""
-    excess: Float[NDArray[np.float64], "l f n"]
+    excess: Float[Real, "l f n"]
     """How far each lies outside, relative to the limit; negative inside, shape (l, f, n) [-]."""
 
     def share_outside(self, by: float) -> float:

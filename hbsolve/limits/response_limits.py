@@ -5,7 +5,6 @@ from concurrent.futures import Executor
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
@@ -21,13 +20,14 @@ from hbsolve.limits.result import ResponseLimits, blank_arrays
 from hbsolve.limits.search import LimitSettings, StagedSearch
 from hbsolve.limits.task import Runner, StageProgress
 from reduction.array_input import real_array
+from reduction.array_type import Real
 
 
 def limit_problem(
     balance: HarmonicBalance,
     objective: Objective,
     *,
-    nominal: Sequence[float] | NDArray[np.float64] | None = None,
+    nominal: Sequence[float] | Real | None = None,
     reach: float | None = None,
 ) -> LimitProblem:
     """What shall be bounded, in which box of slider states.
@@ -60,7 +60,7 @@ def limit_problem(
 def response_limits(
     problem: LimitProblem,
     angular_frequency: Sequence[float] | Frequencies,
-    levels: Sequence[float] | NDArray[np.float64],
+    levels: Sequence[float] | Real,
     *,
     settings: LimitSettings | None = None,
     store: MutableMapping[str, Any] | None = None,
@@ -117,7 +117,7 @@ def _ascending(given: object, what: str) -> Frequencies:
 def _result(
     problem: LimitProblem,
     omega: Frequencies,
-    levels: NDArray[np.float64],
+    levels: Real,
     best: list[Best],
     audits: list[dict[int, Audit]],
     certificates: list[dict[Key, Certificate]],

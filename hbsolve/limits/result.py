@@ -16,7 +16,7 @@ from hbsolve.netcdf import dimensions, read_netcdf, write_netcdf
 from hbsolve.state import SteadyState
 from hbsolve.steady_state import steady_state
 from reduction.array_input import freeze_arrays
-from reduction.array_type import Real
+from reduction.array_type import Real, Whole
 
 if TYPE_CHECKING:
     import xarray
@@ -53,12 +53,12 @@ class ResponseLimits(Labelled):
     """Relative gain of a further step at three radii, as the linear programme predicts it and as it is, shape
     (2, l, f, 3) [-]."""
     spread: Float[Real, "side=2 level point"]
-    starts: Int[NDArray[np.int64], "side=2 level point"]
+    starts: Int[Whole, "side=2 level point"]
     """Between the ends of local searches from different starts, over the value, and how many, shape (2, l, f)."""
-    stuck: Int[NDArray[np.int64], "side=2 level point"]
+    stuck: Int[Whole, "side=2 level point"]
     """Sliders that keep memory, shape (2, l, f) [-]."""
     drift: Float[Real, "side=2 level point"]
-    on_bound: Int[NDArray[np.int64], "side=2 level point"]
+    on_bound: Int[Whole, "side=2 level point"]
     """Largest |w - nominal| [m], and how many sliders the box holds [-], shape (2, l, f)."""
     repaired: Bool[NDArray[np.bool_], "side=2 level point"]
     """Whether a sampled state outside the limits led to this one, shape (2, l, f)."""
@@ -66,9 +66,9 @@ class ResponseLimits(Labelled):
     """Whether it lies on another branch of optima than a neighbour in frequency, shape (2, l, f)."""
     sampled: Float[Real, "side=2 level point"]
     """Lowest and highest sampled state, shape (2, l, f); NaN without an audit."""
-    n_sampled: Int[NDArray[np.int64], "level point"]
+    n_sampled: Int[Whole, "level point"]
     """States sampled, shape (l, f) [-]."""
-    n_outside: Int[NDArray[np.int64], "side=2 level point"]
+    n_outside: Int[Whole, "side=2 level point"]
     """How many of them lay outside by more than 0.1 %, before any repair, shape (2, l, f) [-]."""
 
     def __post_init__(self) -> None:

@@ -10,9 +10,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hbsolve.errors import BalanceError
 from hbsolve.limits.certificate import Certificate, certify
 from hbsolve.limits.exchange import FURTHEST, at_a_gap, bridge, exchange, from_level
@@ -23,6 +20,7 @@ from hbsolve.limits.population import first_limits
 from hbsolve.limits.random_histories import Audit, audit
 from hbsolve.limits.task import Runner, SearchTask
 from reduction.array_input import whole_number
+from reduction.array_type import Real
 
 #: Rounds in which blocks hand optima across their edges.
 ROUNDS = 8
@@ -67,7 +65,7 @@ class StagedSearch:
     """Runner of its tasks."""
     levels: Sequence[float]
     """Ascending, shape (l,) [-]."""
-    starts: Sequence[NDArray[np.float64]]
+    starts: Sequence[Real]
     """The population's sliders."""
     settings: LimitSettings
     """How hard to search."""

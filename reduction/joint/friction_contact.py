@@ -7,9 +7,8 @@ from typing import Any, Self
 
 import numpy as np
 from jaxtyping import Float
-from numpy.typing import NDArray
 
-from reduction.array_type import Row
+from reduction.array_type import Real, Row
 from reduction.errors import ExchangeError, JointError
 from reduction.joint.elastic_stop import ElasticStop
 from reduction.joint.law import LAWS, Joint, LawOption, LawParameter, Samples, SliderInterval
@@ -78,7 +77,7 @@ class FrictionContact(Joint):
 
     name: str
     normal: Row
-    tangents: Float[NDArray[np.float64], "tangent r"]
+    tangents: Float[Real, "tangent r"]
     normal_stiffness: float
     tangential_stiffness: float
     friction_coefficient: float
@@ -103,7 +102,7 @@ class FrictionContact(Joint):
             raise JointError(f'joint "{self.name}": friction = {friction!r} must be {known}')
 
     @property
-    def directions(self) -> Float[NDArray[np.float64], "d r"]:
+    def directions(self) -> Float[Real, "d r"]:
         """Tangents, then the normal, shape (n_tangent + 1, r) [-]."""
         return np.vstack([self.tangents, self.normal])
 

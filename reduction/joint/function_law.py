@@ -13,10 +13,9 @@ from typing import Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 from jaxtyping import Float
-from numpy.typing import NDArray
 
 from geometry.errors import RegistryError
-from reduction.array_type import Row
+from reduction.array_type import Real, Row
 from reduction.joint.law import LAWS, DirectedJoint, LawParameter, Samples
 
 #: Random instants at which derivatives are checked, the share of them that may lie at a kink, and the relative error.
@@ -99,7 +98,7 @@ class CompiledFunction:
 
     def __call__(
         self, u: float, velocity: float, state: Row, parameters: Row, *, derive: bool = False
-    ) -> Float[NDArray[np.float64], "c r"]:
+    ) -> Float[Real, "c r"]:
         """One evaluation from Python; see the class for what is returned."""
         import ctypes
 

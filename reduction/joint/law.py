@@ -11,14 +11,13 @@ from typing import Any, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 from jaxtyping import Float
-from numpy.typing import NDArray
 
 from geometry.registry import Registry
 from reduction.array_input import finite_number, real_array
-from reduction.array_type import Row, Rows
+from reduction.array_type import Real, Row, Rows
 from reduction.errors import ExchangeError, JointError
 
-Samples = Float[NDArray[np.float64], "d n"]
+Samples = Float[Real, "d n"]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from numpy.typing import NDArray
 
+from reduction.array_type import Array, Real
 from transient.bench.beam import Beam, BeamParameters
 from transient.bench.effect import PlantedEffect, plant
 from transient.bench.sweep import TOLERANCE, Readings, SweptBench
@@ -246,7 +246,7 @@ def _manifest(points: CampaignPoints, layout: CampaignLayout, tests: Mapping[str
     )
 
 
-def _noisy_force(force: NDArray[np.complex128], random: np.random.Generator) -> NDArray[np.complex128]:
+def _noisy_force(force: Array, random: np.random.Generator) -> Array:
     relative = NOISE * _complex_normal(random, force.shape)
     floor = FORCE_FLOOR * _complex_normal(random, force.shape)
     relative[..., 0] = 0.0
@@ -255,6 +255,6 @@ def _noisy_force(force: NDArray[np.complex128], random: np.random.Generator) -> 
     return np.asarray(force * (1 + relative) + floor)
 
 
-def _complex_normal(random: np.random.Generator, shape: tuple[int, ...]) -> NDArray[np.complex128]:
-    parts: Float[NDArray[np.float64], ...] = random.standard_normal((*shape, 2)) / np.sqrt(2)
+def _complex_normal(random: np.random.Generator, shape: tuple[int, ...]) -> Array:
+    parts: Float[Real, ...] = random.standard_normal((*shape, 2)) / np.sqrt(2)
     return np.asarray(parts[..., 0] + 1j * parts[..., 1])

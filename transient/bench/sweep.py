@@ -27,7 +27,7 @@ import numpy as np
 from jaxtyping import Complex
 from numpy.typing import NDArray
 
-from reduction.array_type import Matrix, Vector
+from reduction.array_type import Array, Matrix, Vector, Whole
 from reduction.joint.friction_contact import friction_contacts
 from reduction.jointed_system import JointedSystem
 from transient.equilibrium import equilibrium
@@ -51,21 +51,21 @@ STEPS, SLOWLY = (2, 4, 8), 100
 LONGEST = 0.5
 
 #: Harmonics of motions, of forces, share of slip, periods, whether periodic, sliders: what is known of a point.
-Point = tuple[NDArray[np.complex128], NDArray[np.complex128], float, int, bool, Vector]
+Point = tuple[Array, Array, float, int, bool, Vector]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Readings:
     """What the sensors saw along a sweep."""
 
-    motion: Complex[NDArray[np.complex128], "p s 2"]
+    motion: Complex[Array, "p s 2"]
     """Harmonics 1 and 3 of each motion sensor, shape (point, sensor, 2) [m]."""
-    force: Complex[NDArray[np.complex128], "p l 3"]
+    force: Complex[Array, "p l 3"]
     """Harmonics 0, 1 and 3 of each line's tangential and normal force (left T, left N, right T, right N), shape
     (point, 4 or 0, 3) [N]."""
     slip_share: Vector
     """Share of the period in which a contact slips, mean over the contacts, shape (point,) [-]."""
-    n_period: NDArray[np.int64]
+    n_period: Whole
     """Periods integrated for each point, shape (point,) [-]."""
     periodic: NDArray[np.bool_]
     """Whether the motion repeated at each point, shape (point,); where it did not, the others hold its last period."""
@@ -291,7 +291,7 @@ class SweptBench:
         position = np.concatenate([record.displacement.T, end[None]])
         return drag(self.structure.table.packed, position, left, stepper.step)
 
-    def read(self, record: Record) -> tuple[NDArray[np.complex128], NDArray[np.complex128], float]:
+    def read(self, record: Record) -> tuple[Array, Array, float]:
         """What the sensors see of a period: one point of `Readings.motion`, `.force` and `.slip_share`."""
         n = self.steps_per_period
         motion = np.fft.rfft(self._rows @ record.modal_displacement.T, axis=1) * (2 / n)
