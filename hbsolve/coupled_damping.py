@@ -35,13 +35,7 @@ class ProportionalButFew:
 
 
 def proportional_but_few(mass: Matrix, damping: Matrix, stiffness: Matrix) -> ProportionalButFew | None:
-    """The factors and directions of such damping; none of any other.
-
-    Parameters
-    ----------
-    mass, damping, stiffness
-        Shape (r, r) [kg, N s/m, N/m].
-    """
+    """The factors and directions of such damping, of matrices of shape (r, r) [kg, N s/m, N/m]; none of any other."""
     factors = _factors(np.diag(mass), np.diag(damping), np.diag(stiffness))
     if factors is None:
         return None

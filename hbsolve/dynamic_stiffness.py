@@ -199,13 +199,7 @@ class DynamicStiffness:
         return displacement
 
     def static_response(self, force: Complex[Array, "... r"]) -> Amplitudes:
-        """Displacement K^-1 f of a supported body, shape (n, r) [m].
-
-        Raises
-        ------
-        ForceError
-            A body that nothing holds.
-        """
+        """Displacement K^-1 f of a supported body, shape (n, r) [m]; a free one is a `ForceError`."""
         self._refuse_free_static(np.zeros(1))
         # Real and imaginary parts beside each other: a complex right side would make the factor complex.
         n = len(force)

@@ -35,13 +35,7 @@ class JointTable(NamedTuple):
 
 
 def joint_table(joints: Sequence[Joint]) -> JointTable:
-    """Joints as arrays.
-
-    Raises
-    ------
-    RegistryError
-        A law without a force here.
-    """
+    """Joints as arrays; a law without a force here is refused (`RegistryError`)."""
     names = [joint.parameter_names for joint in joints]
     return JointTable(
         kind=np.array([_kind(joint) for joint in joints], dtype=np.int64),

@@ -24,10 +24,7 @@ def dimensions(result: Any) -> dict[str, tuple[str, ...]]:
 def write_netcdf(data: "xarray.Dataset", path: Path | str) -> None:
     """Write a data set: complex arrays as two real ones, truth values as 0 and 1, since netCDF has neither.
 
-    Raises
-    ------
-    BalanceError
-        The file cannot be written.
+    A file that cannot be written is a `BalanceError`.
     """
     for name, array in data.data_vars.items():  # those of the data set that was given
         if array.dtype.kind == "c":

@@ -94,13 +94,7 @@ def checked_harmonic(harmonic: int, n_harmonic: int) -> int:
 
 
 def check_state(balance: HarmonicBalance, state: SteadyState) -> None:
-    """Refuse a state of another balance; compiled code does not.
-
-    Raises
-    ------
-    BalanceError
-        Another number of harmonics, degrees of freedom, joint directions or sliders, or no state at all.
-    """
+    """Refuse what is no state of this balance (`BalanceError`); compiled code does not."""
     if not isinstance(state, SteadyState):
         raise BalanceError(f"the state is a {type(state).__name__}: give one that `steady_state` returned")
     shapes = {
@@ -118,12 +112,9 @@ def check_state(balance: HarmonicBalance, state: SteadyState) -> None:
 
 
 def slider_start(balance: HarmonicBalance, slider: Sequence[float] | Real | None, multiplier: bool = False) -> Start:
-    """Check the sliders that a caller gives; none means unstressed springs at rest.
+    """Sliders that a caller gives; none means unstressed springs at rest.
 
-    Raises
-    ------
-    BalanceError
-        Another number than the system's sliders, or a multiplier beyond Coulomb's cone.
+    Another number of them, or a multiplier beyond Coulomb's cone, is refused (`BalanceError`).
     """
     n = balance.n_slider
     given = np.zeros(n) if slider is None else slider
@@ -135,12 +126,9 @@ def slider_start(balance: HarmonicBalance, slider: Sequence[float] | Real | None
 
 
 def start_motion(balance: HarmonicBalance, start: SteadyState | Real | None) -> Real | None:
-    """Check the motion to start from that a caller gives; compiled code does not.
+    """The motion to start from that a caller gives; compiled code checks nothing.
 
-    Raises
-    ------
-    BalanceError
-        Another shape than the balance's, or entries that are no finite real numbers.
+    Another shape than the balance's, or entries that are no finite real numbers, are refused (`BalanceError`).
     """
     if start is None:
         return None

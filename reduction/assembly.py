@@ -179,15 +179,7 @@ def reduce_bodies(
 
 
 def lowest_modes(bodies: Mapping[str, ReducedModel], n_mode: int) -> dict[str, ReducedModel]:
-    """The same bodies with those fixed-interface modes alone that are the lowest of all.
-
-    Parameters
-    ----------
-    bodies
-        Each with as many modes as it can be left with.
-    n_mode
-        Modes of all bodies together [-].
-    """
+    """The same bodies with the lowest of all their fixed-interface modes, `n_mode` of them together [-]."""
     frequency = np.concatenate([rom.fixed_interface_frequency for rom in bodies.values()])
     owner = np.repeat(np.arange(len(bodies)), [len(rom.fixed_interface_frequency) for rom in bodies.values()])
     retained = np.bincount(owner[np.argsort(frequency, kind="stable")[:n_mode]], minlength=len(bodies))
@@ -195,13 +187,7 @@ def lowest_modes(bodies: Mapping[str, ReducedModel], n_mode: int) -> dict[str, R
 
 
 def truncated(rom: ReducedModel, n_mode: int) -> ReducedModel:
-    """The reduced model with its lowest fixed-interface modes alone.
-
-    Raises
-    ------
-    RomError
-        It has not so many.
-    """
+    """The reduced model with its lowest fixed-interface modes alone; more than it has are a `RomError`."""
     if not 0 <= n_mode <= len(rom.fixed_interface_frequency):
         raise RomError(
             f"{n_mode} modes were asked of a reduced model with {len(rom.fixed_interface_frequency)}: ask for fewer"

@@ -119,13 +119,7 @@ def _mac(shapes: Matrix, exact: Matrix, frequency: Vector) -> Vector:
 
 
 def joined_system(systems: Mapping[str, LinearSystem], assembly: ReducedAssembly, springs: Matrix) -> LinearSystem:
-    """The bodies in full, in the order of the assembly, with its springs between their boundary rows.
-
-    Raises
-    ------
-    RomError
-        As `assembly_error`.
-    """
+    """The bodies in full, in the order of the assembly, with its springs between their boundary rows."""
     if springs.shape != (assembly.n_dof, assembly.n_dof):
         raise RomError(
             f"springs of shape {springs.shape} are not those of the assembly: give ({assembly.n_dof}, {assembly.n_dof})"

@@ -104,13 +104,7 @@ def rigid_body(assembly: ReducedAssembly, body: str, points: Float[Real, "node 3
 
 
 def check_held(bodies: Sequence[RigidBody]) -> None:
-    """Refuse bodies that something leaves free.
-
-    Raises
-    ------
-    RomError
-        Every motion that nothing resists, by body.
-    """
+    """Refuse bodies of which something is free (`RomError`); the message lists all motions that nothing resists."""
     loose = [f"{item.body}: {' and '.join(item.free)}" for item in bodies if item.free]
     if loose:
         raise RomError(
@@ -124,14 +118,7 @@ def rigid_motions(
 ) -> Float[Real, "r 6"]:
     """Reduced coordinates of the six unit motions `MOTIONS` of a body, shape (r, 6) [m/m and m/rad].
 
-    Those of the boundary; fixed-interface modes stay at rest.
-
-    Parameters
-    ----------
-    assembly, body, points
-        As `rigid_body`.
-    about
-        Where the axes of rotation meet, shape (3,) [m].
+    Those of the boundary; fixed-interface modes stay at rest. The axes of rotation meet at `about`, shape (3,) [m].
     """
     rom, own = assembly.bodies[body], assembly.columns(body)
     motion = np.zeros((assembly.n_dof, 6))

@@ -20,12 +20,7 @@ SEEN, LOOKED_AT = 0.01, 10
 def stuck_stiffness(stiffness: Matrix, joints: Iterable[Joint]) -> Matrix:
     """Stiffness with the springs of all sliders, and with all contacts closed, shape (r, r) [N/m].
 
-    Parameters
-    ----------
-    stiffness
-        Of the structure without its joints, shape (r, r) [N/m].
-    joints
-        Contacts and sliders count; all others add nothing.
+    Of the structure without its joints, shape (r, r), and joints; those that neither stick nor press add nothing.
     """
     stuck = np.array(stiffness)
     for joint in joints:

@@ -56,13 +56,7 @@ class WitnessTable:
 
 
 def joint_table(system: JointedSystem) -> WitnessTable:
-    """Rows, stiffness and parameters of the joints of a system in its order.
-
-    Raises
-    ------
-    RegistryError
-        A law that the integration in time does not know.
-    """
+    """Joints of a system in its order; a law that is unknown to the integration in time is a `RegistryError`."""
     laws, names = [_witness(joint) for joint in system.joints], WITNESSES.names()
     stuck = [np.asarray(law.stuck_stiffness(joint)) for law, joint in zip(laws, system.joints, strict=True)]
     damper, terms = [np.zeros(0)], [np.zeros(0)]

@@ -43,14 +43,12 @@ def start_from(
     coefficients: Complex[Array, "harmonic r"],
     slider: Vector | None = None,
 ) -> TransientState:
-    r"""State at t = 0 on the periodic motion q(t) = Re sum q_k e^{i k Omega t}.
+    """State at t = 0 on the periodic motion q(t) = Re sum q_k e^{i k Omega t}.
 
     Parameters
     ----------
-    system
-        The system that moves.
-    angular_frequency
-        Omega [rad/s].
+    system, angular_frequency
+        The system that moves, and Omega [rad/s].
     coefficients
         q_k of all degrees of freedom, shape (n_harmonic, r) [m].
     slider
@@ -78,13 +76,7 @@ def start_from(
 
 
 def check_state(system: JointedSystem, state: TransientState) -> None:
-    """Refuse a state that is not one of this system.
-
-    Raises
-    ------
-    TransientError
-        Shapes that do not fit the system, or numbers that are not finite.
-    """
+    """Refuse a state that does not fit the system, or has numbers that are not finite (`TransientError`)."""
     n_slider = joint_table(system).n_slider
     for name, size in (("displacement", system.n_dof), ("velocity", system.n_dof), ("slider", n_slider)):
         finite_array(getattr(state, name), f"the {name} of the start", TransientError, (size,), ", as this system has")

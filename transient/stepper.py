@@ -114,10 +114,7 @@ class Stepper:
     def advance(self, level: Vector | None = None, load: Vector | None = None) -> None:
         """March over one period without a record.
 
-        Parameters
-        ----------
-        level, load
-            Scale of the harmonic force and of the static load in the middle of each step, shape (t,) [-].
+        `level` and `load` scale the harmonic force and the static load in the middle of each step, shape (t,) [-].
         """
         self._march(NONE, NONE, NONE, level, load)
 

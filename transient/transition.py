@@ -88,12 +88,8 @@ class Transition(NamedTuple):
 def modal_structure(system: "JointedSystem | ModalStructure") -> ModalStructure:
     """Modes of the structure with sticking joints if they make the damping diagonal, else without joints if those do.
 
-    A modal structure is returned as it is.
-
-    Raises
-    ------
-    TransientError
-        A mass that is not positive definite, or a matrix that is not symmetric or not finite.
+    A modal structure is returned as it is. A mass that is not positive definite, or a matrix that is not symmetric or
+    not finite, is refused (`TransientError`).
     """
     if isinstance(system, ModalStructure):
         return system

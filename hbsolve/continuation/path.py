@@ -164,10 +164,7 @@ class JointPath(Path):
 def joint_index(balance: HarmonicBalance, joint: str, parameter: str) -> tuple[int, int]:
     """Number of a joint, and of its parameter in the table.
 
-    Raises
-    ------
-    BalanceError
-        No such joint or parameter; the message lists those there are.
+    Where there is no such joint or parameter the message lists those that there are (`BalanceError`).
     """
     names = [item.name for item in balance.system.joints]
     if joint not in names:

@@ -22,13 +22,7 @@ class StopReason(Enum):
 
     @classmethod
     def read(cls, text: str) -> "StopReason":
-        """Reason that a file holds: its name, or in older files the beginning of a sentence.
-
-        Raises
-        ------
-        BalanceError
-            Neither of them.
-        """
+        """Reason that a file states: a name, or in older files the beginning of a sentence; else a `BalanceError`."""
         for reason in cls:
             if text == reason.name or text.startswith(_OLDER_SENTENCES[reason]):
                 return reason

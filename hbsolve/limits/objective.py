@@ -114,13 +114,7 @@ class OutputHarmonic:
     harmonic: int = 1
 
     def check(self, balance: HarmonicBalance) -> None:
-        """See `Objective`.
-
-        Raises
-        ------
-        BalanceError
-            A degree of freedom or a harmonic that the balance does not have, or a row of another size.
-        """
+        """See `Objective`: the degree of freedom, the size of the row, and the harmonic."""
         self._weights(balance)
         checked_harmonic(self.harmonic, balance.n_harmonic)
 
@@ -167,13 +161,7 @@ class ContactForceHarmonic:
     harmonic: int = 0
 
     def check(self, balance: HarmonicBalance) -> None:
-        """See `Objective`.
-
-        Raises
-        ------
-        BalanceError
-            A contact, direction or harmonic that the balance does not have.
-        """
+        """See `Objective`: contacts, direction and harmonic."""
         self._directions(balance)
         checked_harmonic(self.harmonic, balance.n_harmonic)
 

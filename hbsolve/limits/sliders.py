@@ -59,10 +59,8 @@ class Cone(NamedTuple):
 def slider_table(balance: HarmonicBalance) -> SliderTable:
     """Sliders of a balance, in order of joints and tangents.
 
-    Raises
-    ------
-    BalanceError
-        A system without sliders, or tangents coupled by one Coulomb limit: a disc has no interval.
+    A system without sliders, or tangents that one Coulomb limit couples, are refused (`BalanceError`): a disc has no
+    interval.
     """
     rows: list[SliderInterval] = []
     lines: list[str] = []

@@ -51,13 +51,7 @@ class LawParameter:
     default: float | None = None
 
     def check(self, joint: "Joint") -> None:
-        """Refuse a value outside the bounds.
-
-        Raises
-        ------
-        JointError
-            With the name of the joint and the value.
-        """
+        """Refuse a value outside the bounds (`JointError`)."""
         value = getattr(joint, self.name)
         if self.positive and not value > 0:
             raise JointError(f'joint "{joint.name}": {self.name} = {value:g} must be positive')
@@ -143,11 +137,8 @@ class Joint(ABC):
     def check_fields(self, *rows: str) -> None:
         """Replace the rows of these names by read-only copies and all scalars by floats, and check the parameters.
 
-        Raises
-        ------
-        JointError
-            Entries that are no finite real numbers, a row of zeros or of another shape, or a parameter outside its
-            bounds.
+        Entries that are no finite real numbers, a row of zeros or of another shape, and a parameter outside its bounds
+        are refused (`JointError`).
         """
         for name in rows:
             what = f'joint "{self.name}": its {name}'
