@@ -53,13 +53,7 @@ class SteadyState:
         return real_from_complex(self.displacement)
 
     def amplitude(self, row: int | Float[Real, " r"], harmonic: int = 1) -> float:
-        """Amplitude of one harmonic of a degree of freedom, or of a row over all of them [m].
-
-        Raises
-        ------
-        BalanceError
-            A harmonic or a degree of freedom that the state does not have, or a row of another size.
-        """
+        """Amplitude of one harmonic of a degree of freedom, or of a row over all of them [m]; see `harmonic_at`."""
         return float(abs(harmonic_at(self.coefficients, row, harmonic)))
 
 

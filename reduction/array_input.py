@@ -18,21 +18,10 @@ ASYMMETRY = 1e-9
 
 
 def real_array(values: object, what: str, error: type[InputError]) -> Float[NDArray[np.float64], "..."]:
-    """An array of real numbers; complex ones pass where no imaginary part would be lost.
+    """An array of real numbers, of an array or nested lists; complex ones pass where no imaginary part would be lost.
 
-    Parameters
-    ----------
-    values
-        An array, or nested lists.
-    what
-        How the message calls it, such as "the mass".
-    error
-        What is raised.
-
-    Raises
-    ------
-    InputError
-        As `error`: a ragged list, a sparse matrix, or an entry that is no real number.
+    `what` is how the message calls it, such as "the mass". A ragged list, a sparse matrix, or an entry that is no real
+    number raises the `InputError` given as `error`.
     """
     given = _numbers(values, what, error)
     if np.iscomplexobj(given) and given.imag.any():
@@ -49,14 +38,9 @@ def complex_array(values: object, what: str, error: type[InputError]) -> Complex
 def finite_array(
     values: object, what: str, error: type[InputError], shape: tuple[int, ...], meaning: str = ""
 ) -> Float[NDArray[np.float64], "..."]:
-    """An array of finite real numbers of one shape; see `real_array`.
+    """An array of finite real numbers of one shape; see `real_array`. Another shape, or other entries, raise `error`.
 
     Messages say `meaning` of the shape, such as ", over all degrees of freedom".
-
-    Raises
-    ------
-    InputError
-        As `error`: an array of another shape, or one with other entries.
     """
     given = real_array(values, what, error)
     if given.shape != shape:
@@ -96,13 +80,7 @@ def refuse_massless(mass: Matrix, error: type[InputError]) -> None:
 
 
 def real_number(value: object, what: str, error: type[InputError]) -> float:
-    """A real number, of Python or of NumPy; a truth value is none.
-
-    Raises
-    ------
-    InputError
-        As `error`: anything else.
-    """
+    """A real number, of Python or of NumPy; a truth value is none. Anything else raises `error`."""
     plain = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
     if isinstance(plain, bool) or not isinstance(plain, Real):
         raise error(f"{what} = {value!r} must be a real number")
@@ -118,13 +96,7 @@ def finite_number(value: object, what: str, error: type[InputError]) -> float:
 
 
 def whole_number(value: object, what: str, error: type[InputError]) -> int:
-    """An integer, of Python or of NumPy; neither a truth value nor 5.0 is one.
-
-    Raises
-    ------
-    InputError
-        As `error`: anything else.
-    """
+    """An integer, of Python or of NumPy; neither a truth value nor 5.0 is one. Anything else raises `error`."""
     try:
         if isinstance(value, bool):
             raise TypeError

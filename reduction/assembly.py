@@ -66,13 +66,7 @@ class ReducedAssembly:
         return sum(rom.n_dof - rom.n_boundary for rom in self.bodies.values())
 
     def columns(self, body: str) -> slice:
-        """Where the coordinates of a body stand.
-
-        Raises
-        ------
-        RomError
-            No such body; the message lists those that exist.
-        """
+        """Where the coordinates of a body are; a `RomError` for no such body lists those that exist."""
         start = 0
         for name, rom in self.bodies.items():
             if name == body:
@@ -81,23 +75,14 @@ class ReducedAssembly:
         raise RomError(f'the assembly has no body "{body}": it has {", ".join(self.bodies)}')
 
     def rows(self, body: str, name: str, direction: int | None = None) -> Int[Whole, " k"]:
-        """Rows of a boundary set of a body, as `ReducedModel.rows` gives them.
-
-        Raises
-        ------
-        RomError
-            No such body, set or direction.
-        """
+        """Rows of a boundary set of a body, as `ReducedModel.rows` gives or refuses them."""
         start: int = self.columns(body).start
         return np.asarray(start + self.bodies[body].rows(name, direction))
 
     def load(self, body: str, nodal: Float[Real, "node 3"]) -> Float[Real, " r"]:
         """Forces on the nodes of a body's mesh, as the reduced coordinates take them, shape (r,).
 
-        Raises
-        ------
-        RomError
-            No such body, or forces that are not those of its mesh.
+        Forces that are not those of its mesh are a `RomError`.
         """
         columns = self.columns(body)
         rom = self.bodies[body]
@@ -110,10 +95,7 @@ class ReducedAssembly:
     def displacement(self, reduced: Float[Real, "r ..."] | Complex[Array, "r ..."]) -> dict[str, Field]:
         """Reduced coordinates as fields on the meshes of all bodies, each of shape (n_node, 3, ...) [m].
 
-        Raises
-        ------
-        RomError
-            The first axis is not the assembly's.
+        Another first axis than the assembly's is a `RomError`.
         """
         if not np.shape(reduced) or len(reduced) != self.n_dof:
             raise RomError(
@@ -125,14 +107,7 @@ class ReducedAssembly:
     def on_whole_mesh(self, reduced: Num[NDArray[Scalar], "r m"]) -> Num[NDArray[Scalar], "m node 3"]:
         """Columns of reduced coordinates as fields on the nodes of all bodies in their order, as in one mesh of them.
 
-        Returns
-        -------
-        Shape (m, n_node, 3) [m].
-
-        Raises
-        ------
-        RomError
-            The first axis is not the assembly's.
+        Of shape (m, n_node, 3) [m]; errors are those of `displacement`.
         """
         fields: Any = list(self.displacement(reduced).values())
         return np.moveaxis(np.concatenate(fields), 2, 0)

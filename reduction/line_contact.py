@@ -79,33 +79,20 @@ def line_contacts(
     gaps: Sequence[float] | Float[Real, " station"] | None = None,
     friction: Friction = Friction.COULOMB,
 ) -> list[FrictionContact]:
-    """Contact elements of a line, named "name.1" and so on along it.
+    """Contact elements of a line of a pair of bodies, named "name.1" and so on along it.
 
     With `Tangents.ALONG` the second tangent does not slide: `fixed_tangent_stiffness` adds its springs.
 
     Parameters
     ----------
-    name
-        Of the pair of bodies.
-    line
-        The line.
-    directions
-        From `contact_directions`.
-    stiffness
-        Of the line.
-    friction_coefficient
-        mu [-].
-    tangents
-        In which of them the stations slide.
+    name, line, directions
+        Of the pair of bodies; the line; and what `contact_directions` gives.
+    stiffness, friction_coefficient
+        Of the line [N/m], and mu [-].
+    tangents, friction
+        In which tangents the stations slide, and how two of them share the limit.
     gaps
-        Initial gap at each station [m]; none by default.
-    friction
-        How two tangents share the limit.
-
-    Raises
-    ------
-    JointError
-        Gaps that are not one per station.
+        Initial gap at each station [m], any other number of them is a `JointError`; none by default.
     """
     opening = np.zeros(line.n_station) if gaps is None else np.asarray(gaps, dtype=np.float64)
     if opening.shape != (line.n_station,):

@@ -62,16 +62,10 @@ class RigidBody:
 
 
 def rigid_body(assembly: ReducedAssembly, body: str, points: Float[Real, "node 3"], springs: Matrix) -> RigidBody:
-    """How the contact springs hold a body.
+    """How the contact springs hold a body of a model.
 
-    Parameters
-    ----------
-    assembly, body
-        The model, and which body.
-    points
-        Of the body's mesh, shape (n_node, 3) [m].
-    springs
-        Stiffness of all contacts, with no other body's elasticity in it, shape (r, r) [N/m].
+    `points` are those of the body's mesh, shape (n_node, 3) [m]; `springs` is the stiffness of all contacts, with no
+    other body's elasticity in it, shape (r, r) [N/m].
 
     Raises
     ------

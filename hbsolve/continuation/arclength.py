@@ -20,6 +20,7 @@ Allgower and Georg, Introduction to Numerical Continuation Methods (2003), secti
 linear branches.
 """
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -91,25 +92,22 @@ def tangent(here: Equation, last: Direction, metric: Metric, orientation: int) -
     return t, sign
 
 
-def correct(
+def corrected_points(
     path: Path, x: Real, value: float, t: Direction, step: float, metric: Metric, sliders: Start, orientation: int
-) -> Corrected | None:
-    """The point at one step from (x, value) along t; none if the corrections fail."""
-    del orientation
-    return _corrections(path, x, value, t, step, metric, sliders, Direction(step * t.motion, step * t.value))
-
-
-def round_kink(
-    path: Path, x: Real, value: float, t: Direction, step: float, metric: Metric, sliders: Start, orientation: int
-) -> Corrected | None:
-    """The same where the branch turns within the step: along the tangent of the piece that t leads to."""
+) -> Iterator[Corrected]:
+    """Points at one step from (x, value): along t, then along the tangent of the piece that t leads to, round a kink."""
     ahead = Direction(step * t.motion, step * t.value)
+    straight_on = _corrections(path, x, value, t, step, metric, sliders, ahead)
+    if straight_on is not None:
+        yield straight_on
     try:
         beyond = equation(path, value + ahead.value, x + ahead.motion, sliders)
     except BalanceError:
-        return None
+        return
     turned, _ = tangent(beyond, t, metric, orientation)
-    return _corrections(path, x, value, turned, step, metric, sliders, ahead)
+    round_kink = _corrections(path, x, value, turned, step, metric, sliders, ahead)
+    if round_kink is not None:
+        yield round_kink
 
 
 def _corrections(

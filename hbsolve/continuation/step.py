@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float
 
 from hbsolve.aft import Start
-from hbsolve.continuation.arclength import Corrected, Direction, Metric, correct, round_kink, tangent
+from hbsolve.continuation.arclength import Corrected, Direction, Metric, corrected_points, tangent
 from hbsolve.continuation.path import Equation, Path, equation
 from hbsolve.continuation.stop import StopReason
 from hbsolve.errors import BalanceError, NoSteadyState
@@ -140,10 +140,7 @@ class Continuation:
                 ended = self._finish(state, x + ahead * t.motion, ahead, metric, sliders)
                 if ended is not None:
                     return ended
-            for find in (correct, round_kink):
-                result = find(self.path, x, value, t, step, metric, sliders, orientation)
-                if result is None:
-                    continue
+            for result in corrected_points(self.path, x, value, t, step, metric, sliders, orientation):
                 onward, sign = tangent(result.at, result.way, metric, orientation)
                 turned = metric.cosine(onward, result.way) < TURN or sign != orientation
                 if step <= SURE or not turned:
