@@ -131,25 +131,22 @@ class DynamicStiffness:
     def receptance(
         self, angular_frequency: Frequencies, rows: Rows | None = None, columns: Rows | None = None
     ) -> Complex[Array, "p k l"]:
-        """Displacement of the rows for a unit force on each of the columns.
+        """Displacement of the rows for a unit force on each of the columns, shape (p, k, l) [m/N].
+
+        It is symmetric if the damping is.
 
         Parameters
         ----------
         angular_frequency
             omega, shape (p,) [rad/s]; `hbsolve.fourier.harmonics` gives those of the harmonics of Omega.
         rows, columns
-            Degrees of freedom, shapes (k,) and (l,) [-]; all by default.
-
-        Returns
-        -------
-        Shape (p, k, l) [m/N]; symmetric if the damping is.
+            Degrees of freedom, shapes (k,) and (l,) [-]; all by default. One that the model does not have is a
+            `ModelError`.
 
         Raises
         ------
         ForceError
             A static receptance (omega = 0) of a body that nothing holds, or an undamped resonance.
-        ModelError
-            A row or column that the model does not have.
         """
         omega = np.asarray(angular_frequency, dtype=np.float64)
         chosen_rows, chosen_columns = self._chosen(rows), self._chosen(columns)
@@ -164,18 +161,10 @@ class DynamicStiffness:
         return np.asarray(np.moveaxis(moved @ V[chosen_rows].T, 0, 2))
 
     def response(self, angular_frequency: Frequencies, force: Complex[Array, "... p r"]) -> Complex[Array, "... p r"]:
-        """Displacement alpha(omega) f for one or several force vectors at each frequency, without forming alpha.
+        """Displacement alpha(omega) f [m] for one or several force vectors at each frequency, without forming alpha.
 
-        Parameters
-        ----------
-        angular_frequency
-            omega, shape (p,) [rad/s].
-        force
-            Complex amplitudes, shape (p, r), or (n, p, r) [N].
-
-        Returns
-        -------
-        Of the shape of the force [m]; exactly zero where the force is, also statically for a body that nothing holds.
+        Of omega, shape (p,) [rad/s], and complex amplitudes, shape (p, r), or (n, p, r) [N]. It is exactly zero where
+        the force is, also statically for a body that nothing holds.
 
         Raises
         ------

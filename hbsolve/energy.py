@@ -51,10 +51,7 @@ class EnergyBalance:
 def energy_balance(balance: HarmonicBalance, state: SteadyState) -> EnergyBalance:
     """Energies of a state over its period; input and dissipation are equal up to the residual.
 
-    Raises
-    ------
-    BalanceError
-        A state of another balance.
+    A state of another balance is a `BalanceError`.
     """
     check_state(balance, state)
     q, system = state.coefficients, balance.system

@@ -134,10 +134,7 @@ def damper(row: Row) -> MatrixParameter:
 def scaled(balance: HarmonicBalance, *names: str) -> MatrixParameter:
     """A common factor on "mass", "damping" or "stiffness", such as both of the latter for Young's modulus [-].
 
-    Raises
-    ------
-    BalanceError
-        Another name.
+    Another name is a `BalanceError`.
     """
     for name in names:
         if name not in {"mass", "damping", "stiffness"}:
@@ -151,14 +148,7 @@ def sensitivity(
 ) -> Complex[Array, "parameter harmonic r"]:
     """Derivative of all coefficients with respect to each parameter, shape (n_parameter, H + 1, r) [m / its unit].
 
-    Parameters
-    ----------
-    balance
-        With which the state was found.
-    state
-        Converged; at a kink (a contact about to change) the derivative is that of one side.
-    parameters
-        What to derive by.
+    The state has converged with this balance; at a kink (a contact about to change) the derivative is that of one side.
 
     Raises
     ------

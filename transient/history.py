@@ -49,18 +49,8 @@ def follow(
 ) -> TransientState:
     """State at the end of a loading history.
 
-    Parameters
-    ----------
-    system
-        Structure, joints and loads.
-    segments
-        One after the other; the excitation passes its phase 0 between them.
-    start
-        Where to start; by default the equilibrium under `first_load`.
-    steps_per_period
-        [-].
-    first_level, first_load
-        Scales at the start [-].
+    Segments follow one another, the excitation passing its phase 0 between them. The history starts from a state, by
+    default the equilibrium under `first_load`, at the scales `first_level` and `first_load` of the loads [-].
 
     Raises
     ------

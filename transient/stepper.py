@@ -50,20 +50,9 @@ class Record(JointHistory):
 
 
 class Stepper:
-    """Marches over whole periods and stores the state between calls.
+    """Marches over whole periods of an excitation, Omega [rad/s], at a level [-], and stores the state between calls.
 
-    Parameters
-    ----------
-    system
-        Structure, joints and loads, or its modal structure where that is known already.
-    angular_frequency
-        [rad/s].
-    steps_per_period
-        [-].
-    start
-        State at phase 0; the equilibrium under the static load by default.
-    level
-        Scale of the harmonic force [-].
+    It starts at phase 0, by default from the equilibrium under the static load.
     """
 
     def __init__(

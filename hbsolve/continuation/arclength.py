@@ -95,7 +95,7 @@ def tangent(here: Equation, last: Direction, metric: Metric, orientation: int) -
 def corrected_points(
     path: Path, x: Real, value: float, t: Direction, step: float, metric: Metric, sliders: Start, orientation: int
 ) -> Iterator[Corrected]:
-    """Points at one step from (x, value): along t, then along the tangent of the piece that t leads to, round a kink."""
+    """Points at one step from (x, value): along t, then along the tangent of the piece that t leads to, past a kink."""
     ahead = Direction(step * t.motion, step * t.value)
     straight_on = _corrections(path, x, value, t, step, metric, sliders, ahead)
     if straight_on is not None:

@@ -49,16 +49,8 @@ class ResonantState:
 def resonance(balance: HarmonicBalance, branch: ResponseBranch, row: Row, slider: Real | None = None) -> ResonantState:
     """The peak of a frequency response, between its points: where the exact derivative of the amplitude vanishes.
 
-    Parameters
-    ----------
-    balance
-        With which the branch was found.
-    branch
-        From `frequency_response`.
-    row
-        A degree of freedom, or the row of an output.
-    slider
-        As of the branch.
+    Balance and sliders are those with which `frequency_response` gave the branch; `row` is a degree of freedom, or the
+    row of an output.
 
     Raises
     ------

@@ -74,16 +74,12 @@ class LossMeasure:
         # Sampled at the balance's instants, without the mean.
         turned = np.exp(2j * np.pi * np.outer(np.arange(n), np.arange(1, len(q))) / n)
         moved = (turned @ q[1:]).real
-        force = (g + self.balance.table.reference[:, None] * x)[:, 1:] @ self.balance.sampling.evaluate[1:]
+        springs = self.balance.table.reference  # stiffness of each direction: that of a contact is its reference
+        force = (g + springs[:, None] * x)[:, 1:] @ self.balance.sampling.evaluate[1:]
         stored = 0.5 * np.einsum("nr,nr->n", moved @ self.balance.system.stiffness, moved)
-        stored = stored + 0.5 * (force**2 / self._springs[:, None]).sum(axis=0)
+        stored = stored + 0.5 * (force**2 / springs[:, None]).sum(axis=0)
         at = int(stored.argmax())
         return work, float(stored[at]), at, moved[at], force[:, at]
-
-    @property
-    def _springs(self) -> Real:
-        """Stiffness of each direction, shape (d,) [N/m]; that of a contact is its reference."""
-        return self.balance.table.reference
 
     def value(self, level: float, x: Real, g: Real) -> float:
         """See `Measure`."""
@@ -95,7 +91,7 @@ class LossMeasure:
         work, stored, at, moved, force = self._energies(level, x, g)
         basis = self.balance.sampling.instants[at].copy()
         basis[0] = 0.0
-        pull = force / self._springs
+        pull = force / self.balance.table.reference
         energy_by_x = np.outer(self.balance.table.reference * pull, basis)
         energy_by_g = np.outer(pull, basis)
         work_by_g = np.zeros_like(g)
