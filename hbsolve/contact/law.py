@@ -34,6 +34,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from fe.compiled import compiled
 from geometry.registry import Registry
 from reduction.array_type import Real, Whole
 
@@ -79,6 +82,22 @@ class CompiledLaw:
     instant: Callable[..., Any] | None
     """For laws without memory: the compiled force at one instant, ``instant(u, velocity, parameters, slope)``, which
     fills `slope` with the derivatives by u, velocity and each parameter; none for laws with memory."""
+
+
+@compiled
+def displacement_jacobian(slope: Any, sampling: Any, out: Any) -> None:
+    """Jacobian of a force without memory with the slope df/du at each instant, shape (n,) [N/m]."""
+    nh = sampling.evaluate.shape[0]
+    out.active[0] = nh
+    out.jacobian[0, :, :nh] = np.dot((sampling.project * slope.reshape(-1, 1)).T, sampling.instants)
+
+
+@compiled
+def velocity_jacobian(slope: Any, sampling: Any, out: Any) -> None:
+    """The same with the slope df/d(du/d(Omega t))."""
+    nh = sampling.evaluate.shape[0]
+    out.active[0] = nh
+    out.jacobian[0, :, :nh] = np.dot((sampling.project * slope.reshape(-1, 1)).T, sampling.differentiate.T)
 
 
 #: Forces of the product's own laws; a user's law has a function instead, `reduction.joint.function_law`.

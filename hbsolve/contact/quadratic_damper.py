@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 
 from fe.compiled import compiled
-from hbsolve.contact.law import FORCES, JACOBIAN, PARAMETERS, CompiledLaw
-from hbsolve.contact.pointwise import velocity_jacobian
+from hbsolve.contact.law import FORCES, JACOBIAN, PARAMETERS, CompiledLaw, velocity_jacobian
 
 
 @compiled

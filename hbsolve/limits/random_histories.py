@@ -25,8 +25,6 @@ from hbsolve.limits.result import ResponseLimits
 from hbsolve.limits.task import Runner, SearchTask, StageProgress
 from reduction.array_type import Real
 
-Frequencies = Float[Real, " f"]
-
 #: Chance that something happens to a history between two frequencies; one in four is an overshoot to these levels.
 EVENT, OVERSHOOT = 0.1, (1.2, 2.2)
 #: A state counts as outside beyond this share of the limit; repair begins much closer.
