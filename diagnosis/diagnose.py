@@ -129,7 +129,7 @@ def screen_and_refit(
 def diagnose(
     campaign: Campaign,
     base: Model,
-    accepted: Sequence[CalibrationParameter],
+    calibration: Sequence[CalibrationParameter],
     budget: Budget,
     *,
     added: Sequence[Added] = (),
@@ -147,7 +147,7 @@ def diagnose(
         Measurements, some of them held out.
     base
         The model without what was added.
-    accepted
+    calibration
         What every fit calibrates.
     budget
         Numerical error of the model.
@@ -175,7 +175,7 @@ def diagnose(
     listed = replace(listed, candidates=tuple(each for each in listed.candidates if each.name not in names))
     told("calibration", 0.0)
     every = partial(campaign_catalogue, campaign, extra=extra)
-    arrangement = keep("arrangement", lambda: arrange(campaign, base, accepted, budget, added=added, listed=every))
+    arrangement = keep("arrangement", lambda: arrange(campaign, base, calibration, budget, added=added, listed=every))
     shares = LONG if is_lost(arrangement, arrangement.fit) else USUAL
     screened, before, refits = screen_and_refit(arrangement, listed.candidates, keep, told, shares)
     found = thresholds or linear_thresholds(screened)

@@ -11,8 +11,8 @@ force of three times the frequency as well,
 .. math:: f_3 = \lambda\, (|u| / \max |u|)^p\, (u / |u|)^3 ,
 
 as any force that follows the displacement has. For each place the whitened residual is fitted with kappa and lambda at
-all levels, the accepted parameters projected out; the place that explains most is where the force is, their growth with
-the amplitude says the exponent, their phase the kind.
+all levels, the calibration parameters projected out; the place that explains most is where the force is, their growth
+with the amplitude says the exponent, their phase the kind.
 
 Phases of the missing force relative to the displacement: 180 deg spring, 0 deg inertia, -90 deg damping.
 """

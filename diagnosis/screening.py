@@ -1,7 +1,7 @@
-r"""Which effects could explain the residual: each tried at finite strength, the accepted parameters projected out.
+r"""Which effects could explain the residual: each tried at finite strength, the calibration parameters projected out.
 
-With J the whitened Jacobian of the accepted parameters (priors below), r the residual and d the change that an effect
-makes,
+With J the whitened Jacobian of the calibration parameters (priors below), r the residual and d the change that an
+effect makes,
 
 .. math:: r_\perp = (I - Q Q^T) r, \qquad J = Q R, \qquad
           g = \frac{(d_\perp \cdot r_\perp)^2}{|d_\perp|^2}
@@ -44,7 +44,7 @@ class Score:
     size
         |d_perp|: standard deviations that the typical strength moves the measurements by, all taken together.
     absorbed
-        Share of the effect that the accepted parameters absorb, 1 - |d_perp| / |d|.
+        Share of the effect that the calibration parameters absorb, 1 - |d_perp| / |d|.
     direction
         d_perp / |d_perp|, shape (m + p,); zero if the effect is unseen.
     start, slope
@@ -105,7 +105,7 @@ def slope_gains(problem: Problem, effects: Sequence[Effect]) -> Vector:
 
 
 def calibration_basis(problem: Problem) -> Matrix:
-    """Orthonormal basis of what the accepted parameters can do, shape (m + p, p)."""
+    """Orthonormal basis of what the calibration parameters can do, shape (m + p, p)."""
     jacobian = problem.fit.jacobian * problem.fit.unknowns.size
     return np.asarray(np.linalg.qr(jacobian[:, jacobian.any(axis=0)])[0])
 
@@ -179,7 +179,7 @@ def _least(effect: Effect, across: Vector, residual: Vector) -> _Least:
 
 
 def _change(problem: Problem, effect: Effect, step: float, relief: Vector) -> Vector:
-    """Whitened change that an effect makes while the accepted parameters make up for what they can, shape (m + p,).
+    """Whitened change that an effect makes while the calibration parameters make up for what they can, shape (m + p,).
 
     Without that, a resonance that merely shifts would move the measurements so far that all else is lost in the
     curvature of this shift.

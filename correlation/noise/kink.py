@@ -1,6 +1,6 @@
 r"""Where a response is not linear in what differs between repeats: states at which contacts begin to slip.
 
-Repeats differ by a jitter x of pre-load and frequency, of standard deviation s. What is averaged over them is then
+Repeats differ by a jitter x of preload and frequency, of standard deviation s. What is averaged over them is then
 
 .. math:: f(x) = f + f' x + d(x), \qquad d_\pm = f(\pm \sqrt 3 s) - f \mp \sqrt 3 f' s .
 

@@ -35,7 +35,7 @@ class Budget:
     compliance
         ... of the relative error of each contact line's stiffness, normal and tangential [-].
     shares
-        ... of how each line's stiffnesses and pre-load are shared among its contacts, relative at its ends [-].
+        ... of how each line's stiffnesses and preload are shared among its contacts, relative at its ends [-].
     refined
         The same model with more elements, stations or harmonics: what they change is one standard deviation; where
         parameters are calibrated, what they change beyond that.
@@ -141,8 +141,8 @@ def history_modes(
     level by itself. The mean of the draws, beside the prediction that starts from none, is one more mode. The draws
     fill the space evenly: a few random ones leave directions in which histories seem to change nothing.
 
-    Where pre-loads differ as well, what slips under one history sticks under another: with the covariance `pressed` of
-    `Model.presses`, shape (q, q), each draw has pre-loads of its own, and what these do to first order is taken off
+    Where preloads differ as well, what slips under one history sticks under another: with the covariance `pressed` of
+    `Model.presses`, shape (q, q), each draw has preloads of its own, and what these do to first order is taken off
     again. What they do beyond that stays, with a history or without.
     """
     points = features.points
@@ -224,7 +224,7 @@ def _frequency_shifts(model: Model, *, by_exciter: bool) -> list[Tangent]:
 
 
 def _press(model: Model, group: tuple[str, ...]) -> Tangent:
-    """Some of the pre-loads, by one factor."""
+    """Some of the preloads, by one factor."""
     static = np.zeros(model.system.n_dof)
     rates: dict[tuple[str, str], float] = {}
     for name in group:

@@ -59,7 +59,7 @@ class LineRatio:
 def line_ratios(model: Model, *, kind: str, quantity: str, physics: str, signature: str) -> list[Effect | Untestable]:
     """A property of each line against the others.
 
-    What all lines have in common is an accepted parameter, so that two lines have one question between them: their
+    What all lines have in common is a calibration parameter, so that two lines have one question between them: their
     ratio. It leaves the geometric mean, the common value, as it is.
     """
     lines = list(model.lines)

@@ -1,4 +1,4 @@
-"""What an accepted effect leaves unexplained: whether the model with it is good enough, or something else is there."""
+"""What an added effect leaves unexplained: whether the model with it is good enough, or something else is there."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -36,7 +36,7 @@ class Leftover:
 
 
 def with_effect(arrangement: Arrangement, refit: Refit) -> Arrangement:
-    """The same measurements beside the model with an effect accepted."""
+    """The same measurements beside the model with an effect added."""
     assert refit.effect is not None
     fit = refit.fit
     slopes = arrangement.train.slopes(fit.unknowns, fit.values, fit.model, fit.prediction)
@@ -45,7 +45,7 @@ def with_effect(arrangement: Arrangement, refit: Refit) -> Arrangement:
 
 
 def leftover(arrangement: Arrangement, effects: Sequence[Effect], worth: float = np.inf) -> Leftover:
-    """What is left once an effect was accepted, see `with_effect`.
+    """What is left once an effect was added, see `with_effect`.
 
     Parameters
     ----------

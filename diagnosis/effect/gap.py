@@ -17,7 +17,7 @@ from diagnosis.effect.registry import EFFECTS, EffectKind
 from reduction.jointed_system import FrictionContact
 
 KIND = "gap"
-#: Typical and largest gap, in what the pre-load presses the contacts together elastically.
+#: Typical and largest gap, in what the preload presses the contacts together elastically.
 TYPICAL, LARGEST = 0.25, 3.0
 
 

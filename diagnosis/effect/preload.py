@@ -9,13 +9,13 @@ from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
 from diagnosis.candidate.scale import Scale
 from diagnosis.effect.registry import EFFECTS, EffectKind
 
-KIND = "pre-load"
-RATIO = EffectParameter(name="pre-load ratio", unit="-", lower=0.1, upper=3.0, typical=1.1, vanishes=1.0)
+KIND = "preload"
+RATIO = EffectParameter(name="preload ratio", unit="-", lower=0.1, upper=3.0, typical=1.1, vanishes=1.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Preload:
-    """Scales the pre-load of a line with the load that balances it, so that rest stays rest; or a dead weight.
+    """Scales the preload of a line with the load that balances it, so that rest stays rest; or a dead weight.
 
     Parameters
     ----------
@@ -36,12 +36,12 @@ class Preload:
     def apply(self, model: Model, values: Sequence[float]) -> Model:
         """N_0 of each contact times the ratio, and the static load along its normal; or the load of the dead weight."""
         (ratio,) = values
-        # Without its contacts a structure has no pre-loads.
+        # Without its contacts a structure has no preloads.
         return model.pressed(self.of, ratio) if self.of in model.preloads else model
 
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
-    """The pre-load of each line, and by each dead weight."""
+    """The preload of each line, and by each dead weight."""
     del size
     if not model.lines:
         return [Untestable(name=KIND, reason="the model has no contact lines")]

@@ -48,7 +48,7 @@ class Arrangement:
     ----------
     base
         The model as the engineer has it, with what was added before.
-    accepted
+    calibration
         Parameters that every fit calibrates.
     added
         Effects that were added before; every fit sets their values anew.
@@ -58,7 +58,7 @@ class Arrangement:
         The held-out comparison without jitter in its covariance, and the jitter as effects with priors: what a test on
         other repeats may set.
     fit
-        The accepted parameters and what was added, calibrated on `train`.
+        The calibration parameters and what was added, calibrated on `train`.
     budget
         Numerical error of the model.
     finer
@@ -66,7 +66,7 @@ class Arrangement:
     """
 
     base: Model
-    accepted: tuple[CalibrationParameter, ...]
+    calibration: tuple[CalibrationParameter, ...]
     added: tuple[Effect, ...]
     train: Comparison
     held: Comparison
@@ -80,7 +80,7 @@ class Arrangement:
 
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
         """Calibration parameters with their priors; what was added and more effects without."""
-        return _unknowns(self.base, self.accepted, [*self.added, *effects])
+        return _unknowns(self.base, self.calibration, [*self.added, *effects])
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
         """Test on the held-out data; what differs between repeats may settle within its prior."""
@@ -95,7 +95,7 @@ class Arrangement:
 def arrange(
     campaign: Campaign,
     base: Model,
-    accepted: Sequence[CalibrationParameter],
+    calibration: Sequence[CalibrationParameter],
     budget: Budget,
     report: Report | None = None,
     *,
@@ -108,7 +108,7 @@ def arrange(
     ----------
     campaign, base
         Measurements and model; sensors agree by name.
-    accepted
+    calibration
         What every fit calibrates.
     budget
         Numerical error of the model.
@@ -125,19 +125,19 @@ def arrange(
         Nothing is held out, a single repeat, or a sensor that the model does not have.
     """
     effects = tuple(each.effect for each in added)
-    unknowns = _unknowns(base, accepted, effects)
+    unknowns = _unknowns(base, calibration, effects)
     finer = tuple(
         FinerModel(
             unknowns=replace(
-                unknowns, base=each, effects=(*accepted, *(listed(each).alike(effect) for effect in effects))
+                unknowns, base=each, effects=(*calibration, *(listed(each).alike(effect) for effect in effects))
             ),
-            n_accepted=len(accepted),
+            n_calibration=len(calibration),
         )
         for each in budget.refined
     )
-    values = np.array([*unknowns.vanishing[: len(accepted)], *(value for each in added for value in each.values)])
+    values = np.array([*unknowns.vanishing[: len(calibration)], *(value for each in added for value in each.values)])
     found = _compared(campaign, unknowns, values, budget, finer, report)
-    return Arrangement(base=base, accepted=tuple(accepted), added=effects, budget=budget, **found)
+    return Arrangement(base=base, calibration=tuple(calibration), added=effects, budget=budget, **found)
 
 
 def arranged_anew(arrangement: Arrangement, campaign: Campaign) -> Arrangement:
@@ -186,7 +186,7 @@ def weighted_beside(
     campaign, arrangement
         Measurements beside the model.
     effect, fit
-        Fitted beside the accepted parameters and what was added.
+        Fitted beside the calibration parameters and what was added.
     listed
         As in `arrange`.
     """
@@ -257,8 +257,8 @@ def _relative(comparison: Comparison, prediction: Prediction) -> float:
     return float(np.sqrt(np.mean(np.abs(prediction.value[there] / measured - 1) ** 2)))
 
 
-def _unknowns(base: Model, accepted: Sequence[CalibrationParameter], effects: Sequence[Effect]) -> Unknowns:
-    return Unknowns.of(base, [(each, each.deviation) for each in accepted], effects)
+def _unknowns(base: Model, calibration: Sequence[CalibrationParameter], effects: Sequence[Effect]) -> Unknowns:
+    return Unknowns.of(base, [(each, each.deviation) for each in calibration], effects)
 
 
 def _told(report: Report | None, what: str) -> Callable[[float], None] | None:

@@ -55,7 +55,7 @@ class CalibrationParameter:
     physics: str
     deviation: float
     parameters: tuple[EffectParameter, ...]
-    kind: str = "accepted"
+    kind: str = "calibration"
     signature: str = "It is calibrated with every effect, and with none."
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
@@ -95,7 +95,7 @@ def calibration_parameters(
     given = dict(deviation or {})
     for name, value in given.items():
         if name not in DEVIATION:
-            raise EffectError(f'"{name}" is no accepted parameter: there are {", ".join(DEVIATION)}')
+            raise EffectError(f'"{name}" is no calibration parameter: there are {", ".join(DEVIATION)}')
         if not (np.isfinite(value) and value >= 0):
             raise EffectError(f"the deviation of {name} is {value:g}: give a relative standard deviation, such as 0.1")
     return tuple(

@@ -26,23 +26,23 @@ class FinerModel:
     Parameters
     ----------
     unknowns
-        Its accepted parameters, and effects with the values of the model's own.
-    n_accepted
-        So many of its values, the first ones, are accepted parameters [-].
+        Its calibration parameters, and effects with the values of the model's own.
+    n_calibration
+        So many of its values, the first ones, are calibration parameters [-].
     shift
-        What its accepted parameters need beyond the model's for it to say the same, shape (n_accepted,); none before
-        it was calibrated.
+        What its calibration parameters need beyond the model's for it to say the same, shape (n_calibration,); none
+        before it was calibrated.
     """
 
     unknowns: Unknowns
-    n_accepted: int
+    n_calibration: int
     shift: Values | None = None
 
     def compose(self, values: Values) -> Model:
         """The finer model beside the model with these values."""
         shifted = np.array(values)
         if self.shift is not None:
-            shifted[: self.n_accepted] += self.shift
+            shifted[: self.n_calibration] += self.shift
         return self.unknowns.compose(self.unknowns.clipped(shifted))
 
     def with_effects(self, effects: Sequence[Effect]) -> "FinerModel":
@@ -59,7 +59,7 @@ class FinerModel:
         fit
             The model beside them.
         """
-        n, said = self.n_accepted, comparison.features.of_values(fit.prediction.value)
+        n, said = self.n_calibration, comparison.features.of_values(fit.prediction.value)
         if not n:
             return replace(self, shift=np.zeros(0))
         own, added = fit.values[:n], fit.values[n:]
@@ -76,9 +76,9 @@ class FinerModel:
 
 
 def as_uncertain(fit: Fit, finer: Sequence[FinerModel]) -> Fit:
-    """The fit with accepted parameters that are as uncertain as finer models, which need others, say."""
+    """The fit with calibration parameters that are as uncertain as finer models, which need others, say."""
     covariance = np.array(fit.covariance)
     for each in finer:
         if each.shift is not None:
-            covariance[: each.n_accepted, : each.n_accepted] += np.outer(each.shift, each.shift)
+            covariance[: each.n_calibration, : each.n_calibration] += np.outer(each.shift, each.shift)
     return replace(fit, covariance=covariance)

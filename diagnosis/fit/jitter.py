@@ -43,7 +43,7 @@ class FrequencyShift:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PreloadJitter:
-    """All pre-loads differ together, by given shares of the number."""
+    """All preloads differ together, by given shares of the number."""
 
     shares: tuple[tuple[str, float], ...]
     name: str
@@ -55,7 +55,7 @@ class PreloadJitter:
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """The model with other pre-loads."""
+        """The model with other preloads."""
         (amount,) = values
         for name, share in self.shares:
             if name in model.preloads:
@@ -75,7 +75,7 @@ def jitter(model: Model, covariances: Sequence[Float[NDArray[np.float64], "q q"]
 
 
 def preload_jitter(model: Model, covariance: Float[NDArray[np.float64], "q q"]) -> list[tuple[PreloadJitter, float]]:
-    """Patterns in which pre-loads differ, independent of each other, with their standard deviations.
+    """Patterns in which preloads differ, independent of each other, with their standard deviations.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def preload_jitter(model: Model, covariance: Float[NDArray[np.float64], "q q"]) 
                 shares=tuple(
                     (name, float(share)) for group, share in zip(model.presses, vector, strict=True) for name in group
                 ),
-                name=f"pre-loads, pattern {number + 1}",
+                name=f"preloads, pattern {number + 1}",
             ),
             float(np.sqrt(size)),
         )

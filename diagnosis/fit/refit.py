@@ -1,4 +1,4 @@
-"""Shortlisted effects fitted in earnest with the accepted parameters, from several starts, tested on held-out data.
+"""Shortlisted effects fitted in earnest with the calibration parameters, from several starts, tested on held-out data.
 
 The screening is linear; a refit has turned its order round more than once. What ranks is the held-out error.
 """
@@ -52,12 +52,12 @@ def shortlist(scores: Sequence[Score], effort: Effort, *, lost: bool = False) ->
 
 
 def baseline_fit(problem: Problem) -> Refit:
-    """The accepted parameters alone."""
+    """The calibration parameters alone."""
     return problem.tested(None, problem.fit)
 
 
 def fitted(problem: Problem, score: Score) -> Fit:
-    """Fit one effect beside the accepted parameters, quickly: good enough to tell who comes into question.
+    """Fit one effect beside the calibration parameters, quickly: good enough to tell who comes into question.
 
     Parameters
     ----------
@@ -71,10 +71,10 @@ def fitted(problem: Problem, score: Score) -> Fit:
 
 def quick_fit(problem: Problem, score: Score) -> Fit:
     """The quick fit from where the screening saw the effect, and where that keeps little, from typical strength."""
-    effect, accepted = score.effect, problem.fit
-    unknowns, slopes = problem.unknowns([effect]), _slopes(score, accepted)
-    found = calibrate(problem.train, unknowns, score.start, accepted.prediction, slopes=slopes, quick=True)
-    if accepted.chi2 - found.chi2 < KEPT * score.gain:
+    effect, baseline = score.effect, problem.fit
+    unknowns, slopes = problem.unknowns([effect]), _slopes(score, baseline)
+    found = calibrate(problem.train, unknowns, score.start, baseline.prediction, slopes=slopes, quick=True)
+    if baseline.chi2 - found.chi2 < KEPT * score.gain:
         found = min(found, _fitted_from(problem, score, 1.0), key=lambda fit: fit.chi2)
     return found
 
@@ -122,13 +122,13 @@ def multistart_fits(
 
 def _fitted_from(problem: Problem, score: Score, share: float) -> Fit:
     """From a multiple of typical strength, positive to the side where the screening saw the effect."""
-    effect, accepted = score.effect, problem.fit
+    effect, baseline = score.effect, problem.fit
     parameter = effect.parameters[0]
     size = share * abs(parameter.typical - parameter.vanishes)
     other = parameter.vanishes + np.sign(score.strength - parameter.vanishes or 1.0) * size
     rest = [each.vanishes for each in effect.parameters[1:]]
-    start = np.array([*accepted.values, np.clip(other, parameter.lower, parameter.upper), *rest])
-    return calibrate(problem.train, problem.unknowns([effect]), start, accepted.prediction, quick=True)
+    start = np.array([*baseline.values, np.clip(other, parameter.lower, parameter.upper), *rest])
+    return calibrate(problem.train, problem.unknowns([effect]), start, baseline.prediction, quick=True)
 
 
 def finalists(fits: Sequence[tuple[Score, Fit]], effort: Effort) -> list[tuple[Score, Fit]]:
@@ -160,9 +160,9 @@ def refit_anew(problem: Problem, found: Refit) -> Refit:
     return problem.tested(found.effect, fit)
 
 
-def _slopes(score: Score, accepted: Fit) -> Matrix | None:
+def _slopes(score: Score, baseline: Fit) -> Matrix | None:
     """Jacobian at the start as the screening knows it; none for what it does not."""
     if len(score.effect.parameters) > 1 or not score.slope.any():
         return None
-    # The effect has no prior: its row below those of the accepted parameters is zero.
-    return np.pad(np.column_stack([accepted.jacobian, score.slope]), ((0, 1), (0, 0)))
+    # The effect has no prior: its row below those of the calibration parameters is zero.
+    return np.pad(np.column_stack([baseline.jacobian, score.slope]), ((0, 1), (0, 0)))

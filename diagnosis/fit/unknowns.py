@@ -1,4 +1,4 @@
-"""The numbers that a fit may change: accepted parameters with their priors, strengths of effects without."""
+"""The numbers that a fit may change: calibration parameters with their priors, strengths of effects without."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -43,12 +43,12 @@ class Unknowns:
 
     @classmethod
     def of(
-        cls, base: Model, accepted: Sequence[tuple[Effect, float]], effects: Sequence[Effect], n_start: int = 0
+        cls, base: Model, calibration: Sequence[tuple[Effect, float]], effects: Sequence[Effect], n_start: int = 0
     ) -> "Unknowns":
         """Calibration parameters with their priors, then effects without."""
-        prior = [np.inf] * n_start + [sd for effect, sd in accepted for _ in effect.parameters]
+        prior = [np.inf] * n_start + [sd for effect, sd in calibration for _ in effect.parameters]
         prior += [np.inf for effect in effects for _ in effect.parameters]
-        applied = (*(effect for effect, _ in accepted), *effects)
+        applied = (*(effect for effect, _ in calibration), *effects)
         return cls(base=base, effects=applied, prior=np.array(prior), n_start=n_start)
 
     @property

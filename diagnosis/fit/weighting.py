@@ -100,7 +100,7 @@ def _steadied(comparison: Comparison, prediction: Prediction) -> Comparison:
 
 
 def _shifts(model: Model, repeats: Sequence[Modes], seen: Scatter) -> list[Shift]:
-    """The frequency of the jointed test, and what the pre-loads do most, by `REACH` standard deviations."""
+    """The frequency of the jointed test, and what the preloads do most, by `REACH` standard deviations."""
     found, size = [], REACH * float(np.sqrt(seen.jitter[0][0, 0]))
     if size:
         ends = (model.shifted("jointed", size), model.shifted("jointed", -size))

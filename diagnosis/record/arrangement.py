@@ -1,4 +1,4 @@
-"""Training and held-out records beside a model whose accepted parameters are fitted."""
+"""Training and held-out records beside a model whose calibration parameters are fitted."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -35,18 +35,18 @@ class RecordArrangement:
     ----------
     base
         Model without the added effects.
-    accepted
+    calibration
         Parameters that are always fitted.
     added
         Effects that were added before.
     train, held
         Records.
     fit
-        Of the accepted parameters and the added effects.
+        Of the calibration parameters and the added effects.
     """
 
     base: Model
-    accepted: tuple[Effect, ...]
+    calibration: tuple[Effect, ...]
     added: tuple[Added, ...]
     train: RecordComparison
     held: RecordComparison
@@ -58,8 +58,8 @@ class RecordArrangement:
     )
 
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
-        """Where ring-downs start, accepted parameters, added effects, then others; a record outweighs all priors."""
-        applied = [*self.accepted, *(each.effect for each in self.added), *effects]
+        """Where ring-downs start, calibration parameters, added effects, then others; a record outweighs all priors."""
+        applied = [*self.calibration, *(each.effect for each in self.added), *effects]
         return Unknowns.of(self.base, (), applied, self.train.n_start)
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
@@ -104,14 +104,14 @@ class RecordArrangement:
 def arrange_records(
     base: Model,
     records: Sequence[TimeRecord],
-    accepted: Sequence[Effect],
+    calibration: Sequence[Effect],
     *,
     added: Sequence[Added] = (),
     run_in: float = 0.0,
     noise: Mapping[str, float] | None = None,
     steps: int = STEPS,
 ) -> RecordArrangement:
-    """Fit the accepted parameters, and added effects beside them.
+    """Fit the calibration parameters, and added effects beside them.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def arrange_records(
         Model without the added effects.
     records
         Some of them held out.
-    accepted
+    calibration
         Parameters that are always fitted, such as `calibration_parameters(base)` and the gain of a sensor.
     added
         Effects that were added before.
@@ -148,8 +148,8 @@ def arrange_records(
         if not group:
             raise CampaignError(f"all {len(drives)} records are {what}: a fit is trained on some and tested on others")
     train, held = (RecordComparison.of(group, base, given) for group in groups)
-    unknowns = Unknowns.of(base, (), [*accepted, *(each.effect for each in added)], train.n_start)
-    n_own = train.n_start + sum(len(each.parameters) for each in accepted)
+    unknowns = Unknowns.of(base, (), [*calibration, *(each.effect for each in added)], train.n_start)
+    n_own = train.n_start + sum(len(each.parameters) for each in calibration)
     start = np.concatenate([unknowns.vanishing[:n_own], *(each.values for each in added)])
     try:
         fit = calibrate(train, unknowns, start)
@@ -159,7 +159,9 @@ def arrange_records(
             "the model runs away where the fit starts: its values there are "
             + ", ".join(f"{name} {value:.4g}" for name, value in values)
         ) from error
-    return RecordArrangement(base=base, accepted=tuple(accepted), added=tuple(added), train=train, held=held, fit=fit)
+    return RecordArrangement(
+        base=base, calibration=tuple(calibration), added=tuple(added), train=train, held=held, fit=fit
+    )
 
 
 def _root_mean_square(errors: Float[NDArray[np.float64], " records"]) -> float:

@@ -44,7 +44,7 @@ def next_added(found: RecordDiagnosis) -> tuple[Added, ...]:
         return arrangement.added
     best = found.verdict.effects[0]
     assert best.effect is not None
-    first = best.fit.unknowns.n_start + sum(len(each.parameters) for each in arrangement.accepted)
+    first = best.fit.unknowns.n_start + sum(len(each.parameters) for each in arrangement.calibration)
     added = []
     for effect in (*(each.effect for each in arrangement.added), best.effect):
         last = first + len(effect.parameters)
@@ -56,7 +56,7 @@ def next_added(found: RecordDiagnosis) -> tuple[Added, ...]:
 def diagnose_records(
     base: Model,
     records: Sequence[TimeRecord],
-    accepted: Sequence[Effect],
+    calibration: Sequence[Effect],
     *,
     added: Sequence[Added] = (),
     without: Collection[str] = (),
@@ -73,7 +73,7 @@ def diagnose_records(
         Model without the added effects; records drive it along its harmonic force of 1 N.
     records
         Those to train on, and those held out.
-    accepted
+    calibration
         Parameters that are always fitted, without priors.
     added
         Effects that were added before; they are fitted again with everything else.
@@ -88,8 +88,8 @@ def diagnose_records(
     """
     tell = report or (lambda _what, _share: None)
     tell("fitting the calibration parameters", 0.0)
-    arrangement = arrange_records(base, records, accepted, added=added, **preparation)
-    there = {each.effect.name for each in added} | {each.name for each in accepted}
+    arrangement = arrange_records(base, records, calibration, added=added, **preparation)
+    there = {each.effect.name for each in added} | {each.name for each in calibration}
     listed = catalogue(base, without=without, extra=extra, level=record_level(base, records))
     tell("looking which effects the records can show", 0.2)
     effects, left = arrangement.testable([each for each in listed.candidates if each.name not in there])
@@ -105,7 +105,7 @@ def diagnose_records(
 def record_rounds(
     base: Model,
     records: Sequence[TimeRecord],
-    accepted: Sequence[Effect],
+    calibration: Sequence[Effect],
     *,
     most: int = 3,
     **options: Unpack[Options],
@@ -116,11 +116,11 @@ def record_rounds(
     ----------
     most
         Rounds at most.
-    base, records, accepted, options
+    base, records, calibration, options
         As in `diagnose_records`.
     """
     rounds: list[RecordDiagnosis] = []
     while len(rounds) < most and (not rounds or rounds[-1].verdict.finding is Finding.MISSING):
         added = next_added(rounds[-1]) if rounds else ()
-        rounds.append(diagnose_records(base, records, accepted, added=added, **options))
+        rounds.append(diagnose_records(base, records, calibration, added=added, **options))
     return rounds

@@ -1,9 +1,9 @@
 r"""How large the best gain is when nothing is missing: the search itself finds something in pure noise.
 
-Under the null the whitened residual is a vector of independent standard normals with the accepted parameters projected
-out; the best of all candidates is sought in each of many such vectors, within the bounds of each. What this leaves out
-(the curvature of the model, errors beyond the covariance) is measured on campaigns in which nothing is missing, as the
-ratio of their gains to these.
+Under the null the whitened residual is a vector of independent standard normals with the calibration parameters
+projected out; the best of all candidates is sought in each of many such vectors, within the bounds of each. What this
+leaves out (the curvature of the model, errors beyond the covariance) is measured on campaigns in which nothing is
+missing, as the ratio of their gains to these.
 
 References
 ----------
@@ -28,7 +28,7 @@ def null_gains(scores: Sequence[Score]) -> Float[NDArray[np.float64], " n"]:
     Parameters
     ----------
     scores
-        Of all candidates; their directions already have the accepted parameters projected out.
+        Of all candidates; their directions already have the calibration parameters projected out.
     """
     seen = [score for score in scores if score.size > 0]
     if not seen:

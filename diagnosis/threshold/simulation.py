@@ -1,6 +1,6 @@
 """Campaigns drawn from a fitted model: the same tests once more, with all that chance does to them.
 
-Each repeat has its own frequency shift and pre-loads, each level in it its own friction history, each reading its own
+Each repeat has its own frequency shift and preloads, each level in it its own friction history, each reading its own
 noise; the model's numerical error is the same in all repeats. Histories are followed through stick and slip as a
 measurement would be, since what they do to a single state is far from normally distributed.
 """

@@ -41,7 +41,7 @@ COLUMNS = (
 
 @dataclass(frozen=True, kw_only=True)
 class Calibrated:
-    """An accepted parameter after its calibration: a factor on the case's value, and its standard deviation [-]."""
+    """A calibration parameter after its calibration: a factor on the case's value, and its standard deviation [-]."""
 
     name: str
     factor: float
@@ -96,7 +96,7 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
     run
         Where to write.
     calibrate
-        Whether the accepted parameters are fitted to the training data first.
+        Whether the calibration parameters are fitted to the training data first.
 
     Raises
     ------
@@ -143,7 +143,7 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
     campaign
         As read.
     calibrate
-        Whether the accepted parameters are fitted to the training data first.
+        Whether the calibration parameters are fitted to the training data first.
 
     Raises
     ------
@@ -218,7 +218,7 @@ def _sides(setup: Setup, campaign: Campaign, calibrate: bool) -> tuple[list[Side
     if calibrate:
         if not setup.accepted:
             raise CampaignError("the case accepts no parameter, so that nothing can be calibrated: add [accepted]")
-        # Effects stay as strong as the case says; the accepted parameters begin anew.
+        # Effects stay as strong as the case says; the calibration parameters begin anew.
         begin = replace(setup, calibrated={})
         arrangement = arrange(campaign, begin.complete, setup.accepted, begin.complete_budget)
         fit = as_uncertain(arrangement.fit, arrangement.finer)

@@ -57,8 +57,8 @@ def test_directions_are_units_across_the_accepted_parameters(scores: list[Score]
             assert score.detectable == np.inf
 
 
-def test_an_accepted_parameter_is_absorbed_by_itself(heavy: Arrangement) -> None:
-    zeta = heavy.accepted[2]
+def test_a_calibration_parameter_is_absorbed_by_itself(heavy: Arrangement) -> None:
+    zeta = heavy.calibration[2]
     (score,) = screen(heavy, [zeta])
     # Its prior of 20 % is all that the data lack against the same number without one.
     assert score.absorbed > 0.99

@@ -145,7 +145,7 @@ def scaled(drawn: BeamParameters, **factors: float) -> BeamParameters:
 
 
 def random_parameters(random: np.random.Generator) -> BeamParameters:
-    """A specimen as it is made: its accepted parameters are off their drawing."""
+    """A specimen as it is made: its calibration parameters are off their drawing."""
     factors = {name: 1 + sigma * random.standard_normal() for name, sigma in PARAMETER_DEVIATION.items()}
     return scaled(BeamParameters(), **factors)
 

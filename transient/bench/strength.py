@@ -8,7 +8,7 @@ scatter of many repeats by jitter and history,
 .. math:: \Sigma = \Sigma_\mathrm{noise} + \frac{1}{R} \bigl(S + a\, \mathrm{diag}\, S\bigr)
 
 with the sample covariance S, which is of low rank, and a share a of its diagonal for what the samples have not seen.
-With features y(effect, p) of the accepted parameters p (kt, kn, mu, zeta, E, bearing), what refitting them leaves is
+With features y(effect, p) of the calibration parameters p (kt, kn, mu, zeta, E, bearing), what refitting them leaves is
 
 .. math:: \rho = \min_p \bigl|\Sigma^{-1/2} \bigl(y(\mathrm{effect}, p) - y(\mathrm{nothing}, 0)\bigr)\bigr|
 
@@ -196,7 +196,7 @@ def write(found: dict[str, dict[str, float]], path: Path) -> None:
     """As a TOML table."""
     lines = [
         "# Strength [SI] at which an effect moves the noise-free features of a campaign by 5 standard deviations, the",
-        "# accepted parameters refitted. Made by: python -m transient.bench.strength",
+        "# calibration parameters refitted. Made by: python -m transient.bench.strength",
     ]
     for kind, places in found.items():
         lines.append(f"\n[unit_strength.{kind}]")

@@ -81,7 +81,7 @@ def test_lines_that_one_screw_presses_have_one_mode(small: Model, paper: ModuleT
     (mode,) = bench.jitter[2].T
     ends = [bench.model.pressed("left", 1 + side * STEP).pressed("right", 1 + side * STEP) for side in (1, -1)]
     same(mode, bench.change(*ends), bench)
-    # And so are the histories drawn with: a pre-load of 0 % scatter draws what no pre-load at all does.
+    # And so are the histories drawn with: a preload of 0 % scatter draws what no preload at all does.
     of = (bench.predictor, bench.features, bench.model, bench.prediction, 2, 1)
     np.testing.assert_array_equal(history_modes(*of, np.zeros((1, 1))), history_modes(*of))
     assert history_modes(*of, np.array([[1e-4]])).shape == history_modes(*of).shape
@@ -211,7 +211,7 @@ def test_other_shares_of_the_lines_are_modes_of_each_level(long: Bench, paper: M
         if np.abs(expected).max() > 1e-6:
             same(mode, expected, long)
         else:
-            # Other pre-loads change nothing while all contacts stick: Newton's 1e-9 over the step.
+            # Other preloads change nothing while all contacts stick: Newton's 1e-9 over the step.
             assert np.abs(mode).max() < 1e-6
 
 
@@ -229,7 +229,7 @@ def test_histories_are_drawn_for_each_level_and_leave_the_free_structure(bench: 
 
 
 def test_histories_grow_with_the_preloads_of_their_draws(bench: Bench, paper: ModuleType) -> None:
-    """What sticks keeps a share of its limit: 1 % more pre-load of all lines is 1 % more of what a history does."""
+    """What sticks keeps a share of its limit: 1 % more preload of all lines is 1 % more of what a history does."""
     n_draw, seed, together = 4, 7, np.full((2, 2), 1e-4)
     points = paper.make_points(bench.model).where(paper.make_points(bench.model).level == paper.LEVELS[0])
     object.__setattr__(points, "level", np.full(len(points), 1e-3))

@@ -101,7 +101,7 @@ def test_without_candidates_no_effect_is_left(heavy: Arrangement, refits: dict[s
 
 
 def test_a_refit_begins_where_screening_ends(heavy: Arrangement, scores: dict[str, Score]) -> None:
-    """The accepted parameters make up for the effect, so that chi^2 at the start has fallen by the gain already."""
+    """The calibration parameters make up for the effect, so that chi^2 at the start has fallen by the gain already."""
     score, fit = scores[RIGHT], heavy.fit
     assert score.start[-1] == score.strength
     unknowns = heavy.unknowns([score.effect])
@@ -116,7 +116,7 @@ def test_a_refit_begins_where_screening_ends(heavy: Arrangement, scores: dict[st
     assert apart @ apart > there @ there
 
 
-@pytest.mark.parametrize("name", [RIGHT, "dashpot at tip z", "pre-load of left", "gain of root"])
+@pytest.mark.parametrize("name", [RIGHT, "dashpot at tip z", "preload of left", "gain of root"])
 def test_the_slope_of_a_score_is_the_derivative_at_none(
     heavy: Arrangement, scores: dict[str, Score], name: str
 ) -> None:

@@ -56,7 +56,7 @@ def effect_kind(request: pytest.FixtureRequest) -> EffectKind:
     return EFFECTS[request.param]
 
 
-@pytest.fixture(params=["mass", "pre-load"])
+@pytest.fixture(params=["mass", "preload"])
 def planted_kind(request: pytest.FixtureRequest) -> EffectKind:
     """Some of them: a campaign and its calibration take seconds each."""
     return EFFECTS[request.param]

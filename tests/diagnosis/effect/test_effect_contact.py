@@ -64,18 +64,18 @@ def test_a_single_line_has_no_other(bench: Model) -> None:
     assert left["friction coefficient of a"] == (
         "the model has no other line: its common friction coefficient is calibrated"
     )
-    assert "pre-load of a" in catalogue(with_lines(bench, "a")).names
+    assert "preload of a" in catalogue(with_lines(bench, "a")).names
 
 
 def test_without_lines_nothing_of_them_can_be_tested(bench: Model) -> None:
     left = reasons(bench.free())
-    for kind in ("friction coefficient", "tangential stiffness", "pre-load", "gap"):
+    for kind in ("friction coefficient", "tangential stiffness", "preload", "gap"):
         assert left[kind] == "the model has no contact lines"
 
 
 @pytest.mark.parametrize("ratio", [0.1, 0.7, 1.0, 2.5])
 def test_rest_stays_rest_at_any_preload(bench: Model, ratio: float) -> None:
-    changed = applied(bench, "pre-load of right", ratio)
+    changed = applied(bench, "preload of right", ratio)
     np.testing.assert_allclose(values(changed, "right", "preload"), ratio * values(bench, "right", "preload"))
     np.testing.assert_array_equal(values(changed, "left", "preload"), values(bench, "left", "preload"))
     # All loads at rest: the static load and the contacts pushing back.
@@ -94,8 +94,8 @@ def weighted(model: Model) -> Model:
 
 
 def test_lines_under_a_dead_weight_are_pressed_by_it_alone(bench: Model) -> None:
-    names = [each for each in catalogue(weighted(bench)).names if each.startswith("pre-load")]
-    assert names == ["pre-load by weight"]
+    names = [each for each in catalogue(weighted(bench)).names if each.startswith("preload")]
+    assert names == ["preload by weight"]
     only_left = replace(weighted(bench), dead_weights={"weight": DeadWeight(row=np.ones(7), lines=("left",))})
     assert only_left.preloads == ("weight", "right")
     assert weighted(bench).free().preloads == ()
@@ -104,7 +104,7 @@ def test_lines_under_a_dead_weight_are_pressed_by_it_alone(bench: Model) -> None
 @pytest.mark.parametrize("ratio", [0.9, 1.1])
 def test_a_dead_weight_presses_as_stiffness_shares_it(bench: Model, ratio: float) -> None:
     model = weighted(bench)
-    changed = applied(model, "pre-load by weight", ratio)
+    changed = applied(model, "preload by weight", ratio)
     state = steady_state(HarmonicBalance(system=changed.system, n_harmonic=3, level=1e-6), 60.0)
     # All contacts stay closed and stuck: the linear structure with their springs.
     stuck = stuck_stiffness(model.system.stiffness, model.system.joints)
@@ -125,9 +125,9 @@ def test_pressing_twice_multiplies(bench: Model, kind: str) -> None:
 
 
 def test_what_presses_nothing_is_refused(bench: Model) -> None:
-    with pytest.raises(ModelDefinitionError, match='"typo" is no pre-load of the model: there are left, right'):
+    with pytest.raises(ModelDefinitionError, match='"typo" is no preload of the model: there are left, right'):
         bench.pressed("typo", 0.1)
-    with pytest.raises(ModelDefinitionError, match='"left" is no pre-load of the model: there are weight'):
+    with pytest.raises(ModelDefinitionError, match='"left" is no preload of the model: there are weight'):
         weighted(bench).pressed("left", 0.5)
     with pytest.raises(ModelDefinitionError, match='dead weight "none" is zero'):
         replace(bench, dead_weights={"none": DeadWeight(row=np.zeros(7), lines=("left",))})
@@ -182,7 +182,7 @@ def test_gaps_are_typically_a_quarter_of_what_the_preload_closes(bench: Model) -
     loose = bench.with_joints({f"left {number}": {"preload": 0.0} for number in range(3)})
     normal = contacts(loose, "left")[2].normal
     assert 0 < catalogue(loose).effect("gap of left at left 0").parameters[0].typical < abs(normal).max()
-    assert reasons(loose)["pre-load of left"] == "it is zero in the model, and a ratio leaves it so"
+    assert reasons(loose)["preload of left"] == "it is zero in the model, and a ratio leaves it so"
     still = loose.with_system(harmonic_force=None)
     assert "never close" in reasons(still)["gap of left"]
 

@@ -116,7 +116,7 @@ def test_the_jacobian_is_that_of_the_residual(arranged: Arrangement) -> None:
 
 
 def test_it_stops_at_a_bound(arranged: Arrangement, small: Model) -> None:
-    kt, mu, zeta = arranged.accepted
+    kt, mu, zeta = arranged.calibration
     tight = replace(kt, parameters=(replace(kt.parameters[0], upper=1.02, typical=1.01),))
     unknowns = Unknowns.of(small, [(each, each.deviation) for each in (tight, mu, zeta)], ())
     fit = calibrate(arranged.train, unknowns, unknowns.vanishing)
@@ -144,7 +144,7 @@ def test_chi2_falls_from_step_to_step(arranged: Arrangement) -> None:
 
 
 def test_a_prior_alone_holds_what_the_data_do_not_tell(arranged: Arrangement, small: Model) -> None:
-    held = [(each, 1e-6) for each in arranged.accepted]
+    held = [(each, 1e-6) for each in arranged.calibration]
     unknowns = Unknowns.of(small, held, ())
     fit = calibrate(arranged.train, unknowns, unknowns.vanishing)
     # A prior of 1e-6 against data that tell 1e-3 or so.

@@ -86,7 +86,7 @@ def test_accepted_parameters_travel(bench: Model) -> None:
 
 
 def test_bad_priors_are_refused_in_words(bench: Model) -> None:
-    with pytest.raises(EffectError, match='"nu" is no accepted parameter: there are kt, kn, mu, zeta, E'):
+    with pytest.raises(EffectError, match='"nu" is no calibration parameter: there are kt, kn, mu, zeta, E'):
         calibration_parameters(bench, deviation={"nu": 0.1})
     with pytest.raises(EffectError, match=r"the deviation of kt is -0\.1: give a relative standard deviation"):
         calibration_parameters(bench, deviation={"kt": -0.1})

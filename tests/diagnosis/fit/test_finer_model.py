@@ -54,7 +54,7 @@ def test_what_calibration_makes_good_is_no_error_but_an_uncertainty(
     small: Model, campaign: Campaign, listed: Catalogue
 ) -> None:
     found = beside(campaign, small, stiffer(small))
-    names = [each.name for each in found.accepted]
+    names = [each.name for each in found.calibration]
     young = names.index("E")
     shift = found.finer[0].shift
     assert shift is not None
@@ -88,7 +88,7 @@ def test_an_added_effect_keeps_its_value_in_the_finer_model(
     found = beside(heavy_campaign, small, stiffer(small), (Added(effect=mass, values=np.array([5e-3])),))
     shift = found.finer[0].shift
     assert shift is not None
-    assert len(shift) == len(found.accepted) == len(found.fit.values) - 1
+    assert len(shift) == len(found.calibration) == len(found.fit.values) - 1
     composed = found.finer[0].compose(found.fit.values)
     by_hand = Unknowns(base=stiffer(small), effects=found.fit.unknowns.effects, prior=found.fit.unknowns.prior)
     expected = by_hand.compose(found.fit.values + np.append(shift, 0.0))
@@ -114,7 +114,7 @@ def test_a_finer_model_that_is_the_model_needs_no_shift(
     truth = added.apply(zeta.apply(small, [1.5]), [strength])
     of = paper.make_campaign(truth, jitter=3e-5, seed=8)
     found = beside(of, small, small, (Added(effect=added, values=np.array([strength])),))
-    assert found.fit.values[[each.name for each in found.accepted].index("zeta")] > 1.3
+    assert found.fit.values[[each.name for each in found.calibration].index("zeta")] > 1.3
     np.testing.assert_allclose(found.finer[0].shift, 0, atol=1e-6)
 
 
@@ -133,7 +133,7 @@ def test_states_that_the_model_does_not_find_say_nothing(small: Model, campaign:
 def test_of_several_finer_models_each_counts(small: Model, campaign: Campaign) -> None:
     budget = Budget(frequency=0.0, compliance=0.0, shares=0.0, refined=(stiffer(small), stiffer(small)))
     found = arrange(campaign, small, calibration_parameters(small, deviation={"kn": 0.0}), budget)
-    young = [each.name for each in found.accepted].index("E")
+    young = [each.name for each in found.calibration].index("E")
     assert as_uncertain(found.fit, found.finer).deviation[young] == pytest.approx(np.sqrt(2) * STIFFER, rel=FOUND)
 
 

@@ -24,7 +24,7 @@ def test_a_preload_pattern_scales_each_line_by_its_share(small: Model) -> None:
     for line, factor in (("left", 1.03), ("right", 0.96)):
         for name in small.lines[line]:
             assert moved.contact(name).preload == pytest.approx(factor * small.contact(name).preload)
-    # Rest stays rest: the static load balances the pre-loads.
+    # Rest stays rest: the static load balances the preloads.
     balance = sum(joint.preload * joint.normal for joint in moved.system.joints)
     np.testing.assert_allclose(moved.system.static, balance, rtol=0, atol=1e-13)
 
@@ -85,8 +85,8 @@ def test_lines_that_one_screw_presses_differ_by_one_factor(small: Model) -> None
 @pytest.mark.parametrize(
     ("groups", "message"),
     [
-        ((("left", "up"),), '"up" is pressed together with others, but is no pre-load of the model: .* left, right'),
-        (((),), "a group of pre-loads that are pressed together is empty: name them, or leave it out"),
+        ((("left", "up"),), '"up" is pressed together with others, but is no preload of the model: .* left, right'),
+        (((),), "a group of preloads that are pressed together is empty: name them, or leave it out"),
         ((("left", "right"), ("left",)), '"left" is pressed together with others twice: name it once'),
     ],
 )

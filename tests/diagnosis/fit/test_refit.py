@@ -31,7 +31,7 @@ BEST, MOST, WORTHLESS, FINALISTS, FAR_BEHIND = (
 )
 
 ACCEPTED, CHI2 = np.array([1.02, 0.97]), 500.0
-#: Whitened Jacobian of the accepted parameters, with their priors' rows below.
+#: Whitened Jacobian of the calibration parameters, with their priors' rows below.
 JACOBIAN = np.arange(10.0).reshape(5, 2)
 
 
@@ -87,7 +87,7 @@ def test_a_fit_that_keeps_what_was_promised_is_made_once(monkeypatch: pytest.Mon
     assert found.chi2 == CHI2 - 100 * KEPT - 1
     (start,), (slopes,) = asked.starts, asked.slopes
     np.testing.assert_array_equal(start, promised.start)
-    # The Jacobian that the screening knows, beside that of the accepted parameters; the effect has no prior.
+    # The Jacobian that the screening knows, beside that of the calibration parameters; the effect has no prior.
     np.testing.assert_array_equal(slopes[:5, :2], JACOBIAN)
     np.testing.assert_array_equal(slopes[:5, 2], promised.slope)
     np.testing.assert_array_equal(slopes[5], 0.0)
