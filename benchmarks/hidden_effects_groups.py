@@ -91,7 +91,7 @@ def make_groups(file: Path = FILE) -> Groups:
     """Screen a campaign without any effect, and write the file."""
     from benchmarks.hidden_effects_campaign import setup
     from correlation.campaign.read_campaign import read_campaign
-    from diagnosis.candidate.catalogue import catalogue
+    from diagnosis.candidate.catalogue import list_effects
     from diagnosis.fit.arrangement import arrange
     from diagnosis.screening import screen
     from transient.bench.hidden_effect import make_campaign
@@ -102,7 +102,7 @@ def make_groups(file: Path = FILE) -> Groups:
         campaign = read_campaign(Path(folder))
         arrangement = arrange(campaign, model.model, model.accepted, model.budget)
         level = float(campaign.measurement.level.max())
-        scores = screen(arrangement, catalogue(model.model, level=level).candidates)
+        scores = screen(arrangement, list_effects(model.model, level=level).candidates)
     groups = groups_of(scores)
     file.write_text(groups.toml, encoding="utf-8")
     return groups

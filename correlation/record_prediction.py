@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
 from correlation.model import Model
-from correlation.record_propagator import Propagator, propagator
-from correlation.record_resampling import refined, straightened
+from correlation.record_propagator import Propagator, make_propagator
+from correlation.record_resampling import refine, straighten
 
 Samples = Float[NDArray[np.float64], "s n"]
 State = Float[NDArray[np.float64], " n"]
@@ -50,7 +50,7 @@ class Drive:
         return np.stack([self.record.channel(name)[self.first :] for name in self.sensors])
 
 
-def drive(
+def prepare_drive(
     record: TimeRecord, *, run_in: float = 0.0, sensors: Sequence[str] | None = None, steps: int = STEPS
 ) -> Drive:
     """Prepare a record.
@@ -87,7 +87,7 @@ def drive(
     if record.force is None:
         force = np.zeros((len(record.time) - 1) * steps + 1)
     else:
-        force = straightened(refined(record.channel(record.force), steps))
+        force = straighten(refine(record.channel(record.force), steps))
     return Drive(record=record, sensors=names, force=force, steps=steps, first=first)
 
 
@@ -109,7 +109,7 @@ def predict_record(test_model: Model, driven: Drive, start: State | None = None)
     return None if value is None else value[0]
 
 
-def record_rates(
+def predict_rates(
     test_model: Model,
     driven: Drive,
     pairs: Sequence[tuple[Model, Model, float]],
@@ -148,13 +148,13 @@ def record_rates(
     return value[1:]
 
 
-def numerical_error(test_model: Model, driven: Drive) -> float:
+def estimate_numerical_error(test_model: Model, driven: Drive) -> float:
     """Difference to steps half as long, relative to the response, all sensors together [-].
 
     The march is of second order in the forces of joints, of fourth in the record's: the error is at most 4/3 of this.
     """
     coarse = predict_record(test_model, driven)
-    finer = drive(driven.record, sensors=driven.sensors, steps=2 * driven.steps)
+    finer = prepare_drive(driven.record, sensors=driven.sensors, steps=2 * driven.steps)
     fine = predict_record(test_model, replace(finer, first=driven.first))
     if coarse is None or fine is None:
         return np.inf
@@ -162,7 +162,7 @@ def numerical_error(test_model: Model, driven: Drive) -> float:
 
 
 def _propagator(test_model: Model, driven: Drive) -> Propagator:
-    return propagator(test_model, driven.sensors, driven.record.step / driven.steps)
+    return make_propagator(test_model, driven.sensors, driven.record.step / driven.steps)
 
 
 def _march(

@@ -64,7 +64,7 @@ class Propagator:
         return replace(self, **{name: (getattr(other, name) - getattr(self, name)) / step for name in names})
 
 
-def propagator(test_model: Model, sensors: tuple[str, ...], step: float) -> Propagator:
+def make_propagator(test_model: Model, sensors: tuple[str, ...], step: float) -> Propagator:
     """Matrices of a model for one step.
 
     Parameters

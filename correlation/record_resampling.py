@@ -10,7 +10,7 @@ from scipy.signal import upfirdn
 REACH, WINDOW = 40, 8.0
 
 
-def refined(values: Float[NDArray[np.float64], " n"], factor: int) -> Float[NDArray[np.float64], " t"]:
+def refine(values: Float[NDArray[np.float64], " n"], factor: int) -> Float[NDArray[np.float64], " t"]:
     """Values at `factor` times the rate, from the first sample to the last; the samples themselves stay.
 
     Parameters
@@ -29,7 +29,7 @@ def refined(values: Float[NDArray[np.float64], " n"], factor: int) -> Float[NDAr
     return np.array(fine[start : start + (len(values) - 1) * factor + 1], dtype=np.float64)
 
 
-def straightened(fine: Float[NDArray[np.float64], " t"]) -> Float[NDArray[np.float64], " t"]:
+def straighten(fine: Float[NDArray[np.float64], " t"]) -> Float[NDArray[np.float64], " t"]:
     r"""Values such that straight lines between them act as a smooth curve through `fine` does, shape (t,).
 
     Lines through a sine of :math:`\omega h` an instant have :math:`1 - (\omega h)^2 / 12` of its amplitude; the second

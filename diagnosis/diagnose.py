@@ -8,7 +8,7 @@ from typing import Generic, TypeVar
 from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
-from diagnosis.candidate.catalogue import Catalogue, Extra, campaign_catalogue
+from diagnosis.candidate.catalogue import Catalogue, Extra, list_campaign_effects
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.judgement import Known, judge, second_look
 from diagnosis.decision.rules import worse_than_noise
@@ -16,12 +16,12 @@ from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.arrangement import Added, Arrangement, arrange
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.problem import Problem, Refit
-from diagnosis.fit.refit import baseline_fit, finalists, is_lost, multistart_fits, quick_fit, refit, shortlist
+from diagnosis.fit.refit import baseline_fit, choose_finalists, is_lost, multistart_fits, quick_fit, refit, shortlist
 from diagnosis.keep import Keep, computed
 from diagnosis.localisation import Place, localise
 from diagnosis.screening import Score, screen
 from diagnosis.threshold.parametric_bootstrap import widen_intervals
-from diagnosis.threshold.thresholds import NO_THRESHOLDS, Thresholds, linear_thresholds
+from diagnosis.threshold.thresholds import NO_THRESHOLDS, Thresholds, compute_linear_thresholds
 from fe.blas_threads import on_one_blas_thread
 
 P = TypeVar("P", bound=Problem, covariant=True)
@@ -118,7 +118,7 @@ def screen_and_refit(
     for number, score in enumerate(chosen):
         report(f"fit of {score.effect.name}", shares.between("fits", "tests", number / len(chosen)))
         fits.append((score, keep(f"fit of {score.effect.name}", partial(quick_fit, problem, score))))
-    refits, last = [], finalists(multistart_fits(problem, fits, keep), problem.effort)
+    refits, last = [], choose_finalists(multistart_fits(problem, fits, keep), problem.effort)
     for number, (score, fit) in enumerate(last):
         report(f"test of {score.effect.name}", shares.between("tests", "places", number / len(last)))
         refits.append(keep(f"refit of {score.effect.name}", partial(refit, problem, score, fit)))
@@ -171,14 +171,14 @@ def diagnose(
     """
     told = report or (lambda _what, _share: None)
     names = {each.effect.name for each in added}
-    listed = campaign_catalogue(campaign, base, without=without, extra=extra)
+    listed = list_campaign_effects(campaign, base, without=without, extra=extra)
     listed = replace(listed, candidates=tuple(each for each in listed.candidates if each.name not in names))
     told("calibration", 0.0)
-    every = partial(campaign_catalogue, campaign, extra=extra)
+    every = partial(list_campaign_effects, campaign, extra=extra)
     arrangement = keep("arrangement", lambda: arrange(campaign, base, calibration, budget, added=added, listed=every))
     shares = LONG if is_lost(arrangement, arrangement.fit) else USUAL
     screened, before, refits = screen_and_refit(arrangement, listed.candidates, keep, told, shares)
-    found = thresholds or linear_thresholds(screened)
+    found = thresholds or compute_linear_thresholds(screened)
     told("unknown forces", shares.places)
     places = keep("places", lambda: localise(arrangement))
     told("what is left", shares.left)

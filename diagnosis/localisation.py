@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from correlation.configuration import Tangent
 from correlation.model import Model
 from diagnosis.fit.arrangement import Arrangement
-from diagnosis.screening import calibration_basis
+from diagnosis.screening import make_calibration_basis
 from hbsolve.sensitivity import MatrixParameter, ModelParameter
 
 NOTHING = ModelParameter()
@@ -93,7 +93,7 @@ class Place:
 def localise(arrangement: Arrangement) -> list[Place]:
     """Places by what an unknown force there explains, best first."""
     fit = arrangement.fit
-    basis = calibration_basis(arrangement)
+    basis = make_calibration_basis(arrangement)
     residual = fit.residual - basis @ (basis.T @ fit.residual)
     points = arrangement.train.features.points
     places = []

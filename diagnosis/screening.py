@@ -84,7 +84,7 @@ def screen(
         Called with the number done and the number of all.
     """
     fit = problem.fit
-    basis = calibration_basis(problem)
+    basis = make_calibration_basis(problem)
     residual = _across(basis, fit.residual)
     scores = []
     for number, (effect, slope) in enumerate(zip(effects, _slopes(problem, effects), strict=True)):
@@ -94,9 +94,9 @@ def screen(
     return sorted(scores, key=lambda score: -score.gain)
 
 
-def slope_gains(problem: Problem, effects: Sequence[Effect]) -> Vector:
+def compute_slope_gains(problem: Problem, effects: Sequence[Effect]) -> Vector:
     """Gain of each effect by its derivative at none alone, within its bounds, shape (e,)."""
-    basis = calibration_basis(problem)
+    basis = make_calibration_basis(problem)
     residual = _across(basis, problem.fit.residual)
     slopes = _slopes(problem, effects)
     return np.array(
@@ -104,7 +104,7 @@ def slope_gains(problem: Problem, effects: Sequence[Effect]) -> Vector:
     )
 
 
-def calibration_basis(problem: Problem) -> Matrix:
+def make_calibration_basis(problem: Problem) -> Matrix:
     """Orthonormal basis of what the calibration parameters can do, shape (m + p, p)."""
     jacobian = problem.fit.jacobian * problem.fit.unknowns.size
     return np.asarray(np.linalg.qr(jacobian[:, jacobian.any(axis=0)])[0])

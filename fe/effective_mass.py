@@ -8,7 +8,7 @@ from fe.modal import ModeSet
 from fe.system import LinearSystem
 
 
-def effective_masses(system: LinearSystem, modes: ModeSet) -> Float[NDArray[np.float64], "m 3"]:
+def compute_effective_masses(system: LinearSystem, modes: ModeSet) -> Float[NDArray[np.float64], "m 3"]:
     r"""Effective mass of each mode for a uniform support motion along x, y and z.
 
     .. math:: m_{k,d} = (\phi_k^T M r_d)^2, \qquad \phi_k^T M \phi_k = 1

@@ -17,7 +17,7 @@ SHARE = 0.05
 RIGID = 1e-5
 
 
-def free_modes(system: LinearSystem, mesh: Mesh, material: Material, n_mode: int) -> ModeSet:
+def compute_free_modes(system: LinearSystem, mesh: Mesh, material: Material, n_mode: int) -> ModeSet:
     """The lowest modes of a system whose supports, if any, leave rigid-body motions.
 
     The mass times a shift is added to the stiffness, which makes it definite, and the shift is taken off the squared

@@ -12,7 +12,7 @@ from fe.errors import MeshError
 from fe.mesh import Mesh
 
 
-def with_named_points(mesh: Mesh, points: Mapping[str, Float[NDArray[np.float64], "3"]]) -> Mesh:
+def add_named_points(mesh: Mesh, points: Mapping[str, Float[NDArray[np.float64], "3"]]) -> Mesh:
     """The mesh with a node set of one node for each point: the corner node nearest to it.
 
     Corner nodes alone are taken: the local compliance at a midside node differs by a factor of two. How far the node
@@ -25,7 +25,7 @@ def with_named_points(mesh: Mesh, points: Mapping[str, Float[NDArray[np.float64]
     return replace(mesh, node_sets={**mesh.node_sets, **found})
 
 
-def with_stations(mesh: Mesh, stations: Mapping[str, Float[NDArray[np.float64], "_ 3"]], within: float = 1e-9) -> Mesh:
+def add_stations(mesh: Mesh, stations: Mapping[str, Float[NDArray[np.float64], "_ 3"]], within: float = 1e-9) -> Mesh:
     """The mesh with a node set for each list of stations, one corner node a station, in the order of the stations.
 
     Raises

@@ -32,7 +32,7 @@ class SupportReaction:
     mass: Rows
 
 
-def reaction(
+def find_reaction(
     stiffness: Symmetric,
     mass: Symmetric,
     nodes: Int[NDArray[np.int64], " k"],

@@ -11,7 +11,7 @@ from fe.mesh import Mesh
 SORTING = 1e-9
 
 
-def thinned(mesh: Mesh, nodes: Int[NDArray[np.int64], " k"], drop_every: int) -> Int[NDArray[np.int64], " m"]:
+def thin_nodes(mesh: Mesh, nodes: Int[NDArray[np.int64], " k"], drop_every: int) -> Int[NDArray[np.int64], " m"]:
     """The vertex nodes among the given ones, with every `drop_every`-th left out.
 
     Midside nodes are never among them. The nodes are counted in the order of x, then y, then z, so the choice is

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.damping import rayleigh_damping
-from fe.dense_modes import dense_modes
+from fe.dense_modes import compute_dense_modes
 from reduction.errors import JointError
 from reduction.joint.law import Joint
 
@@ -74,7 +74,7 @@ def stuck_damping(
     JointError
         No elastic mode.
     """
-    modes = dense_modes(mass, stuck)
+    modes = compute_dense_modes(mass, stuck)
     elastic = np.flatnonzero(1 - modes.shift * modes.mu > RIGID)[:LOOKED_AT]
     if not len(elastic):
         raise JointError("with all contacts stuck no mode is elastic, so that none can be given a damping ratio")

@@ -44,14 +44,14 @@ class Averages:
     sweep_n: IntColumn
 
 
-def by_point(measurement: Measurement) -> Measurement:
+def sort_by_point(measurement: Measurement) -> Measurement:
     """All values of a point one after the other, sweep by sweep."""
     table = replace(measurement, frequency=_aligned(measurement.frequency))
     return table.where(np.lexsort([table.repeat, table.sweep, *(getattr(table, name) for name in reversed(POINT))]))
 
 
-def averages(measurement: Measurement, rows: Mask) -> Averages:
-    """Average some rows of a table that `by_point` has sorted.
+def average_points(measurement: Measurement, rows: Mask) -> Averages:
+    """Average some rows of a table that `sort_by_point` has sorted.
 
     Raises
     ------

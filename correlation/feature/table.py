@@ -28,8 +28,8 @@ from correlation.campaign.measurement import (
     same_level,
 )
 from correlation.errors import CampaignError
-from correlation.feature.average import POINT, Averages, averages, by_point, starts_of
-from correlation.noise.variance import design_effect, pooled_variance
+from correlation.feature.average import POINT, Averages, average_points, sort_by_point, starts_of
+from correlation.noise.variance import estimate_design_effect, pool_variance
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -74,7 +74,7 @@ class FeatureTable:
         return replace(self, **{each.name: getattr(self, each.name)[rows] for each in fields(self)})
 
 
-def features(
+def extract_features(
     campaign: Campaign, *, levels: Collection[float] | None = None, repeats: Collection[int] | None = None
 ) -> FeatureTable:
     """Average a campaign, or some levels [N] and repeats of it.
@@ -84,13 +84,13 @@ def features(
     CampaignError
         Nothing was measured there, or no point was repeated, so that the noise is not known.
     """
-    measurement = by_point(campaign.measurement)
+    measurement = sort_by_point(campaign.measurement)
     rows = np.ones(len(measurement), dtype=bool)
     if repeats is not None:
         rows &= np.isin(measurement.repeat, list(repeats))
     if levels is not None:
         rows &= np.any([same_level(measurement.level, level) for level in levels] or [~rows], axis=0)
-    chosen = averages(measurement, rows)
+    chosen = average_points(measurement, rows)
     return _table(chosen, *_noise(campaign, chosen))
 
 
@@ -108,9 +108,9 @@ def split(campaign: Campaign) -> tuple[FeatureTable, FeatureTable]:
     """
     if not campaign.held_out.levels and not campaign.held_out.repeats:
         raise CampaignError("the campaign holds out nothing; add [held_out] with levels or repeats to its manifest")
-    measurement = by_point(campaign.measurement)
+    measurement = sort_by_point(campaign.measurement)
     held = campaign.held_out.rows(measurement)
-    training, tested, everything = (averages(measurement, rows) for rows in (~held, held, np.ones_like(held)))
+    training, tested, everything = (average_points(measurement, rows) for rows in (~held, held, np.ones_like(held)))
     variance, together = (each[tested.point] for each in _noise(campaign, everything))
     return _table(training, *_noise(campaign, training)), _table(tested, variance, together)
 
@@ -138,11 +138,11 @@ def _noise(campaign: Campaign, average: Averages) -> tuple[FloatColumn, FloatCol
                 f'test "{test}", sensor "{sensor}": no point was measured twice in one sweep, so its noise is '
                 "not known; measure repeats, or hold out fewer"
             )
-        together[block] = design_effect(average.effect[block], squares[block], dof[block])
+        together[block] = estimate_design_effect(average.effect[block], squares[block], dof[block])
         # Values that err together with a correlation rho tell less of their variance: by 1 + rho^2 for pairs.
         certain = dof[block] / (1 + (together[block] - 1) ** 2)
         scatter = squares[block] / np.maximum(dof[block], 1.0)
-        variance[block] = pooled_variance(np.abs(average.mean[block]), scatter, certain)
+        variance[block] = pool_variance(np.abs(average.mean[block]), scatter, certain)
     return variance, together
 
 

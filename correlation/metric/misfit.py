@@ -137,7 +137,7 @@ class Share:
     n_number: int
 
 
-def misfit(
+def compute_misfit(
     observed: Observation,
     features: FeatureVector,
     predicted: Coefficients,
@@ -184,7 +184,7 @@ def misfit(
     )
 
 
-def shares(of: Misfit, axis: str) -> tuple[Share, ...]:
+def split_misfit(of: Misfit, axis: str) -> tuple[Share, ...]:
     """Split along an axis of `AXES`, in its order."""
     code, labels = _codes(of, axis)
     return tuple(_share(of.where(code == number), label) for number, label in enumerate(labels))

@@ -36,7 +36,7 @@ class Shift(NamedTuple):
     change: Vector
 
 
-def kink_modes(
+def make_kink_modes(
     predictor: Predictor,
     features: FeatureVector,
     prediction: Prediction,

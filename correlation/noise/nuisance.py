@@ -47,14 +47,16 @@ class Budget:
     refined: Sequence[Model] = ()
 
 
-def jitter_modes(predictor: Predictor, features: FeatureVector, model: Model, prediction: Prediction) -> list[Modes]:
+def make_jitter_modes(
+    predictor: Predictor, features: FeatureVector, model: Model, prediction: Prediction
+) -> list[Modes]:
     """What repeats may differ in, for 100 % of each: the frequency of either test, and all of `Model.presses`."""
     tangents = [*_frequency_shifts(model, by_exciter=True), *(_press(model, group) for group in model.presses)]
     modes = _features(predictor, features, model, prediction, tangents)
     return [modes[:, :1], modes[:, 1:2], *([modes[:, 2:]] if model.presses else [])]
 
 
-def curvature_modes(
+def make_curvature_modes(
     predictor: Predictor,
     features: FeatureVector,
     model: Model,
@@ -83,7 +85,7 @@ def curvature_modes(
     return np.array([np.where(free == (configuration == "free"), bent, 0.0) for configuration in deviation]).T
 
 
-def budget_modes(
+def make_budget_modes(
     predictor: Predictor,
     features: FeatureVector,
     model: Model,
@@ -92,7 +94,7 @@ def budget_modes(
     refined: Sequence[Model],
 ) -> Modes:
     """Errors of discretisation, at one standard deviation, shape (m, b); `refined` has the parameters of `model`."""
-    errors = error_tangents(model, budget)
+    errors = make_error_tangents(model, budget)
     changes = errors.size * _features(predictor, features, model, prediction, errors.tangents)
     modes = [changes[:, : errors.whole], *(_by_level(features, change) for change in changes[:, errors.whole :].T)]
     for finer in refined:
@@ -110,7 +112,7 @@ class ErrorTangents(NamedTuple):
     """How many of them, the first ones, are the same at all levels; the others are another matter at each."""
 
 
-def error_tangents(model: Model, budget: Budget) -> ErrorTangents:
+def make_error_tangents(model: Model, budget: Budget) -> ErrorTangents:
     """What discretisation may do to a model."""
     shifts, patterns = _frequency_shifts(model, by_exciter=False), _share_patterns(model)
     softer = [_stiffness(model, line, name) for line in model.lines for name in ("tangential", "normal")]
@@ -125,7 +127,7 @@ def _by_level(features: FeatureVector, change: Float[NDArray[np.float64], " m"])
     return np.array([np.where(level == each, change, 0.0) for each in np.unique(level)]).T
 
 
-def history_modes(
+def make_history_modes(
     predictor: Predictor,
     features: FeatureVector,
     model: Model,

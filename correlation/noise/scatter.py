@@ -47,7 +47,7 @@ CAUTION = 0.8
 ROUNDS = 6
 
 
-def scatter(
+def estimate_scatter(
     observed: Observation,
     features: FeatureVector,
     jitter: Sequence[Float[NDArray[np.float64], "m q"]],

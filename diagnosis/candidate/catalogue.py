@@ -8,8 +8,8 @@ from typing import Protocol, TypeAlias
 from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectError, Untestable
-from diagnosis.candidate.own_effect import checked, read_effects
-from diagnosis.candidate.scale import CONFIGURATIONS, scale
+from diagnosis.candidate.own_effect import list_checked, read_effects
+from diagnosis.candidate.scale import CONFIGURATIONS, measure_scale
 from diagnosis.effect import EFFECTS, EffectKind
 
 
@@ -80,12 +80,12 @@ class Catalogue:
         return next(found, None) or self.effect(effect.name)
 
 
-def kinds_of_effects() -> list[EffectKind]:
+def list_kinds() -> list[EffectKind]:
     """All kinds, in the order in which they are listed."""
     return sorted(EFFECTS, key=lambda kind: (kind.order, kind.name))
 
 
-def catalogue(
+def list_effects(
     model: Model,
     *,
     without: Collection[str] = (),
@@ -115,7 +115,7 @@ def catalogue(
     """
     without = {without} if isinstance(without, str) else set(without)
     more = [each for source in extra for each in _from(source, model)]
-    kinds = kinds_of_effects()
+    kinds = list_kinds()
     known = [
         *(kind.name for kind in kinds),
         *dict.fromkeys(each.kind for each in more if not isinstance(each, Untestable)),
@@ -123,8 +123,8 @@ def catalogue(
     for kind in sorted(without):
         if kind not in known:
             raise EffectError(f'"{kind}" is no kind of effect: leave out any of {", ".join(known)}')
-    size = scale(model, level=level, configurations=configurations)
-    listed = [each for kind in kinds if kind.name not in without for each in checked(kind, model, size)]
+    size = measure_scale(model, level=level, configurations=configurations)
+    listed = [each for kind in kinds if kind.name not in without for each in list_checked(kind, model, size)]
     listed += [each for each in more if isinstance(each, Untestable) or each.kind not in without]
     names: set[str] = set()
     for each in listed:
@@ -137,7 +137,7 @@ def catalogue(
     )
 
 
-def campaign_catalogue(
+def list_campaign_effects(
     campaign: Campaign, model: Model, *, without: Collection[str] = (), extra: Sequence[Extra] = ()
 ) -> Catalogue:
     """All candidates for a model, as strong as the tests of a campaign make them.
@@ -147,9 +147,9 @@ def campaign_catalogue(
     campaign
         Whose configurations count, and the highest level of each; of time records alone, 1 N on the jointed structure.
     model, without, extra
-        As for `catalogue`.
+        As for `list_effects`.
     """
-    return catalogue(
+    return list_effects(
         model,
         without=without,
         extra=extra,

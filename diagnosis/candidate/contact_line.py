@@ -10,20 +10,20 @@ from reduction.joint.friction_contact import friction_contacts
 from reduction.jointed_system import FrictionContact
 
 
-def contacts(model: Model, line: str) -> list[FrictionContact]:
+def find_contacts(model: Model, line: str) -> list[FrictionContact]:
     """Contacts of a line, in order along it; none where the test does not have the line."""
     members = model.lines.get(line, ())
     found = {contact.name: contact for contact in friction_contacts(model.system.joints)}
     return [found[name] for name in members]
 
 
-def scaled_contacts(model: Model, factor: dict[str, float], quantity: str) -> Model:
+def scale_contacts(model: Model, factor: dict[str, float], quantity: str) -> Model:
     """A property of the contacts times a factor for each line."""
     return model.with_joints(
         {
             contact.name: {quantity: value * getattr(contact, quantity)}
             for line, value in factor.items()
-            for contact in contacts(model, line)
+            for contact in find_contacts(model, line)
         }
     )
 
@@ -53,10 +53,12 @@ class LineRatio:
         """The contacts of the lines with other values."""
         (ratio,) = values
         factor = {self.line: sqrt(ratio), self.other: 1 / sqrt(ratio)} if self.other else {self.line: ratio}
-        return scaled_contacts(model, factor, self.quantity)
+        return scale_contacts(model, factor, self.quantity)
 
 
-def line_ratios(model: Model, *, kind: str, quantity: str, physics: str, signature: str) -> list[Effect | Untestable]:
+def list_line_ratios(
+    model: Model, *, kind: str, quantity: str, physics: str, signature: str
+) -> list[Effect | Untestable]:
     """A property of each line against the others.
 
     What all lines have in common is a calibration parameter, so that two lines have one question between them: their
@@ -73,7 +75,7 @@ def line_ratios(model: Model, *, kind: str, quantity: str, physics: str, signatu
     found: list[Effect | Untestable] = []
     for line, other in pairs:
         name = f"{kind} of {line}" + (f" against {other}" if other else "")
-        if not any(getattr(contact, quantity) for each in (line, other) for contact in contacts(model, each)):
+        if not any(getattr(contact, quantity) for each in (line, other) for contact in find_contacts(model, each)):
             found.append(Untestable(name=name, reason="it is zero in the model, and a ratio leaves it so"))
             continue
         effect = LineRatio(

@@ -196,7 +196,7 @@ def read_effects(path: str | Path) -> EffectSource:
     return EffectSource(origin=str(file), offer=offer)
 
 
-def checked(kind: EffectKind, model: Model, size: Scale) -> list[Effect | Untestable]:
+def list_checked(kind: EffectKind, model: Model, size: Scale) -> list[Effect | Untestable]:
     """Effects of a kind; those of a kind from outside are checked when they are made and when they act."""
     file = EFFECTS.entry(kind.name).file
     if Path(file).parent == OWN:

@@ -41,7 +41,9 @@ class Place:
         return of_rotation if self.rotational else of_displacement
 
 
-def moving_places(model: Model, scale: Scale, kind: str, least: float = MOVES) -> tuple[list[Place], list[Untestable]]:
+def find_moving_places(
+    model: Model, scale: Scale, kind: str, least: float = MOVES
+) -> tuple[list[Place], list[Untestable]]:
     """Places where an effect can act, and those where it cannot with the reason."""
     if not model.places:
         return [], [Untestable(name=kind, reason="the model names no place: give places as rows over its DOFs")]
@@ -50,7 +52,7 @@ def moving_places(model: Model, scale: Scale, kind: str, least: float = MOVES) -
     left: list[Untestable] = []
     for name, row in model.places.items():
         share = scale.share(row, rows)
-        twin = next((each.name for each in found if parallel(each.row, row)), None)
+        twin = next((each.name for each in found if is_parallel(each.row, row)), None)
         reason = ""
         if not row.any():
             reason = "it does not move: its row is zero"
@@ -61,17 +63,17 @@ def moving_places(model: Model, scale: Scale, kind: str, least: float = MOVES) -
         if reason:
             left.append(Untestable(name=f"{kind} at {name}", reason=reason))
         else:
-            known = dof_of(model, row)
+            known = find_dof(model, row)
             found.append(Place(name=name, row=row, rotational=known is not None and known.direction in ROTATIONS))
     return found, left
 
 
-def parallel(one: Row, other: Row) -> bool:
+def is_parallel(one: Row, other: Row) -> bool:
     """Whether two rows are the same but for a factor."""
     return bool(abs(one @ other) >= (1 - 1e-9) * np.linalg.norm(one) * np.linalg.norm(other))
 
 
-def dof_of(model: Model, row: Row) -> Dof | None:
+def find_dof(model: Model, row: Row) -> Dof | None:
     """The degree of freedom that a row follows, with a factor of 1 or -1; none if it is a mix or none that is known."""
     where = np.flatnonzero(row)
     if len(where) != 1 or abs(row[where[0]]) != 1.0:

@@ -118,7 +118,7 @@ class Resonance:
         return 4 / 3 * abs(spring) / amplitude**2 if amplitude else None
 
 
-def resonance(system: JointedSystem, level: float) -> Resonance | None:
+def find_resonance(system: JointedSystem, level: float) -> Resonance | None:
     """None of a structure that is not held."""
     try:
         squared, mode_shapes = eigh(stuck_stiffness(system.stiffness, system.joints), system.mass)

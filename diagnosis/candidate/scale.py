@@ -12,7 +12,7 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from correlation.model import Model
 from diagnosis.candidate.effect import EffectError
-from diagnosis.candidate.resonance import Resonance, Row, Rows, resonance
+from diagnosis.candidate.resonance import Resonance, Row, Rows, find_resonance
 from reduction.jointed_system import JointedSystem
 
 #: What can be tested: with the contacts of the lines, and without.
@@ -94,7 +94,7 @@ class Scale:
         return REMOVABLE / float(np.linalg.eigvalsh(inverse)[-1])
 
 
-def scale(
+def measure_scale(
     model: Model,
     *,
     level: float = 1.0,
@@ -126,8 +126,8 @@ def scale(
         if each not in CONFIGURATIONS:
             raise EffectError(f'"{each}" is no configuration: give any of {", ".join(CONFIGURATIONS)}')
     free = "free" in levels and model.lines
-    found = [resonance(model.free().system, levels["free"])] if free else []
-    jointed = resonance(model.system, levels.get("jointed", level))
+    found = [find_resonance(model.free().system, levels["free"])] if free else []
+    jointed = find_resonance(model.system, levels.get("jointed", level))
     if jointed is None:
         raise EffectError(
             "the lowest frequency with all contacts stuck is 0 Hz: hold the structure by a support or a contact"

@@ -10,7 +10,7 @@ from correlation.model import Model
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.decision.rules import decide, passes, support
 from diagnosis.decision.verdict import Finding, Verdict
-from diagnosis.fit.arrangement import Arrangement, weighted_beside
+from diagnosis.fit.arrangement import Arrangement, weigh_beside
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit, refit_anew
 from diagnosis.keep import Keep
@@ -96,9 +96,7 @@ def second_look(
             continue
         told(f"weights beside {each.name}")
         there = _within(keep, f"weighed beside {each.name}: ")
-        beside = there(
-            "arrangement", partial(weighted_beside, campaign, first.arrangement, each.effect, each.fit, listed)
-        )
+        beside = there("arrangement", partial(weigh_beside, campaign, first.arrangement, each.effect, each.fit, listed))
         before = there("held-out error", partial(baseline_fit, beside))
         refits = [there(f"refit of {other.name}", partial(refit_anew, beside, other)) for other in first.refits]
         found = judge(beside, before, refits, there("places", partial(localise, beside)), known, there)

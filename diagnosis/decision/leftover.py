@@ -8,9 +8,9 @@ import numpy as np
 from diagnosis.candidate.effect import Effect
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
-from diagnosis.fit.refit import fitted
+from diagnosis.fit.refit import fit_effect
 from diagnosis.localisation import Place, localise
-from diagnosis.screening import screen, slope_gains
+from diagnosis.screening import compute_slope_gains, screen
 
 #: Effects at most whose promise is checked by a fit.
 CHECKED = 2
@@ -44,7 +44,7 @@ def with_effect(arrangement: Arrangement, refit: Refit) -> Arrangement:
     return replace(arrangement, added=(*arrangement.added, refit.effect), fit=replace(fit, jacobian=jacobian))
 
 
-def leftover(arrangement: Arrangement, effects: Sequence[Effect], worth: float = np.inf) -> Leftover:
+def find_leftover(arrangement: Arrangement, effects: Sequence[Effect], worth: float = np.inf) -> Leftover:
     """What is left once an effect was added, see `with_effect`.
 
     Parameters
@@ -57,12 +57,12 @@ def leftover(arrangement: Arrangement, effects: Sequence[Effect], worth: float =
     worth
         Gain that matters.
     """
-    gains = slope_gains(arrangement, effects)
+    gains = compute_slope_gains(arrangement, effects)
     promising = [number for number in np.argsort(-gains) if gains[number] > worth]
     for place, number in enumerate(promising):
         if place < CHECKED:
             (score,) = screen(arrangement, [effects[number]])
-            gains[number] = arrangement.fit.chi2 - fitted(arrangement, score).chi2
+            gains[number] = arrangement.fit.chi2 - fit_effect(arrangement, score).chi2
         else:
             gains[number] = worth
     best = int(np.argmax(gains)) if len(gains) else -1

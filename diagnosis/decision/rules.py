@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from diagnosis.candidate.catalogue import Catalogue
-from diagnosis.decision.leftover import Leftover, leftover, with_effect
+from diagnosis.decision.leftover import Leftover, find_leftover, with_effect
 from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
@@ -133,7 +133,9 @@ class _ChanceGate:
     def explains(self, refit: Refit) -> bool:
         rest = self.keep(
             f"what is left beside {refit.name}, limit {self.thresholds.gain:.6g}",
-            lambda: leftover(with_effect(self.arrangement, refit), self.catalogue.candidates, self.thresholds.gain),
+            lambda: find_leftover(
+                with_effect(self.arrangement, refit), self.catalogue.candidates, self.thresholds.gain
+            ),
         )
         stands_in = _stand_in(gain(self.arrangement, refit), rest, self.thresholds)
         return not (stands_in or _bad(self.arrangement, self.before, refit))

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from correlation.model import Model
-from diagnosis.candidate.contact_line import contacts
+from diagnosis.candidate.contact_line import find_contacts
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
 from diagnosis.candidate.scale import Scale
 from diagnosis.effect.registry import EFFECTS, EffectKind
@@ -48,7 +48,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
     found: list[Effect | Untestable] = []
     for of in model.preloads:
         name = f"{KIND} {'by' if of in model.dead_weights else 'of'} {of}"
-        if of in model.dead_weights or any(each.preload for each in contacts(model, of)):
+        if of in model.dead_weights or any(each.preload for each in find_contacts(model, of)):
             found.append(Preload(name=name, of=of))
         else:
             found.append(Untestable(name=name, reason="it is zero in the model, and a ratio leaves it so"))

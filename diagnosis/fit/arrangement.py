@@ -7,19 +7,19 @@ from typing import Any, ClassVar
 import numpy as np
 
 from correlation.campaign.measurement import Campaign
-from correlation.feature.observation import followed, parted
+from correlation.feature.observation import find_sweep_directions, split_held_out
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from correlation.noise.scatter import Scatter
 from correlation.noise.whitening import Whitening
 from correlation.prediction import Prediction
-from diagnosis.candidate.catalogue import Catalogue, catalogue
+from diagnosis.candidate.catalogue import Catalogue, list_effects
 from diagnosis.candidate.effect import Effect
 from diagnosis.fit.calibration import Fit, calibrate
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.comparison import FAINT, Comparison
 from diagnosis.fit.finer_model import FinerModel
-from diagnosis.fit.jitter import jitter
+from diagnosis.fit.jitter import list_jitter
 from diagnosis.fit.problem import Effort, Refit
 from diagnosis.fit.unknowns import Unknowns, Values
 from diagnosis.fit.weighting import DRAWS, Measured, weighted
@@ -100,7 +100,7 @@ def arrange(
     report: Report | None = None,
     *,
     added: Sequence[Added] = (),
-    listed: Callable[[Model], Catalogue] = catalogue,
+    listed: Callable[[Model], Catalogue] = list_effects,
 ) -> Arrangement:
     """Prepare features, covariance and the first fit.
 
@@ -140,7 +140,7 @@ def arrange(
     return Arrangement(base=base, calibration=tuple(calibration), added=effects, budget=budget, **found)
 
 
-def arranged_anew(arrangement: Arrangement, campaign: Campaign) -> Arrangement:
+def arrange_anew(arrangement: Arrangement, campaign: Campaign) -> Arrangement:
     """Another campaign of the same tests beside the same model; its fit begins where that of the first one ended."""
     of = arrangement
     return replace(of, **_compared(campaign, of.unknowns([]), of.fit.values, of.budget, of.finer, None))
@@ -173,7 +173,7 @@ def _compared(
     return {"train": comparison, "fit": fit, "finer": tuple(finer), **_unseen(held, model, prediction, budget, refined)}
 
 
-def weighted_beside(
+def weigh_beside(
     campaign: Campaign, arrangement: Arrangement, effect: Effect, fit: Fit, listed: Callable[[Model], Catalogue]
 ) -> Arrangement:
     """The same measurements, weighed where the model with an effect stands; the fit is still that without it.
@@ -202,8 +202,8 @@ def weighted_beside(
 
 def _sides(campaign: Campaign) -> tuple[Measured, Measured]:
     """Measurements to fit to, and those that test a fit."""
-    seen, unseen = parted(campaign)
-    sweeps = followed(campaign)
+    seen, unseen = split_held_out(campaign)
+    sweeps = find_sweep_directions(campaign)
     return Measured.of(seen, sweeps), Measured.of(unseen, sweeps)
 
 
@@ -247,7 +247,7 @@ def _settled(comparison: Comparison, seen: Scatter, model: Model) -> tuple[Compa
     without = Whitening(deviation=comparison.whitening.deviation, modes=modes[:, n_jitter:])
     # Of a mean of as many repeats as most points have.
     repeats = float(np.median(comparison.observed.count))
-    return replace(comparison, whitening=without), jitter(model, [each / repeats for each in seen.jitter])
+    return replace(comparison, whitening=without), list_jitter(model, [each / repeats for each in seen.jitter])
 
 
 def _relative(comparison: Comparison, prediction: Prediction) -> float:

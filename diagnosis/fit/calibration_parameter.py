@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from correlation.model import Model
-from diagnosis.candidate.contact_line import contacts, scaled_contacts
+from diagnosis.candidate.contact_line import find_contacts, scale_contacts
 from diagnosis.candidate.effect import EffectError, EffectParameter
 from diagnosis.fit.contact_position import contact_position_bounds, with_contact_position
 
@@ -63,7 +63,7 @@ class CalibrationParameter:
         (factor,) = values
         system = model.system
         if self.name in CONTACT:
-            return scaled_contacts(model, dict.fromkeys(model.lines, factor), CONTACT[self.name])
+            return scale_contacts(model, dict.fromkeys(model.lines, factor), CONTACT[self.name])
         if self.name == "zeta":
             return model.with_system(damping=factor * system.damping)
         if self.name == "bearing":
@@ -72,7 +72,7 @@ class CalibrationParameter:
         return model.with_system(stiffness=system.stiffness + (factor - 1) * whole)
 
 
-def calibration_parameters(
+def list_calibration_parameters(
     model: Model, *, deviation: Mapping[str, float] | None = None, finer: Sequence[Model] = ()
 ) -> tuple[CalibrationParameter, ...]:
     """Calibration parameters that the model has.
@@ -120,7 +120,7 @@ def _factor(test_models: Sequence[Model], name: str, deviation: float) -> Effect
 
 def _has(model: Model, name: str) -> bool:
     if name in CONTACT:
-        members = [contact for line in model.lines for contact in contacts(model, line)]
+        members = [contact for line in model.lines for contact in find_contacts(model, line)]
         return any(getattr(contact, CONTACT[name]) for contact in members)
     if name == "zeta":
         return bool(model.system.damping.any())

@@ -13,7 +13,7 @@ from correlation.model import Model
 from correlation.noise.whitening import Whitening
 from correlation.prediction import Prediction, Predictor
 from diagnosis.fit.calibration import Matrix, Search, Vector, inverse
-from diagnosis.fit.tangent import tangents
+from diagnosis.fit.tangent import differentiate
 from diagnosis.fit.unknowns import Unknowns, Values
 
 #: By how much the deviations of numbers are enlarged that a calibration leaves out.
@@ -85,7 +85,7 @@ class Comparison:
         self, unknowns: Unknowns, values: Values, model: Model, prediction: Prediction, first: int = 0
     ) -> Matrix:
         """S^(-1/2) d predicted / d values, from value number `first` on, shape (m, p - first)."""
-        changes = tangents(unknowns.compose, values, unknowns.size, unknowns.bounds, first)
+        changes = differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds, first)
         known = [change for change in changes if change is not None]
         slopes = np.zeros((len(prediction.value), len(changes)), dtype=np.complex128)
         if known:

@@ -75,7 +75,7 @@ class FinerModel:
         return replace(self, shift=calibrate(target, free, start, fit.prediction, quick=True).values - own)
 
 
-def as_uncertain(fit: Fit, finer: Sequence[FinerModel]) -> Fit:
+def widen_by_finer_models(fit: Fit, finer: Sequence[FinerModel]) -> Fit:
     """The fit with calibration parameters that are as uncertain as finer models, which need others, say."""
     covariance = np.array(fit.covariance)
     for each in finer:

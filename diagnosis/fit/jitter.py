@@ -63,18 +63,20 @@ class PreloadJitter:
         return model
 
 
-def jitter(model: Model, covariances: Sequence[Float[NDArray[np.float64], "q q"]]) -> list[tuple[Effect, float]]:
-    """Effects with the standard deviations of their numbers, for the blocks of `noise.nuisance.jitter_modes`."""
+def list_jitter(model: Model, covariances: Sequence[Float[NDArray[np.float64], "q q"]]) -> list[tuple[Effect, float]]:
+    """Effects with the standard deviations of their numbers, for the blocks of `noise.nuisance.make_jitter_modes`."""
     found: list[tuple[Effect, float]] = []
     for configuration, covariance in zip(("jointed", "free"), covariances, strict=False):
         if covariance[0, 0] > 0:
             found.append((FrequencyShift(configuration=configuration), float(np.sqrt(covariance[0, 0]))))
     if model.lines and len(covariances) > 2:
-        found += preload_jitter(model, covariances[2])
+        found += list_preload_jitter(model, covariances[2])
     return found
 
 
-def preload_jitter(model: Model, covariance: Float[NDArray[np.float64], "q q"]) -> list[tuple[PreloadJitter, float]]:
+def list_preload_jitter(
+    model: Model, covariance: Float[NDArray[np.float64], "q q"]
+) -> list[tuple[PreloadJitter, float]]:
     """Patterns in which preloads differ, independent of each other, with their standard deviations.
 
     Parameters

@@ -56,7 +56,7 @@ def baseline_fit(problem: Problem) -> Refit:
     return problem.tested(None, problem.fit)
 
 
-def fitted(problem: Problem, score: Score) -> Fit:
+def fit_effect(problem: Problem, score: Score) -> Fit:
     """Fit one effect beside the calibration parameters, quickly: good enough to tell who comes into question.
 
     Parameters
@@ -131,7 +131,7 @@ def _fitted_from(problem: Problem, score: Score, share: float) -> Fit:
     return calibrate(problem.train, problem.unknowns([effect]), start, baseline.prediction, quick=True)
 
 
-def finalists(fits: Sequence[tuple[Score, Fit]], effort: Effort) -> list[tuple[Score, Fit]]:
+def choose_finalists(fits: Sequence[tuple[Score, Fit]], effort: Effort) -> list[tuple[Score, Fit]]:
     """Those of quick fits that are worth a thorough one and a test, best first."""
     best = sorted(fits, key=lambda pair: pair[1].chi2)[: effort.finalists]
     return [pair for place, pair in enumerate(best) if place < 2 or pair[1].chi2 < best[0][1].chi2 + effort.far_behind]
@@ -149,7 +149,7 @@ def refit(problem: Problem, score: Score, quick: Fit | None = None) -> Refit:
     quick
         Its quick fit; made by default.
     """
-    quick = fitted(problem, score) if quick is None else quick
+    quick = fit_effect(problem, score) if quick is None else quick
     fit = calibrate(problem.train, quick.unknowns, quick.values, quick.prediction, slopes=quick.jacobian)
     return problem.tested(score.effect, fit)
 

@@ -23,7 +23,7 @@ Compose = Callable[[Float[NDArray[np.float64], " p"]], Model]
 STEP = 1e-4
 
 
-def tangents(
+def differentiate(
     compose: Compose,
     values: Float[NDArray[np.float64], " p"],
     size: Float[NDArray[np.float64], " p"],

@@ -8,15 +8,22 @@ import numpy as np
 
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
-from correlation.metric.outlier import standing_out
+from correlation.metric.outlier import weigh_outliers
 from correlation.model import Model
-from correlation.noise.kink import REACH, Shift, kink_modes
-from correlation.noise.nuisance import Budget, Modes, budget_modes, curvature_modes, history_modes, jitter_modes
-from correlation.noise.scatter import Scatter, scatter
+from correlation.noise.kink import REACH, Shift, make_kink_modes
+from correlation.noise.nuisance import (
+    Budget,
+    Modes,
+    make_budget_modes,
+    make_curvature_modes,
+    make_history_modes,
+    make_jitter_modes,
+)
+from correlation.noise.scatter import Scatter, estimate_scatter
 from correlation.noise.whitening import Whitening
 from correlation.prediction import Prediction, Predictor
 from diagnosis.fit.comparison import Comparison
-from diagnosis.fit.jitter import preload_jitter
+from diagnosis.fit.jitter import list_preload_jitter
 
 #: Friction histories drawn for the covariance, and the seed that they are drawn with.
 DRAWS, SEED = 16, 1
@@ -34,7 +41,7 @@ class Measured:
 
     @classmethod
     def of(cls, observed: Observation, sweeps: tuple[int, ...]) -> "Measured":
-        """Prepare measurements that were swept in some directions, see `correlation.feature.observation.followed`."""
+        """Prepare measurements that were swept in these directions, +1 up and -1 down."""
         features = FeatureVector.of(observed.points, observed.value, observed.motion & observed.heard)
         return cls(observed=observed, features=features, predictor=Predictor(points=observed.points, sweeps=sweeps))
 
@@ -66,18 +73,18 @@ def weighted(
     fitted
         Whether the model was calibrated before, so that states that it misses stand out.
     """
-    repeats = jitter_modes(of.predictor, of.features, model, prediction)
-    errors = budget_modes(of.predictor, of.features, model, prediction, budget, refined)
-    history = partial(history_modes, of.predictor, of.features, model, prediction)
-    seen = scatter(of.observed, of.features, repeats, history(min(n_draw, FEW), SEED), errors)
+    repeats = make_jitter_modes(of.predictor, of.features, model, prediction)
+    errors = make_budget_modes(of.predictor, of.features, model, prediction, budget, refined)
+    history = partial(make_history_modes, of.predictor, of.features, model, prediction)
+    seen = estimate_scatter(of.observed, of.features, repeats, history(min(n_draw, FEW), SEED), errors)
     if n_draw > FEW:
         pressed = seen.jitter[2] if len(seen.jitter) > 2 else None
-        seen = scatter(of.observed, of.features, repeats, history(n_draw, SEED, pressed), errors)
+        seen = estimate_scatter(of.observed, of.features, repeats, history(n_draw, SEED, pressed), errors)
     jitter = {name: float(np.sqrt(each[0, 0])) for name, each in zip(("jointed", "free"), seen.jitter, strict=False)}
-    bent = curvature_modes(of.predictor, of.features, model, prediction, jitter)
+    bent = make_curvature_modes(of.predictor, of.features, model, prediction, jitter)
     shifts = _shifts(model, repeats, seen)
     n_repeat = float(np.median(of.observed.count))
-    kinks = kink_modes(of.predictor, of.features, prediction, shifts, seen.whitening.deviation, n_repeat)
+    kinks = make_kink_modes(of.predictor, of.features, prediction, shifts, seen.whitening.deviation, n_repeat)
     seen = seen._replace(whitening=seen.whitening.with_modes(np.column_stack([bent, kinks])))
     comparison = Comparison(
         observed=of.observed,
@@ -94,7 +101,7 @@ def weighted(
 
 def _steadied(comparison: Comparison, prediction: Prediction) -> Comparison:
     """With less weight for states that stand out."""
-    factor = standing_out(comparison.features, comparison.residual(prediction))
+    factor = weigh_outliers(comparison.features, comparison.residual(prediction))
     whitening = Whitening(deviation=comparison.whitening.deviation * factor, modes=comparison.whitening.modes)
     return replace(comparison, whitening=whitening)
 
@@ -105,7 +112,7 @@ def _shifts(model: Model, repeats: Sequence[Modes], seen: Scatter) -> list[Shift
     if size:
         ends = (model.shifted("jointed", size), model.shifted("jointed", -size))
         found.append(Shift(models=ends, change=repeats[0][:, 0] * size))
-    if len(seen.jitter) > 2 and (patterns := preload_jitter(model, seen.jitter[2])):
+    if len(seen.jitter) > 2 and (patterns := list_preload_jitter(model, seen.jitter[2])):
         effect, deviation = max(patterns, key=lambda each: each[1])
         size = REACH * deviation
         along = np.array([dict(effect.shares)[group[0]] for group in model.presses])

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
 from correlation.model import DERIVATIVE, Model, Sensor
-from correlation.record_prediction import STEPS, drive
-from correlation.record_propagator import propagator
+from correlation.record_prediction import STEPS, prepare_drive
+from correlation.record_propagator import make_propagator
 from diagnosis.candidate.effect import Effect, Untestable
-from diagnosis.candidate.scale import scale
+from diagnosis.candidate.scale import measure_scale
 from diagnosis.fit.arrangement import Added
 from diagnosis.fit.calibration import Fit, calibrate
 from diagnosis.fit.problem import Effort, Refit
@@ -92,7 +92,7 @@ class RecordArrangement:
             try:
                 for each in self.train.drives:
                     models = (unknowns.compose(end) for end in ends)
-                    before, after = (propagator(model, each.sensors, each.record.step) for model in models)
+                    before, after = (make_propagator(model, each.sensors, each.record.step) for model in models)
                     before.rate(after, 1.0)
             except InputError as reason:
                 left.append(Untestable(name=effect.name, reason=str(reason)))
@@ -120,7 +120,7 @@ def arrange_records(
     records
         Some of them held out.
     calibration
-        Parameters that are always fitted, such as `calibration_parameters(base)` and the gain of a sensor.
+        Parameters that are always fitted, such as `list_calibration_parameters(base)` and the gain of a sensor.
     added
         Effects that were added before.
     run_in
@@ -135,7 +135,7 @@ def arrange_records(
     CampaignError
         No record to train on, or none held out.
     """
-    drives = [drive(each, run_in=run_in if each.force is not None else 0.0, steps=steps) for each in records]
+    drives = [prepare_drive(each, run_in=run_in if each.force is not None else 0.0, steps=steps) for each in records]
     given = dict(noise or {})
     known = {name for each in drives for name in each.sensors}
     for name in given:
@@ -173,7 +173,7 @@ def record_level(base: Model, records: Sequence[TimeRecord]) -> float:
 
     Typical strengths of nonlinear effects are reckoned at it.
     """
-    size = scale(base)
+    size = measure_scale(base)
     resonance = size.resonances[0]
     levels = []
     for record in records:

@@ -22,7 +22,7 @@ from scipy.linalg import eigh
 
 from correlation.errors import CampaignError
 from correlation.model import Model
-from correlation.record_prediction import Drive, Samples, predict_record, record_rates
+from correlation.record_prediction import Drive, Samples, predict_rates, predict_record
 from diagnosis.fit.calibration import Matrix, Search, Vector
 from diagnosis.fit.unknowns import Unknowns, Values
 from hbsolve.errors import ModelError
@@ -154,7 +154,7 @@ class RecordComparison:
         rows, done = [], 0
         for each, start, basis in zip(self.drives, self._split(prediction.starts), self.basis, strict=True):
             wanted = basis[:0] if first >= n else basis
-            rates = record_rates(model, each, pairs, start, wanted)
+            rates = predict_rates(model, each, pairs, start, wanted)
             weighted = np.array([_weighted(each, rate) for rate in rates]).reshape(len(rates), each.measured.size)
             table = np.zeros((each.measured.size, n + len(pairs)))
             table[:, n:] = weighted[: len(pairs)].T

@@ -5,7 +5,7 @@ from typing import TypeAlias, TypedDict, Unpack
 
 from correlation.campaign.time_record import TimeRecord
 from correlation.model import Model
-from diagnosis.candidate.catalogue import Catalogue, Extra, catalogue
+from diagnosis.candidate.catalogue import Catalogue, Extra, list_effects
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, Report, Shares, screen_and_refit
@@ -90,7 +90,7 @@ def diagnose_records(
     tell("fitting the calibration parameters", 0.0)
     arrangement = arrange_records(base, records, calibration, added=added, **preparation)
     there = {each.effect.name for each in added} | {each.name for each in calibration}
-    listed = catalogue(base, without=without, extra=extra, level=record_level(base, records))
+    listed = list_effects(base, without=without, extra=extra, level=record_level(base, records))
     tell("looking which effects the records can show", 0.2)
     effects, left = arrangement.testable([each for each in listed.candidates if each.name not in there])
     scores, before, refits = screen_and_refit(arrangement, effects, computed, tell, SHARES)

@@ -23,8 +23,8 @@ from scipy.stats import chi2
 
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.rules import gain, held_gain, misfit
-from diagnosis.fit.arrangement import arranged_anew
-from diagnosis.fit.refit import baseline_fit, finalists, fitted, refit, shortlist
+from diagnosis.fit.arrangement import arrange_anew
+from diagnosis.fit.refit import baseline_fit, choose_finalists, fit_effect, refit, shortlist
 from diagnosis.localisation import localise
 from diagnosis.screening import screen
 from diagnosis.threshold.simulation import Simulation
@@ -56,7 +56,7 @@ class Trial:
     misfit: float
 
 
-def null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int) -> Trial:
+def run_null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int) -> Trial:
     """Draw a campaign without any effect, and diagnose it.
 
     Parameters
@@ -68,17 +68,17 @@ def null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int) -> 
     seed
         Of the draw; trials are independent.
     """
-    drawn = arranged_anew(simulation.arrangement, simulation.draw(np.random.default_rng(seed)))
+    drawn = arrange_anew(simulation.arrangement, simulation.draw(np.random.default_rng(seed)))
     before = baseline_fit(drawn)
-    fits = [(score, fitted(drawn, score)) for score in shortlist(screen(drawn, effects), drawn.effort)]
-    refits = [refit(drawn, score, fit) for score, fit in finalists(fits, drawn.effort)]
+    fits = [(score, fit_effect(drawn, score)) for score in shortlist(screen(drawn, effects), drawn.effort)]
+    refits = [refit(drawn, score, fit) for score, fit in choose_finalists(fits, drawn.effort)]
     gains = [gain(drawn, each) for each in refits if held_gain(drawn, before, each) > 0]
     return Trial(
         seed=seed, gain=max(gains, default=0.0), misfit=max((misfit(place) for place in localise(drawn)), default=0.0)
     )
 
 
-def thresholds_from(trials: Sequence[Trial], false_alarms: float = 0.01) -> Thresholds:
+def fit_thresholds(trials: Sequence[Trial], false_alarms: float = 0.01) -> Thresholds:
     """Thresholds that a share of campaigns without any effect exceeds, by Gumbel's law of the trials and `STRANGER`.
 
     Raises

@@ -22,7 +22,7 @@ from diagnosis.screening import Score
 DRAWS, SEED, BATCH = 20_000, 2, 2_000
 
 
-def null_gains(scores: Sequence[Score]) -> Float[NDArray[np.float64], " n"]:
+def draw_null_gains(scores: Sequence[Score]) -> Float[NDArray[np.float64], " n"]:
     """Best gain in each of many residuals without any effect, ascending, shape (n,).
 
     Parameters
@@ -47,7 +47,7 @@ def null_gains(scores: Sequence[Score]) -> Float[NDArray[np.float64], " n"]:
     return np.sort(np.concatenate(best))
 
 
-def threshold(gains: Float[NDArray[np.float64], " n"], false_alarms: float) -> float:
+def find_threshold(gains: Float[NDArray[np.float64], " n"], false_alarms: float) -> float:
     """Gain that a share of nulls exceeds."""
     return float(np.quantile(gains, 1 - false_alarms))
 

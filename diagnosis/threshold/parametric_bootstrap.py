@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from correlation.campaign.measurement import Campaign
-from correlation.feature.observation import read_off
+from correlation.feature.observation import average_readings
 from diagnosis.decision.verdict import INTERVAL
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.calibration import Fit, Vector, inverse
 from diagnosis.fit.comparison import Comparison
-from diagnosis.fit.finer_model import as_uncertain
+from diagnosis.fit.finer_model import widen_by_finer_models
 from diagnosis.fit.problem import Refit
 from diagnosis.threshold.simulation import Simulation
 
@@ -48,9 +48,11 @@ def widen_intervals(campaign: Campaign, arrangement: Arrangement, best: Refit, r
         Fits of the same measurements.
     """
     strayed = _strayed(campaign, replace(arrangement, fit=best.fit))
-    fits = [taken_to(each.fit, strayed) for each in refits]
+    fits = [carry_over(each.fit, strayed) for each in refits]
     fits = [replace(fit, covariance=BEYOND**2 * fit.covariance) for fit in fits]
-    return [replace(each, fit=as_uncertain(fit, arrangement.finer)) for each, fit in zip(refits, fits, strict=True)]
+    return [
+        replace(each, fit=widen_by_finer_models(fit, arrangement.finer)) for each, fit in zip(refits, fits, strict=True)
+    ]
 
 
 def _strayed(campaign: Campaign, arrangement: Arrangement) -> Float[NDArray[np.float64], "m n"]:
@@ -62,7 +64,7 @@ def _strayed(campaign: Campaign, arrangement: Arrangement) -> Float[NDArray[np.f
     measured, predicted = train.residual(prediction), train.features.of_values(prediction.value)
     drawn = []
     for _ in range(DRAWS):
-        read = read_off(simulation.read(generator), simulation.point, column, train.observed.repeat.shape)
+        read = average_readings(simulation.read(generator), simulation.point, column, train.observed.repeat.shape)
         drawn.append(train.whitening(_difference(train, read, predicted)))
     # A draw that lies further from the model than what was measured is wilder than the structure is.
     sizes = [min(1.0, float(np.linalg.norm(measured) / np.linalg.norm(each))) for each in drawn]
@@ -79,7 +81,7 @@ def _difference(train: Comparison, read: Complex[NDArray[np.complex128], "k R"],
     return np.where(there, drawn - predicted, 0.0)
 
 
-def taken_to(fit: Fit, strayed: Float[NDArray[np.float64], "m n"]) -> Fit:
+def carry_over(fit: Fit, strayed: Float[NDArray[np.float64], "m n"]) -> Fit:
     """A fit with the deviations that it has over some whitened differences, where those are larger."""
     m, size = len(strayed), fit.unknowns.size
     data, prior = fit.jacobian[:m], fit.jacobian[m:]

@@ -13,10 +13,10 @@ from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign
-from correlation.feature.observation import point_of_row
+from correlation.feature.observation import find_points
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
-from correlation.noise.nuisance import error_tangents, left_by
+from correlation.noise.nuisance import left_by, make_error_tangents
 from correlation.prediction import Points, Prediction, Predictor
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.comparison import Comparison
@@ -97,7 +97,7 @@ class Simulation:
     @cached_property
     def point(self) -> Int[NDArray[np.int64], " rows"]:
         """Row of the points that each row of the table is a reading of; -1 for what is not compared."""
-        return point_of_row(self.campaign, self._predictor.points)
+        return find_points(self.campaign, self._predictor.points)
 
     @cached_property
     def _readings(self) -> Float[NDArray[np.float64], " rows"]:
@@ -155,7 +155,7 @@ class Simulation:
         """What numerical errors do to each feature at one standard deviation: to all levels alike, to each apart."""
         arrangement = self.arrangement
         fit, before = arrangement.fit, self._prediction
-        errors = error_tangents(fit.model, arrangement.budget)
+        errors = make_error_tangents(fit.model, arrangement.budget)
         rates = self._predictor.derivatives(fit.model, before, errors.tangents)
         slopes = self._features.slopes(before.value, rates) * errors.size
         apart = [*slopes[:, errors.whole :].T, *self._finer_changes()]

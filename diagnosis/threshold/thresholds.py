@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from diagnosis.screening import Score
-from diagnosis.threshold.null_gain import null_gains, threshold
+from diagnosis.threshold.null_gain import draw_null_gains, find_threshold
 
 #: What the linear theory leaves out, by experience: refits gain more than it says.
 MARGIN = 2.0
@@ -40,7 +40,7 @@ class Thresholds:
 NO_THRESHOLDS = Thresholds(gain=0.0, misfit=0.0)
 
 
-def linear_thresholds(scores: Sequence[Score], false_alarms: float = 0.01) -> Thresholds:
+def compute_linear_thresholds(scores: Sequence[Score], false_alarms: float = 0.01) -> Thresholds:
     """Thresholds for a layout without a bootstrap: those of the linear theory with a margin."""
-    gain = MARGIN * threshold(null_gains(scores), false_alarms)
+    gain = MARGIN * find_threshold(draw_null_gains(scores), false_alarms)
     return Thresholds(gain=gain, misfit=max(UNKNOWN_FORCE * gain, LEAST_MISFIT), false_alarms=false_alarms)

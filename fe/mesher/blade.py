@@ -12,7 +12,7 @@ from fe.mesher.block import Block, Lattice
 from fe.mesher.body import mesh_body
 from fe.mesher.cell_counts import check_counts
 from fe.mesher.groove_section import PAD_COLUMNS, GroovePlan
-from fe.mesher.mesh_rule import SMALLEST_STEP, MeshRule, count
+from fe.mesher.mesh_rule import SMALLEST_STEP, MeshRule, count_elements
 from geometry.blade import Blade, contact_lines, named_points
 
 #: Columns of blocks across the chord, from leading to trailing edge; the inner three carry the pads.
@@ -127,7 +127,7 @@ class _BladeBlocks:
             "bevel_right": (half_flat, half_chord),
             "root_right": (half_chord, half_root),
         }
-        self.column_counts = {name: count(x[1] - x[0], h) for name, x in self.edges.items()}
+        self.column_counts = {name: count_elements(x[1] - x[0], h) for name, x in self.edges.items()}
         self.column_counts |= {"lip_left": pads.across_lip, "groove": pads.across_groove, "lip_right": pads.across_lip}
         self.rows = {
             "root": (-blade.root_height, 0.0),
@@ -136,11 +136,11 @@ class _BladeBlocks:
             "pad": (blade.pad_bottom, blade.pad_top),
             "upper": (blade.pad_top, blade.length),
         }
-        self.row_counts = {name: count(z[1] - z[0], h) for name, z in self.rows.items()}
+        self.row_counts = {name: count_elements(z[1] - z[0], h) for name, z in self.rows.items()}
         self.row_counts |= {"band": pads.band, "pad": pads.above_groove}
         self.level = self._level(layer)
         layer = blade.thickness / rule.through_thickness
-        self.root_layer_count = count((blade.root_thickness - blade.thickness) / 2, layer)
+        self.root_layer_count = count_elements((blade.root_thickness - blade.thickness) / 2, layer)
         self.columns = [c for c in COLUMNS if c in PAD_COLUMNS or self.edges[c][1] - self.edges[c][0] > SMALLEST_STEP]
 
     def _level(self, height: float | None) -> tuple[float, float]:

@@ -8,7 +8,7 @@ import numpy as np
 from fe.element import Element
 from fe.mesh import Mesh
 from fe.mesher.block import Block, Lattice, Map, mesh_blocks, subdivide
-from fe.node_sets import with_named_points, with_stations
+from fe.node_sets import add_named_points, add_stations
 from geometry.interface import ContactLine
 from geometry.part import Point
 from geometry.placement import Placement
@@ -46,8 +46,8 @@ def mesh_body(
     place = placement or Placement()
     placed = [replace(block, shape=_moved(block.shape, place)) for block in subdivide(blocks, subdivisions)]
     mesh = mesh_blocks(placed, element)
-    mesh = with_named_points(mesh, {name: place.points(point) for name, point in points.items()})
-    return with_stations(mesh, {name: place.points(line.stations) for name, line in lines.items()})
+    mesh = add_named_points(mesh, {name: place.points(point) for name, point in points.items()})
+    return add_stations(mesh, {name: place.points(line.stations) for name, line in lines.items()})
 
 
 def _moved(shape: Map, placement: Placement) -> Map:

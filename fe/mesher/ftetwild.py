@@ -34,7 +34,7 @@ TIME_LIMIT = 3600.0
 Points = Float[NDArray[np.float64], "point 3"]
 
 
-def raw_tetrahedra(
+def fill_with_tetrahedra(
     points: Points,
     triangles: Int[NDArray[np.int64], "triangle 3"],
     *,
@@ -55,7 +55,7 @@ def raw_tetrahedra(
     envelope
         Greatest distance between the given surface and that of the result [m].
     sizes
-        Points, tetrahedra and wanted lengths at the points of a mesh around the body, see `size_field` [m].
+        Points, tetrahedra and wanted lengths at the points of a mesh around the body, see `make_size_field` [m].
 
     Returns
     -------
@@ -115,7 +115,7 @@ def raw_tetrahedra(
     return corners, tetrahedra
 
 
-def size_field(
+def make_size_field(
     points: Points, spacing: float
 ) -> tuple[Float[NDArray[np.float64], "at 3"], Int[NDArray[np.int64], "cell 4"]]:
     """A coarse mesh of the box around a body, on whose points lengths of edges can be prescribed [m]."""

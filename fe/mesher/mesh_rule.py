@@ -57,6 +57,6 @@ class MeshRule:
         return min(self.length_ratio * thickness / self.through_thickness, self.length_cap)
 
 
-def count(length: float, size: float) -> int:
+def count_elements(length: float, size: float) -> int:
     """Elements of at most `size` that fill `length`, at least one [-]."""
     return max(1, ceil(length / size - COUNT_GUARD))

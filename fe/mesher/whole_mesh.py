@@ -9,7 +9,7 @@ from fe.errors import MeshError
 from fe.mesh import Mesh
 
 
-def whole_mesh(meshes: Mapping[str, Mesh]) -> Mesh:
+def join_meshes(meshes: Mapping[str, Mesh]) -> Mesh:
     """Several bodies as one mesh, its nodes and cells in their order.
 
     Parameters

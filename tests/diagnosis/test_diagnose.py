@@ -11,15 +11,15 @@ import pytest
 from correlation.errors import CampaignError
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
-from diagnosis.candidate.catalogue import catalogue
+from diagnosis.candidate.catalogue import list_effects
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.rules import gain, held_gain, support
 from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.arrangement import Added
-from diagnosis.fit.calibration_parameter import calibration_parameters
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.refit import is_lost, shortlist
-from diagnosis.threshold.thresholds import Thresholds, linear_thresholds
+from diagnosis.threshold.thresholds import Thresholds, compute_linear_thresholds
 
 EXACT_MODEL = Budget(frequency=0.0, compliance=0.0)
 MASS, WHERE = 5e-3, "mass at tip z"  # kg, of 0.8
@@ -48,8 +48,8 @@ class Bench:
 
     def __init__(self, small: Model, paper: ModuleType) -> None:
         self.small, self.paper = small, paper
-        self.accepted = calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0})
-        self.listed = catalogue(small, level=paper.LEVELS[1])
+        self.accepted = list_calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0})
+        self.listed = list_effects(small, level=paper.LEVELS[1])
 
     def effect(self, name: str) -> Effect:
         return self.listed.effect(name)
@@ -124,7 +124,7 @@ def test_refits_are_ranked_by_both_falls(heavy: Diagnosis) -> None:
 
 def test_scores_are_of_all_candidates_and_limits_of_the_scores(heavy: Diagnosis) -> None:
     assert {score.effect.name for score in heavy.scores} == {each.name for each in heavy.catalogue.candidates}
-    assert heavy.thresholds == linear_thresholds(heavy.scores)
+    assert heavy.thresholds == compute_linear_thresholds(heavy.scores)
     assert heavy.verdict.threshold == heavy.thresholds.gain
     assert {place.name for place in heavy.places} == {"root z", "tip z"}
 

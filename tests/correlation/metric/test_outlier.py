@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from correlation.feature.vector import FeatureVector
-from correlation.metric.outlier import MUCH, NEIGHBOURS, standing_out
+from correlation.metric.outlier import MUCH, NEIGHBOURS, weigh_outliers
 from correlation.prediction import Points
 
 N, LARGE = 20, 50.0
@@ -34,7 +34,7 @@ def sweeps(*sizes: np.ndarray, free: tuple[bool, ...] | None = None) -> tuple[Fe
 def factors(*sizes: np.ndarray, free: tuple[bool, ...] | None = None) -> list[np.ndarray]:
     """Of each state of each sweep; all numbers of a state must have the same."""
     features, residual, which = sweeps(*sizes, free=free)
-    factor = standing_out(features, residual)
+    factor = weigh_outliers(features, residual)
     assert factor.shape == residual.shape
     found = []
     for level, size in enumerate(sizes):

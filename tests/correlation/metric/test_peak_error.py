@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
-from correlation.metric.peak_error import PeakError, peak_errors
+from correlation.metric.peak_error import PeakError, compute_peak_errors
 from correlation.noise.whitening import Whitening
 from correlation.prediction import Points
 
@@ -52,7 +52,7 @@ def peak(seen: Observation, predicted: NDArray[np.complex128], noise: float = 1e
     modulus = np.tile(np.abs(1 / seen.value), 2)
     ends = [features.of_values(response(seen.points.frequency * (1 + each))) for each in (1e-6, -1e-6)]
     modes = shift * (ends[0] - ends[1])[:, None] / 2e-6
-    (found,) = peak_errors(seen, predicted, features, Whitening(deviation=noise / 2 * modulus, modes=modes))
+    (found,) = compute_peak_errors(seen, predicted, features, Whitening(deviation=noise / 2 * modulus, modes=modes))
     return found
 
 
@@ -115,4 +115,4 @@ def test_a_band_without_a_resonance_has_no_peak() -> None:
     below = seen.where(seen.points.frequency < 98)
     features = FeatureVector.of(below.points, below.value, below.motion)
     whitening = Whitening(deviation=np.ones(2 * len(below.points)))
-    assert peak_errors(below, below.value, features, whitening) == ()
+    assert compute_peak_errors(below, below.value, features, whitening) == ()

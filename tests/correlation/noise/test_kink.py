@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from correlation.feature.vector import FeatureVector
-from correlation.noise.kink import REACH, SEEN, WEIGHT, Shift, kink_modes
+from correlation.noise.kink import REACH, SEEN, WEIGHT, Shift, make_kink_modes
 from correlation.prediction import Points, Prediction
 
 #: Three states of two mean forces each: their features are the readings themselves.
@@ -54,7 +54,7 @@ def shift(slope: np.ndarray) -> Shift:
 
 
 def modes_of(response: Response, *slopes: np.ndarray, deviation: np.ndarray = QUIET, n: float = N_REPEAT) -> np.ndarray:
-    return np.asarray(kink_modes(*made(response), [shift(each) for each in slopes], deviation, n))
+    return np.asarray(make_kink_modes(*made(response), [shift(each) for each in slopes], deviation, n))
 
 
 def test_a_linear_response_has_none() -> None:

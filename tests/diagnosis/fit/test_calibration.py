@@ -14,7 +14,7 @@ from correlation.noise.nuisance import Budget
 from correlation.prediction import Prediction
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration import Fit, calibrate
-from diagnosis.fit.calibration_parameter import calibration_parameters
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.comparison import NOT_FOUND, Comparison
 from diagnosis.fit.unknowns import Unknowns
 from hbsolve.errors import ModelError
@@ -25,7 +25,7 @@ JITTER = 1e-4
 
 
 def planted(model: Model, factors: dict[str, float]) -> Model:
-    for each in calibration_parameters(model):
+    for each in list_calibration_parameters(model):
         if each.name in factors:
             model = each.apply(model, [factors[each.name]])
     return model
@@ -38,7 +38,7 @@ def campaign(small: Model, paper: ModuleType) -> Campaign:
 
 @pytest.fixture(scope="module")
 def arranged(small: Model, campaign: Campaign) -> Arrangement:
-    return arrange(campaign, small, calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0}), EXACT_MODEL)
+    return arrange(campaign, small, list_calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0}), EXACT_MODEL)
 
 
 def test_planted_parameters_come_back_within_their_errors(arranged: Arrangement) -> None:
@@ -176,4 +176,4 @@ def test_one_repeat_cannot_be_arranged(small: Model, paper: ModuleType, campaign
     one = paper.make_campaign(small, n_repeat=1, held=())
     single = replace(one, held_out=HeldOut(levels=(paper.LEVELS[1],)))
     with pytest.raises(CampaignError, match="repeat the test"):
-        arrange(single, small, calibration_parameters(small), EXACT_MODEL)
+        arrange(single, small, list_calibration_parameters(small), EXACT_MODEL)
