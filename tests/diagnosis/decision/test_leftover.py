@@ -155,9 +155,9 @@ def checked(monkeypatch: pytest.MonkeyPatch, promised: list[float], kept: list[f
         asked.append(score)
         return SimpleNamespace(chi2=chi2 - kept[score])
 
-    monkeypatch.setattr(leftovers, "slope_gains", lambda *_: np.array(promised))
+    monkeypatch.setattr(leftovers, "compute_slope_gains", lambda *_: np.array(promised))
     monkeypatch.setattr(leftovers, "screen", lambda _, effects: [each.number for each in effects])
-    monkeypatch.setattr(leftovers, "fitted", fit)
+    monkeypatch.setattr(leftovers, "fit_effect", fit)
     monkeypatch.setattr(leftovers, "localise", lambda _: [])
     effects: list[Any] = [SimpleNamespace(name=f"p {number}", number=number) for number in range(len(promised))]
     arrangement: Any = SimpleNamespace(fit=SimpleNamespace(chi2=chi2))
