@@ -13,6 +13,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.errors import ModelDefinitionError
+from geometry.read_only_array import freeze_fields, read_only
 from reduction.joint.friction_contact import friction_contacts
 from reduction.jointed_system import FrictionContact, JointedSystem
 
@@ -49,7 +50,7 @@ class Sensor:
     def __post_init__(self) -> None:
         if self.quantity not in DERIVATIVE:
             raise ModelDefinitionError(f'sensor "{self.name}" reads "{self.quantity}": give {", ".join(DERIVATIVE)}')
-        object.__setattr__(self, "row", _locked(self.row))
+        freeze_fields(self, "row")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -111,8 +112,7 @@ class Part:
     stiffness: Matrix
 
     def __post_init__(self) -> None:
-        for name in ("mass", "stiffness"):
-            object.__setattr__(self, name, _locked(getattr(self, name)))
+        freeze_fields(self, "mass", "stiffness")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -131,7 +131,7 @@ class DeadWeight:
     lines: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "row", _locked(self.row))
+        freeze_fields(self, "row")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -194,7 +194,7 @@ class Model:
         if not self.dofs:
             object.__setattr__(self, "dofs", (Dof(),) * r)
         object.__setattr__(self, "lines", {line: tuple(names) for line, names in self.lines.items()})
-        object.__setattr__(self, "places", {name: _locked(row) for name, row in self.places.items()})
+        object.__setattr__(self, "places", {name: read_only(row) for name, row in self.places.items()})
         object.__setattr__(self, "dead_weights", dict(self.dead_weights))
         object.__setattr__(self, "pressed_together", tuple(tuple(group) for group in self.pressed_together))
         object.__setattr__(self, "sensors", tuple(self.sensors))
@@ -340,9 +340,3 @@ class Model:
             if contact.name == name:
                 return contact
         raise ModelDefinitionError(f'there is no contact "{name}"')
-
-
-def _locked(values: Any) -> NDArray[np.float64]:
-    array = np.array(values, dtype=np.float64)
-    array.setflags(write=False)
-    return array

@@ -7,13 +7,13 @@ A steady state is :math:`x(t) = \operatorname{Re} \sum_k X_k e^{i k \Omega t}` u
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.campaign.time_record import TimeRecord
+from geometry.read_only_array import freeze_fields
 
 IntColumn = Int[NDArray[np.int64], " k"]
 FloatColumn = Float[NDArray[np.float64], " k"]
@@ -66,7 +66,7 @@ class MeasuredSensor:
 
     def __post_init__(self) -> None:
         if self.coordinates is not None:
-            object.__setattr__(self, "coordinates", locked(self.coordinates, np.float64))
+            freeze_fields(self, "coordinates")
 
     @property
     def unit(self) -> str:
@@ -120,7 +120,9 @@ class Measurement:
     value: ComplexColumn
 
     def __post_init__(self) -> None:
-        lock_columns(self, float_columns=("level", "frequency"), complex_columns=("value",))
+        freeze_fields(self, "test", "order", "repeat", "sweep", "sensor", "harmonic", kind=np.int64)
+        freeze_fields(self, "level", "frequency")
+        freeze_fields(self, "value", kind=np.complex128)
 
     def __len__(self) -> int:
         """Number of rows."""
@@ -208,19 +210,3 @@ class Campaign:
 def same_level(level: FloatColumn, wanted: float) -> Mask:
     """Rows of one level, shape (k,): levels are set points, equal but for the rounding of their unit."""
     return np.isclose(level, wanted, rtol=1e-9, atol=0.0)
-
-
-def lock_columns(table: Any, *, float_columns: tuple[str, ...], complex_columns: tuple[str, ...] = ()) -> None:
-    """Copy the columns of a frozen table as numbers of their kinds, integers by default, and set them read-only."""
-    for each in fields(table):
-        kind: type = np.float64 if each.name in float_columns else np.int64
-        if each.name in complex_columns:
-            kind = np.complex128
-        object.__setattr__(table, each.name, locked(getattr(table, each.name), kind))
-
-
-def locked(values: Any, kind: type) -> NDArray[Any]:
-    """A read-only copy."""
-    array: NDArray[Any] = np.array(values, dtype=kind)
-    array.setflags(write=False)
-    return array

@@ -24,7 +24,6 @@ from correlation.campaign.measurement import (
     FloatColumn,
     IntColumn,
     Mask,
-    lock_columns,
     same_level,
 )
 from correlation.errors import CampaignError
@@ -63,7 +62,9 @@ class FeatureTable:
     spread: FloatColumn
 
     def __post_init__(self) -> None:
-        lock_columns(self, float_columns=("level", "frequency", "deviation", "spread"), complex_columns=("value",))
+        freeze_fields(self, "test", "sensor", "harmonic", "n", kind=np.int64)
+        freeze_fields(self, "level", "frequency", "deviation", "spread")
+        freeze_fields(self, "value", kind=np.complex128)
 
     def __len__(self) -> int:
         """Number of rows."""
