@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fe.calculix_run import run_frequency
 from fe.file.calculix_deck import NodeSpring
 from fe.mesh import Mesh
-from fe.mesher.whole_mesh import join_meshes
+from fe.mesher.body import join_meshes
 from geometry.rig import Rig, mating_pairs
 from pipeline.progress import LineProgress
 from pipeline.store import Store, default_folder

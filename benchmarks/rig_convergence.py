@@ -23,8 +23,8 @@ from fe.boundary import Support, supported_system
 from fe.element import HEX20
 from fe.mesh import Mesh
 from fe.mesher.blade import mesh_blade
+from fe.mesher.body import join_meshes
 from fe.mesher.rig import choose_rig_mesh, mesh_rig
-from fe.mesher.whole_mesh import join_meshes
 from fe.modal import modes
 from pipeline.progress import SilentProgress
 from pipeline.store import Store, default_folder

@@ -1,4 +1,4 @@
-"""Supports: fixed degrees of freedom and grounded springs, and the proof that no rigid-body motion is left."""
+"""Supports: fixed degrees of freedom, grounded springs and reactions; the proof that no rigid-body motion is left."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -203,3 +203,41 @@ def _refuse_rigid_motion(
             f"the supports leave {which} free in {motion}: hold {'more nodes' if resisting.any() else 'nodes'} "
             "or add grounded springs"
         )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SupportReaction:
+    """Force of the supports of one set of nodes on a body, along x, y and z.
+
+    Parameters
+    ----------
+    stiffness, mass
+        Rows over displacements and over accelerations, shape (3, n) [N/m, kg].
+    """
+
+    stiffness: Float[NDArray[np.float64], "3 n"]
+    mass: Float[NDArray[np.float64], "3 n"]
+
+
+def find_reaction(
+    stiffness: Symmetric, mass: Symmetric, nodes: Int[NDArray[np.int64], " k"], free: Int[NDArray[np.int64], " n"]
+) -> SupportReaction:
+    r"""Rows of the reaction of a set of fixed nodes, summed for each direction.
+
+    With the free displacements q and the fixed ones at rest, the supports push on the body with
+    :math:`R = K_{sf} q + M_{sf} \ddot q`.
+
+    Parameters
+    ----------
+    stiffness, mass
+        Of the whole mesh, before supports, shape (3 n_node, 3 n_node) [N/m, kg].
+    nodes
+        Fixed in all directions.
+    free
+        Free degrees of freedom of the mesh, which the rows are over.
+    """
+    picked = np.zeros((3, stiffness.shape[0]))
+    for direction in range(3):
+        picked[direction, 3 * nodes + direction] = 1.0
+    # The matrices are symmetric: rows of the fixed are columns of them.
+    return SupportReaction(stiffness=(stiffness @ picked.T)[free].T, mass=(mass @ picked.T)[free].T)

@@ -8,19 +8,20 @@ best one did, that one was a stand-in, and nothing known is the cause.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
 from diagnosis.candidate.catalogue import Catalogue
-from diagnosis.decision.leftover import Leftover, find_leftover, with_effect
+from diagnosis.candidate.effect import Effect
 from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
+from diagnosis.fit.refit import fit_effect
 from diagnosis.keep import Keep
-from diagnosis.localisation import Place
-from diagnosis.screening import Score
+from diagnosis.localisation import Place, localise
+from diagnosis.screening import Score, compute_slope_gains, screen
 from diagnosis.threshold.thresholds import Thresholds
 
 #: An effect whose falls of chi^2 are less than this behind the best one's may be the one: odds of 20 to 1 end there.
@@ -31,6 +32,65 @@ STAND_IN = 0.15
 BEYOND = 5.0
 #: chi^2 a number above which a fit is bad whatever noise does, and the share of what was above it that may stay.
 BAD, LEFT = 2.0, 0.1
+#: Effects at most whose promise is checked by a fit.
+CHECKED = 2
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Leftover:
+    """What could still be gained.
+
+    Parameters
+    ----------
+    gain
+        Fall of chi^2 by the best further effect: to first order, and by a fit where that would matter.
+    name
+        Of this effect.
+    places
+        Where an unknown force would explain the rest, best first.
+    """
+
+    gain: float
+    name: str
+    places: tuple[Place, ...]
+
+
+def with_effect(arrangement: Arrangement, refit: Refit) -> Arrangement:
+    """The same measurements beside the model with an effect added."""
+    assert refit.effect is not None
+    fit = refit.fit
+    slopes = arrangement.train.slopes(fit.unknowns, fit.values, fit.model, fit.prediction)
+    jacobian = np.concatenate([slopes, np.diag(1 / fit.unknowns.prior)])
+    return replace(arrangement, added=(*arrangement.added, refit.effect), fit=replace(fit, jacobian=jacobian))
+
+
+def find_leftover(arrangement: Arrangement, effects: Sequence[Effect], worth: float = np.inf) -> Leftover:
+    """What is left once an effect was added, see `with_effect`.
+
+    Parameters
+    ----------
+    arrangement
+        With the effect.
+    effects
+        Candidates; the best few that promise more than `worth` are fitted, since the derivative of what acts through
+        contacts that begin to slip promises what no fit keeps.
+    worth
+        Gain that matters.
+    """
+    gains = compute_slope_gains(arrangement, effects)
+    promising = [number for number in np.argsort(-gains) if gains[number] > worth]
+    for place, number in enumerate(promising):
+        if place < CHECKED:
+            (score,) = screen(arrangement, [effects[number]])
+            gains[number] = arrangement.fit.chi2 - fit_effect(arrangement, score).chi2
+        else:
+            gains[number] = worth
+    best = int(np.argmax(gains)) if len(gains) else -1
+    return Leftover(
+        gain=float(gains[best]) if best >= 0 else 0.0,
+        name=effects[best].name if best >= 0 else "",
+        places=tuple(localise(arrangement)),
+    )
 
 
 class Gate(Protocol):

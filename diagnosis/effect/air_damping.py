@@ -11,7 +11,7 @@ from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
 from diagnosis.candidate.place import find_moving_places, with_quadratic_damper
 from diagnosis.candidate.scale import Scale, measure_scale
-from diagnosis.effect.registry import EFFECTS, EffectKind
+from diagnosis.effect import EFFECTS, EffectKind
 
 KIND = "air damping"
 #: In typical strengths: friction may hold speeds far below the stuck ones that these are reckoned at.

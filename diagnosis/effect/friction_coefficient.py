@@ -4,7 +4,7 @@ from correlation.model import Model
 from diagnosis.candidate.contact_line import list_line_ratios
 from diagnosis.candidate.effect import Effect, Untestable
 from diagnosis.candidate.scale import Scale
-from diagnosis.effect.registry import EFFECTS, EffectKind
+from diagnosis.effect import EFFECTS, EffectKind
 
 KIND = "friction coefficient"
 PHYSICS = "One contact line has another friction coefficient than the others: wear, oxide, grease."

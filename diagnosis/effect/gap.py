@@ -13,7 +13,7 @@ from diagnosis.candidate.contact_line import find_contacts
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
 from diagnosis.candidate.place import ROTATIONS, TRANSLATIONS
 from diagnosis.candidate.scale import Scale, measure_scale
-from diagnosis.effect.registry import EFFECTS, EffectKind
+from diagnosis.effect import EFFECTS, EffectKind
 from reduction.jointed_system import FrictionContact
 
 KIND = "gap"

@@ -7,7 +7,7 @@ from correlation.model import Model
 from diagnosis.candidate.contact_line import find_contacts
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
 from diagnosis.candidate.scale import Scale
-from diagnosis.effect.registry import EFFECTS, EffectKind
+from diagnosis.effect import EFFECTS, EffectKind
 
 KIND = "preload"
 RATIO = EffectParameter(name="preload ratio", unit="-", lower=0.1, upper=3.0, typical=1.1, vanishes=1.0)

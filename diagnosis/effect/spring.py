@@ -12,7 +12,7 @@ from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
 from diagnosis.candidate.place import Place, find_dof, find_moving_places
 from diagnosis.candidate.scale import Scale, measure_scale
-from diagnosis.effect.registry import EFFECTS, EffectKind
+from diagnosis.effect import EFFECTS, EffectKind
 
 KIND = "spring"
 #: Largest strength in typical ones.

@@ -10,9 +10,8 @@ from fe.errors import MeshError
 from fe.mesh import Mesh
 from fe.mesher.block import Block, Lattice
 from fe.mesher.body import mesh_body
-from fe.mesher.cell_counts import check_counts
 from fe.mesher.groove_section import PAD_COLUMNS, GroovePlan
-from fe.mesher.mesh_rule import SMALLEST_STEP, MeshRule, count_elements
+from fe.mesher.mesh_rule import SMALLEST_STEP, MeshRule, check_counts, count_elements
 from geometry.blade import Blade, contact_lines, named_points
 
 #: Columns of blocks across the chord, from leading to trailing edge; the inner three carry the pads.

@@ -10,7 +10,7 @@ from fe.element import Element
 from fe.mesh import Mesh
 from fe.mesher.block import Block, Lattice
 from fe.mesher.body import mesh_body
-from fe.mesher.cell_counts import check_counts
+from fe.mesher.mesh_rule import check_counts
 from geometry.damper import Damper, contact_lines, named_points
 from geometry.placement import Placement
 

@@ -11,9 +11,8 @@ from fe.errors import MeshError
 from fe.mesh import Mesh
 from fe.mesher.block import Block, Lattice, Map
 from fe.mesher.body import mesh_body
-from fe.mesher.cell_counts import check_counts
 from fe.mesher.groove_section import PAD_COLUMNS, GroovePlan
-from fe.mesher.mesh_rule import SMALLEST_STEP
+from fe.mesher.mesh_rule import SMALLEST_STEP, check_counts
 from geometry.decoupler import Decoupler, arm, contact_lines, named_points
 from geometry.placement import Placement
 

@@ -10,10 +10,9 @@ import scipy.linalg
 from fe.assembly import assemble
 from fe.boundary import make_rigid_motions
 from fe.element import HEX8, HEX20, Element
-from fe.free_modes import compute_free_modes
 from fe.material import STEEL, Material
 from fe.mesh import Mesh
-from fe.modal import ModeSet
+from fe.modal import ModeSet, compute_free_modes
 from fe.system import LinearSystem
 
 BoxMesher = Callable[..., Mesh]

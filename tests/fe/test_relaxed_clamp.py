@@ -9,7 +9,7 @@ from fe.element import HEX8, HEX20, Element
 from fe.errors import SupportError
 from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
-from fe.relaxed_clamp import thin_nodes
+from fe.node_sets import thin_nodes
 
 COUNTS = (4, 2, 6)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from correlation.campaign.format.registry import FORMATS, CampaignFormat
+from correlation.campaign.format import FORMATS, CampaignFormat
 from correlation.campaign.manifest import MANIFEST, Manifest, read_manifest
 from correlation.campaign.measurement import Campaign, Measurement, same_level
 from correlation.campaign.stepped_sine import read_csv, sorting

@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.mesh import Mesh
-from fe.mesher.whole_mesh import join_meshes
+from fe.mesher.body import join_meshes
 from figure.scene.body_picture import bodies_picture, cut_picture
 from figure.scene.caption import Caption
 from figure.scene.deflection_film import deflection_film

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from casefile.table import located
 from fe.dense_modes import compute_dense_modes
 from fe.file.mesh_file import write_mesh
-from fe.mesher.whole_mesh import join_meshes
+from fe.mesher.body import join_meshes
 from fe.mode_check import ModeCheck
 from geometry.errors import GeometryError, MissingSoftware
 from geometry.interference import check_no_overlap

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from diagnosis.candidate.catalogue import Catalogue
-from diagnosis.decision import leftover as leftovers
-from diagnosis.decision.leftover import CHECKED, Leftover, find_leftover, with_effect
-from diagnosis.decision.rules import gain, misfit
+from diagnosis.decision import rules
+from diagnosis.decision.rules import CHECKED, Leftover, find_leftover, gain, misfit, with_effect
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import fit_effect, refit
@@ -155,10 +154,10 @@ def checked(monkeypatch: pytest.MonkeyPatch, promised: list[float], kept: list[f
         asked.append(score)
         return SimpleNamespace(chi2=chi2 - kept[score])
 
-    monkeypatch.setattr(leftovers, "compute_slope_gains", lambda *_: np.array(promised))
-    monkeypatch.setattr(leftovers, "screen", lambda _, effects: [each.number for each in effects])
-    monkeypatch.setattr(leftovers, "fit_effect", fit)
-    monkeypatch.setattr(leftovers, "localise", lambda _: [])
+    monkeypatch.setattr(rules, "compute_slope_gains", lambda *_: np.array(promised))
+    monkeypatch.setattr(rules, "screen", lambda _, effects: [each.number for each in effects])
+    monkeypatch.setattr(rules, "fit_effect", fit)
+    monkeypatch.setattr(rules, "localise", lambda _: [])
     effects: list[Any] = [SimpleNamespace(name=f"p {number}", number=number) for number in range(len(promised))]
     arrangement: Any = SimpleNamespace(fit=SimpleNamespace(chi2=chi2))
     return find_leftover(arrangement, effects, worth), asked

@@ -12,8 +12,7 @@ from fe.mesh_quality import measure_cell_quality
 from fe.mesher.block import Block, mesh_blocks
 from fe.mesher.mesh_rule import MeshRule, count_elements
 from fe.mesher.plain_blade import mesh_plain_blade
-from fe.node_sets import add_named_points, add_stations
-from fe.relaxed_clamp import thin_nodes
+from fe.node_sets import add_named_points, add_stations, thin_nodes
 from geometry.plain_blade import PlainBlade
 
 

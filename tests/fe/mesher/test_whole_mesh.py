@@ -6,7 +6,7 @@ import pytest
 from fe.element import HEX8, HEX20, Element
 from fe.errors import MeshError
 from fe.mesh import Mesh
-from fe.mesher.whole_mesh import join_meshes
+from fe.mesher.body import join_meshes
 
 
 def bar(element: Element, n_cell: int, shift: float) -> Mesh:
