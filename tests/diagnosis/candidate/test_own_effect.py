@@ -180,7 +180,7 @@ def installed(tmp_path: Path, value: str) -> str:
     (about / "entry_points.txt").write_text(f"[stickslip.effects]\nown = {value}\n", encoding="utf-8")
     script = (
         "import runpy; made = runpy.run_path('tests/diagnosis/conftest.py'); bench = made['make_bench'](); "
-        "from diagnosis.candidate.catalogue import catalogue; found = catalogue(bench); print(len(found.names)); "
+        "from diagnosis.candidate.catalogue import list_effects; found = list_effects(bench); print(len(found.names)); "
         "effect = found.effect('louder exciter'); print(effect.apply(bench, [2.0]).system.dynamic.max().real)"
     )
     paths = os.pathsep.join([str(tmp_path), str(ROOT)])
