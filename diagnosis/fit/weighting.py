@@ -13,6 +13,7 @@ from correlation.model import Model
 from correlation.noise.kink import REACH, Shift, make_kink_modes
 from correlation.noise.nuisance import (
     Budget,
+    ModelFeatures,
     Modes,
     make_budget_modes,
     make_curvature_modes,
@@ -73,18 +74,19 @@ def weighted(
     fitted
         Whether the model was calibrated before, so that states that it misses stand out.
     """
-    repeats = make_jitter_modes(of.predictor, of.features, model, prediction)
-    errors = make_budget_modes(of.predictor, of.features, model, prediction, budget, refined)
-    history = partial(make_history_modes, of.predictor, of.features, model, prediction)
+    nominal = ModelFeatures(of.predictor, of.features, model, prediction)
+    repeats = make_jitter_modes(nominal)
+    errors = make_budget_modes(nominal, budget, refined)
+    history = partial(make_history_modes, nominal)
     seen = estimate_scatter(of.observed, of.features, repeats, history(min(n_draw, FEW), SEED), errors)
     if n_draw > FEW:
         pressed = seen.jitter[2] if len(seen.jitter) > 2 else None
         seen = estimate_scatter(of.observed, of.features, repeats, history(n_draw, SEED, pressed), errors)
     jitter = {name: float(np.sqrt(each[0, 0])) for name, each in zip(("jointed", "free"), seen.jitter, strict=False)}
-    bent = make_curvature_modes(of.predictor, of.features, model, prediction, jitter)
+    bent = make_curvature_modes(nominal, jitter)
     shifts = _shifts(model, repeats, seen)
     n_repeat = float(np.median(of.observed.count))
-    kinks = make_kink_modes(of.predictor, of.features, prediction, shifts, seen.whitening.deviation, n_repeat)
+    kinks = make_kink_modes(nominal, shifts, seen.whitening.deviation, n_repeat)
     seen = seen._replace(whitening=seen.whitening.with_modes(np.column_stack([bent, kinks])))
     comparison = Comparison(
         observed=of.observed,

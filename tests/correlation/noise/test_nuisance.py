@@ -11,6 +11,7 @@ from correlation.model import Model, Sensor
 from correlation.noise.nuisance import (
     HISTORY,
     Budget,
+    ModelFeatures,
     bulge,
     make_budget_modes,
     make_curvature_modes,
@@ -39,8 +40,12 @@ class Bench:
         return (ends[1] - ends[0]) / (2 * STEP)
 
     @property
+    def nominal(self) -> ModelFeatures:
+        return ModelFeatures(self.predictor, self.features, self.model, self.prediction)
+
+    @property
     def jitter(self) -> list[np.ndarray]:
-        return make_jitter_modes(self.predictor, self.features, self.model, self.prediction)
+        return make_jitter_modes(self.nominal)
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +87,7 @@ def test_lines_that_one_screw_presses_have_one_mode(small: Model, paper: ModuleT
     ends = [bench.model.pressed("left", 1 + side * STEP).pressed("right", 1 + side * STEP) for side in (1, -1)]
     same(mode, bench.change(*ends), bench)
     # And so are the histories drawn with: a preload of 0 % scatter draws what no preload at all does.
-    of = (bench.predictor, bench.features, bench.model, bench.prediction, 2, 1)
+    of = (bench.nominal, 2, 1)
     np.testing.assert_array_equal(make_history_modes(*of, np.zeros((1, 1))), make_history_modes(*of))
     assert make_history_modes(*of, np.array([[1e-4]])).shape == make_history_modes(*of).shape
 
@@ -94,14 +99,17 @@ def test_a_model_without_lines_has_frequencies_alone(small: Model, paper: Module
     predictor = Predictor(points=kept)
     prediction = predictor.predict(free)
     features = FeatureVector.of(kept, prediction.value, np.ones(len(kept), dtype=bool))
-    blocks = make_jitter_modes(predictor, features, free, prediction)
+    blocks = make_jitter_modes(ModelFeatures(predictor, features, free, prediction))
     assert [block.shape[1] for block in blocks if block.size] == [1, 1]
-    assert make_history_modes(predictor, features, free, prediction, 2, 1).shape == (len(features.row), 0)
+    assert make_history_modes(ModelFeatures(predictor, features, free, prediction), 2, 1).shape == (
+        len(features.row),
+        0,
+    )
 
 
 def test_the_budget_scales_with_its_numbers(bench: Bench) -> None:
     def modes(budget: Budget) -> np.ndarray:
-        return make_budget_modes(bench.predictor, bench.features, bench.model, bench.prediction, budget, ())
+        return make_budget_modes(bench.nominal, budget, ())
 
     one = modes(Budget(frequency=1e-3, compliance=0.01))
     assert one.shape == (len(bench.features.row), 2 + 4)
@@ -112,7 +120,7 @@ def test_the_budget_scales_with_its_numbers(bench: Bench) -> None:
 
 def test_the_budget_of_natural_frequencies_leaves_the_exciter_alone(bench: Bench) -> None:
     """All natural frequencies of the free structure 1e-5 lower: (1 + 2 e) M and (1 + e) C, read at the same Omega."""
-    modes = make_budget_modes(bench.predictor, bench.features, bench.model, bench.prediction, Budget(frequency=1.0), ())
+    modes = make_budget_modes(bench.nominal, Budget(frequency=1.0), ())
     system = bench.model.system
     ends = [
         bench.model.with_system(mass=(1 + 2 * side * STEP) * system.mass, damping=(1 + side * STEP) * system.damping)
@@ -123,9 +131,7 @@ def test_the_budget_of_natural_frequencies_leaves_the_exciter_alone(bench: Bench
 
 
 def test_a_line_that_is_stiffer_is_a_mode_of_the_budget(bench: Bench) -> None:
-    modes = make_budget_modes(
-        bench.predictor, bench.features, bench.model, bench.prediction, Budget(compliance=1.0), ()
-    )
+    modes = make_budget_modes(bench.nominal, Budget(compliance=1.0), ())
     names = bench.model.lines["left"]
     ends = [
         bench.model.with_joints({name: {"tangential_stiffness": 5e3 * (1 + side * STEP)} for name in names})
@@ -136,7 +142,7 @@ def test_a_line_that_is_stiffer_is_a_mode_of_the_budget(bench: Bench) -> None:
 
 def test_a_finer_model_adds_its_difference_at_each_level(bench: Bench, paper: ModuleType) -> None:
     finer = bench.model.with_system(stiffness=1.001 * bench.model.system.stiffness)
-    modes = make_budget_modes(bench.predictor, bench.features, bench.model, bench.prediction, Budget(), [finer])[:, 6:]
+    modes = make_budget_modes(bench.nominal, Budget(), [finer])[:, 6:]
     values = [bench.predictor.predict(each).value for each in (finer, bench.model)]
     change = bench.features.of_values(values[0]) - bench.features.of_values(values[1])
     level = bench.features.points.level[bench.features.row]
@@ -193,7 +199,7 @@ def test_lines_of_two_contacts_or_idle_ones_share_nothing(weights: tuple[float, 
 @pytest.mark.parametrize("number", [0, 1, 2])
 def test_other_shares_of_the_lines_are_modes_of_each_level(long: Bench, paper: ModuleType, number: int) -> None:
     field, n_level = SHARED[number], len(paper.LEVELS)
-    modes = make_budget_modes(long.predictor, long.features, long.model, long.prediction, Budget(shares=1.0), ())
+    modes = make_budget_modes(long.nominal, Budget(shares=1.0), ())
     assert modes.shape[1] == 2 + 4 + len(SHARED) * n_level
     pattern, ends = bulge(WEIGHT), []
     for side in (1, -1):
@@ -219,7 +225,7 @@ def test_other_shares_of_the_lines_are_modes_of_each_level(long: Bench, paper: M
 
 def test_histories_are_drawn_for_each_level_and_leave_the_free_structure(bench: Bench, paper: ModuleType) -> None:
     n_draw = 4
-    modes = make_history_modes(bench.predictor, bench.features, bench.model, bench.prediction, n_draw, 7)
+    modes = make_history_modes(bench.nominal, n_draw, 7)
     points, row = bench.features.points, bench.features.row
     assert modes.shape == (len(row), len(paper.LEVELS) * (n_draw + 1))
     assert not modes[points.free[row]].any()
@@ -239,7 +245,7 @@ def test_histories_grow_with_the_preloads_of_their_draws(bench: Bench, paper: Mo
     prediction = predictor.predict(bench.model)
     features = FeatureVector.of(points, prediction.value, np.isin(points.sensor, ["tip", "root"]))
     plain, none, pressed = (
-        make_history_modes(predictor, features, bench.model, prediction, n_draw, seed, covariance)
+        make_history_modes(ModelFeatures(predictor, features, bench.model, prediction), n_draw, seed, covariance)
         for covariance in (None, np.zeros((2, 2)), together)
     )
     np.testing.assert_array_equal(none, plain)
@@ -279,7 +285,7 @@ def test_histories_of_contacts_that_stick_have_the_covariance_of_all_that_the_co
     predictor = Predictor(points=points)
     prediction = predictor.predict(model)
     features = FeatureVector.of(points, prediction.value, np.ones(4, dtype=bool))
-    modes = make_history_modes(predictor, features, model, prediction, n_draw, seed)
+    modes = make_history_modes(ModelFeatures(predictor, features, model, prediction), n_draw, seed)
     tangents = np.array([np.ravel(each.tangents) for each in joints]).T
     normals = np.array([each.normal for each in joints]).T
     springs = [each.tangential_stiffness for each in joints], [each.normal_stiffness for each in joints]
@@ -308,7 +314,7 @@ def test_a_history_within_the_cone_changes_no_contact_that_sticks(bench: Bench, 
     predictor = Predictor(points=points)
     prediction = predictor.predict(bench.model)
     features = FeatureVector.of(points, prediction.value, np.isin(points.sensor, ["tip", "root"]))
-    modes = make_history_modes(predictor, features, bench.model, prediction, 4, 7)
+    modes = make_history_modes(ModelFeatures(predictor, features, bench.model, prediction), 4, 7)
     fundamental = np.isin(points.sensor, ["tip", "root"])[features.row] & (points.harmonic[features.row] == 1)
     assert HISTORY < 1
     # A stuck contact is linear: round-off, relative to F / X.
@@ -319,7 +325,7 @@ def test_a_history_within_the_cone_changes_no_contact_that_sticks(bench: Bench, 
 def test_curvature_is_the_mean_that_jitter_leaves_behind(bench: Bench) -> None:
     """Where the frequency is + or - one deviation, features are on average off by half their second derivative."""
     deviation = {"jointed": 2e-3, "free": 1e-3}
-    modes = make_curvature_modes(bench.predictor, bench.features, bench.model, bench.prediction, deviation)
+    modes = make_curvature_modes(bench.nominal, deviation)
     free = bench.features.points.free[bench.features.row]
     assert modes.shape == (len(free), 2)
     nominal = bench.features.of_values(bench.prediction.value)
@@ -336,5 +342,5 @@ def test_curvature_is_the_mean_that_jitter_leaves_behind(bench: Bench) -> None:
         np.testing.assert_allclose(mode, expected, rtol=0, atol=1e-5 * np.abs(nominal).max())
         assert np.abs(mode).max() > 1e-4
     # The second order: twice the jitter, four times the mode.
-    twice = make_curvature_modes(bench.predictor, bench.features, bench.model, bench.prediction, {"free": 2e-3})[:, 0]
+    twice = make_curvature_modes(bench.nominal, {"free": 2e-3})[:, 0]
     np.testing.assert_allclose(twice, 4 * modes[:, 1], rtol=0, atol=0.02 * np.abs(twice).max())
