@@ -11,7 +11,7 @@ from scipy.signal import upfirdn
 from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
 from correlation.model import Model
-from correlation.record_propagator import Propagator, make_propagator
+from correlation.record_propagator import SHARED, Propagator, make_propagator
 
 Samples = Float[NDArray[np.float64], "s n"]
 State = Float[NDArray[np.float64], " n"]
@@ -170,15 +170,14 @@ def _march(
 ) -> Float[NDArray[np.float64], "p1 s n"] | None:
     from correlation.record_kernel import march
 
-    def stacked(name: str) -> NDArray[np.float64]:
-        return np.ascontiguousarray([getattr(each, name) for each in matrices], dtype=np.float64)
-
+    stacked = {
+        name: np.ascontiguousarray([getattr(each, name) for each in matrices], dtype=np.float64)
+        for name in Propagator._fields
+        if name not in SHARED
+    }
     value = np.zeros((len(matrices), len(driven.sensors), len(driven.record.time)))
-    done = march(
-        stacked("phi"), stacked("gamma0"), stacked("gamma1"), np.ascontiguousarray(matrices[0].follow),
-        matrices[0].table, stacked("law"), stacked("output"), stacked("feed"),
-        np.ascontiguousarray(start, dtype=np.float64), driven.force, driven.steps, value,
-    )  # fmt: skip
+    begin = np.ascontiguousarray(start, dtype=np.float64)
+    done = march(matrices[0]._replace(**stacked), begin, driven.force, driven.steps, value)
     return value[:, :, driven.first :] if done else None
 
 
