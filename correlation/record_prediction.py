@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -170,7 +171,7 @@ def _march(
 ) -> Float[NDArray[np.float64], "p1 s n"] | None:
     from correlation.record_kernel import march
 
-    stacked = {
+    stacked: dict[str, Any] = {
         name: np.ascontiguousarray([getattr(each, name) for each in matrices], dtype=np.float64)
         for name in Propagator._fields
         if name not in SHARED

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from fe.element import Element
 from fe.errors import MeshError
 from fe.mesh import Mesh
-from fe.mesher.block import Block, Lattice, Map, mesh_blocks, subdivide
+from fe.mesher.block import Block, Coordinates, Lattice, Map, mesh_blocks, subdivide
 from fe.node_sets import add_named_points, add_stations
 from geometry.interface import ContactLine
 from geometry.part import Point
@@ -53,7 +53,7 @@ def mesh_body(
 
 
 def _moved(shape: Map, placement: Placement) -> Map:
-    def moved(u: Lattice, v: Lattice, w: Lattice) -> tuple[Lattice, Lattice, Lattice]:
+    def moved(u: Lattice, v: Lattice, w: Lattice) -> Coordinates:
         points = placement.points(np.stack(np.broadcast_arrays(*shape(u, v, w)), axis=-1))
         return points[..., 0], points[..., 1], points[..., 2]
 

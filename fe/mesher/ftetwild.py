@@ -121,10 +121,7 @@ def make_size_field(
     """A coarse mesh of the box around a body, on whose points lengths of edges can be prescribed [m]."""
     low, high = points.min(axis=0) - spacing, points.max(axis=0) + spacing
     counts = np.maximum(1, np.ceil((high - low) / spacing)).astype(int)
-    box = Block(
-        shape=lambda u, v, w: tuple(a + (b - a) * t for a, b, t in zip(low, high, (u, v, w), strict=True)),
-        counts=(int(counts[0]), int(counts[1]), int(counts[2])),
-    )
+    box = Block.box([*zip(low, high, strict=True)], (int(counts[0]), int(counts[1]), int(counts[2])), {})
     mesh = mesh_blocks([box], TET10)
     used, cells = np.unique(mesh.cells[TET10.cell_type][:, :4], return_inverse=True)
     return mesh.points[used], cells.reshape(-1, 4)
