@@ -106,8 +106,8 @@ class Predictor:
         Directions in frequency that are followed one after another, +1 up, -1 down; their mean is predicted. None lets
         every point begin with the initial sliders.
     linear
-        The jointed structure of the one model that is predicted, from `Configuration.of`, for several predictors that
-        differ in their sliders alone; found anew for each model by default.
+        The jointed structure of the one model that is predicted, from `Configuration.from_model`, for several
+        predictors that differ in their sliders alone; found anew for each model by default.
     """
 
     points: Points
@@ -195,7 +195,7 @@ class Predictor:
 
     def _solver(self, model: Model, free: bool) -> Configuration:
         if self.linear is None or free:
-            return Configuration.of(model, free, self.slider)
+            return Configuration.from_model(model, free, self.slider)
         return self.linear.starting(self.slider)
 
     @cached_property

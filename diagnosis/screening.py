@@ -193,7 +193,7 @@ def _change(problem: Problem, effect: Effect, step: float, relief: Vector) -> Ve
         # Nothing holds a structure with so much of it: it cannot be what is missing.
         return np.zeros(len(fit.residual))
     moved = fit.residual[: fit.n_number] - train.residual(prediction)
-    there = train.found(prediction) & train.found(fit.prediction)
+    there = train.has_prediction(prediction) & train.has_prediction(fit.prediction)
     prior = (values[: len(fit.values)] - fit.values) / fit.unknowns.prior
     return np.concatenate([np.where(there, moved, 0.0), prior])
 

@@ -161,7 +161,7 @@ def make_history_modes(
         amounts = np.random.default_rng([seed, 1]).multivariate_normal(amounts[0], pressed, size=n_draw)
     press = [_press(model, group) for group in model.presses] if pressed is not None else []
     slopes = reference.slopes(press)
-    changes, linear = [], Configuration.of(model, False, None)
+    changes, linear = [], Configuration.from_model(model, False, None)
     shares = LatinHypercube(len(model.system.joints), optimization="random-cd", rng=seed).random(n_draw)
     for share, amount in zip(shares, amounts, strict=True):
         moved = model

@@ -19,12 +19,12 @@ class Preload:
 
     Parameters
     ----------
-    of
+    target
         One of `Model.preloads`.
     """
 
     name: str
-    of: str
+    target: str
     parameters: tuple[EffectParameter, ...] = (RATIO,)
     kind: str = KIND
     physics: str = "The contact line is pressed with another force at rest: bolts, dead weights, assembly."
@@ -37,7 +37,7 @@ class Preload:
         """N_0 of each contact times the ratio, and the static load along its normal; or the load of the dead weight."""
         (ratio,) = values
         # Without its contacts a structure has no preloads.
-        return model.pressed(self.of, ratio) if self.of in model.preloads else model
+        return model.pressed(self.target, ratio) if self.target in model.preloads else model
 
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
@@ -46,10 +46,10 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
     if not model.lines:
         return [Untestable(name=KIND, reason="the model has no contact lines")]
     found: list[Effect | Untestable] = []
-    for of in model.preloads:
-        name = f"{KIND} {'by' if of in model.dead_weights else 'of'} {of}"
-        if of in model.dead_weights or any(each.preload for each in find_contacts(model, of)):
-            found.append(Preload(name=name, of=of))
+    for target in model.preloads:
+        name = f"{KIND} {'by' if target in model.dead_weights else 'of'} {target}"
+        if target in model.dead_weights or any(each.preload for each in find_contacts(model, target)):
+            found.append(Preload(name=name, target=target))
         else:
             found.append(Untestable(name=name, reason="it is zero in the model, and a ratio leaves it so"))
     return found

@@ -52,7 +52,7 @@ class Arrangement:
         Parameters that every fit calibrates.
     added
         Effects that were added before; every fit sets their values anew.
-    train, held
+    train, held_out
         Comparisons with the measurements to fit to, and with those that test a fit.
     settled, jitter
         The held-out comparison without jitter in its covariance, and the jitter as effects with priors: what a test on
@@ -69,7 +69,7 @@ class Arrangement:
     calibration: tuple[CalibrationParameter, ...]
     added: tuple[Effect, ...]
     train: Comparison
-    held: Comparison
+    held_out: Comparison
     settled: Comparison
     jitter: tuple[tuple[Effect, float], ...]
     fit: Fit
@@ -84,7 +84,7 @@ class Arrangement:
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
         """Test on the held-out data; what differs between repeats may settle within its prior."""
-        unknowns = Unknowns.of(fit.model, self.jitter, ())
+        unknowns = Unknowns.from_effects(fit.model, self.jitter, ())
         settled = calibrate(self.settled, unknowns, unknowns.vanishing, fit.prediction)
         return Refit(
             effect=effect, fit=fit, held_chi2=settled.chi2 / settled.n_number,
@@ -100,7 +100,7 @@ def arrange(
     report: Report | None = None,
     *,
     added: Sequence[Added] = (),
-    listed: Callable[[Model], Catalogue] = list_effects,
+    catalogue_of: Callable[[Model], Catalogue] = list_effects,
 ) -> Arrangement:
     """Prepare features, covariance and the first fit.
 
@@ -116,7 +116,7 @@ def arrange(
         Called with what is done, and chi^2 a number.
     added
         Effects that were found before, and where to start them.
-    listed
+    catalogue_of
         Effects of a finer model, among which those that were added are found.
 
     Raises
@@ -129,7 +129,7 @@ def arrange(
     finer = tuple(
         FinerModel(
             unknowns=replace(
-                unknowns, base=each, effects=(*calibration, *(listed(each).alike(effect) for effect in effects))
+                unknowns, base=each, effects=(*calibration, *(catalogue_of(each).alike(effect) for effect in effects))
             ),
             n_calibration=len(calibration),
         )
@@ -155,7 +155,7 @@ def _compared(
     report: Report | None,
 ) -> dict[str, Any]:
     """What an arrangement has of a campaign, by the names of its fields: comparisons, jitter and fit."""
-    train, held = _sides(campaign)
+    train, held_out = _sides(campaign)
     model, fit = unknowns.compose(values), None
     # What a mesh does is the same beside other measurements.
     known = all(each.shift is not None for each in finer)
@@ -170,11 +170,16 @@ def _compared(
             finer = [each.calibrated(comparison, fit) for each in finer]
     assert fit is not None
     refined = [each.compose(values) for each in finer]
-    return {"train": comparison, "fit": fit, "finer": tuple(finer), **_unseen(held, model, prediction, budget, refined)}
+    return {
+        "train": comparison,
+        "fit": fit,
+        "finer": tuple(finer),
+        **_unseen(held_out, model, prediction, budget, refined),
+    }
 
 
 def weigh_beside(
-    campaign: Campaign, arrangement: Arrangement, effect: Effect, fit: Fit, listed: Callable[[Model], Catalogue]
+    campaign: Campaign, arrangement: Arrangement, effect: Effect, fit: Fit, catalogue_of: Callable[[Model], Catalogue]
 ) -> Arrangement:
     """The same measurements, weighed where the model with an effect stands; the fit is still that without it.
 
@@ -187,16 +192,16 @@ def weigh_beside(
         Measurements beside the model.
     effect, fit
         Fitted beside the calibration parameters and what was added.
-    listed
+    catalogue_of
         As in `arrange`.
     """
     of = arrangement
-    train, held = _sides(campaign)
-    finer = [each.with_effects([listed(each.unknowns.base).alike(effect)]) for each in of.finer]
+    train, held_out = _sides(campaign)
+    finer = [each.with_effects([catalogue_of(each.unknowns.base).alike(effect)]) for each in of.finer]
     refined = [each.compose(fit.values) for each in finer]
     comparison, _ = weighted(train, fit.model, fit.prediction, of.budget, refined)
     without = _calibrated(comparison, of.unknowns([]), of.fit.values, of.fit.prediction, None)
-    rest = _unseen(held, fit.model, fit.prediction, of.budget, refined)
+    rest = _unseen(held_out, fit.model, fit.prediction, of.budget, refined)
     return replace(of, train=comparison, fit=without, **rest)
 
 
@@ -204,14 +209,16 @@ def _sides(campaign: Campaign) -> tuple[Measured, Measured]:
     """Measurements to fit to, and those that test a fit."""
     seen, unseen = split_held_out(campaign)
     sweeps = find_sweep_directions(campaign)
-    return Measured.of(seen, sweeps), Measured.of(unseen, sweeps)
+    return Measured.prepare(seen, sweeps), Measured.prepare(unseen, sweeps)
 
 
-def _unseen(held: Measured, model: Model, near: Prediction, budget: Budget, refined: Sequence[Model]) -> dict[str, Any]:
+def _unseen(
+    held_out: Measured, model: Model, near: Prediction, budget: Budget, refined: Sequence[Model]
+) -> dict[str, Any]:
     """What an arrangement has of the held-out data."""
-    tested, apart = weighted(held, model, held.predictor.predict(model, near), budget, refined)
+    tested, apart = weighted(held_out, model, held_out.predictor.predict(model, near), budget, refined)
     settled, shifts = _settled(tested, apart, model)
-    return {"held": tested, "settled": settled, "jitter": tuple(shifts)}
+    return {"held_out": tested, "settled": settled, "jitter": tuple(shifts)}
 
 
 def _calibrated(
@@ -258,7 +265,7 @@ def _relative(comparison: Comparison, prediction: Prediction) -> float:
 
 
 def _unknowns(base: Model, calibration: Sequence[CalibrationParameter], effects: Sequence[Effect]) -> Unknowns:
-    return Unknowns.of(base, [(each, each.deviation) for each in calibration], effects)
+    return Unknowns.from_effects(base, [(each, each.deviation) for each in calibration], effects)
 
 
 def _told(report: Report | None, what: str) -> Callable[[float], None] | None:

@@ -86,7 +86,7 @@ class Data(Protocol):
         """Measured less predicted, in units of what is to be expected of each number, shape (m,)."""
         ...
 
-    def found(self, prediction: Any) -> NDArray[np.bool_]:
+    def has_prediction(self, prediction: Any) -> NDArray[np.bool_]:
         """Which numbers have a prediction, shape (m,)."""
         ...
 

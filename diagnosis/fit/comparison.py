@@ -77,7 +77,7 @@ class Comparison:
         residual = self.whitening(np.where(there, self.measured - predicted, 0.0))
         return np.where(there, residual, NOT_FOUND)
 
-    def found(self, prediction: Prediction) -> Bool[NDArray[np.bool_], " m"]:
+    def has_prediction(self, prediction: Prediction) -> Bool[NDArray[np.bool_], " m"]:
         """Which numbers have a prediction."""
         return np.isfinite(self.features.of_values(prediction.value))
 

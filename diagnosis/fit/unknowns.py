@@ -42,7 +42,7 @@ class Unknowns:
     n_start: int = 0
 
     @classmethod
-    def of(
+    def from_effects(
         cls, base: Model, calibration: Sequence[tuple[Effect, float]], effects: Sequence[Effect], n_start: int = 0
     ) -> "Unknowns":
         """Calibration parameters with their priors, then effects without."""

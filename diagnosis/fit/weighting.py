@@ -41,9 +41,9 @@ class Measured:
     predictor: Predictor
 
     @classmethod
-    def of(cls, observed: Observation, sweeps: tuple[int, ...]) -> "Measured":
+    def prepare(cls, observed: Observation, sweeps: tuple[int, ...]) -> "Measured":
         """Prepare measurements that were swept in these directions, +1 up and -1 down."""
-        features = FeatureVector.of(observed.points, observed.value, observed.motion & observed.heard)
+        features = FeatureVector.choose(observed.points, observed.value, observed.motion & observed.heard)
         return cls(observed=observed, features=features, predictor=Predictor(points=observed.points, sweeps=sweeps))
 
 

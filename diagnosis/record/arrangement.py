@@ -39,7 +39,7 @@ class RecordArrangement:
         Parameters that are always fitted.
     added
         Effects that were added before.
-    train, held
+    train, held_out
         Records.
     fit
         Of the calibration parameters and the added effects.
@@ -49,7 +49,7 @@ class RecordArrangement:
     calibration: tuple[Effect, ...]
     added: tuple[Added, ...]
     train: RecordComparison
-    held: RecordComparison
+    held_out: RecordComparison
     fit: Fit
 
     #: What is left of a record is coloured: no gain of its squared error says by itself that it is worth a fit.
@@ -60,15 +60,15 @@ class RecordArrangement:
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
         """Where ring-downs start, calibration parameters, added effects, then others; a record outweighs all priors."""
         applied = [*self.calibration, *(each.effect for each in self.added), *effects]
-        return Unknowns.of(self.base, (), applied, self.train.n_start)
+        return Unknowns.from_effects(self.base, (), applied, self.train.n_start)
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
         """On the held-out records; ring-downs among them may start where they did."""
-        held = self.held
+        held = self.held_out
         try:
             residual = held.predict(fit.model).residual
             if held.n_start:
-                starts = Unknowns.of(fit.model, (), (), held.n_start)
+                starts = Unknowns.from_effects(fit.model, (), (), held.n_start)
                 residual = calibrate(held, starts, starts.vanishing).residual[: len(residual)]
         except ModelError:  # it runs away on what it was not fitted to
             residual = np.full(len(held.block), np.inf)
@@ -147,8 +147,8 @@ def arrange_records(
     for group, what in zip(groups, ("held out", "for training"), strict=True):
         if not group:
             raise CampaignError(f"all {len(drives)} records are {what}: a fit is trained on some and tested on others")
-    train, held = (RecordComparison.of(group, base, given) for group in groups)
-    unknowns = Unknowns.of(base, (), [*calibration, *(each.effect for each in added)], train.n_start)
+    train, held = (RecordComparison.prepare(group, base, given) for group in groups)
+    unknowns = Unknowns.from_effects(base, (), [*calibration, *(each.effect for each in added)], train.n_start)
     n_own = train.n_start + sum(len(each.parameters) for each in calibration)
     start = np.concatenate([unknowns.vanishing[:n_own], *(each.values for each in added)])
     try:
@@ -160,7 +160,7 @@ def arrange_records(
             + ", ".join(f"{name} {value:.4g}" for name, value in values)
         ) from error
     return RecordArrangement(
-        base=base, calibration=tuple(calibration), added=tuple(added), train=train, held=held, fit=fit
+        base=base, calibration=tuple(calibration), added=tuple(added), train=train, held_out=held, fit=fit
     )
 
 

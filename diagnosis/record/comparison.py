@@ -73,7 +73,7 @@ class RecordComparison:
     search: ClassVar[Search] = Search(steps=40, failures=12, gain=0.0, share=1e-7, updated=False)
 
     @classmethod
-    def of(cls, drives: Sequence[Drive], model: Model, noise: dict[str, float]) -> "RecordComparison":
+    def prepare(cls, drives: Sequence[Drive], model: Model, noise: dict[str, float]) -> "RecordComparison":
         """Records of a model; those without a force start in its lowest modes.
 
         Raises
@@ -135,7 +135,7 @@ class RecordComparison:
         """(measured - predicted) in units of each sensor, shape (m,)."""
         return prediction.residual
 
-    def found(self, prediction: RecordPrediction) -> NDArray[np.bool_]:
+    def has_prediction(self, prediction: RecordPrediction) -> NDArray[np.bool_]:
         """All numbers: a model that runs away has no prediction at all."""
         return np.ones(len(prediction.residual), dtype=bool)
 

@@ -98,7 +98,7 @@ def diagnose_records(
     return Diagnosis(
         arrangement=arrangement, catalogue=Catalogue(candidates=effects, untestable=(*listed.untestable, *left)),
         scores=tuple(scores), before=before, refits=tuple(refits),
-        verdict=judge_records(before, refits, arrangement.held.floor, scores, units),
+        verdict=judge_records(before, refits, arrangement.held_out.floor, scores, units),
     )  # fmt: skip
 
 

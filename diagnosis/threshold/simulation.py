@@ -74,7 +74,7 @@ class Simulation:
 
     @property
     def _sides(self) -> tuple[Comparison, ...]:
-        return (self.arrangement.train, *([self.arrangement.held] if self.held_out else []))
+        return (self.arrangement.train, *([self.arrangement.held_out] if self.held_out else []))
 
     @cached_property
     def _used(self) -> Bool[NDArray[np.bool_], " rows"]:
@@ -92,7 +92,7 @@ class Simulation:
     def _features(self) -> FeatureVector:
         """What the error is linear in."""
         fundamental = np.concatenate([side.features.fundamental for side in self._sides])
-        return FeatureVector.of(self._predictor.points, self._prediction.value, fundamental)
+        return FeatureVector.choose(self._predictor.points, self._prediction.value, fundamental)
 
     @cached_property
     def point(self) -> Int[NDArray[np.int64], " rows"]:

@@ -172,7 +172,7 @@ POINTS = Points(
 
 def comparison() -> SimpleNamespace:
     motion = np.array([True, True, True, False, False, True])
-    features = FeatureVector.of(POINTS, VALUE, motion)
+    features = FeatureVector.choose(POINTS, VALUE, motion)
     measured = features.of_values(VALUE)
     draw = np.random.default_rng(5)
     # The first mode moves a ratio and its reference together.

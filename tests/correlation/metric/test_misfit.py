@@ -43,7 +43,7 @@ def observed(noise: float = 0.0) -> Observation:
 
 def compared(seen: Observation, predicted: NDArray[np.complex128], deviation: float = 0.01) -> Misfit:
     """Each number has a standard deviation of a share of its modulus, and nothing is common."""
-    features = FeatureVector.of(seen.points, seen.value, seen.motion)
+    features = FeatureVector.choose(seen.points, seen.value, seen.motion)
     measured, model = features.of_values(seen.value), features.of_values(predicted)
     modulus = np.tile(np.abs(seen.points.level / seen.value), 2)
     standardised = np.nan_to_num((measured - model) / (deviation * modulus), nan=10.0)

@@ -22,7 +22,7 @@ def sweeps(*sizes: np.ndarray, free: tuple[bool, ...] | None = None) -> tuple[Fe
     is_free, level, frequency, sensor = (np.array(column) for column in zip(*rows, strict=True))
     motion = sensor == "tip"
     points = Points(free=is_free, level=level, frequency=frequency, sensor=sensor, harmonic=motion.astype(np.int64))
-    features = FeatureVector.of(points, np.ones(len(points), dtype=np.complex128), motion)
+    features = FeatureVector.choose(points, np.ones(len(points), dtype=np.complex128), motion)
     row = features.row
     which = np.column_stack([level[row] - 1, frequency[row] - 20]).astype(int)
     size = np.array([sizes[place][number] for place, number in which])

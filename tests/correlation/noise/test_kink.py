@@ -45,7 +45,7 @@ def made(response: Response) -> ModelFeatures:
         sensor=np.tile(["left_N", "right_N"], N_STATE), harmonic=np.zeros(k, dtype=np.int64),
     )  # fmt: skip
     prediction = Told(points, response).predict(0.0)
-    features = FeatureVector.of(points, prediction.value, np.zeros(k, dtype=bool))
+    features = FeatureVector.choose(points, prediction.value, np.zeros(k, dtype=bool))
     predictor: Any = Told(points, response)
     return ModelFeatures(predictor, features, predictor, prediction)
 

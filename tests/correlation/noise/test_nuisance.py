@@ -33,7 +33,7 @@ class Bench:
         self.predictor = Predictor(points=points)
         self.prediction: Prediction = self.predictor.predict(model)
         motion = np.isin(points.sensor, ["tip", "root"])
-        self.features = FeatureVector.of(points, self.prediction.value, motion)
+        self.features = FeatureVector.choose(points, self.prediction.value, motion)
 
     def change(self, plus: Model, minus: Model) -> np.ndarray:
         ends = [self.features.of_values(self.predictor.predict(each, self.prediction).value) for each in (minus, plus)]
@@ -77,7 +77,7 @@ def test_the_last_cause_is_the_preload_of_each_line(bench: Bench) -> None:
     block = bench.jitter[2]
     assert block.shape[1] == 2
     for line, mode in zip(bench.model.lines, block.T, strict=True):
-        ends = [Preload(name=line, of=line).apply(bench.model, [1 + side * STEP]) for side in (1, -1)]
+        ends = [Preload(name=line, target=line).apply(bench.model, [1 + side * STEP]) for side in (1, -1)]
         same(mode, bench.change(*ends), bench)
 
 
@@ -98,7 +98,7 @@ def test_a_model_without_lines_has_frequencies_alone(small: Model, paper: Module
     kept = points.where(points.free)
     predictor = Predictor(points=kept)
     prediction = predictor.predict(free)
-    features = FeatureVector.of(kept, prediction.value, np.ones(len(kept), dtype=bool))
+    features = FeatureVector.choose(kept, prediction.value, np.ones(len(kept), dtype=bool))
     blocks = make_jitter_modes(ModelFeatures(predictor, features, free, prediction))
     assert [block.shape[1] for block in blocks if block.size] == [1, 1]
     assert make_history_modes(ModelFeatures(predictor, features, free, prediction), 2, 1).shape == (
@@ -243,7 +243,7 @@ def test_histories_grow_with_the_preloads_of_their_draws(bench: Bench, paper: Mo
     object.__setattr__(points, "level", np.full(len(points), 1e-3))
     predictor = Predictor(points=points)
     prediction = predictor.predict(bench.model)
-    features = FeatureVector.of(points, prediction.value, np.isin(points.sensor, ["tip", "root"]))
+    features = FeatureVector.choose(points, prediction.value, np.isin(points.sensor, ["tip", "root"]))
     plain, none, pressed = (
         make_history_modes(ModelFeatures(predictor, features, bench.model, prediction), n_draw, seed, covariance)
         for covariance in (None, np.zeros((2, 2)), together)
@@ -284,7 +284,7 @@ def test_histories_of_contacts_that_stick_have_the_covariance_of_all_that_the_co
     )  # fmt: skip
     predictor = Predictor(points=points)
     prediction = predictor.predict(model)
-    features = FeatureVector.of(points, prediction.value, np.ones(4, dtype=bool))
+    features = FeatureVector.choose(points, prediction.value, np.ones(4, dtype=bool))
     modes = make_history_modes(ModelFeatures(predictor, features, model, prediction), n_draw, seed)
     tangents = np.array([np.ravel(each.tangents) for each in joints]).T
     normals = np.array([each.normal for each in joints]).T
@@ -313,7 +313,7 @@ def test_a_history_within_the_cone_changes_no_contact_that_sticks(bench: Bench, 
     object.__setattr__(points, "level", np.full(len(points), 1e-3))
     predictor = Predictor(points=points)
     prediction = predictor.predict(bench.model)
-    features = FeatureVector.of(points, prediction.value, np.isin(points.sensor, ["tip", "root"]))
+    features = FeatureVector.choose(points, prediction.value, np.isin(points.sensor, ["tip", "root"]))
     modes = make_history_modes(ModelFeatures(predictor, features, bench.model, prediction), 4, 7)
     fundamental = np.isin(points.sensor, ["tip", "root"])[features.row] & (points.harmonic[features.row] == 1)
     assert HISTORY < 1

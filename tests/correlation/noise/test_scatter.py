@@ -27,7 +27,7 @@ class Bench:
         self.prediction: Prediction = predictor.predict(model)
         motion = np.isin(self.points.sensor, ["tip", "root"])
         self.motion = motion
-        self.features = FeatureVector.of(self.points, self.prediction.value, motion)
+        self.features = FeatureVector.choose(self.points, self.prediction.value, motion)
         self.deviation = paper.make_deviation(self.points, self.prediction.value)
         self.modes = make_jitter_modes(ModelFeatures(predictor, self.features, model, self.prediction))[:2]
         self.slopes = [self.slope(predictor, model, number) for number in range(2)]

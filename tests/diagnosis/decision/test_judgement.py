@@ -11,7 +11,7 @@ import pytest
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import list_campaign_effects, list_effects
-from diagnosis.decision.judgement import Judgement, Known, judge, second_look
+from diagnosis.decision.judgement import Criteria, Judgement, judge, second_look
 from diagnosis.decision.rules import worse_than_noise
 from diagnosis.decision.verdict import Finding
 from diagnosis.fit.arrangement import Added, Arrangement, arrange, weigh_beside
@@ -49,14 +49,14 @@ def scores(campaign: Any, small: Model, arrangement: Arrangement) -> list[Score]
 
 
 @pytest.fixture(scope="module")
-def known(campaign: Any, small: Model, scores: list[Score]) -> Known:
-    return Known(
+def known(campaign: Any, small: Model, scores: list[Score]) -> Criteria:
+    return Criteria(
         catalogue=list_campaign_effects(campaign, small), scores=scores, thresholds=compute_linear_thresholds(scores)
     )
 
 
 @pytest.fixture(scope="module")
-def first(arrangement: Arrangement, scores: list[Score], known: Known) -> Judgement:
+def first(arrangement: Arrangement, scores: list[Score], known: Criteria) -> Judgement:
     refits = [refit(arrangement, score) for score in scores]
     return judge(arrangement, baseline_fit(arrangement), refits, localise(arrangement), known, computed)
 
@@ -79,7 +79,7 @@ def test_weights_beside_an_effect_are_those_of_an_arrangement_that_has_it(
     listed = partial(list_campaign_effects, campaign)
     found = weigh_beside(campaign, first.arrangement, best.effect, best.fit, listed)
     added = Added(effect=best.effect, values=best.fit.values[-1:])
-    other = arrange(campaign, small, free, BUDGET, added=[added], listed=listed)
+    other = arrange(campaign, small, free, BUDGET, added=[added], catalogue_of=listed)
     assert found.fit.values.shape == first.arrangement.fit.values.shape
     # One is weighed at the fit by the first weights, the other at its own: a small part of what noise there is.
     ratio = found.train.whitening.deviation / other.train.whitening.deviation
@@ -88,7 +88,7 @@ def test_weights_beside_an_effect_are_those_of_an_arrangement_that_has_it(
     assert np.median(abs(moved - 1)) > 2 * np.median(abs(ratio - 1))
 
 
-def test_what_is_hidden_holds_by_its_own_weights(campaign: Any, first: Judgement, known: Known) -> None:
+def test_what_is_hidden_holds_by_its_own_weights(campaign: Any, first: Judgement, known: Criteria) -> None:
     told: list[str] = []
     listed = partial(list_campaign_effects, campaign)
     found = second_look(campaign, doubted(first), known, listed, computed, told.append)
@@ -98,7 +98,7 @@ def test_what_is_hidden_holds_by_its_own_weights(campaign: Any, first: Judgement
     assert told[0] == f"weights beside {TRUE}"
 
 
-def test_what_is_not_hidden_does_not_hold_by_its_own_weights(campaign: Any, first: Judgement, known: Known) -> None:
+def test_what_is_not_hidden_does_not_hold_by_its_own_weights(campaign: Any, first: Judgement, known: Criteria) -> None:
     alone = doubted(replace(first, refits=tuple(each for each in first.refits if each.name == FALSE)))
     told: list[str] = []
     assert second_look(campaign, alone, known, partial(list_campaign_effects, campaign), computed, told.append) is alone

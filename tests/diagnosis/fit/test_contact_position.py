@@ -127,7 +127,7 @@ def test_the_stuck_structure_keeps_its_frequencies(beam: Model) -> None:
 
 def test_rest_stays_rest(beam: Model) -> None:
     """The static load balances the preloads of the contacts where they bear; the two lines alone would cancel."""
-    harder = Preload(name="left", of="left").apply(beam, [1.5])
+    harder = Preload(name="left", target="left").apply(beam, [1.5])
     for factor in (0.9, 1.1):
         closer = with_contact_position(harder, factor).system
         balance = sum(joint.preload * joint.normal for joint in closer.joints if isinstance(joint, FrictionContact))

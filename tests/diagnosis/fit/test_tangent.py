@@ -24,7 +24,7 @@ def at(compose, *values: float, bounds: tuple[float, float] = WIDE):
 
 
 def test_accepted_parameters_scale_what_they_name(small: Model) -> None:
-    unknowns = Unknowns.of(small, [(each, each.deviation) for each in list_calibration_parameters(small)], ())
+    unknowns = Unknowns.from_effects(small, [(each, each.deviation) for each in list_calibration_parameters(small)], ())
     found = dict(
         zip(
             unknowns.names,

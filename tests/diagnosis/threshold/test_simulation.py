@@ -59,7 +59,7 @@ def test_a_free_structure_is_read_with_the_noise_that_was_measured(
     campaign, arrangement = quiet
     table = campaign.measurement
     free = np.array([test.configuration == "free" for test in campaign.tests])[table.test]
-    expected = arrangement.held.predict(arrangement.fit.model)
+    expected = arrangement.held_out.predict(arrangement.fit.model)
     rows = find_points(campaign, expected.points)
     here = np.flatnonzero(free & (rows >= 0) & (table.repeat == 1))
     predicted, deviation = expected.value[rows[here]], paper.make_deviation(expected.points, expected.value)[rows[here]]
@@ -101,7 +101,7 @@ def test_without_noise_repeats_differ_by_their_friction_histories_alone(quiet: t
     campaign, arrangement = quiet
     sides = {
         name: replace(side, noise=0 * side.noise)
-        for name, side in (("train", arrangement.train), ("held", arrangement.held))
+        for name, side in (("train", arrangement.train), ("held", arrangement.held_out))
     }
     simulation = Simulation(campaign=campaign, arrangement=replace(arrangement, jitter=(), **sides))
     drawn = arrange_campaign(simulation.draw(np.random.default_rng(4)))
