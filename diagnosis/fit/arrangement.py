@@ -1,4 +1,4 @@
-"""A campaign beside a model, ready to be compared: training and held-out features, their covariance, a first fit."""
+"""A campaign prepared for comparison with a model: training and held-out features, their covariance, a first fit."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -26,15 +26,15 @@ from diagnosis.fit.weighting import DRAWS, Measured, weighted
 
 Report = Callable[[str, float], None]
 
-#: Friction histories in the covariance of each calibration; each is weighed where the one before it came to.
+#: Friction histories in the covariance of each calibration; each covariance is that at the model of the one before.
 HISTORIES = (4, DRAWS)
-#: chi^2 a number beyond which a calibration may have gone astray.
+#: Reduced chi-squared beyond which a calibration may have missed the minimum.
 ASTRAY = 1.5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Added:
-    """An effect that was added before, and its values, which are fitted again with everything else."""
+    """An effect added in an earlier round and its values, which are fitted again with everything else."""
 
     effect: Effect
     values: Values
@@ -42,27 +42,27 @@ class Added:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Arrangement:
-    """What a diagnosis works on.
+    """Measurements and model of a diagnosis.
 
     Parameters
     ----------
     base
-        The model as the engineer has it, with what was added before.
+        Model without the added effects.
     calibration
-        Parameters that every fit calibrates.
+        Calibration parameters, which every fit sets.
     added
-        Effects that were added before; every fit sets their values anew.
+        Effects added in earlier rounds; every fit sets their values again.
     train, held_out
-        Comparisons with the measurements to fit to, and with those that test a fit.
+        Comparisons with the measurements of a fit, and with those that test it.
     settled, jitter
-        The held-out comparison without jitter in its covariance, and the jitter as effects with priors: what a test on
+        Held-out comparison without jitter in its covariance, and the jitter as effects with priors, which a test on
         other repeats may set.
     fit
-        The calibration parameters and what was added, calibrated on `train`.
+        Fit of the calibration parameters and the added effects to `train`.
     budget
         Numerical error of the model.
     finer
-        The finer models of the budget, calibrated to what the fit says.
+        Finer models of the budget, calibrated to the prediction of the fit.
     """
 
     base: Model
@@ -79,11 +79,11 @@ class Arrangement:
     effort: ClassVar[Effort] = Effort()
 
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
-        """Calibration parameters with their priors; what was added and more effects without."""
+        """Calibration parameters with their priors; added effects and the given ones without."""
         return _unknowns(self.base, self.calibration, [*self.added, *effects])
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
-        """Test on the held-out data; what differs between repeats may settle within its prior."""
+        """Test on the held-out data, after the jitter of their repeats has been fitted within its priors."""
         unknowns = Unknowns.from_effects(fit.model, self.jitter, ())
         settled = calibrate(self.settled, unknowns, unknowns.vanishing, fit.prediction)
         return Refit(
@@ -107,22 +107,22 @@ def arrange(
     Parameters
     ----------
     campaign, base
-        Measurements and model; sensors agree by name.
+        Measurements and model without the added effects; sensors agree by name.
     calibration
-        What every fit calibrates.
+        Calibration parameters, which every fit sets.
     budget
         Numerical error of the model.
     report
-        Called with what is done, and chi^2 a number.
+        Called with the name of the step and chi^2.
     added
-        Effects that were found before, and where to start them.
+        Effects added in earlier rounds, with their start values.
     catalogue_of
-        Effects of a finer model, among which those that were added are found.
+        Effects of a finer model, which the added ones are looked up in.
 
     Raises
     ------
     CampaignError
-        Nothing is held out, a single repeat, or a sensor that the model does not have.
+        Nothing is held out, there is a single repeat, or the model lacks a sensor.
     """
     effects = tuple(each.effect for each in added)
     unknowns = _unknowns(base, calibration, effects)
@@ -141,7 +141,7 @@ def arrange(
 
 
 def arrange_anew(arrangement: Arrangement, campaign: Campaign) -> Arrangement:
-    """Another campaign of the same tests beside the same model; its fit begins where that of the first one ended."""
+    """Arrangement of another campaign of the same tests with the same model; its fit starts from that of the first."""
     of = arrangement
     return replace(of, **_compared(campaign, of.unknowns([]), of.fit.values, of.budget, of.finer, None))
 
@@ -154,17 +154,17 @@ def _compared(
     finer: Sequence[FinerModel],
     report: Report | None,
 ) -> dict[str, Any]:
-    """What an arrangement has of a campaign, by the names of its fields: comparisons, jitter and fit."""
+    """Fields of an arrangement that depend on the campaign: comparisons, jitter and fit."""
     train, held_out = _sides(campaign)
     model, fit = unknowns.compose(values), None
-    # What a mesh does is the same beside other measurements.
+    # The error of a mesh does not depend on the measurements.
     known = all(each.shift is not None for each in finer)
     prediction = train.predictor.predict(model)
-    # Jitter and numerical error depend on where the contacts slip, and so on the fit that they weigh.
+    # Jitter and numerical error depend on where the contacts slip, and so on the fit that they are weights of.
     for n_draw in HISTORIES:
         refined = [each.compose(values) for each in finer]
         comparison, _ = weighted(train, model, prediction, budget, refined, n_draw, fitted=fit is not None)
-        fit = _calibrated(comparison, unknowns, values, prediction, _told(report, "calibration"))
+        fit = _calibrated(comparison, unknowns, values, prediction, _with_step(report, "calibration"))
         model, prediction, values = fit.model, fit.prediction, fit.values
         if not known:
             finer = [each.calibrated(comparison, fit) for each in finer]
@@ -181,17 +181,17 @@ def _compared(
 def weigh_beside(
     campaign: Campaign, arrangement: Arrangement, effect: Effect, fit: Fit, catalogue_of: Callable[[Model], Catalogue]
 ) -> Arrangement:
-    """The same measurements, weighed where the model with an effect stands; the fit is still that without it.
+    """The same measurements with the covariance of the model with an effect; the fit is still that without it.
 
-    What friction histories, jitter and a coarse mesh do depends on where contacts slip, and so on the model that says
-    it. Where the model without an effect is calibrated far from what was measured, so is its covariance.
+    The modes of friction histories, jitter and a coarse mesh depend on where contacts slip, and so on the model. Where
+    the model without an effect is far from the measurements, its covariance is wrong as well.
 
     Parameters
     ----------
     campaign, arrangement
-        Measurements beside the model.
+        Measurements and model.
     effect, fit
-        Fitted beside the calibration parameters and what was added.
+        Effect and its fit, with the calibration parameters and the added effects.
     catalogue_of
         As in `arrange`.
     """
@@ -206,7 +206,7 @@ def weigh_beside(
 
 
 def _sides(campaign: Campaign) -> tuple[Measured, Measured]:
-    """Measurements to fit to, and those that test a fit."""
+    """Training and held-out measurements."""
     seen, unseen = split_held_out(campaign)
     sweeps = find_sweep_directions(campaign)
     return Measured.prepare(seen, sweeps), Measured.prepare(unseen, sweeps)
@@ -215,7 +215,7 @@ def _sides(campaign: Campaign) -> tuple[Measured, Measured]:
 def _unseen(
     held_out: Measured, model: Model, near: Prediction, budget: Budget, refined: Sequence[Model]
 ) -> dict[str, Any]:
-    """What an arrangement has of the held-out data."""
+    """Fields of an arrangement for the held-out data."""
     tested, apart = weighted(held_out, model, held_out.predictor.predict(model, near), budget, refined)
     settled, shifts = _settled(tested, apart, model)
     return {"held_out": tested, "settled": settled, "jitter": tuple(shifts)}
@@ -228,11 +228,11 @@ def _calibrated(
     prediction: Prediction,
     report: Callable[[float], None] | None,
 ) -> Fit:
-    """The first fit; where it may have gone astray, begun anew from a fit of what is almost linear: the lowest level.
+    """First fit; where it may have missed the minimum, a second one starts from a fit of the lowest level alone.
 
     Where a resonance is off by several of its widths, contacts slip in the model at frequencies at which they stick in
-    the test, and no slope of the friction says that the resonance is elsewhere: friction then makes up for it as far
-    as it can. The lowest level says it. What is hidden makes a fit bad as well, and both starts then end alike.
+    the test, and friction parameters make up for it. At the lowest level the model is almost linear and shows where the
+    resonance is. A missing effect makes a fit bad as well; both starts then end alike.
     """
     fit = calibrate(comparison, unknowns, values, prediction, report, exact=True)
     if fit.chi2 <= ASTRAY * fit.n_number:
@@ -247,18 +247,18 @@ def _calibrated(
 
 
 def _settled(comparison: Comparison, seen: Scatter, model: Model) -> tuple[Comparison, list[tuple[Effect, float]]]:
-    """The comparison without jitter in its covariance, and the jitter as effects with priors."""
+    """Comparison without jitter in its covariance, and the jitter as effects with priors."""
     n_jitter = sum(len(covariance) for covariance in seen.jitter)
     modes = comparison.whitening.modes
     assert modes is not None
     without = Whitening(deviation=comparison.whitening.deviation, modes=modes[:, n_jitter:])
-    # Of a mean of as many repeats as most points have.
+    # The jitter of a mean over as many repeats as most points have.
     repeats = float(np.median(comparison.observed.count))
     return replace(comparison, whitening=without), list_jitter(model, [each / repeats for each in seen.jitter])
 
 
 def _relative(comparison: Comparison, prediction: Prediction) -> float:
-    """Root mean square relative error of the fundamentals of motion, each as large as it is measured."""
+    """Root mean square relative error of the fundamentals of motion."""
     there = np.isfinite(prediction.value) & comparison.features.fundamental
     measured = comparison.observed.value[there]
     return float(np.sqrt(np.mean(np.abs(prediction.value[there] / measured - 1) ** 2)))
@@ -268,5 +268,5 @@ def _unknowns(base: Model, calibration: Sequence[CalibrationParameter], effects:
     return Unknowns.from_effects(base, [(each, each.deviation) for each in calibration], effects)
 
 
-def _told(report: Report | None, what: str) -> Callable[[float], None] | None:
-    return None if report is None else lambda chi2: report(what, chi2)
+def _with_step(report: Report | None, step: str) -> Callable[[float], None] | None:
+    return None if report is None else lambda chi2: report(step, chi2)

@@ -1,4 +1,4 @@
-"""Measurements and the covariance that they are compared with a model by."""
+"""Covariance by which measurements are compared with a model."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -28,13 +28,13 @@ from diagnosis.fit.jitter import list_preload_jitter
 
 #: Friction histories drawn for the covariance, and the seed that they are drawn with.
 DRAWS, SEED = 16, 1
-#: Histories by which the jitter between repeats is told before all of them are drawn with it.
+#: Histories from which the jitter between repeats is estimated before all histories are drawn with it.
 FEW = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Measured:
-    """Measurements, how they are compared, and what predicts the same."""
+    """Measurements, their features, and a predictor of the same points."""
 
     observed: Observation
     features: FeatureVector
@@ -48,7 +48,7 @@ class Measured:
 
 
 def weighted(
-    of: Measured,
+    measured: Measured,
     model: Model,
     prediction: Prediction,
     budget: Budget,
@@ -57,43 +57,43 @@ def weighted(
     *,
     fitted: bool = True,
 ) -> tuple[Comparison, Scatter]:
-    """The comparison with noise, jitter, friction histories and numerical error in its covariance, and the jitter.
+    """Comparison with noise, jitter, friction histories and numerical error in its covariance, and the jitter.
 
     Parameters
     ----------
-    of
+    measured
         Measurements.
     model, prediction
-        Where modes are taken.
+        Model whose modes are taken, and its prediction.
     budget
         Numerical error.
     refined
         Finer models with the parameters of `model`.
     n_draw
-        Friction histories.
+        Number of friction histories.
     fitted
-        Whether the model was calibrated before, so that states that it misses stand out.
+        Whether the model is calibrated, so that states far from their neighbours get less weight.
     """
-    nominal = ModelFeatures(of.predictor, of.features, model, prediction)
+    nominal = ModelFeatures(measured.predictor, measured.features, model, prediction)
     repeats = make_jitter_modes(nominal)
     errors = make_budget_modes(nominal, budget, refined)
     history = partial(make_history_modes, nominal)
-    seen = estimate_scatter(of.observed, of.features, repeats, history(min(n_draw, FEW), SEED), errors)
+    seen = estimate_scatter(measured.observed, measured.features, repeats, history(min(n_draw, FEW), SEED), errors)
     if n_draw > FEW:
         pressed = seen.jitter[2] if len(seen.jitter) > 2 else None
-        seen = estimate_scatter(of.observed, of.features, repeats, history(n_draw, SEED, pressed), errors)
+        seen = estimate_scatter(measured.observed, measured.features, repeats, history(n_draw, SEED, pressed), errors)
     jitter = {name: float(np.sqrt(each[0, 0])) for name, each in zip(("jointed", "free"), seen.jitter, strict=False)}
     bent = make_curvature_modes(nominal, jitter)
     shifts = _shifts(model, repeats, seen)
-    n_repeat = float(np.median(of.observed.count))
+    n_repeat = float(np.median(measured.observed.count))
     kinks = make_kink_modes(nominal, shifts, seen.whitening.deviation, n_repeat)
     seen = seen._replace(whitening=seen.whitening.with_modes(np.column_stack([bent, kinks])))
     comparison = Comparison(
-        observed=of.observed,
-        features=of.features,
-        measured=of.features.of_repeats(of.observed.repeat, of.observed.taken),
+        observed=measured.observed,
+        features=measured.features,
+        measured=measured.features.of_repeats(measured.observed.repeat, measured.observed.taken),
         whitening=seen.whitening,
-        predictor=of.predictor,
+        predictor=measured.predictor,
         noise=seen.noise,
     )
     if fitted:
@@ -102,14 +102,14 @@ def weighted(
 
 
 def _steadied(comparison: Comparison, prediction: Prediction) -> Comparison:
-    """With less weight for states that stand out."""
+    """The comparison with less weight for outlying states."""
     factor = weigh_outliers(comparison.features, comparison.residual(prediction))
     whitening = Whitening(deviation=comparison.whitening.deviation * factor, modes=comparison.whitening.modes)
     return replace(comparison, whitening=whitening)
 
 
 def _shifts(model: Model, repeats: Sequence[Modes], seen: Scatter) -> list[Shift]:
-    """The frequency of the jointed test, and what the preloads do most, by `REACH` standard deviations."""
+    """Shifts by `REACH` standard deviations: of the frequency of the jointed test, and the largest one of preloads."""
     found, size = [], REACH * float(np.sqrt(seen.jitter[0][0, 0]))
     if size:
         ends = (model.shifted("jointed", size), model.shifted("jointed", -size))
