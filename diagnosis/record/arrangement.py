@@ -23,26 +23,26 @@ from diagnosis.record.comparison import RecordComparison
 from geometry.errors import InputError
 from hbsolve.errors import ModelError
 
-#: Share of an effect that must be left by the fitted numbers for it to be told from them: below, it is numerical error.
+#: Least share of an effect that the fitted parameters cannot absorb, for it to be distinguishable from numerical error.
 LEFT = 1e-4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecordArrangement:
-    """What a diagnosis of time records works on.
+    """Records and model of a diagnosis.
 
     Parameters
     ----------
     base
         Model without the added effects.
     calibration
-        Parameters that are always fitted.
+        Calibration parameters, which every fit sets.
     added
-        Effects that were added before.
+        Effects added in earlier rounds.
     train, held_out
-        Records.
+        Training records and held-out records.
     fit
-        Of the calibration parameters and the added effects.
+        Fit of the calibration parameters and the added effects.
     """
 
     base: Model
@@ -52,25 +52,25 @@ class RecordArrangement:
     held_out: RecordComparison
     fit: Fit
 
-    #: What is left of a record is coloured: no gain of its squared error says by itself that it is worth a fit.
+    #: The residual of a record is coloured: no gain of its squared error alone justifies or excludes a fit.
     effort: ClassVar[Effort] = Effort(
         unseen=0.0, least_left=LEFT, together=False, best=4, most=4, worthless=0.0, finalists=4, far_behind=np.inf
     )
 
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
-        """Where ring-downs start, calibration parameters, added effects, then others; a record outweighs all priors."""
+        """Starts of ring-downs, calibration parameters, added effects, then others; a record outweighs all priors."""
         applied = [*self.calibration, *(each.effect for each in self.added), *effects]
         return Unknowns.from_effects(self.base, (), applied, self.train.n_start)
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
-        """On the held-out records; ring-downs among them may start where they did."""
+        """Test on the held-out records; starts of ring-downs among them are fitted."""
         held = self.held_out
         try:
             residual = held.predict(fit.model).residual
             if held.n_start:
                 starts = Unknowns.from_effects(fit.model, (), (), held.n_start)
                 residual = calibrate(held, starts, starts.vanishing).residual[: len(residual)]
-        except ModelError:  # it runs away on what it was not fitted to
+        except ModelError:  # it diverges on records that it was not fitted to
             residual = np.full(len(held.block), np.inf)
         errors = held.errors(residual)
         return Refit(
@@ -81,7 +81,7 @@ class RecordArrangement:
         )  # fmt: skip
 
     def testable(self, effects: Sequence[Effect]) -> tuple[tuple[Effect, ...], tuple[Untestable, ...]]:
-        """Effects that a march through time can take, and the others with the reason."""
+        """Effects that a march through time allows, and the others with the reason."""
         found, left = [], []
         for effect in effects:
             unknowns = self.unknowns([effect])
@@ -118,17 +118,17 @@ def arrange_records(
     base
         Model without the added effects.
     records
-        Some of them held out.
+        Records, some of them held out.
     calibration
-        Parameters that are always fitted, such as `list_calibration_parameters(base)` and the gain of a sensor.
+        Parameters of every fit, such as `list_calibration_parameters(base)` and the gain of a sensor.
     added
-        Effects that were added before.
+        Effects added in earlier rounds.
     run_in
-        What is not compared at the beginning of records with a force [s].
+        Duration at the beginning of records with a force that is not compared [s].
     noise
         Standard deviation of the noise of sensors, by name [unit of the record]; none if it is not known.
     steps
-        Of the march a sample [-].
+        Steps of the march per sample [-].
 
     Raises
     ------
@@ -169,9 +169,9 @@ def _root_mean_square(errors: Float[NDArray[np.float64], " records"]) -> float:
 
 
 def record_level(base: Model, records: Sequence[TimeRecord]) -> float:
-    """Harmonic force at the first resonance that would move the sensors as far as the records show [N, or V].
+    """Harmonic force at the first resonance that would move the sensors as far as in the records [N, or V].
 
-    Typical strengths of nonlinear effects are reckoned at it.
+    Typical strengths of nonlinear effects are computed at it.
     """
     size = measure_scale(base)
     resonance = size.resonances[0]
@@ -189,7 +189,7 @@ def record_level(base: Model, records: Sequence[TimeRecord]) -> float:
 
 
 def about_mean(record: TimeRecord) -> TimeRecord:
-    """The record with the mean of its force taken off: the offset of an amplifier is no force."""
+    """Record without the mean of its force, which is the offset of an amplifier."""
     if record.force is None:
         return record
     values = np.array(record.values)
@@ -199,7 +199,7 @@ def about_mean(record: TimeRecord) -> TimeRecord:
 
 
 def stretch(record: TimeRecord, first: int, last: int, *, name: str, held_out: bool) -> TimeRecord:
-    """Samples `first` to `last` (not included) of a record as one of their own."""
+    """Samples `first` to `last` (not included) of a record as a new record."""
     if not 0 <= first < last <= len(record.time):
         raise CampaignError(
             f'record "{record.name}" has samples 0 to {len(record.time) - 1}: {first} to {last - 1} are not in it'

@@ -1,4 +1,4 @@
-"""Detection thresholds: the gain and the misfit that a diagnosis must exceed before it claims anything."""
+"""Detection thresholds: the gain and the misfit that an effect or an unknown force must exceed to be named."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,28 +9,28 @@ from numpy.typing import NDArray
 
 from diagnosis.screening import Score
 
-#: What the linear theory leaves out, by experience: refits gain more than it says.
+#: Factor on the gains of the linear theory: refits gain more, by experience.
 MARGIN = 2.0
-#: What an unknown force gains beyond its numbers where nothing is missing; of the order of the gains of effects.
+#: Threshold of the misfit as a multiple of that of the gain, by experience.
 UNKNOWN_FORCE = 1.5
-#: ... and at least, however few effects there are to try: that of eight numbers at one of ten places, by chance.
+#: Least threshold of the misfit, however few effects there are: chance gain of eight parameters at one of ten places.
 LEAST_MISFIT = 18.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Thresholds:
-    """Thresholds of one layout of tests, sensors and model.
+    """Detection thresholds of one layout of tests, sensors and model.
 
     Parameters
     ----------
     gain
-        Fall of chi^2 by the best effect that a share `false_alarms` of campaigns without any effect exceeds.
+        Fall of chi^2 by the best effect that a share `false_alarms` of campaigns without any effect exceeds [-].
     misfit
-        What an unknown force at one place gains beyond the numbers that it has, exceeded as seldom.
+        Gain of an unknown force at one place, beyond the number of its parameters, of the same share [-].
     false_alarms
-        That share [-].
+        Share of campaigns [-].
     n_trial
-        Campaigns without any effect that told them; 0 if they come from the linear theory alone.
+        Number of simulated campaigns without any effect; 0 if the thresholds are those of the linear theory [-].
     """
 
     gain: float
@@ -39,12 +39,12 @@ class Thresholds:
     n_trial: int = 0
 
 
-#: Where the gains of chi^2 decide nothing.
+#: For data that another gate decides about.
 NO_THRESHOLDS = Thresholds(gain=0.0, misfit=0.0)
 
 
 def compute_linear_thresholds(scores: Sequence[Score], false_alarms: float = 0.01) -> Thresholds:
-    """Thresholds for a layout without a bootstrap: those of the linear theory with a margin."""
+    """Detection thresholds of the linear theory with a margin, for a layout without a bootstrap."""
     gain = MARGIN * find_threshold(draw_null_gains(scores), false_alarms)
     return Thresholds(gain=gain, misfit=max(UNKNOWN_FORCE * gain, LEAST_MISFIT), false_alarms=false_alarms)
 
@@ -87,12 +87,12 @@ def draw_null_gains(scores: Sequence[Score]) -> Float[NDArray[np.float64], " n"]
 
 
 def find_threshold(gains: Float[NDArray[np.float64], " n"], false_alarms: float) -> float:
-    """Gain that a share of nulls exceeds."""
+    """Gain that a share of residuals without any effect exceeds."""
     return float(np.quantile(gains, 1 - false_alarms))
 
 
 def _one_sided(score: Score) -> int:
-    """Sign of the direction towards which the strength may grow alone; 0 for both."""
+    """Sign of the only direction in which the strength may grow; 0 for both directions."""
     parameter = score.effect.parameters[0]
     forward = np.sign(parameter.typical - parameter.vanishes)
     if parameter.lower == parameter.vanishes:
