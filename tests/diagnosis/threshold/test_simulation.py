@@ -101,7 +101,7 @@ def test_without_noise_repeats_differ_by_their_friction_histories_alone(quiet: t
     campaign, arrangement = quiet
     sides = {
         name: replace(side, noise=0 * side.noise)
-        for name, side in (("train", arrangement.train), ("held", arrangement.held_out))
+        for name, side in (("train", arrangement.train), ("held_out", arrangement.held_out))
     }
     simulation = Simulation(campaign=campaign, arrangement=replace(arrangement, jitter=(), **sides))
     drawn = arrange_campaign(simulation.draw(np.random.default_rng(4)))
