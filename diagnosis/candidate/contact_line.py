@@ -1,4 +1,4 @@
-"""One contact line against the others: a property of its contacts, scaled."""
+"""Effects on one contact line relative to the others: a scaled property of its contacts."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,14 +11,14 @@ from reduction.jointed_system import FrictionContact
 
 
 def find_contacts(model: Model, line: str) -> list[FrictionContact]:
-    """Contacts of a line, in order along it; none where the test does not have the line."""
+    """Contacts of a line, in order along it; none in a configuration without the line."""
     members = model.lines.get(line, ())
     found = {contact.name: contact for contact in friction_contacts(model.system.joints)}
     return [found[name] for name in members]
 
 
 def scale_contacts(model: Model, factor: dict[str, float], quantity: str) -> Model:
-    """A property of the contacts times a factor for each line."""
+    """Model with a property of the contacts times a factor for each line."""
     return model.with_joints(
         {
             contact.name: {quantity: value * getattr(contact, quantity)}
@@ -30,14 +30,14 @@ def scale_contacts(model: Model, factor: dict[str, float], quantity: str) -> Mod
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LineRatio:
-    """A property of a line times a ratio; or times its root, and another line's divided by it.
+    """A property of a line times a ratio; or times its root, and that of another line divided by the root.
 
     Parameters
     ----------
     line, other
-        The line that is scaled up; the one that is scaled down ("" for none).
+        Line that is scaled up, and line that is scaled down ("" for none).
     quantity
-        Field of `FrictionContact`.
+        Scaled field of `FrictionContact`.
     """
 
     name: str
@@ -50,7 +50,7 @@ class LineRatio:
     other: str = ""
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """The contacts of the lines with other values."""
+        """Model with scaled contacts."""
         (ratio,) = values
         factor = {self.line: sqrt(ratio), self.other: 1 / sqrt(ratio)} if self.other else {self.line: ratio}
         return scale_contacts(model, factor, self.quantity)
@@ -59,10 +59,10 @@ class LineRatio:
 def list_line_ratios(
     model: Model, *, kind: str, quantity: str, physics: str, signature: str
 ) -> list[Effect | Untestable]:
-    """A property of each line against the others.
+    """Effects on a property of each line relative to the others.
 
-    What all lines have in common is a calibration parameter, so that two lines have one question between them: their
-    ratio. It leaves the geometric mean, the common value, as it is.
+    The common value of all lines is a calibration parameter. Two lines therefore have a single effect, their ratio,
+    which leaves their geometric mean as it is.
     """
     lines = list(model.lines)
     if not lines:

@@ -1,4 +1,4 @@
-"""Where an effect may act at a point: the named places that move, each once, and what hangs on them."""
+"""Places at which effects may act: the named places that move, without repetition; joints added there."""
 
 from dataclasses import dataclass
 
@@ -25,11 +25,11 @@ class Place:
     Parameters
     ----------
     name
-        As in the test model.
+        Name in the model.
     row
-        Over the degrees of freedom, shape (r,) [-].
+        Row over the degrees of freedom, shape (r,) [-].
     rotational
-        It is an angle, so that forces there are moments.
+        Whether it is an angle, so that forces there are moments.
     """
 
     name: str
@@ -37,14 +37,14 @@ class Place:
     rotational: bool = False
 
     def unit(self, of_displacement: str, of_rotation: str) -> str:
-        """The one that suits it."""
+        """Unit for a displacement or for a rotation."""
         return of_rotation if self.rotational else of_displacement
 
 
 def find_moving_places(
     model: Model, scale: Scale, kind: str, least: float = MOVES
 ) -> tuple[list[Place], list[Untestable]]:
-    """Places where an effect can act, and those where it cannot with the reason."""
+    """Places where an effect can act, and effects at other places with the reason why they cannot be tested."""
     if not model.places:
         return [], [Untestable(name=kind, reason="the model names no place: give places as rows over its DOFs")]
     rows = [*model.places.values(), *(each.row for each in model.sensors if isinstance(each, Sensor))]
@@ -69,12 +69,12 @@ def find_moving_places(
 
 
 def is_parallel(one: Row, other: Row) -> bool:
-    """Whether two rows are the same but for a factor."""
+    """Whether two rows are equal up to a factor."""
     return bool(abs(one @ other) >= (1 - 1e-9) * np.linalg.norm(one) * np.linalg.norm(other))
 
 
 def find_dof(model: Model, row: Row) -> Dof | None:
-    """The degree of freedom that a row follows, with a factor of 1 or -1; none if it is a mix or none that is known."""
+    """Degree of freedom that a row follows, with a factor of 1 or -1; none for a combination or an unknown one."""
     where = np.flatnonzero(row)
     if len(where) != 1 or abs(row[where[0]]) != 1.0:
         return None
@@ -83,12 +83,12 @@ def find_dof(model: Model, row: Row) -> Dof | None:
 
 
 def with_cubic_spring(model: Model, name: str, row: Row, stiffness: float) -> Model:
-    """A cubic spring more; one of this name gets stiffer instead."""
+    """Model with a further cubic spring; one of this name gets stiffer instead."""
     return _with_joint(model, CubicSpring(name=name, direction=row, stiffness=stiffness), "stiffness")
 
 
 def with_quadratic_damper(model: Model, name: str, row: Row, damping: float) -> Model:
-    """A quadratic damper more; one of this name damps more instead."""
+    """Model with a further quadratic damper; one of this name gets stronger instead."""
     return _with_joint(model, QuadraticDamper(name=name, direction=row, damping=damping), "damping")
 
 

@@ -1,4 +1,4 @@
-"""Kinds of effects, one a file: what may be missing from a model. `EFFECTS` finds them."""
+"""Kinds of effects that may be missing from a model, one per file; `EFFECTS` finds them."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,26 +13,26 @@ __all__ = ["EFFECTS", "EffectKind"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EffectKind:
-    """What may be missing, wherever it acts.
+    """A kind of effect, at any place.
 
     Parameters
     ----------
     name
         The `kind` of its effects, such as "mass".
     acts_on
-        What of a model it acts on, in the plural, such as "places that move".
+        Objects of a model that it acts on, in the plural, such as "places that move".
     physics, signature
-        The cause, and how it shows in measurements, in a sentence each.
+        Physical cause, and signature in measurements, in a sentence each.
     parameters
-        Names of its numbers, the strength first, each with its unit, or its units of a motion and of a rotation.
+        Units of its parameters by name, the strength first: one, or those for a displacement and for a rotation.
     candidates
-        Effects on a model of a size, and those that cannot be tested with the reason.
+        Function of a model and its scale: effects, and those that cannot be tested with the reason.
     order
-        Place among other kinds where all are listed: smaller first.
+        Rank in lists of all kinds: smaller first [-].
     is_rugged
-        Whether it acts through stick and slip alone: its derivative may point the wrong way.
+        Whether it acts through stick and slip alone, so that its derivative may have the wrong sign.
     is_alike
-        Whether two effects of two meshes are the same; those of one name by default.
+        Function that decides whether effects of two meshes are the same; by their names by default.
     """
 
     name: str

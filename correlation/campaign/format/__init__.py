@@ -1,4 +1,4 @@
-"""Formats of campaigns, one a file; `FORMATS` finds them."""
+"""Formats of campaigns, one per file; `FORMATS` finds them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
