@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 
 from correlation.configuration import Configuration, Tangent
 from correlation.model import Model
+from correlation.row_table import RowTable
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
 from hbsolve.state import SteadyState
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Points:
+class Points(RowTable):
     """Where something is measured: k rows, each one harmonic of one sensor at one level and frequency.
 
     Parameters
@@ -46,19 +47,6 @@ class Points:
     frequency: Float[NDArray[np.float64], " k"]
     sensor: NDArray[np.str_]
     harmonic: Int[NDArray[np.int64], " k"]
-
-    def __len__(self) -> int:
-        return len(self.level)
-
-    def where(self, chosen: NDArray[np.bool_]) -> "Points":
-        """Some of the rows."""
-        return Points(
-            free=self.free[chosen],
-            level=self.level[chosen],
-            frequency=self.frequency[chosen],
-            sensor=self.sensor[chosen],
-            harmonic=self.harmonic[chosen],
-        )
 
 
 #: Relative difference of motions below which two sweeps count as one.

@@ -5,7 +5,7 @@ A steady state is :math:`x(t) = \operatorname{Re} \sum_k X_k e^{i k \Omega t}` u
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.campaign.time_record import TimeRecord
+from correlation.row_table import RowTable
 from geometry.read_only_array import freeze_fields
 
 IntColumn = Int[NDArray[np.int64], " k"]
@@ -86,7 +87,7 @@ class Test:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Measurement:
+class Measurement(RowTable):
     """Complex amplitudes, one a row; sorted by test, level, frequency, sensor, harmonic, sweep, repeat when read.
 
     Parameters
@@ -123,14 +124,6 @@ class Measurement:
         freeze_fields(self, "test", "order", "repeat", "sweep", "sensor", "harmonic", kind=np.int64)
         freeze_fields(self, "level", "frequency")
         freeze_fields(self, "value", kind=np.complex128)
-
-    def __len__(self) -> int:
-        """Number of rows."""
-        return len(self.value)
-
-    def where(self, rows: Mask | IntColumn) -> "Measurement":
-        """Some of the rows, by a mask or by their numbers."""
-        return replace(self, **{each.name: getattr(self, each.name)[rows] for each in fields(self)})
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import SAME_FREQUENCY, Campaign
 from correlation.errors import CampaignError
 from correlation.prediction import Points
+from correlation.row_table import RowTable
 from correlation.suspicion.jump import find_jumps
 
 #: Readings of a sensor that, at most frequencies of a level, are below this many times their scatter are noise.
@@ -16,7 +17,7 @@ HEARD = 2.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Observation:
+class Observation(RowTable):
     """What was measured at k points in R repeats.
 
     Parameters
@@ -71,15 +72,6 @@ class Observation:
         loud = size * np.maximum(n - 1, 1) >= HEARD**2 * apart
         told, heard = np.bincount(group, n > 1), np.bincount(group, loud & (n > 1))
         return np.asarray((2 * heard >= told)[group])
-
-    def where(self, chosen: Bool[NDArray[np.bool_], " k"]) -> "Observation":
-        """Some of the rows."""
-        return Observation(
-            points=self.points.where(chosen),
-            repeat=self.repeat[chosen],
-            motion=self.motion[chosen],
-            taken=self.taken[chosen],
-        )
 
 
 def arrange_campaign(campaign: Campaign) -> Observation:

@@ -12,7 +12,7 @@ repeats:
 """
 
 from collections.abc import Collection
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -30,6 +30,7 @@ from correlation.campaign.measurement import (
 )
 from correlation.errors import CampaignError
 from correlation.noise.variance import estimate_design_effect, pool_variance
+from correlation.row_table import RowTable
 from geometry.read_only_array import freeze_fields
 
 POINT = ("test", "sensor", "harmonic", "level", "frequency")
@@ -151,7 +152,7 @@ def starts_of(table: Measurement, names: tuple[str, ...]) -> IntColumn:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FeatureTable:
+class FeatureTable(RowTable):
     """Means over repeats and sweeps, one a (test, level, frequency, sensor, harmonic).
 
     Parameters
@@ -184,14 +185,6 @@ class FeatureTable:
         freeze_fields(self, "test", "sensor", "harmonic", "n", kind=np.int64)
         freeze_fields(self, "level", "frequency", "deviation", "spread")
         freeze_fields(self, "value", kind=np.complex128)
-
-    def __len__(self) -> int:
-        """Number of rows."""
-        return len(self.value)
-
-    def where(self, rows: Mask | IntColumn) -> "FeatureTable":
-        """Some of the rows, by a mask or by their numbers."""
-        return replace(self, **{each.name: getattr(self, each.name)[rows] for each in fields(self)})
 
 
 def extract_features(

@@ -12,6 +12,7 @@ from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.metric.response import amplitude_error, phase_error
 from correlation.prediction import Points
+from correlation.row_table import RowTable
 from fe.notebook import Tabular
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ CLEAR = 5.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Misfit(Tabular):
+class Misfit(RowTable, Tabular):
     """A model beside measurements, one row a point.
 
     Parameters
@@ -92,18 +93,6 @@ class Misfit(Tabular):
                 "predicted [SI]": self.predicted,
                 "misfit [standard deviations]": self.size,
             }
-        )
-
-    def where(self, chosen: Mask) -> "Misfit":
-        """Some of the rows."""
-        return Misfit(
-            points=self.points.where(chosen),
-            motion=self.motion[chosen],
-            measured=self.measured[chosen],
-            predicted=self.predicted[chosen],
-            deviation=self.deviation[chosen],
-            standardised=self.standardised[chosen],
-            whitened=self.whitened[chosen],
         )
 
 

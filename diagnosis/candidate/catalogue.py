@@ -140,12 +140,13 @@ def list_effects(
 def list_campaign_effects(
     campaign: Campaign, model: Model, *, without: Collection[str] = (), extra: Sequence[Extra] = ()
 ) -> Catalogue:
-    """All candidates for a model, as strong as the tests of a campaign make them.
+    """All candidates for a model, with typical strengths for the tests of a campaign.
 
     Parameters
     ----------
     campaign
-        Whose configurations count, and the highest level of each; of time records alone, 1 N on the jointed structure.
+        Campaign, whose configurations are tested, at the highest level of each; with time records alone, 1 N on the
+        jointed structure.
     model, without, extra
         As for `list_effects`.
     """
