@@ -108,7 +108,7 @@ def rig_film(
     subtitle: str,
 ) -> NDArray[np.uint8]:
     """Bytes of the film."""
-    whole = whole_mesh(model.meshes())
+    whole = join_meshes(model.meshes())
     nodes = [whole.node_sets[f"{pair.other}.{pair.other_line.name}"] for pair in mating_pairs(model.rig).values()]
     stations = StationStates(node=np.concatenate(nodes), states=status)
     with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
