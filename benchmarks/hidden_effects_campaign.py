@@ -36,7 +36,7 @@ MOST_SCORES = 10
 
 @cache
 def setup() -> Setup:
-    """Model, accepted parameters and numerical error under test: those of the shipped beam."""
+    """Model, calibration parameters and numerical error under test: those of the shipped beam."""
     return read_case(BEAM).setup
 
 

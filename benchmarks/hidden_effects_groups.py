@@ -1,6 +1,6 @@
 """Groups of effects that the layout of tests and sensors cannot tell apart, whatever the truth.
 
-The whitened sensitivities of all candidates, the accepted parameters projected out, at the calibrated model of a
+The whitened sensitivities of all candidates, the calibration parameters projected out, at the calibrated model of a
 campaign without any effect: two whose cosine is large do the same to all measurements. The campaign lends its points
 and its noise alone; its seed scores nothing. `python -m benchmarks.hidden_effects --groups` writes the file.
 """
@@ -42,7 +42,7 @@ class Groups:
         """As the file."""
         lines = [
             "# Effects that the layout of the benchmark's campaigns cannot tell apart: |cos| of their whitened",
-            "# sensitivities, the accepted parameters projected out, is `same` or more. Pairs below it are listed for",
+            "# sensitivities, the calibration parameters projected out, is `same` or more. Pairs below are listed for",
             "# what they are. Made before any campaign was scored, by: python -m benchmarks.hidden_effects --groups",
             f"same = {self.same}",
             f"unseen = [{', '.join(_quoted(name) for name in self.unseen)}]",
@@ -91,7 +91,7 @@ def make_groups(file: Path = FILE) -> Groups:
     """Screen a campaign without any effect, and write the file."""
     from benchmarks.hidden_effects_campaign import setup
     from correlation.campaign.read_campaign import read_campaign
-    from diagnosis.candidate.catalogue import catalogue
+    from diagnosis.candidate.catalogue import list_effects
     from diagnosis.fit.arrangement import arrange
     from diagnosis.screening import screen
     from transient.bench.hidden_effect import make_campaign
@@ -102,7 +102,7 @@ def make_groups(file: Path = FILE) -> Groups:
         campaign = read_campaign(Path(folder))
         arrangement = arrange(campaign, model.model, model.accepted, model.budget)
         level = float(campaign.measurement.level.max())
-        scores = screen(arrangement, catalogue(model.model, level=level).candidates)
+        scores = screen(arrangement, list_effects(model.model, level=level).candidates)
     groups = groups_of(scores)
     file.write_text(groups.toml, encoding="utf-8")
     return groups

@@ -14,7 +14,7 @@ KIND = {
     "cubic": "cubic",
     "air_damping": "air damping",
     "gap": "gap",
-    "preload": "pre-load",
+    "preload": "preload",
     "friction": "friction coefficient",
 }
 #: Rows of the score: what is planted, and whether the catalogue lacks it. A stop is never in the catalogue.
@@ -81,7 +81,7 @@ def effect_name(truth: PlantedTruth, base: Model) -> str:
         case "gap":
             return f"gap of {place} at {base.lines[place][-1]}"
         case "preload":
-            return f"pre-load of {place}"
+            return f"preload of {place}"
         case "friction":
             left, right = base.lines
             return f"friction coefficient of {left} against {right}"
@@ -90,7 +90,7 @@ def effect_name(truth: PlantedTruth, base: Model) -> str:
 
 
 def effect_value(truth: PlantedTruth) -> float:
-    """The value that the effect's parameter has in truth, beside the specimen's own accepted parameters."""
+    """The value that the effect's parameter has in truth, beside the specimen's own calibration parameters."""
     side = 0 if truth.effect.place == "left" else 1
     match truth.effect.kind:
         case "preload":

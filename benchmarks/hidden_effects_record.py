@@ -67,7 +67,7 @@ class Record:
     scores
         Gains of the screening by name, best first.
     error, held_error, held_chi2
-        Of the accepted parameters alone.
+        Of the calibration parameters alone.
     floor, noise_floor
         Error that the true model would have on the held-out data by all that its covariance knows, and by the noise of
         the readings alone.

@@ -25,7 +25,7 @@ import fe.sparse.krylov_basis
 import reduction.craig_bampton
 from fe.allocator import give_back
 from fe.assembly import assemble_compact
-from fe.boundary import unsupported_system
+from fe.boundary import make_unsupported_system
 from fe.calculix_run import run_frequency
 from fe.element import HEX20
 from fe.material import STEEL
@@ -203,7 +203,7 @@ def with_stickslip(shape: str, mesh: Mesh, is_checked: bool) -> dict[str, Any]:
 
 
 def unsupported(mesh: Mesh) -> LinearSystem:
-    return unsupported_system(mesh, *assemble_compact(mesh, STEEL))
+    return make_unsupported_system(mesh, *assemble_compact(mesh, STEEL))
 
 
 def with_eigsh(shape: str, mesh: Mesh, backend: Backend | None) -> dict[str, Any]:

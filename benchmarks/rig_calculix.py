@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fe.calculix_run import run_frequency
 from fe.file.calculix_deck import NodeSpring
 from fe.mesh import Mesh
-from fe.mesher.whole_mesh import whole_mesh
+from fe.mesher.body import join_meshes
 from geometry.rig import Rig, mating_pairs
 from pipeline.progress import LineProgress
 from pipeline.store import Store, default_folder
@@ -71,7 +71,7 @@ def main(sizes: list[float]) -> None:
         model = replace(rig_model(case), size=1e-3 * size)
         reduction = reduce_rig(model, Store(default_folder()), LineProgress())
         ours = stuck_modes(reduction.assembly, line_pairs(case, model.rig), case.structure.contact.sliding)[0][:N_MODE]
-        whole = whole_mesh(reduction.meshes)
+        whole = join_meshes(reduction.meshes)
         start = time.perf_counter()
         theirs = run_frequency(whole, model.material, held(whole), N_MODE, contact_springs(case, model.rig, whole))
         seconds = time.perf_counter() - start

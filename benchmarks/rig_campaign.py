@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.rig_case import stored_run, with_tables
-from fe.dense_modes import dense_modes
+from fe.dense_modes import compute_dense_modes
 from reduction.joined import vibrating
 from reduction.jointed_system import CubicSpring, FrictionContact, JointedSystem
 from reduction.stuck import stuck_stiffness
@@ -195,7 +195,7 @@ def rig_points(of: Specimen, effect: HiddenEffect, n_repeat: int = 3) -> Campaig
 
 def _resonance(system: JointedSystem, tip: Row, force: Row) -> float:
     """Frequency of the first mode in which a force moves the tip, all contacts stuck [Hz]."""
-    modes = dense_modes(system.mass, stuck_stiffness(system.stiffness, system.joints))
+    modes = compute_dense_modes(system.mass, stuck_stiffness(system.stiffness, system.joints))
     eigenvalue, shapes = modes.lambda_[:LOWEST], modes.mode_shapes[:, :LOWEST]
     moved = np.abs((tip @ shapes) * (force @ shapes)) / eigenvalue
     return float(np.sqrt(eigenvalue[np.argmax(moved > DRIVEN * moved.max())]) / (2 * np.pi))

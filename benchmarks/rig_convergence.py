@@ -23,8 +23,8 @@ from fe.boundary import Support, supported_system
 from fe.element import HEX20
 from fe.mesh import Mesh
 from fe.mesher.blade import mesh_blade
-from fe.mesher.rig import mesh_rig, rig_mesh
-from fe.mesher.whole_mesh import whole_mesh
+from fe.mesher.body import join_meshes
+from fe.mesher.rig import choose_rig_mesh, mesh_rig
 from fe.modal import modes
 from pipeline.progress import SilentProgress
 from pipeline.store import Store, default_folder
@@ -52,7 +52,7 @@ def free_blade(model: RigModel) -> None:
     print("\n| cells cut into | degrees of freedom | blade without contacts [Hz] |\n|---|---|---|")
     found = []
     for cut in CUTS:
-        cells = rig_mesh(model.rig, HEX20, COARSE, cut)
+        cells = choose_rig_mesh(model.rig, HEX20, COARSE, cut)
         mesh = mesh_blade(model.rig.blade, cells.blade, cells.pads)
         system = held_body(mesh, "blade", *assemble(mesh, model.material))
         found.append(float(modes(system, 1).frequency[0]))
@@ -63,7 +63,7 @@ def free_blade(model: RigModel) -> None:
 
 def first_bending(case: Case[RigTable], model: RigModel, meshes: dict[str, Mesh]) -> tuple[float, int]:
     """The first stuck mode that the exciter drives [Hz], and the number of degrees of freedom."""
-    whole = whole_mesh(meshes)
+    whole = join_meshes(meshes)
     mass, stiffness = assemble(whole, model.material)
     rows, columns, values = [], [], []
     for spring in contact_springs(case, model.rig, whole):
@@ -83,9 +83,9 @@ def first_bending(case: Case[RigTable], model: RigModel, meshes: dict[str, Mesh]
 def stuck_rig(case: Case[RigTable], model: RigModel) -> None:
     """Sizes, and a nested pair."""
     print("\n| mesh | degrees of freedom | first bending, stuck [Hz] | beside the finest size |\n|---|---|---|---|")
-    sizes = {f"{1e3 * size:g} mm": mesh_rig(model.rig, rig_mesh(model.rig, HEX20, size)) for size in SIZES}
+    sizes = {f"{1e3 * size:g} mm": mesh_rig(model.rig, choose_rig_mesh(model.rig, HEX20, size)) for size in SIZES}
     pair = {
-        f"{1e3 * NESTED:g} mm, cut into {cut}": mesh_rig(model.rig, rig_mesh(model.rig, HEX20, NESTED, cut))
+        f"{1e3 * NESTED:g} mm, cut into {cut}": mesh_rig(model.rig, choose_rig_mesh(model.rig, HEX20, NESTED, cut))
         for cut in CUTS[:2]
     }
     found = {}

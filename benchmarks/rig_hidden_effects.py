@@ -46,7 +46,7 @@ def planted(force: float) -> list[Planted]:
         Planted(effect=HiddenEffect(kind="mass", strength=4e-3), name="mass at tip", value=4e-3),
         Planted(
             effect=HiddenEffect(kind="preload", strength=-7.0),
-            name="pre-load by left dead weight",
+            name="preload by left dead weight",
             value=1 - 7.0 / force,
         ),
         Planted(effect=HiddenEffect(kind="cubic", strength=4e12), name="cubic at tip", value=4e12),

@@ -3,7 +3,7 @@
     OMP_NUM_THREADS=1 python -m benchmarks.rig_virtual_tests [--repeats 3] [--frequencies 252.5 255 0.5]
         [--levels 3 5 10] [--folder FOLDER]
 
-Each repeat has a loading history of its own (`transient.bench.repeats`): the hand that places the dampers, pre-loads
+Each repeat has a loading history of its own (`transient.bench.repeats`): the hand that places the dampers, preloads
 that shoot over and under, levels that overshoot, sweeps up and down. The campaign stays in the folder, for
 `stickslip compare`. Points whose sliders stay in the box must lie within the limits; the others are counted.
 """

@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 
 from fe.assembly import assemble
 from fe.boundary import Support, supported_system
-from fe.dense_modes import dense_modes
-from fe.face_integral import enclosed_volume, face_areas
+from fe.dense_modes import compute_dense_modes
+from fe.face_integral import integrate_areas, integrate_volume
 from fe.mesh import Mesh
-from fe.mesh_quality import cell_quality
+from fe.mesh_quality import measure_cell_quality
 from fe.mesher.tetrahedra import TetRule, mesh_solid
 from fe.modal import modes
-from fe.station_coordinates import StationCoordinates, station_coordinates
+from fe.station_coordinates import StationCoordinates, make_station_coordinates
 from geometry.rig import rig_parts
 from reduction.assembly import ReducedAssembly
 from reduction.craig_bampton import craig_bampton
@@ -70,14 +70,16 @@ def from_tetwild(model: RigModel, size: float) -> Bodies:
         spent = time.perf_counter() - start
         faces = LINES[body.partition("_")[0]]
         lines = {name: line.stations for name, line in part.contact_lines.items() if name in faces}
-        place = station_coordinates(mesh, lines, faces, fixed=HELD[body.partition("_")[0]])
+        place = make_station_coordinates(mesh, lines, faces, fixed=HELD[body.partition("_")[0]])
         if body == "blade":
             place = with_excitation(place, model.rig)
-        area = max(abs(face_areas(mesh, mesh.face_sets[name]).sum() / part.faces[name].area - 1) for name in part.faces)
-        quality = cell_quality(mesh)
+        area = max(
+            abs(integrate_areas(mesh, mesh.face_sets[name]).sum() / part.faces[name].area - 1) for name in part.faces
+        )
+        quality = measure_cell_quality(mesh)
         print(
             f"| {body} | {mesh.n_cell} | {3 * mesh.n_node} | {quality.scaled_jacobian.min():.2f} | "
-            f"{quality.determinant_ratio.min():.2f} | {area:.1e} | {enclosed_volume(mesh) / part.volume - 1:+.1e} | "
+            f"{quality.determinant_ratio.min():.2f} | {area:.1e} | {integrate_volume(mesh) / part.volume - 1:+.1e} | "
             f"{spent:.0f} |",
             flush=True,
         )
@@ -107,7 +109,7 @@ def stuck_frequencies(case: Case[RigTable], model: RigModel, bodies: Bodies) -> 
     every = {body: roms[body] if body in roms else mirrored(roms[mirror_image(body) or ""], body) for body in BODIES}
     assembly = ReducedAssembly(bodies=every)
     stuck = joined(assembly, line_pairs(case, model.rig)).stuck
-    found = dense_modes(assembly.mass, stuck)
+    found = compute_dense_modes(assembly.mass, stuck)
     frequency = np.sqrt(found.lambda_.clip(min=0)) / (2 * np.pi)
     driven = np.abs(found.shapes[assembly.rows("blade", "excitation", 1)] / np.sqrt(found.mu))[0]
     first = np.flatnonzero(driven[:COMPARED] > SEEN * driven[:COMPARED].max())[0]

@@ -71,7 +71,7 @@ class Configuration:
     slider: NDArray[np.float64]
 
     @classmethod
-    def of(
+    def from_model(
         cls, model: Model, free: bool, slider: Callable[[HarmonicBalance], NDArray[np.float64]] | None
     ) -> "Configuration":
         """That of a model, its contacts left out if it is `free`; `slider` says where its sliders begin [m]."""

@@ -18,24 +18,24 @@ class CampaignError(InputError):
 
 
 class Mistakes:
-    """Mistakes of a campaign that do not follow from each other, to be told together."""
+    """Mistakes of a campaign that do not follow from each other, reported together."""
 
     def __init__(self) -> None:
-        self._found: list[str] = []
+        self._messages: list[str] = []
 
-    def of(self, make: Callable[[], T], instead: U) -> T | U:
+    def attempt(self, make: Callable[[], T], instead: U) -> T | U:
         """What is made; its mistake is noted, and something else given instead."""
         try:
             return make()
         except CampaignError as error:
-            self._found.append(str(error))
+            self._messages.append(str(error))
             return instead
 
     def add(self, sentence: str) -> None:
         """Note one."""
-        self._found.append(sentence)
+        self._messages.append(sentence)
 
-    def tell(self) -> None:
+    def refuse(self) -> None:
         """Stop if there are any.
 
         Raises
@@ -43,5 +43,5 @@ class Mistakes:
         CampaignError
             With all of them, a line each.
         """
-        if self._found:
-            raise CampaignError("\n".join(dict.fromkeys(self._found)))
+        if self._messages:
+            raise CampaignError("\n".join(dict.fromkeys(self._messages)))

@@ -13,6 +13,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.errors import ModelDefinitionError
+from geometry.read_only_array import freeze_fields, read_only
 from reduction.joint.friction_contact import friction_contacts
 from reduction.jointed_system import FrictionContact, JointedSystem
 
@@ -49,7 +50,7 @@ class Sensor:
     def __post_init__(self) -> None:
         if self.quantity not in DERIVATIVE:
             raise ModelDefinitionError(f'sensor "{self.name}" reads "{self.quantity}": give {", ".join(DERIVATIVE)}')
-        object.__setattr__(self, "row", _locked(self.row))
+        freeze_fields(self, "row")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -111,27 +112,26 @@ class Part:
     stiffness: Matrix
 
     def __post_init__(self) -> None:
-        for name in ("mass", "stiffness"):
-            object.__setattr__(self, name, _locked(getattr(self, name)))
+        freeze_fields(self, "mass", "stiffness")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DeadWeight:
-    """A constant load that presses contact lines, which have their pre-loads from it.
+    """A constant load that presses contact lines, which have their preloads from it.
 
     Parameters
     ----------
     row
         The load over the degrees of freedom, shape (r,) [N].
     lines
-        That it presses: they have no pre-load but by dead weights.
+        That it presses: they have no preload but by dead weights.
     """
 
     row: Row
     lines: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "row", _locked(self.row))
+        freeze_fields(self, "row")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -153,7 +153,7 @@ class Model:
     places
         Named points with a direction, as rows of displacement: where an effect may act.
     dead_weights
-        What presses lines, by name. The pre-loads are those under it: the system's static load holds it already.
+        What presses lines, by name. The preloads are those under it: the system's static load holds it already.
     pressed_together
         Groups of `preloads` that one screw sets: from one assembly to the next they differ by one factor. All others
         differ by themselves.
@@ -170,7 +170,7 @@ class Model:
     ------
     ModelDefinitionError
         A row, part or table of another size than the structure, a line without its contacts, two sensors of one name,
-        a group of pre-loads that is empty, names none, or shares one with another.
+        a group of preloads that is empty, names none, or shares one with another.
     """
 
     system: JointedSystem
@@ -194,7 +194,7 @@ class Model:
         if not self.dofs:
             object.__setattr__(self, "dofs", (Dof(),) * r)
         object.__setattr__(self, "lines", {line: tuple(names) for line, names in self.lines.items()})
-        object.__setattr__(self, "places", {name: _locked(row) for name, row in self.places.items()})
+        object.__setattr__(self, "places", {name: read_only(row) for name, row in self.places.items()})
         object.__setattr__(self, "dead_weights", dict(self.dead_weights))
         object.__setattr__(self, "pressed_together", tuple(tuple(group) for group in self.pressed_together))
         object.__setattr__(self, "sensors", tuple(self.sensors))
@@ -243,12 +243,12 @@ class Model:
         together = [name for group in self.pressed_together for name in group]
         if not all(self.pressed_together):
             raise ModelDefinitionError(
-                "a group of pre-loads that are pressed together is empty: name them, or leave it out"
+                "a group of preloads that are pressed together is empty: name them, or leave it out"
             )
         for name in together:
             if name not in self.preloads:
                 raise ModelDefinitionError(
-                    f'"{name}" is pressed together with others, but is no pre-load of the model: there are '
+                    f'"{name}" is pressed together with others, but is no preload of the model: there are '
                     f"{', '.join(self.preloads) or 'none'}"
                 )
             if together.count(name) > 1:
@@ -267,10 +267,10 @@ class Model:
         return (*self.pressed_together, *((name,) for name in self.preloads if name not in together))
 
     def preload_slope(self, name: str) -> tuple[Row, dict[str, float]]:
-        """What 100 % more of one of `preloads` adds: static load, shape (r,) [N], and pre-loads by contact [N].
+        """What 100 % more of one of `preloads` adds: static load, shape (r,) [N], and preloads by contact [N].
 
         A dead weight moves the bodies and so presses the contacts: only the load changes. Bolts and the like press a
-        line where it is: with its pre-loads the load that balances them.
+        line where it is: with its preloads the load that balances them.
         """
         if name in self.dead_weights:
             return self.dead_weights[name].row, {}
@@ -288,7 +288,7 @@ class Model:
         """
         if name not in self.preloads:
             raise ModelDefinitionError(
-                f'"{name}" is no pre-load of the model: there are {", ".join(self.preloads) or "none"}'
+                f'"{name}" is no preload of the model: there are {", ".join(self.preloads) or "none"}'
             )
         static, preloads = self.preload_slope(name)
         changed = self.with_joints(
@@ -340,9 +340,3 @@ class Model:
             if contact.name == name:
                 return contact
         raise ModelDefinitionError(f'there is no contact "{name}"')
-
-
-def _locked(values: Any) -> NDArray[np.float64]:
-    array = np.array(values, dtype=np.float64)
-    array.setflags(write=False)
-    return array

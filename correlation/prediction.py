@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 
 from correlation.configuration import Configuration, Tangent
 from correlation.model import Model
+from correlation.row_table import RowTable
 from fe.blas_threads import on_one_blas_thread
 from hbsolve.balance import HarmonicBalance
 from hbsolve.state import SteadyState
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Points:
+class Points(RowTable):
     """Where something is measured: k rows, each one harmonic of one sensor at one level and frequency.
 
     Parameters
@@ -46,19 +47,6 @@ class Points:
     frequency: Float[NDArray[np.float64], " k"]
     sensor: NDArray[np.str_]
     harmonic: Int[NDArray[np.int64], " k"]
-
-    def __len__(self) -> int:
-        return len(self.level)
-
-    def where(self, chosen: NDArray[np.bool_]) -> "Points":
-        """Some of the rows."""
-        return Points(
-            free=self.free[chosen],
-            level=self.level[chosen],
-            frequency=self.frequency[chosen],
-            sensor=self.sensor[chosen],
-            harmonic=self.harmonic[chosen],
-        )
 
 
 #: Relative difference of motions below which two sweeps count as one.
@@ -106,8 +94,8 @@ class Predictor:
         Directions in frequency that are followed one after another, +1 up, -1 down; their mean is predicted. None lets
         every point begin with the initial sliders.
     linear
-        The jointed structure of the one model that is predicted, from `Configuration.of`, for several predictors that
-        differ in their sliders alone; found anew for each model by default.
+        The jointed structure of the one model that is predicted, from `Configuration.from_model`, for several
+        predictors that differ in their sliders alone; found anew for each model by default.
     """
 
     points: Points
@@ -195,7 +183,7 @@ class Predictor:
 
     def _solver(self, model: Model, free: bool) -> Configuration:
         if self.linear is None or free:
-            return Configuration.of(model, free, self.slider)
+            return Configuration.from_model(model, free, self.slider)
         return self.linear.starting(self.slider)
 
     @cached_property

@@ -4,7 +4,7 @@ A record drives the model along the force of a level of 1 N; the numbers of the 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -21,11 +21,12 @@ Array = Float[NDArray[np.float64], "..."]
 #: Inputs before those of the joints: the force, and the 1 that carries the static load. It takes part in compiled code
 #: (fe.compiled keeps track of this file by these words).
 BEFORE = 2
+#: What all rates of a propagator have in common.
+SHARED = ("follow", "table")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Propagator:
-    """What one step does; names as in `correlation.record_kernel.march`.
+class Propagator(NamedTuple):
+    """What one step does.
 
     Parameters
     ----------
@@ -60,11 +61,11 @@ class Propagator:
             raise ModelDefinitionError(
                 "a parameter changes the number or direction of joints: only their numbers may change"
             )
-        names = ("phi", "gamma0", "gamma1", "law", "output", "feed")
-        return replace(self, **{name: (getattr(other, name) - getattr(self, name)) / step for name in names})
+        names = [name for name in self._fields if name not in SHARED]
+        return self._replace(**{name: (getattr(other, name) - getattr(self, name)) / step for name in names})
 
 
-def propagator(test_model: Model, sensors: tuple[str, ...], step: float) -> Propagator:
+def make_propagator(test_model: Model, sensors: tuple[str, ...], step: float) -> Propagator:
     """Matrices of a model for one step.
 
     Parameters

@@ -22,7 +22,7 @@ from reduction.jointed_system import JointedSystem
 ROUNDS, LEAST = 8, 1e-2
 
 
-def single_dof(record: TimeRecord, sensor: str) -> Model:
+def fit_single_dof(record: TimeRecord, sensor: str) -> Model:
     """The linear oscillator that answers to the record's force most like its sensor.
 
     Mass, damping and stiffness are in units of force over those of the sensor: in a record in volts both are V.

@@ -1,4 +1,4 @@
-r"""Where a force is missing, and of what sort, without any catalogue.
+r"""Localisation of a missing force, and its kind, without a catalogue of effects.
 
 A missing force f at a place with row p of the calibrated model changes the response as an unknown stiffness would,
 
@@ -11,8 +11,8 @@ force of three times the frequency as well,
 .. math:: f_3 = \lambda\, (|u| / \max |u|)^p\, (u / |u|)^3 ,
 
 as any force that follows the displacement has. For each place the whitened residual is fitted with kappa and lambda at
-all levels, the accepted parameters projected out; the place that explains most is where the force is, their growth with
-the amplitude says the exponent, their phase the kind.
+all levels, the calibration parameters projected out; the place that explains most is where the force is, their growth
+with the amplitude says the exponent, their phase the kind.
 
 Phases of the missing force relative to the displacement: 180 deg spring, 0 deg inertia, -90 deg damping.
 """
@@ -27,13 +27,13 @@ from numpy.typing import NDArray
 from correlation.configuration import Tangent
 from correlation.model import Model
 from diagnosis.fit.arrangement import Arrangement
-from diagnosis.screening import calibration_basis
+from diagnosis.screening import make_calibration_basis
 from hbsolve.sensitivity import MatrixParameter, ModelParameter
 
 NOTHING = ModelParameter()
 #: Exponents of the amplitude that each place is fitted with.
 EXPONENTS = (0.0, 1.0, 2.0, 3.0, 4.0)
-#: Standard deviation of an exponent that they tell at best, so far apart.
+#: Least standard deviation of an exponent that they give, so far apart.
 COARSE = 0.3
 
 
@@ -44,27 +44,27 @@ class Place:
     Parameters
     ----------
     name
-        Of the model's places.
+        Name of the place in the model.
     gain
-        Fall of chi^2.
+        Fall of chi^2 [-].
     n_number
-        Numbers fitted: real and imaginary parts of kappa, and of lambda, a level.
+        Number of fitted parameters: real and imaginary parts of kappa, and of lambda, per level [-].
     level, amplitude
-        Levels, and the amplitude of the place at its largest response there, shape (l,) [N, m].
+        Levels, and the largest amplitude of the place at each, shape (l,) [N, m].
     stiffness
         kappa, shape (l,) [N/m].
     deviation
-        Standard deviation of kappa's parts, shape (l,) [N/m].
+        Standard deviation of the parts of kappa, shape (l,) [N/m].
     third
         lambda, shape (l,) [N]; zero where no third harmonics were measured.
     exponent
-        p of f ~ a^p: 1 for what is linear, 2 for air, 3 for a cubic spring.
+        Exponent p of f ~ a^p [-]: 1 for a linear force, 2 for air, 3 for a cubic spring.
     exponent_deviation
-        Its standard deviation.
+        Standard deviation of the exponent [-].
     phase
-        Of the force relative to the displacement [deg].
+        Phase of the force relative to the displacement [deg].
     configuration
-        "jointed", "free" or "both": where it is missing.
+        Configuration in which it is missing: "jointed", "free" or "both".
     """
 
     name: str
@@ -82,7 +82,7 @@ class Place:
 
     @property
     def sentence(self) -> str:
-        """In words."""
+        """Place, exponent and phase in words."""
         return (
             f"near {self.name}, a force that grows with amplitude to the power {self.exponent:.1f} "
             f"+- {2 * self.exponent_deviation:.1f}, at {self.phase:.0f} deg to the displacement (180 spring, 0 mass, "
@@ -91,9 +91,9 @@ class Place:
 
 
 def localise(arrangement: Arrangement) -> list[Place]:
-    """Places by what an unknown force there explains, best first."""
+    """Places ranked by the gain of an unknown force there, best first."""
     fit = arrangement.fit
-    basis = calibration_basis(arrangement)
+    basis = make_calibration_basis(arrangement)
     residual = fit.residual - basis @ (basis.T @ fit.residual)
     points = arrangement.train.features.points
     places = []
@@ -108,7 +108,7 @@ def localise(arrangement: Arrangement) -> list[Place]:
             largest = [_largest(arrangement, row, free, float(level)) for level in levels]
             with_third = bool((points.harmonic[points.free == free] == 3).any())
             found = []
-            # The force is as large as the amplitude makes it at each frequency, which says more than the levels do.
+            # The force follows the amplitude at each frequency, which determines the exponent better than the levels.
             for exponent in EXPONENTS:
                 changes = _changes(arrangement, free, levels, largest, slopes, motion, exponent)
                 chosen = changes if with_third else changes[:, : 2 * len(levels)]
@@ -155,7 +155,7 @@ def _changes(
 
 
 def _tangents(model: Model, row: NDArray[np.float64], free: bool) -> list[Tangent]:
-    """Of the real part of kappa, of a dashpot for its imaginary part, and of the parts of a third harmonic's force."""
+    """Tangents of the real part of kappa, of a dashpot for its imaginary part, and of both parts of lambda."""
     outer, third = np.outer(row, row), np.zeros((2, model.n_harmonic, len(row)), dtype=np.complex128)
     if model.n_harmonic > 3:
         third[:, 3] = row, 1j * row
@@ -226,7 +226,7 @@ def _place(
 
 
 def _best(found: Sequence[Place]) -> Place:
-    """The exponent that explains most within the levels, and what the growth from level to level says of it."""
+    """Place with the exponent of the largest gain, combined with the exponent of the growth from level to level."""
     gains = np.array([place.gain for place in found])
     number = int(np.argmax(gains))
     best = found[number]

@@ -1,15 +1,14 @@
-r"""Which effects could explain the residual: each tried at finite strength, the accepted parameters projected out.
+r"""Screening of effects: each at finite strength against the residual, with the calibration parameters projected out.
 
-With J the whitened Jacobian of the accepted parameters (priors below), r the residual and d the change that an effect
-makes,
+With J the whitened Jacobian of the calibration parameters (priors below), r the residual and d the change that an
+effect makes,
 
 .. math:: r_\perp = (I - Q Q^T) r, \qquad J = Q R, \qquad
           g = \frac{(d_\perp \cdot r_\perp)^2}{|d_\perp|^2}
 
 is what chi^2 would fall by if the effect were linear in its strength. The derivative at zero strength says how strong
 the effect would have to be; d is the difference at that strength, because derivatives mislead where a gap opens, and
-differences at a strength far from it do as well. Two effects whose d_perp are parallel cannot be told apart by these
-data, whatever the truth.
+differences at a strength far from it do as well. These data cannot distinguish two effects whose d_perp are parallel.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -29,27 +28,27 @@ LEAST = 1e-3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Score:
-    """How well one effect explains the residual, to first order.
+    """First-order estimate of how well one effect explains the residual.
 
     Parameters
     ----------
     effect
-        Which.
+        Effect.
     strength
-        Where chi^2 would be least, within the bounds [its unit].
+        Strength of the least chi^2, within the bounds [its unit].
     gain
-        By how much chi^2 would fall.
+        Fall of chi^2 at this strength [-].
     share
-        The same, of chi^2 without the effect [-].
+        The same as a share of chi^2 without the effect [-].
     size
-        |d_perp|: standard deviations that the typical strength moves the measurements by, all taken together.
+        |d_perp|: change of all measurements together by the typical strength [standard deviations].
     absorbed
-        Share of the effect that the accepted parameters absorb, 1 - |d_perp| / |d|.
+        Share of the effect that the calibration parameters absorb, 1 - |d_perp| / |d| [-].
     direction
-        d_perp / |d_perp|, shape (m + p,); zero if the effect is unseen.
+        d_perp / |d_perp|, shape (m + p,); zero if the effect is invisible.
     start, slope
-        Where a refit begins: the fitted values that make up for the effect, then its own, shape (p + e,); and its
-        whitened derivative at none, shape (m + p,).
+        Start of a refit: fitted values that make up for the effect, then its own, shape (p + e,); and its whitened
+        derivative at its vanishing value, shape (m + p,).
     """
 
     effect: Effect
@@ -64,7 +63,7 @@ class Score:
 
     @property
     def detectable(self) -> float:
-        """Strength that moves the measurements by one standard deviation in all [its unit]."""
+        """Strength that changes all measurements together by one standard deviation [its unit]."""
         parameter = self.effect.parameters[0]
         return abs(parameter.typical - parameter.vanishes) / self.size if self.size else np.inf
 
@@ -72,19 +71,19 @@ class Score:
 def screen(
     problem: Problem, effects: Sequence[Effect], report: Callable[[int, int], None] | None = None
 ) -> list[Score]:
-    """Score effects, best first.
+    """Scores of effects, best first.
 
     Parameters
     ----------
     problem
-        Calibrated.
+        Data and calibrated model.
     effects
         Candidates.
     report
-        Called with the number done and the number of all.
+        Called with the number of screened effects and the total number.
     """
     fit = problem.fit
-    basis = calibration_basis(problem)
+    basis = make_calibration_basis(problem)
     residual = _across(basis, fit.residual)
     scores = []
     for number, (effect, slope) in enumerate(zip(effects, _slopes(problem, effects), strict=True)):
@@ -94,9 +93,9 @@ def screen(
     return sorted(scores, key=lambda score: -score.gain)
 
 
-def slope_gains(problem: Problem, effects: Sequence[Effect]) -> Vector:
-    """Gain of each effect by its derivative at none alone, within its bounds, shape (e,)."""
-    basis = calibration_basis(problem)
+def compute_slope_gains(problem: Problem, effects: Sequence[Effect]) -> Vector:
+    """Gain of each effect by its derivative at the vanishing value, within its bounds, shape (e,)."""
+    basis = make_calibration_basis(problem)
     residual = _across(basis, problem.fit.residual)
     slopes = _slopes(problem, effects)
     return np.array(
@@ -104,8 +103,8 @@ def slope_gains(problem: Problem, effects: Sequence[Effect]) -> Vector:
     )
 
 
-def calibration_basis(problem: Problem) -> Matrix:
-    """Orthonormal basis of what the accepted parameters can do, shape (m + p, p)."""
+def make_calibration_basis(problem: Problem) -> Matrix:
+    """Orthonormal basis of the changes by the calibration parameters, shape (m + p, p)."""
     jacobian = problem.fit.jacobian * problem.fit.unknowns.size
     return np.asarray(np.linalg.qr(jacobian[:, jacobian.any(axis=0)])[0])
 
@@ -115,9 +114,9 @@ def _across(basis: Matrix, vector: Vector) -> Vector:
 
 
 def _slopes(problem: Problem, effects: Sequence[Effect]) -> Iterator[Vector]:
-    """Whitened derivative with respect to each effect's strength at none; zeros for the priors, shape (m + p,) each."""
+    """Whitened derivative with respect to each effect's strength at its vanishing value, shape (m + p,) each."""
     fit = problem.fit
-    # All effects are there at once, and vanish: the states are those of the fit, with more joints that do nothing.
+    # All effects are applied at once at their vanishing values: the states are those of the fit.
     for group in [effects] if problem.effort.together else [[each] for each in effects]:
         unknowns = problem.unknowns(group)
         values = np.array([*fit.values, *unknowns.vanishing[len(fit.values) :]])
@@ -129,7 +128,7 @@ def _slopes(problem: Problem, effects: Sequence[Effect]) -> Iterator[Vector]:
 
 
 def _score(problem: Problem, effect: Effect, basis: Matrix, residual: Vector, slope: Vector) -> Score:
-    """Look for the least chi^2 where the derivative says that it is, and at most at typical strength."""
+    """Score by the derivative, then by the difference at the strength that it predicts, at most the typical one."""
     parameter, effort = effect.parameters[0], problem.effort
     typical = parameter.typical - parameter.vanishes
     whole = float(np.linalg.norm(slope))
@@ -162,7 +161,7 @@ def _score(problem: Problem, effect: Effect, basis: Matrix, residual: Vector, sl
 
 
 class _Least(NamedTuple):
-    """The least chi^2 along a change: per unit of strength, how far, and by how much chi^2 falls."""
+    """Least chi^2 along a change per unit of strength: the step to it, and the fall of chi^2."""
 
     across: Vector
     step: float
@@ -179,10 +178,9 @@ def _least(effect: Effect, across: Vector, residual: Vector) -> _Least:
 
 
 def _change(problem: Problem, effect: Effect, step: float, relief: Vector) -> Vector:
-    """Whitened change that an effect makes while the accepted parameters make up for what they can, shape (m + p,).
+    """Whitened change by an effect while the calibration parameters make up for what they can, shape (m + p,).
 
-    Without that, a resonance that merely shifts would move the measurements so far that all else is lost in the
-    curvature of this shift.
+    Otherwise the curvature of a mere shift of the resonance would hide everything else.
     """
     fit, train = problem.fit, problem.train
     values = _made_up(problem, effect, step, relief)
@@ -190,21 +188,21 @@ def _change(problem: Problem, effect: Effect, step: float, relief: Vector) -> Ve
         unknowns = problem.unknowns([effect])
         prediction = train.predict(unknowns.compose(values), fit.prediction, values[: unknowns.n_start])
     except ModelError:
-        # Nothing holds a structure with so much of it: it cannot be what is missing.
+        # A structure with so much of it is not supported: it cannot be the missing effect.
         return np.zeros(len(fit.residual))
     moved = fit.residual[: fit.n_number] - train.residual(prediction)
-    there = train.found(prediction) & train.found(fit.prediction)
+    there = train.has_prediction(prediction) & train.has_prediction(fit.prediction)
     prior = (values[: len(fit.values)] - fit.values) / fit.unknowns.prior
     return np.concatenate([np.where(there, moved, 0.0), prior])
 
 
 def _relief(problem: Problem, slope: Vector) -> Vector:
-    """Change of the fitted values that makes up for as much as it can of an effect of unit strength, shape (p,)."""
+    """Change of the fitted values that best makes up for an effect of unit strength, shape (p,)."""
     return np.asarray(-np.linalg.lstsq(problem.fit.jacobian, slope, rcond=1e-12)[0])
 
 
 def _made_up(problem: Problem, effect: Effect, step: float, relief: Vector) -> Vector:
-    """Fitted values that make up for as much of an effect as they can, and its own, shape (p + e,)."""
+    """Fitted values that best make up for an effect, then its own, shape (p + e,)."""
     strength = effect.parameters[0].vanishes + step
     rest = [each.vanishes for each in effect.parameters[1:]]
     fitted = problem.fit.values + relief * step

@@ -9,7 +9,7 @@ from fe.material import STEEL
 from fe.mesher.mesh_rule import MeshRule
 from fe.mesher.plain_blade import mesh_plain_blade
 from fe.modal import modes
-from fe.stress import nodal_stress, von_mises
+from fe.stress import compute_nodal_stress, compute_von_mises
 from figure.scene.mode_picture import ModeColour, mode_picture
 from geometry.plain_blade import PlainBlade
 
@@ -20,11 +20,11 @@ system = supported_system(mesh, mass, stiffness, [Support(nodes=mesh.nodes("clam
 found = modes(system, 1)
 
 shape = system.on_mesh(found.mode_shapes)[:, :, 0]
-stress = von_mises(nodal_stress(mesh, STEEL, shape))
+stress = compute_von_mises(compute_nodal_stress(mesh, STEEL, shape))
 frequency = float(found.frequency[0])
 von_mises = ModeColour(field="von_mises", values=stress)
 mode_picture(mesh, shape, "mode1.png", frequency=frequency, title="Mode 1")
-mode_picture(mesh, shape, "stress1.png", frequency=frequency, title="Mode 1", colour=von_mises)
+mode_picture(mesh, shape, "stress1.png", frequency=frequency, title="Mode 1", colour=compute_von_mises)
 
 beam = 1.8751**2 / (2 * pi) * sqrt(STEEL.young * bar.thickness**2 / (12 * STEEL.density)) / bar.length**2
 print(f"mode 1: {frequency:.3f} Hz; clamped-free beam: {beam:.3f} Hz; pictures: mode1.png, stress1.png")

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from correlation.model import Dof, Model, Sensor
-from diagnosis.candidate.catalogue import catalogue
+from diagnosis.candidate.catalogue import list_effects
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
 from reduction.jointed_system import JointedSystem, along
@@ -23,7 +23,7 @@ bench = Model(
     places={"exciter z": along(2, {0: 1.0}), "tip z": tip},
 )
 
-found = catalogue(bench, extra=[Path(__file__).parent / "effects" / "exciter_third_harmonic.py"], level=10.0)
+found = list_effects(bench, extra=[Path(__file__).parent / "effects" / "exciter_third_harmonic.py"], level=10.0)
 for effect in found.candidates:
     strength = effect.parameters[0]
     print(f"{effect.name:32} {strength.typical:9.3g} {strength.unit:9} {effect.physics}")

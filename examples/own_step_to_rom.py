@@ -11,7 +11,7 @@ from fe.boundary import Support, supported_system
 from fe.material import STEEL
 from fe.mesher.tetrahedra import TetRule, mesh_solid
 from fe.modal import modes
-from fe.station_coordinates import station_coordinates
+from fe.station_coordinates import make_station_coordinates
 from fe.surface_line import line_along_edge
 from figure.scene.mode_picture import mode_picture
 from figure.scene.named_faces import named_faces_picture
@@ -32,7 +32,7 @@ part = step_part(Path(__file__).parent / "parts" / "screw.step", faces)
 mesh = mesh_solid(part, TetRule(size=3.5e-3, near={"slot": 2e-3}))
 # The rim under the head may rub on a plate: eight stations on it are retained, independent of the nodes.
 rim = line_along_edge(mesh, "rim", ("seat", "shank"), n_station=8)
-place = station_coordinates(mesh, {"rim": rim.stations}, {"rim": "seat"}, fixed=["tip"])
+place = make_station_coordinates(mesh, {"rim": rim.stations}, {"rim": "seat"}, fixed=["tip"])
 mass, stiffness = assemble_compact(mesh, STEEL)
 held = [Support(nodes=mesh.nodes("tip"))]
 system = supported_system(mesh, place.matrix(mass), place.matrix(stiffness), held)

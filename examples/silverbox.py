@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from correlation.campaign.time_record import TimeRecord
-from correlation.record_single_dof import single_dof
+from correlation.record_single_dof import fit_single_dof
 from diagnosis.effect.density import Density
-from diagnosis.fit.calibration_parameter import calibration_parameters
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.record.arrangement import about_mean, stretch
 from diagnosis.record.diagnose import record_rounds
 
@@ -35,8 +35,11 @@ records = [
     stretch(whole, 57934, 66584, name="third multisine", held_out=True),
     stretch(whole, 0, 40495, name="arrow", held_out=True),
 ]
-base = single_dof(records[0], "V2")  # initial values of mass, damping and stiffness from the spectra
-factors = [*calibration_parameters(base), Density(name="density of all", part="all")]  # of damping, stiffness and mass
+base = fit_single_dof(records[0], "V2")  # initial values of mass, damping and stiffness from the spectra
+factors = [
+    *list_calibration_parameters(base),
+    Density(name="density of all", part="all"),
+]  # of damping, stiffness and mass
 
 rounds = record_rounds(base, records, factors, run_in=0.5, units={"N": "V", "m": "V"})
 for number, found in enumerate(rounds, 1):

@@ -1,4 +1,4 @@
-"""Supports: fixed degrees of freedom and grounded springs, and the proof that no rigid-body motion is left."""
+"""Supports: fixed degrees of freedom, grounded springs and reactions; the proof that no rigid-body motion is left."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from fe.damping import RayleighDamping, damped
+from fe.damping import RayleighDamping, add_damping
 from fe.errors import SupportError
 from fe.mesh import Mesh
 from fe.sparse.factor import Symmetric
@@ -139,10 +139,10 @@ def supported_system(
         free=free,
         n_node=mesh.n_node,
     )
-    return system if damping is None else damped(system, damping)
+    return system if damping is None else add_damping(system, damping)
 
 
-def unsupported_system(mesh: Mesh, mass: Symmetric, stiffness: Symmetric) -> LinearSystem:
+def make_unsupported_system(mesh: Mesh, mass: Symmetric, stiffness: Symmetric) -> LinearSystem:
     """All degrees of freedom of a mesh, fixed by nothing; arguments as in `supported_system`."""
     n = 3 * mesh.n_node
     return LinearSystem(
@@ -150,7 +150,7 @@ def unsupported_system(mesh: Mesh, mass: Symmetric, stiffness: Symmetric) -> Lin
     )
 
 
-def rigid_motions(
+def make_rigid_motions(
     points: Float[NDArray[np.float64], "node 3"], centre: Float[NDArray[np.float64], " 3"] | None = None
 ) -> Float[NDArray[np.float64], "node 3 6"]:
     """Three translations and three rotations about a centre, by default the centroid, shape (n_node, 3, 6) [-].
@@ -191,7 +191,7 @@ def _refuse_rigid_motion(
             raise SupportError(f"node {nodes[0]} belongs to no cell and is not fixed: remove it from the mesh")
         # About the centre of what is fixed, a motion that the supports leave is a rotation alone more often than not.
         where = nodes[resisting[nodes].any(axis=1)]
-        motions = rigid_motions(mesh.points[nodes], mesh.points[where].mean(axis=0) if where.size else None)
+        motions = make_rigid_motions(mesh.points[nodes], mesh.points[where].mean(axis=0) if where.size else None)
         resisted = np.einsum("nik,ni,nil->kl", motions, resisting[nodes].astype(np.float64), motions)
         value, vector = np.linalg.eigh(resisted)
         if value[0] > FREE_MOTION * value[-1]:
@@ -203,3 +203,41 @@ def _refuse_rigid_motion(
             f"the supports leave {which} free in {motion}: hold {'more nodes' if resisting.any() else 'nodes'} "
             "or add grounded springs"
         )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SupportReaction:
+    """Force of the supports of one set of nodes on a body, along x, y and z.
+
+    Parameters
+    ----------
+    stiffness, mass
+        Rows over displacements and over accelerations, shape (3, n) [N/m, kg].
+    """
+
+    stiffness: Float[NDArray[np.float64], "3 n"]
+    mass: Float[NDArray[np.float64], "3 n"]
+
+
+def find_reaction(
+    stiffness: Symmetric, mass: Symmetric, nodes: Int[NDArray[np.int64], " k"], free: Int[NDArray[np.int64], " n"]
+) -> SupportReaction:
+    r"""Rows of the reaction of a set of fixed nodes, summed for each direction.
+
+    With the free displacements q and the fixed ones at rest, the supports push on the body with
+    :math:`R = K_{sf} q + M_{sf} \ddot q`.
+
+    Parameters
+    ----------
+    stiffness, mass
+        Of the whole mesh, before supports, shape (3 n_node, 3 n_node) [N/m, kg].
+    nodes
+        Fixed in all directions.
+    free
+        Free degrees of freedom of the mesh, which the rows are over.
+    """
+    picked = np.zeros((3, stiffness.shape[0]))
+    for direction in range(3):
+        picked[direction, 3 * nodes + direction] = 1.0
+    # The matrices are symmetric: rows of the fixed are columns of them.
+    return SupportReaction(stiffness=(stiffness @ picked.T)[free].T, mass=(mass @ picked.T)[free].T)

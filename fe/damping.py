@@ -57,7 +57,7 @@ def rayleigh_damping(damping_ratio: float, frequency: float) -> RayleighDamping:
     )
 
 
-def damped(system: LinearSystem, damping: RayleighDamping) -> LinearSystem:
+def add_damping(system: LinearSystem, damping: RayleighDamping) -> LinearSystem:
     """The system with the damping matrix alpha M + beta K in place of its own; grounded springs are part of K."""
     C = damping.mass_factor * system.mass.tocsr() + damping.stiffness_factor * system.stiffness.tocsr()
     return replace(system, damping=sp.csr_array(C))

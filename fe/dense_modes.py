@@ -54,7 +54,9 @@ class DenseModes:
 
 
 @on_one_blas_thread
-def dense_modes(mass: Float[NDArray[np.float64], "r r"], stiffness: Float[NDArray[np.float64], "r r"]) -> DenseModes:
+def compute_dense_modes(
+    mass: Float[NDArray[np.float64], "r r"], stiffness: Float[NDArray[np.float64], "r r"]
+) -> DenseModes:
     """All modes of a small system; the stiffness may be singular.
 
     Parameters

@@ -21,7 +21,7 @@ from fe.mesh import Mesh
 SLENDER = 1e-3
 
 
-def distributed_load(
+def distribute_load(
     mesh: Mesh,
     nodes: Int[NDArray[np.int64], " k"],
     force: Float[NDArray[np.float64], " 3"],

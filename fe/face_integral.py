@@ -16,19 +16,19 @@ Faces = Int[NDArray[np.int64], "k 2"]
 N_POINT = 5
 
 
-def face_areas(mesh: Mesh, faces: Faces) -> Float[NDArray[np.float64], " k"]:
+def integrate_areas(mesh: Mesh, faces: Faces) -> Float[NDArray[np.float64], " k"]:
     """Areas of faces [m^2]."""
     _, vectors = _samples(mesh, faces)
     return np.asarray(np.linalg.norm(vectors, axis=2).sum(axis=1))
 
 
-def enclosed_volume(mesh: Mesh) -> float:
+def integrate_volume(mesh: Mesh) -> float:
     r"""Volume inside the outer faces, V = 1/3 \oint x \cdot n dA: exact for curved cells too [m^3]."""
-    points, vectors = _samples(mesh, outer_faces(mesh))
+    points, vectors = _samples(mesh, find_outer_faces(mesh))
     return float((points * vectors).sum() / 3)
 
 
-def face_integral(
+def integrate_over_faces(
     mesh: Mesh,
     faces: Faces,
     density: Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]],
@@ -52,7 +52,7 @@ def face_integral(
     return found
 
 
-def outer_faces(mesh: Mesh) -> Faces:
+def find_outer_faces(mesh: Mesh) -> Faces:
     """Faces that belong to one cell alone: cell and local face, in the order of the cells."""
     keys, owners = [], []
     for start, element, cells in mesh.blocks():
@@ -95,14 +95,14 @@ def _rule(
     x, w = np.polynomial.legendre.leggauss(N_POINT)
     s, t = (grid.ravel() for grid in np.meshgrid((1 + x) / 2, (1 + x) / 2))
     weights = np.outer(w, w).ravel() / 4
-    origin, along = face_frame(element, local)
+    origin, along = find_face_frame(element, local)
     if len(element.corner_faces[local]) == 3:
         # The square folded into a triangle: its side t = 1 becomes the third corner.
         s, weights = s * (1 - t), weights * (1 - t)
     return origin + np.column_stack([s, t]) @ along, along, weights
 
 
-def face_frame(
+def find_face_frame(
     element: Element, local: int
 ) -> tuple[Float[NDArray[np.float64], " 3"], Float[NDArray[np.float64], "2 3"]]:
     """First corner of a face in reference coordinates, and the two sides from there: their product points outwards."""

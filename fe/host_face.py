@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from fe.element import Element
 from fe.errors import BesideMesh, MeshError
-from fe.face_integral import face_frame
+from fe.face_integral import find_face_frame
 from fe.mesh import Mesh
 
 Faces = Int[NDArray[np.int64], "k 2"]
@@ -27,7 +27,7 @@ TOUCHING = 1e-12
 STEPS = 8
 
 
-def named_faces(mesh: Mesh, line: str, face_set: str) -> Faces:
+def find_named_faces(mesh: Mesh, line: str, face_set: str) -> Faces:
     """Faces of the set that a line or a point lies on.
 
     Raises
@@ -41,7 +41,7 @@ def named_faces(mesh: Mesh, line: str, face_set: str) -> Faces:
     return mesh.face_sets[face_set]
 
 
-def station_weights(mesh: Mesh, name: str, faces: Faces, stations: Places) -> sp.csr_array:
+def find_station_weights(mesh: Mesh, name: str, faces: Faces, stations: Places) -> sp.csr_array:
     """Displacement of places on faces, as weights of the nodes of the mesh.
 
     A place beside its face is moved to the nearest point of it. The weights of each place sum to one, and times the
@@ -79,14 +79,16 @@ def station_weights(mesh: Mesh, name: str, faces: Faces, stations: Places) -> sp
     return sp.csr_array(weights)
 
 
-def station_normals(mesh: Mesh, name: str, faces: Faces, stations: Places) -> Float[NDArray[np.float64], "station 3"]:
+def find_station_normals(
+    mesh: Mesh, name: str, faces: Faces, stations: Places
+) -> Float[NDArray[np.float64], "station 3"]:
     """Unit normals out of the body of the faces that carry the places, shape (n_station, 3) [-].
 
-    Arguments and errors as in `station_weights`.
+    Arguments and errors as in `find_station_weights`.
     """
     found = np.empty((len(stations), 3))
     for number, (element, local, nodes, at) in enumerate(_carriers(mesh, name, faces, stations)):
-        _, along = face_frame(element, local)
+        _, along = find_face_frame(element, local)
         u, v = np.einsum("aj,tj,ai->ti", element.gradient(at[None])[0], along, mesh.points[nodes])
         normal = np.cross(u, v)
         found[number] = normal / np.linalg.norm(normal)
@@ -151,7 +153,7 @@ def _nearest(
     element: Element, local: int, points: Float[NDArray[np.float64], "node 3"], place: Float[NDArray[np.float64], " 3"]
 ) -> tuple[float, Float[NDArray[np.float64], " 3"]]:
     """Distance of a place to a face, and the reference coordinates of the face's point that is nearest to it."""
-    origin, along = face_frame(element, local)
+    origin, along = find_face_frame(element, local)
     is_triangle = len(element.corner_faces[local]) == 3
     at = np.full(2, 1 / 3 if is_triangle else 0.5)
     for _ in range(STEPS):

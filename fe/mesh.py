@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from fe.element import ELEMENTS, Element
 from fe.errors import MeshError
+from geometry.read_only_array import freeze_fields, read_only
 
 Points = Float[NDArray[np.float64], "node 3"]
 #: An axis named "_" may differ from one array to the next.
@@ -52,11 +53,9 @@ class Mesh:
     cell_sets: Mapping[str, Int[NDArray[np.int64], " _"]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        points = np.array(self.points, dtype=np.float64, order="C")
-        points.setflags(write=False)
-        object.__setattr__(self, "points", points)
+        freeze_fields(self, "points", order="C")
         for name in _MAPS:
-            frozen = {key: _read_only(value) for key, value in getattr(self, name).items()}
+            frozen = {key: read_only(value, np.int64, "C") for key, value in getattr(self, name).items()}
             object.__setattr__(self, name, MappingProxyType(frozen))
         for cell_type, nodes in self.cells.items():
             if cell_type not in ELEMENTS:
@@ -66,9 +65,9 @@ class Mesh:
             n_node = ELEMENTS[cell_type].n_node
             if nodes.ndim != 2 or nodes.shape[1] != n_node:
                 raise MeshError(f'"{cell_type}" cells have shape {nodes.shape}, but each must have {n_node} nodes')
-            _refuse_outside(f'a "{cell_type}" cell', "node", nodes, len(points))
+            _refuse_outside(f'a "{cell_type}" cell', "node", nodes, self.n_node)
         for name, node_set in self.node_sets.items():
-            _refuse_outside(f'node set "{name}"', "node", node_set, len(points))
+            _refuse_outside(f'node set "{name}"', "node", node_set, self.n_node)
         for name, cell_set in self.cell_sets.items():
             _refuse_outside(f'cell set "{name}"', "cell", cell_set, self.n_cell)
         n_face = max((len(ELEMENTS[cell_type].faces) for cell_type in self.cells), default=0)
@@ -147,9 +146,3 @@ def _refuse_outside(who: str, kind: str, numbers: NDArray[np.int64], count: int)
     outside = numbers[(numbers < 0) | (numbers >= count)]
     if outside.size:
         raise MeshError(f"{who} names {kind} {outside[0]}, but there are {count}, numbered from 0")
-
-
-def _read_only(values: NDArray[np.int64]) -> NDArray[np.int64]:
-    copy = np.array(values, dtype=np.int64, order="C")
-    copy.setflags(write=False)
-    return copy

@@ -45,7 +45,7 @@ class Quality:
     volume: PerCell
 
 
-def cell_quality(mesh: Mesh) -> Quality:
+def measure_cell_quality(mesh: Mesh) -> Quality:
     r"""Scaled Jacobian, determinant ratio and volume of every cell.
 
     .. math:: J_{ij} = \sum_a x_{a,i} \frac{\partial N_a}{\partial \xi_j}, \qquad
@@ -95,7 +95,7 @@ def check_quality(
     InvertedCell
         At least one determinant is not positive; the message names file, cell type, cell sets, numbers and remedy.
     """
-    quality = cell_quality(mesh)
+    quality = measure_cell_quality(mesh)
     bad = np.flatnonzero(~(quality.determinant_ratio > COLLAPSED))
     if not bad.size:
         return quality

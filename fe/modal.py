@@ -1,6 +1,7 @@
-"""Natural frequencies and mode shapes of a sparse system, by block Lanczos on one factorisation."""
+"""Natural frequencies and mode shapes of a sparse system, supported or free, by block Lanczos on one factorisation."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +11,8 @@ from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
 from fe.errors import SupportError
+from fe.material import Material
+from fe.mesh import Mesh
 from fe.notebook import Tabular
 from fe.sparse.block_lanczos import COLUMNS_PER_MODE, NoConvergence, block_lanczos
 from fe.sparse.factor import Symmetric
@@ -131,3 +134,36 @@ def lowest_eigenpairs(
     if lowest @ (stiffness @ lowest) < STRAINLESS * (lowest @ (stiffness.diagonal() * lowest)):
         raise SupportError(SINGULAR)
     return lambda_, shapes
+
+
+#: The shift is this share of shear-wave speed over size: below the first elastic mode even of a slender body, and far
+#: above what round-off leaves of a rigid-body mode.
+SHARE = 0.05
+#: Squared frequencies below this share of the shift are round-off: rigid-body modes come out near 1e-9 of it.
+RIGID = 1e-5
+
+
+def compute_free_modes(system: LinearSystem, mesh: Mesh, material: Material, n_mode: int) -> ModeSet:
+    """The lowest modes of a system whose supports, if any, leave rigid-body motions.
+
+    The mass times a shift is added to the stiffness, which makes it definite, and the shift is taken off the squared
+    frequencies again. Rigid-body modes come out as exactly zero.
+
+    Parameters
+    ----------
+    system
+        Of the whole mesh or of a part of its degrees of freedom.
+    mesh, material
+        Give the scale of frequency, shear-wave speed over size.
+    n_mode
+        How many modes, the rigid-body ones included [-].
+    """
+    size = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
+    shift = (SHARE * sqrt(material.shear / material.density) / size) ** 2
+    found = modes(system.shifted(shift), n_mode)
+    squared = found.angular_frequency**2 - shift
+    frequency = np.sqrt(np.where(squared > RIGID * shift, squared, 0.0))
+    # The ratio was made with the shifted frequency; a rigid-body mode has none.
+    ratio = found.damping_ratio * found.angular_frequency
+    ratio = np.divide(ratio, frequency, out=np.zeros_like(ratio), where=frequency > 0)
+    return replace(found, angular_frequency=frequency, damping_ratio=ratio)

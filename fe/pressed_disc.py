@@ -13,7 +13,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.errors import MeshError
-from fe.face_integral import Faces, face_integral
+from fe.face_integral import Faces, integrate_over_faces
 from fe.mesh import Mesh
 
 #: Cosine between normals of faces that count as one flat face.
@@ -23,7 +23,7 @@ FLAT = 0.999
 SQUARE, COARSE = 1 / 3, 0.3
 
 
-def disc_weights(
+def find_disc_weights(
     mesh: Mesh,
     faces: Faces,
     centre: Float[NDArray[np.float64], " 3"],
@@ -59,7 +59,7 @@ def disc_weights(
         square = (about**2).sum(axis=-1, keepdims=True)
         return np.asarray(one[..., None] * np.concatenate([np.ones_like(square), about, square], axis=-1))
 
-    found = face_integral(mesh, faces, pressure)
+    found = integrate_over_faces(mesh, faces, pressure)
     total = found.sum(axis=0)
     if not total[0] > 0 or abs(total[4] / total[0] - SQUARE) > COARSE * SQUARE:
         raise MeshError(

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from fe.errors import MeshError
-from fe.host_face import Places, named_faces, station_weights
+from fe.host_face import Places, find_named_faces, find_station_weights
 from fe.mesh import Mesh
 from fe.sparse.factor import Symmetric
 from fe.system import LinearSystem
@@ -71,7 +71,7 @@ class StationCoordinates:
         return np.asarray(sp.linalg.splu(to_nodes).solve(np.ascontiguousarray(displacement)))
 
 
-def station_coordinates(
+def make_station_coordinates(
     mesh: Mesh, stations: Mapping[str, Places], faces: Mapping[str, str], fixed: Iterable[str] = ()
 ) -> StationCoordinates:
     """Make stations coordinates.
@@ -94,7 +94,8 @@ def station_coordinates(
     """
     taken = {int(node) for name in (*mesh.node_sets, *fixed) for node in mesh.nodes(name)}
     weights = [
-        station_weights(mesh, name, named_faces(mesh, name, faces[name]), places) for name, places in stations.items()
+        find_station_weights(mesh, name, find_named_faces(mesh, name, faces[name]), places)
+        for name, places in stations.items()
     ]
     every = sp.csr_array(sp.vstack(weights))
     labels = [f'station {k + 1} of "{name}"' for name, places in stations.items() for k in range(len(places))]
@@ -112,12 +113,12 @@ def station_coordinates(
     )
 
 
-def at_nodes(mesh: Mesh) -> StationCoordinates:
+def make_node_coordinates(mesh: Mesh) -> StationCoordinates:
     """The displacements of the nodes as they are."""
     return StationCoordinates(mesh=mesh, to_nodes=sp.eye_array(3 * mesh.n_node, format="csr"))
 
 
-def with_mean(
+def add_mean_coordinate(
     place: StationCoordinates, name: str, weights: Float[NDArray[np.float64], " node"], fixed: Iterable[str] = ()
 ) -> StationCoordinates:
     """Make a weighted mean of nodes a coordinate of its own, so that a force on it is spread by the same weights.

@@ -16,7 +16,7 @@ from fe.solid import jacobian
 Tensor = Float[NDArray[np.float64], "*where 6"]
 
 
-def strain(
+def compute_strain(
     mesh: Mesh, displacement: Float[NDArray[np.float64], "node 3"], at: Float[NDArray[np.float64], "point 3"]
 ) -> Float[NDArray[np.float64], "cell point 6"]:
     """Engineering strain xx, yy, zz, xy, yz, zx of every cell at the given reference points.
@@ -39,7 +39,7 @@ def strain(
     )
 
 
-def stress(
+def compute_stress(
     mesh: Mesh,
     materials: Material | Mapping[str, Material],
     displacement: Float[NDArray[np.float64], "node 3"],
@@ -50,7 +50,7 @@ def stress(
     Parameters
     ----------
     mesh, displacement
-        As in `strain`.
+        As in `compute_strain`.
     materials
         As in `fe.assembly.assemble`.
     at
@@ -74,7 +74,7 @@ def stress(
     return np.concatenate(list(_stress_of_blocks(mesh, materials, displacement, at)))
 
 
-def nodal_stress(
+def compute_nodal_stress(
     mesh: Mesh, materials: Material | Mapping[str, Material], displacement: Float[NDArray[np.float64], "node 3"]
 ) -> Float[NDArray[np.float64], "node 6"]:
     """Stress at the nodes: extrapolated from the stress points of each cell, then averaged over the cells at a node.
@@ -84,7 +84,7 @@ def nodal_stress(
     Parameters
     ----------
     mesh, materials, displacement
-        As in `stress`.
+        As in `compute_stress`.
 
     Returns
     -------
@@ -128,7 +128,7 @@ def _stress_of_blocks(
         yield np.concatenate([lame * volumetric + 2 * shear * e[..., :3], shear * e[..., 3:]], axis=-1)
 
 
-def von_mises(tensor: Tensor) -> Float[NDArray[np.float64], "*where"]:
+def compute_von_mises(tensor: Tensor) -> Float[NDArray[np.float64], "*where"]:
     """Von Mises stress of a stress tensor xx, yy, zz, xy, yz, zx [Pa]."""
     xx, yy, zz, xy, yz, zx = np.moveaxis(tensor, -1, 0)
     deviatoric = ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from fe.errors import MeshError
-from fe.host_face import Faces, named_faces, station_normals
+from fe.host_face import Faces, find_named_faces, find_station_normals
 from fe.mesh import Mesh
 from geometry.interface import N_STATION, ContactLine, straight_contact_line
 from geometry.part import Point
@@ -84,7 +84,7 @@ def line_along_edge(
     """
     if n_station < 2:
         raise MeshError(f'the line "{name}" cannot have {n_station} stations: give 2 or more')
-    first, second = (_sides(mesh, named_faces(mesh, name, face_set)) for face_set in on)
+    first, second = (_sides(mesh, find_named_faces(mesh, name, face_set)) for face_set in on)
     shared = first[_member(first, second)]
     what = f'the line "{name}": the faces "{on[0]}" and "{on[1]}"'
     if not len(shared):
@@ -105,7 +105,7 @@ def line_along_edge(
 def _framed(
     mesh: Mesh, name: str, on: str, places: Places, along: Places, lengths: Float[NDArray[np.float64], " station"]
 ) -> ContactLine:
-    normal = station_normals(mesh, name, named_faces(mesh, name, on), places)
+    normal = find_station_normals(mesh, name, find_named_faces(mesh, name, on), places)
     tangent = along - (along * normal).sum(axis=1, keepdims=True) * normal
     size = np.linalg.norm(tangent, axis=1, keepdims=True)
     if not (size > SQUARE).all():

@@ -8,6 +8,7 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.sparse.factor import Symmetric
+from geometry.read_only_array import freeze_fields
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -36,9 +37,7 @@ class LinearSystem:
     n_node: int
 
     def __post_init__(self) -> None:
-        free = np.array(self.free, dtype=np.int64)
-        free.setflags(write=False)
-        object.__setattr__(self, "free", free)
+        freeze_fields(self, "free", kind=np.int64)
 
     @property
     def n_dof(self) -> int:

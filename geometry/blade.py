@@ -1,7 +1,8 @@
 """The rig's blade: a slender plate with bevelled edges on a root block, with a grooved pad on each face at mid-span."""
 
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from functools import partial
 from math import radians, sqrt, tan
 
 import numpy as np
@@ -9,14 +10,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from geometry.blade_points import named_points as named_points
-from geometry.dimension import (
-    SMALLEST,
-    cone_angle_problems,
-    in_millimetres,
-    order_problems,
-    raise_geometry_error,
-    range_problems,
-)
+from geometry.dimension import SMALLEST, check_dimensions, in_millimetres
 from geometry.groove import groove_problems
 from geometry.interface import N_STATION, ContactLine, straight_contact_line
 
@@ -112,15 +106,7 @@ class Blade:
     excitation_height: float = 0.020
 
     def __post_init__(self) -> None:
-        dimensions = asdict(self)
-        del dimensions["cone_half_angle"]
-        unsound = range_problems(dimensions)
-        unsound |= cone_angle_problems({"cone_half_angle": self.cone_half_angle})
-        clauses = [*unsound.values(), *order_problems(dimensions, AT_MOST, unsound=unsound)]
-        if not unsound:
-            clauses += _pad_problems(self)
-        if clauses:
-            raise_geometry_error("blade", clauses)
+        check_dimensions("blade", self, at_most=AT_MOST, further=partial(_pad_problems, self))
 
     def groove_radius_at(self, y: Float[NDArray[np.float64], "*k"]) -> Float[NDArray[np.float64], "*k"]:
         """Radius of the conical groove at a distance |y| from the mid-plane [m]."""
@@ -199,8 +185,10 @@ def contact_lines(blade: Blade, n_station: int = N_STATION) -> dict[str, Contact
     return lines
 
 
-def _pad_problems(blade: Blade) -> Iterator[str]:
+def _pad_problems(blade: Blade, unsound: Collection[str]) -> Iterator[str]:
     """What keeps pads and grooves from being one body with the blade, when each dimension is sound by itself."""
+    if unsound:
+        return
     low, high = in_millimetres(blade.pad_bottom), in_millimetres(blade.pad_top)
     height = f"contact_height = {in_millimetres(blade.contact_height)}"
     if blade.pad_bottom < SMALLEST:

@@ -1,19 +1,13 @@
 """The rig's bi-conical damper: a cylinder between two cones, which rest in the grooves of blade and de-coupler."""
 
-from dataclasses import asdict, dataclass
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
 from functools import partial
 from math import pi, radians, sqrt, tan
 
 import numpy as np
 
-from geometry.dimension import (
-    SMALLEST,
-    cone_angle_problems,
-    in_millimetres,
-    order_problems,
-    raise_geometry_error,
-    range_problems,
-)
+from geometry.dimension import SMALLEST, check_dimensions, in_millimetres
 from geometry.interface import N_STATION, ContactLine, straight_contact_line
 from geometry.part import Part, Point
 
@@ -61,17 +55,14 @@ class Damper:
     cone_half_angle: float = radians(8.53)
 
     def __post_init__(self) -> None:
-        dimensions = asdict(self)
-        del dimensions["cone_half_angle"]
-        unsound = range_problems(dimensions) | cone_angle_problems({"cone_half_angle": self.cone_half_angle})
-        clauses = [*unsound.values(), *order_problems(dimensions, [("shoulder", "contact_length")], unsound=unsound)]
+        check_dimensions("damper", self, at_most=[("shoulder", "contact_length")], further=self._shape_problems)
+
+    def _shape_problems(self, unsound: Collection[str]) -> Iterator[str]:
         if not unsound and self.end_radius < SMALLEST:
-            clauses.append(
+            yield (
                 f"contact_length = {in_millimetres(self.contact_length)} lets the cones end in a point before they are "
                 f"as long, from radius = {in_millimetres(self.radius)} (shorten it or raise the radius)"
             )
-        if clauses:
-            raise_geometry_error("damper", clauses)
 
     @property
     def cone_length(self) -> float:

@@ -1,21 +1,15 @@
 """The rig's L-shaped de-coupler: a grooved pad on a plate, and two arms that end in load cells, at right angles."""
 
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
-from math import cos, degrees, isfinite, radians, sin, sqrt, tan
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from functools import partial
+from math import cos, degrees, radians, sin, sqrt, tan
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from geometry.dimension import (
-    SMALLEST,
-    cone_angle_problems,
-    in_millimetres,
-    order_problems,
-    raise_geometry_error,
-    range_problems,
-)
+from geometry.dimension import CONE, SMALLEST, check_dimensions, in_millimetres
 from geometry.groove import groove_problems
 from geometry.interface import N_STATION, ContactLine, straight_contact_line
 from geometry.part import Part, Point
@@ -26,7 +20,7 @@ Lengths = Float[NDArray[np.float64], "*k"]
 # meet on the contact line.
 AT_MOST = (("neck_thickness", "arm_thickness"), ("arm_thickness", "cell_thickness"), ("arms_meet", "contact_length"))
 # Outside these, arms lie along the damper or across it, and two load cells no longer tell its two forces apart.
-FLATTEST_ARM, STEEPEST_ARM = radians(20.0), radians(70.0)
+ARM = {"arm_angle": (radians(20.0), radians(70.0))}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,20 +96,8 @@ class Decoupler:
     cone_half_angle: float = radians(8.53)
 
     def __post_init__(self) -> None:
-        dimensions = asdict(self)
-        del dimensions["cone_half_angle"], dimensions["arm_angle"]
-        unsound = range_problems(dimensions)
-        unsound |= cone_angle_problems({"cone_half_angle": self.cone_half_angle})
-        if not (isfinite(self.arm_angle) and FLATTEST_ARM <= self.arm_angle <= STEEPEST_ARM):
-            unsound["arm_angle"] = (
-                f"arm_angle = {degrees(self.arm_angle):.6g} deg is not between {degrees(FLATTEST_ARM):.0f} and "
-                f"{degrees(STEEPEST_ARM):.0f} deg (in Python give radians)"
-            )
-        clauses = [*unsound.values(), *order_problems(dimensions, AT_MOST, unsound=unsound)]
-        if not clauses:
-            clauses += _shape_problems(self)
-        if clauses:
-            raise_geometry_error("de-coupler", clauses)
+        further = partial(_shape_problems, self)
+        check_dimensions("de-coupler", self, at_most=AT_MOST, angles=CONE | ARM, further=further)
 
     def groove_radius_at(self, y: Lengths) -> Lengths:
         """Radius of the conical groove, which narrows towards the plate [m]."""
@@ -322,8 +304,10 @@ def decoupler_part(decoupler: Decoupler) -> Part:
     )
 
 
-def _shape_problems(decoupler: Decoupler) -> Iterator[str]:
+def _shape_problems(decoupler: Decoupler, unsound: Collection[str]) -> Iterator[str]:
     """What keeps groove, plate and arms from being one body, when each dimension is sound by itself."""
+    if unsound:
+        return
     yield from groove_problems(
         lip_above_axis=decoupler.lip_above_axis,
         narrow_radius=decoupler.narrow_groove_radius,

@@ -1,8 +1,9 @@
 """The range in which a dimension can be built, and the one sentence that says what is wrong with a set of them."""
 
-from collections.abc import Container, Iterable, Mapping
-from math import degrees, isfinite, radians
-from typing import NoReturn
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import asdict
+from math import degrees, isfinite, nextafter, radians
+from typing import Any
 
 from geometry.errors import GeometryError
 
@@ -11,8 +12,7 @@ from geometry.errors import GeometryError
 SMALLEST = 1e-5
 LARGEST = 10.0
 # A flatter cone is replaced by a cylinder in the CAD kernel (seen below 0.01 deg), which moves the contact line.
-FLATTEST_CONE = radians(0.05)
-STEEPEST_CONE = radians(45.0)
+CONE = {"cone_half_angle": (radians(0.05), nextafter(radians(45.0), 0.0))}
 
 
 def in_millimetres(length: float) -> str:
@@ -20,70 +20,80 @@ def in_millimetres(length: float) -> str:
     return f"{1e3 * length:.6g} mm"
 
 
-def range_problems(dimensions: Mapping[str, float]) -> dict[str, str]:
-    """What is wrong with single dimensions, by name; sound ones are left out.
+def check_dimensions(
+    body: str,
+    dimensions: Any,
+    *,
+    at_most: Iterable[tuple[str, str]] = (),
+    angles: Mapping[str, tuple[float, float]] = CONE,
+    further: Callable[[Collection[str]], Iterable[str]],
+) -> None:
+    """Refuse a body with all that is wrong with its dimensions, in one sentence.
 
     Parameters
     ----------
+    body
+        Name for the message.
     dimensions
-        Lengths by the name of their field [m].
-
-    Returns
-    -------
-    One clause for each dimension that is not finite, not positive or outside [`SMALLEST`, `LARGEST`].
-    """
-    remedy = f"in Python give metres between {SMALLEST:g} and {LARGEST:g}"
-    problems = {}
-    for name, value in dimensions.items():
-        said = f"{name} = {in_millimetres(value)}"
-        if not isfinite(value):
-            problems[name] = f"{said} is not finite ({remedy})"
-        elif value <= 0:
-            problems[name] = f"{said} is not positive ({remedy})"
-        elif value < SMALLEST:
-            problems[name] = f"{said} is thinner than can be made ({remedy})"
-        elif value > LARGEST:
-            problems[name] = f"{said} is longer than any rig ({remedy})"
-    return problems
-
-
-def cone_angle_problems(angles: Mapping[str, float]) -> dict[str, str]:
-    """What is wrong with half-angles of cones [rad], by name; sound ones are left out."""
-    return {
-        name: f"{name} = {degrees(angle):.6g} deg is not between 0.05 and 45 deg (in Python give radians)"
-        for name, angle in angles.items()
-        if not (isfinite(angle) and FLATTEST_CONE <= angle < STEEPEST_CONE)
-    }
-
-
-def order_problems(
-    dimensions: Mapping[str, float], at_most: Iterable[tuple[str, str]], *, unsound: Container[str]
-) -> list[str]:
-    """What is wrong with pairs of dimensions of which the first must not exceed the second.
-
-    Parameters
-    ----------
-    dimensions
-        Lengths by the name of their field [m].
+        Dataclass whose fields are lengths [m], but for the angles.
     at_most
-        Names of the smaller and the larger.
-    unsound
-        Names of dimensions that are out of range themselves: pairs with one of them are passed over.
-    """
-    return [
-        f"{smaller} = {in_millimetres(dimensions[smaller])} exceeds {larger} = {in_millimetres(dimensions[larger])} "
-        "(lower the one or raise the other)"
-        for smaller, larger in at_most
-        if smaller not in unsound and larger not in unsound and dimensions[smaller] > dimensions[larger]
-    ]
-
-
-def raise_geometry_error(body: str, problems: Iterable[str]) -> NoReturn:
-    """Refuse a body with all that is wrong with it, in one sentence.
+        Names of pairs of lengths of which the first must not exceed the second.
+    angles
+        Names of fields that are angles, and the range of each [rad].
+    further
+        Clauses on what is wrong with sound dimensions together, from the names of those that are not sound.
 
     Raises
     ------
     GeometryError
-        Always.
+        A length that is not finite, not positive or outside [`SMALLEST`, `LARGEST`], an angle out of its range, a pair
+        in the wrong order, or what `further` finds.
     """
-    raise GeometryError(f"the {body} cannot be built: {'; '.join(problems)}")
+    values: dict[str, float] = asdict(dimensions)
+    problems = {
+        name: _angle_problem(name, value, *angles[name]) if name in angles else _length_problem(name, value)
+        for name, value in sorted(values.items(), key=lambda item: item[0] in angles)
+    }
+    unsound = {name for name, problem in problems.items() if problem}
+    clauses = [problem for problem in problems.values() if problem]
+    clauses += [
+        f"{smaller} = {in_millimetres(values[smaller])} exceeds {larger} = {in_millimetres(values[larger])} "
+        "(lower the one or raise the other)"
+        for smaller, larger in at_most
+        if unsound.isdisjoint((smaller, larger)) and values[smaller] > values[larger]
+    ]
+    refuse(body, [*clauses, *further(unsound)])
+
+
+def _length_problem(name: str, value: float) -> str:
+    if not isfinite(value):
+        problem = "is not finite"
+    elif value <= 0:
+        problem = "is not positive"
+    elif value < SMALLEST:
+        problem = "is thinner than can be made"
+    elif value > LARGEST:
+        problem = "is longer than any rig"
+    else:
+        return ""
+    return f"{name} = {in_millimetres(value)} {problem} (in Python give metres between {SMALLEST:g} and {LARGEST:g})"
+
+
+def _angle_problem(name: str, angle: float, least: float, most: float) -> str:
+    if isfinite(angle) and least <= angle <= most:
+        return ""
+    between = f"{degrees(least):.6g} and {degrees(most):.6g} deg"
+    return f"{name} = {degrees(angle):.6g} deg is not between {between} (in Python give radians)"
+
+
+def refuse(body: str, problems: Iterable[str]) -> None:
+    """Refuse a body if there are problems.
+
+    Raises
+    ------
+    GeometryError
+        One sentence with all of them.
+    """
+    clauses = "; ".join(problems)
+    if clauses:
+        raise GeometryError(f"the {body} cannot be built: {clauses}")

@@ -7,6 +7,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from geometry.errors import GeometryError
+from geometry.read_only_array import freeze_fields
 
 # The paper places seven contact elements on each contact line.
 N_STATION = 7
@@ -44,10 +45,7 @@ class ContactLine:
     tributary_length: Float[NDArray[np.float64], " station"]
 
     def __post_init__(self) -> None:
-        for name in ("stations", "normal", "tangents", "tributary_length"):
-            values = np.array(getattr(self, name), dtype=np.float64, order="C")
-            values.setflags(write=False)
-            object.__setattr__(self, name, values)
+        freeze_fields(self, "stations", "normal", "tangents", "tributary_length", order="C")
         n_station = len(self.stations)
         expected = {"normal": (n_station, 3), "tangents": (n_station, 2, 3), "tributary_length": (n_station,)}
         for name, shape in expected.items():

@@ -10,6 +10,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from geometry.interface import ContactLine
+from geometry.read_only_array import freeze_fields, read_only
 
 # A CadQuery shape, in millimetres. Its true type would import CadQuery, which takes seconds, with this module.
 Shape: TypeAlias = Any
@@ -39,7 +40,7 @@ class FaceRegion:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "faces", tuple(self.faces))
-        object.__setattr__(self, "centre", _read_only(self.centre))
+        freeze_fields(self, "centre")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -68,7 +69,7 @@ class Part:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "faces", MappingProxyType(dict(self.faces)))
-        points = {name: _read_only(point) for name, point in self.points.items()}
+        points = {name: read_only(point) for name, point in self.points.items()}
         object.__setattr__(self, "points", MappingProxyType(points))
         object.__setattr__(self, "contact_lines", MappingProxyType(dict(self.contact_lines)))
 
@@ -84,9 +85,3 @@ class Part:
         box = self.solid.BoundingBox()
         corners = [[box.xmin, box.ymin, box.zmin], [box.xmax, box.ymax, box.zmax]]
         return np.array(corners, dtype=np.float64) / MILLIMETRES_PER_METRE
-
-
-def _read_only(point: Point) -> Point:
-    copy = np.array(point, dtype=np.float64)
-    copy.setflags(write=False)
-    return copy

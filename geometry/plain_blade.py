@@ -1,9 +1,10 @@
 """The plain blade: a uniform rectangular bar on a root block, without pads or contact."""
 
-from dataclasses import asdict, dataclass
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
 
 from geometry.blade_points import named_points as named_points
-from geometry.dimension import SMALLEST, in_millimetres, order_problems, raise_geometry_error, range_problems
+from geometry.dimension import SMALLEST, check_dimensions, in_millimetres
 from geometry.part import Part
 
 
@@ -52,19 +53,16 @@ class PlainBlade:
     excitation_height: float = 0.020
 
     def __post_init__(self) -> None:
-        dimensions = asdict(self)
-        unsound = range_problems(dimensions)
-        at_most = (("chord", "root_chord"), ("thickness", "root_thickness"))
-        clauses = [*unsound.values(), *order_problems(dimensions, at_most, unsound=unsound)]
-        if unsound.keys().isdisjoint(("excitation_height", "length")) and (
-            self.excitation_height > self.length - SMALLEST
-        ):
-            clauses.append(
+        at_most = [("chord", "root_chord"), ("thickness", "root_thickness")]
+        check_dimensions("plain blade", self, at_most=at_most, angles={}, further=self._excitation_problems)
+
+    def _excitation_problems(self, unsound: Collection[str]) -> Iterator[str]:
+        names = {"excitation_height", "length"}
+        if names.isdisjoint(unsound) and self.excitation_height > self.length - SMALLEST:
+            yield (
                 f"excitation_height = {in_millimetres(self.excitation_height)} is not below the tip at length = "
                 f"{in_millimetres(self.length)} (lower it)"
             )
-        if clauses:
-            raise_geometry_error("plain blade", clauses)
 
 
 def plain_blade_part(blade: PlainBlade) -> Part:

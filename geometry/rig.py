@@ -13,7 +13,7 @@ from geometry.blade import Blade
 from geometry.blade_solid import blade_part
 from geometry.damper import Damper
 from geometry.decoupler import Decoupler
-from geometry.dimension import SMALLEST, in_millimetres, raise_geometry_error
+from geometry.dimension import SMALLEST, in_millimetres, refuse
 from geometry.interface import N_STATION, ContactLine
 from geometry.part import Part, Point
 from geometry.placement import Placement
@@ -51,10 +51,8 @@ class Rig:
     excitation_radius: float = 0.005
 
     def __post_init__(self) -> None:
-        clauses = [*_excitation_problems(self)]
-        clauses += [*_mating_problems(self, "blade", self.blade), *_mating_problems(self, "decoupler", self.decoupler)]
-        if clauses:
-            raise_geometry_error("rig", clauses)
+        mating = [*_mating_problems(self, "blade", self.blade), *_mating_problems(self, "decoupler", self.decoupler)]
+        refuse("rig", [*_excitation_problems(self), *mating])
 
     @property
     def damper_axis(self) -> float:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from geometry.errors import InputError
-from geometry.part import Part, Shape
+from geometry.part import Part
 
 # A CadQuery assembly; its true type would import CadQuery with this module.
 Assembly: TypeAlias = Any
@@ -111,27 +111,3 @@ def check_complete(path: Path) -> None:
         raise InputError(f'{path} is no STEP file, which begins with "{first}": name one that the CAD program exported')
     if not text.rstrip().endswith(LAST_WORD):
         raise InputError(f'{path} is not a complete STEP file, which ends in "{last}": export or copy it again')
-
-
-def read_step(path: Path) -> Shape:
-    """Read the one solid of a STEP file, whatever its length unit, in millimetres.
-
-    Names of faces are not read back: whoever needs them has the part that was written.
-
-    Raises
-    ------
-    InputError
-        The file is missing, is no complete STEP file, or holds no or several solids.
-    """
-    path = Path(path)
-    check_complete(path)
-    import cadquery as cq
-
-    try:
-        bodies = cq.importers.importStep(str(path))
-    except ValueError as error:
-        raise InputError(f"{path} is a STEP file without a body that can be read: export it again") from error
-    solids = bodies.solids().vals()
-    if len(solids) != 1:
-        raise InputError(f"{path} holds {len(solids)} solids: export the one body that you mean")
-    return solids[0]

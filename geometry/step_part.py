@@ -1,9 +1,10 @@
 """A user's own STEP file as a part: one sound solid, healed where that is safe, with faces chosen by the user."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
+from typing import Any, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
@@ -12,7 +13,6 @@ from numpy.typing import NDArray
 from geometry.errors import InputError
 from geometry.face_selector import FaceSelector, KnownFace, select_faces
 from geometry.part import Part, Shape
-from geometry.step_entities import face_colours, face_names
 from geometry.step_io import check_complete
 
 #: Gaps between faces that are closed without asking [mm]: above what CAD programs leave, below what anyone draws.
@@ -144,3 +144,69 @@ def _sewn(
     solid = cq.Shape.cast(made)
     changed = {cq.Shape.cast(sewing.Modified(face.wrapped)): said[face] for face in faces if face in said}
     return solid, {face: changed[face] for face in solid.Faces() if face in changed}
+
+
+# Objects of the kernel's reader; their true types would import it with this module.
+Reader: TypeAlias = Any
+Entity: TypeAlias = Any
+
+
+def face_names(reader: Reader, faces: list[Any]) -> list[str]:
+    """Name of the ADVANCED_FACE that each face came from; empty where there is none."""
+    return [_text(entity.Name()) if entity is not None else "" for entity in _entities(reader, faces)]
+
+
+def face_colours(reader: Reader, faces: list[Any]) -> list[str]:
+    """Colour of each face as "#RRGGBB"; empty where the file gives it none of its own."""
+    from OCP.Quantity import Quantity_Color
+    from OCP.STEPConstruct import STEPConstruct, STEPConstruct_Styles
+
+    styles = STEPConstruct_Styles(reader.WS())
+    if not styles.LoadStyles():
+        return [""] * len(faces)
+    process, coloured = reader.WS().TransferReader().TransientProcess(), []
+    for k in range(1, styles.NbStyles() + 1):
+        item = styles.Style(k)
+        shape = STEPConstruct.FindShape_s(process, item.Item())
+        for colour in _surface_colours(item):
+            decoded = Quantity_Color()
+            if not shape.IsNull() and STEPConstruct_Styles.DecodeColor_s(colour, decoded):
+                coloured.append((shape, str(Quantity_Color.ColorToHex_s(decoded).ToCString())))
+
+    def of(face: Any) -> str:
+        # Partners: the same surface and edges, wherever the assembly in the file has put them.
+        return next((colour for shape, colour in coloured if face.wrapped.IsPartner(shape)), "")
+
+    return [of(face) for face in faces]
+
+
+def _entities(reader: Reader, faces: list[Any]) -> list[Entity | None]:
+    from OCP.StepShape import StepShape_AdvancedFace
+
+    transfer = reader.WS().TransferReader()
+    # -1 asks for the entity itself, whatever stands between it and the shape.
+    found = [transfer.EntityFromShapeResult(face.wrapped, -1) for face in faces]
+    return [entity if isinstance(entity, StepShape_AdvancedFace) else None for entity in found]
+
+
+def _text(name: Any) -> str:
+    return "" if name is None else str(name.ToCString())
+
+
+def _surface_colours(item: Entity) -> Iterator[Entity]:
+    """STYLED_ITEM > styles > SURFACE_STYLE_USAGE > SURFACE_SIDE_STYLE > FILL_AREA_STYLE > colour (ISO 10303-46)."""
+    for assignment in _members(item.Styles()):
+        for style in _members(assignment.Styles()):
+            usage = style.SurfaceStyleUsage()
+            for element in _members(usage.Style().Styles()) if usage is not None else ():
+                area = element.SurfaceStyleFillArea()
+                for fill in _members(area.FillArea().FillStyles()) if area is not None else ():
+                    coloured = fill.FillAreaStyleColour()
+                    if coloured is not None:
+                        yield coloured.FillColour()
+
+
+def _members(array: Any) -> Iterator[Any]:
+    if array is not None:
+        for k in range(array.Lower(), array.Upper() + 1):
+            yield array.Value(k)

@@ -10,7 +10,7 @@ from jaxtyping import Complex, Float, Int
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from fe.dense_modes import DenseModes, dense_modes
+from fe.dense_modes import DenseModes, compute_dense_modes
 from hbsolve.coupled_damping import proportional_but_few
 from hbsolve.errors import ForceError, ModelError
 from reduction.array_input import real_array, refuse_asymmetric, refuse_infinite, refuse_massless
@@ -91,7 +91,7 @@ class DynamicStiffness:
             refuse_asymmetric(getattr(self, name), f"the {name}", ModelError)
         refuse_massless(self.mass, ModelError)
         try:
-            modes = dense_modes(self.mass, self.stiffness)
+            modes = compute_dense_modes(self.mass, self.stiffness)
         except np.linalg.LinAlgError as error:
             raise ModelError(
                 f"mass and stiffness have no modes ({error}): the stiffness must have no negative eigenvalue"

@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from jaxtyping import Float, Int
 
 from fe.blas_threads import on_one_blas_thread
-from fe.dense_modes import dense_modes
+from fe.dense_modes import compute_dense_modes
 from fe.modal import modes
 from fe.sparse.solver import Definiteness, Factor, Factorisation, factorise
 from fe.system import LinearSystem
@@ -83,7 +83,7 @@ def assembly_error(
         raise RomError("the springs are all zero, so that nothing joins the bodies: give those of their contacts")
     result = modes(full, n_mode)
     stiffness = assembly.stiffness + springs
-    reduced = dense_modes(assembly.mass, stiffness)
+    reduced = compute_dense_modes(assembly.mass, stiffness)
     frequency = np.sqrt(reduced.lambda_[:n_mode]) / (2 * np.pi)
     shapes = np.concatenate(
         [rom.recovery @ reduced.shapes[assembly.columns(body), :n_mode] for body, rom in assembly.bodies.items()]

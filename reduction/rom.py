@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 
 from fe.damping import RayleighDamping
-from fe.dense_modes import dense_modes
+from fe.dense_modes import compute_dense_modes
 from fe.modal import ModeSet
 from reduction.array_input import freeze_arrays, locked
 from reduction.array_type import Array, Real, Whole
@@ -111,7 +111,7 @@ class ReducedModel:
         n_mode = self.n_dof if n_mode is None else n_mode
         if not 1 <= n_mode <= self.n_dof:
             raise RomError(f"{n_mode} modes were asked of a reduced model of {self.n_dof}: ask for 1 to {self.n_dof}")
-        result = dense_modes(self.mass, self.stiffness)
+        result = compute_dense_modes(self.mass, self.stiffness)
         angular_frequency = np.sqrt(result.lambda_[:n_mode].clip(min=0))
         shapes = result.mode_shapes[:, :n_mode]
         modal_damping = np.einsum("rm,rs,sm->m", shapes, self.damping, shapes, optimize=True)

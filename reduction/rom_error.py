@@ -5,7 +5,7 @@ import scipy.linalg
 from jaxtyping import Float
 
 from fe.blas_threads import on_one_blas_thread
-from fe.dense_modes import dense_modes
+from fe.dense_modes import compute_dense_modes
 from fe.mode_check import ModeCheck, check_modes
 from fe.sparse.factor import Symmetric
 from fe.sparse.solver import UnknownInertia, factorise
@@ -144,7 +144,7 @@ def _drop(
     mass[:n_boundary, n_rom:] = rom.recovery[:, :n_boundary].T @ carried
     mass[n_rom:, :n_boundary] = mass[:n_boundary, n_rom:].T
     stiffness = scipy.linalg.block_diag(rom.stiffness, added.T @ stiffness_added)
-    enriched = dense_modes(mass, stiffness)
+    enriched = compute_dense_modes(mass, stiffness)
     lowered = enriched.lambda_[: len(lambda_)]
     # A rigid-body motion is exact: its eigenvalues are round-off and have no ratio.
     ratio = np.divide(lambda_, lowered, out=np.ones_like(lambda_), where=lowered > RIGID * enriched.shift)

@@ -6,7 +6,7 @@ from math import pi
 import numpy as np
 
 from fe.damping import rayleigh_damping
-from fe.dense_modes import dense_modes
+from fe.dense_modes import compute_dense_modes
 from reduction.array_type import Array, Matrix, Real
 from reduction.errors import JointError
 from reduction.joint.law import Joint
@@ -53,7 +53,7 @@ def stuck_damping(
     JointError
         No elastic mode.
     """
-    modes = dense_modes(mass, stuck)
+    modes = compute_dense_modes(mass, stuck)
     elastic = np.flatnonzero(1 - modes.shift * modes.mu > RIGID)[:LOOKED_AT]
     if not len(elastic):
         raise JointError("with all contacts stuck no mode is elastic, so that none can be given a damping ratio")

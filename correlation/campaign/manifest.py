@@ -94,23 +94,25 @@ def read_manifest(folder: Path) -> Manifest:
     schema = root.take("schema", int)
     if schema != SCHEMA:
         raise root.problem("schema", f"this version of stickslip reads schema = {SCHEMA}")
-    told = Mistakes()
-    records = told.of(lambda: root.tables("record", required=False), ())
-    tables = told.of(lambda: root.tables("test", required=not records), ())
+    mistakes = Mistakes()
+    records = mistakes.attempt(lambda: root.tables("record", required=False), ())
+    tables = mistakes.attempt(lambda: root.tables("test", required=not records), ())
     time_sign, peak, level_factor, frequency_factor = 1, 1.0, 1.0, 1.0
     # Time records alone need no convention of amplitudes.
-    convention, units = (told.of(partial(root.table, key, required=bool(tables)), None) for key in CONVENTIONS)
+    convention, units = (mistakes.attempt(partial(root.table, key, required=bool(tables)), None) for key in CONVENTIONS)
     if tables and convention is not None:
-        time_sign = TIME_SIGNS[told.of(partial(convention.choice, "time", TIME_SIGNS), next(iter(TIME_SIGNS)))]
-        peak = PEAK_OF[told.of(partial(convention.choice, "amplitude", PEAK_OF), "peak")]
+        time_sign = TIME_SIGNS[mistakes.attempt(partial(convention.choice, "time", TIME_SIGNS), next(iter(TIME_SIGNS)))]
+        peak = PEAK_OF[mistakes.attempt(partial(convention.choice, "amplitude", PEAK_OF), "peak")]
     if tables and units is not None:
-        level_factor = told.of(partial(units.converted, "level", partial(_factor, "N")), 1.0) * peak
-        frequency_factor = told.of(partial(units.converted, "frequency", partial(_factor, "Hz")), 1.0)
-    sensors = [told.of(partial(_sensor, table), None) for table in told.of(lambda: root.tables("sensor"), ())]
-    tests = [told.of(partial(_test, table), None) for table in tables]
-    entries = [told.of(partial(_record, table), None) for table in records]
+        level_factor = mistakes.attempt(partial(units.converted, "level", partial(_factor, "N")), 1.0) * peak
+        frequency_factor = mistakes.attempt(partial(units.converted, "frequency", partial(_factor, "Hz")), 1.0)
+    sensors = [
+        mistakes.attempt(partial(_sensor, table), None) for table in mistakes.attempt(lambda: root.tables("sensor"), ())
+    ]
+    tests = [mistakes.attempt(partial(_test, table), None) for table in tables]
+    entries = [mistakes.attempt(partial(_record, table), None) for table in records]
     manifest = Manifest(
-        title=told.of(lambda: root.take("title", str, ""), ""),
+        title=mistakes.attempt(lambda: root.take("title", str, ""), ""),
         time_sign=time_sign,
         peak=peak,
         level_factor=level_factor,
@@ -119,19 +121,19 @@ def read_manifest(folder: Path) -> Manifest:
         tests=tuple(each[0] for each in tests if each is not None),
         files=tuple(each[1] for each in tests if each is not None),
         records=tuple(each for each in entries if each is not None),
-        held_out=told.of(lambda: _held_out(root.table("held_out", required=False), level_factor), HeldOut()),
+        held_out=mistakes.attempt(lambda: _held_out(root.table("held_out", required=False), level_factor), HeldOut()),
     )
     for table in (root, convention, units):
         if table is not None:
-            told.of(table.finish, None)
+            mistakes.attempt(table.finish, None)
     names = {
         "sensor": [each.name for each in manifest.sensors],
         "test": [each.name for each in manifest.tests],
         "record": [each.name for each in manifest.records],
     }
     for kind, given in names.items():
-        told.of(partial(_check_names, root, kind, given), None)
-    told.tell()
+        mistakes.attempt(partial(_check_names, root, kind, given), None)
+    mistakes.refuse()
     return manifest
 
 

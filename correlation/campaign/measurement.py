@@ -5,15 +5,16 @@ A steady state is :math:`x(t) = \operatorname{Re} \sum_k X_k e^{i k \Omega t}` u
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.campaign.time_record import TimeRecord
+from correlation.row_table import RowTable
+from geometry.read_only_array import freeze_fields
 
 IntColumn = Int[NDArray[np.int64], " k"]
 FloatColumn = Float[NDArray[np.float64], " k"]
@@ -66,7 +67,7 @@ class MeasuredSensor:
 
     def __post_init__(self) -> None:
         if self.coordinates is not None:
-            object.__setattr__(self, "coordinates", locked(self.coordinates, np.float64))
+            freeze_fields(self, "coordinates")
 
     @property
     def unit(self) -> str:
@@ -86,7 +87,7 @@ class Test:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Measurement:
+class Measurement(RowTable):
     """Complex amplitudes, one a row; sorted by test, level, frequency, sensor, harmonic, sweep, repeat when read.
 
     Parameters
@@ -120,15 +121,9 @@ class Measurement:
     value: ComplexColumn
 
     def __post_init__(self) -> None:
-        lock_columns(self, float_columns=("level", "frequency"), complex_columns=("value",))
-
-    def __len__(self) -> int:
-        """Number of rows."""
-        return len(self.value)
-
-    def where(self, rows: Mask | IntColumn) -> "Measurement":
-        """Some of the rows, by a mask or by their numbers."""
-        return replace(self, **{each.name: getattr(self, each.name)[rows] for each in fields(self)})
+        freeze_fields(self, "test", "order", "repeat", "sweep", "sensor", "harmonic", kind=np.int64)
+        freeze_fields(self, "level", "frequency")
+        freeze_fields(self, "value", kind=np.complex128)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -208,19 +203,3 @@ class Campaign:
 def same_level(level: FloatColumn, wanted: float) -> Mask:
     """Rows of one level, shape (k,): levels are set points, equal but for the rounding of their unit."""
     return np.isclose(level, wanted, rtol=1e-9, atol=0.0)
-
-
-def lock_columns(table: Any, *, float_columns: tuple[str, ...], complex_columns: tuple[str, ...] = ()) -> None:
-    """Copy the columns of a frozen table as numbers of their kinds, integers by default, and set them read-only."""
-    for each in fields(table):
-        kind: type = np.float64 if each.name in float_columns else np.int64
-        if each.name in complex_columns:
-            kind = np.complex128
-        object.__setattr__(table, each.name, locked(getattr(table, each.name), kind))
-
-
-def locked(values: Any, kind: type) -> NDArray[Any]:
-    """A read-only copy."""
-    array: NDArray[Any] = np.array(values, dtype=kind)
-    array.setflags(write=False)
-    return array

@@ -10,7 +10,7 @@ from correlation.campaign.format.toml_folder import read_folder
 from correlation.campaign.measurement import SWEEPS, Campaign
 from correlation.campaign.stepped_sine import sorting
 from correlation.errors import CampaignError
-from correlation.suspicion.campaign import suspicions
+from correlation.suspicion.campaign import find_suspicions
 
 
 def read_campaign(path: Path) -> Campaign:
@@ -38,7 +38,7 @@ def read_campaign(path: Path) -> Campaign:
     if not found:
         return _others(path)
     campaign = _read(found[0], path)
-    return campaign.suspected(suspicions(campaign))
+    return campaign.suspected(find_suspicions(campaign))
 
 
 def _others(path: Path) -> Campaign:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from correlation.campaign.csv_table import read_table
 from correlation.campaign.unit import base_unit, si_factor
 from correlation.errors import CampaignError
+from geometry.read_only_array import freeze_fields
 
 TIME = "time"
 #: Steps may differ by this share of their mean where a clock wrote the times with few digits [-].
@@ -48,10 +49,7 @@ class TimeRecord:
     held_out: bool = False
 
     def __post_init__(self) -> None:
-        for name in ("time", "values"):
-            array = np.array(getattr(self, name), dtype=np.float64)
-            array.setflags(write=False)
-            object.__setattr__(self, name, array)
+        freeze_fields(self, "time", "values")
 
     def channel(self, name: str) -> Float[NDArray[np.float64], " n"]:
         """Values of one channel, shape (n,).

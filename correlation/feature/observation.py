@@ -9,14 +9,15 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import SAME_FREQUENCY, Campaign
 from correlation.errors import CampaignError
 from correlation.prediction import Points
-from correlation.suspicion.jump import jumping
+from correlation.row_table import RowTable
+from correlation.suspicion.jump import find_jumps
 
 #: Readings of a sensor that, at most frequencies of a level, are below this many times their scatter are noise.
 HEARD = 2.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Observation:
+class Observation(RowTable):
     """What was measured at k points in R repeats.
 
     Parameters
@@ -72,17 +73,8 @@ class Observation:
         told, heard = np.bincount(group, n > 1), np.bincount(group, loud & (n > 1))
         return np.asarray((2 * heard >= told)[group])
 
-    def where(self, chosen: Bool[NDArray[np.bool_], " k"]) -> "Observation":
-        """Some of the rows."""
-        return Observation(
-            points=self.points.where(chosen),
-            repeat=self.repeat[chosen],
-            motion=self.motion[chosen],
-            taken=self.taken[chosen],
-        )
 
-
-def observation(campaign: Campaign) -> Observation:
+def arrange_campaign(campaign: Campaign) -> Observation:
     """Arrange a whole campaign."""
     table = campaign.measurement
     free_test = np.array([test.configuration == "free" for test in campaign.tests])
@@ -98,7 +90,7 @@ def observation(campaign: Campaign) -> Observation:
     ).astype(np.int64)
     _, first, row = np.unique(key, axis=0, return_index=True, return_inverse=True)
     _, column = np.unique(table.repeat, return_inverse=True)
-    repeat = read_off(table.value, row.ravel(), column, (len(first), int(column.max()) + 1))
+    repeat = average_readings(table.value, row.ravel(), column, (len(first), int(column.max()) + 1))
     names = np.array([sensor.name for sensor in campaign.sensors])
     motion = np.array([sensor.line is None for sensor in campaign.sensors])
     sensor = table.sensor[first]
@@ -112,7 +104,7 @@ def observation(campaign: Campaign) -> Observation:
     return Observation(points=points, repeat=repeat, motion=motion[sensor], taken=np.isfinite(repeat))
 
 
-def read_off(
+def average_readings(
     value: Complex[NDArray[np.complex128], " rows"],
     point: Int[NDArray[np.int64], " rows"],
     column: Int[NDArray[np.int64], " rows"],
@@ -138,7 +130,7 @@ def read_off(
         return np.where(count > 0, total / count, np.nan)
 
 
-def point_of_row(campaign: Campaign, points: Points) -> Int[NDArray[np.int64], " rows"]:
+def find_points(campaign: Campaign, points: Points) -> Int[NDArray[np.int64], " rows"]:
     """Which of some points each row of a campaign's table is a reading of, shape (rows,); -1 for none."""
     table = campaign.measurement
     free_test = np.array([test.configuration == "free" for test in campaign.tests])
@@ -158,7 +150,7 @@ def _same(frequency: Float[NDArray[np.float64], " k"]) -> Int[NDArray[np.int64],
     return np.asarray(np.cumsum(np.diff(np.log(rising), prepend=np.log(rising[0])) > SAME_FREQUENCY)[place])
 
 
-def followed(campaign: Campaign) -> tuple[int, ...]:
+def find_sweep_directions(campaign: Campaign) -> tuple[int, ...]:
     """Directions of the sweeps through the jointed structure, in the order of measurement; none if it was not swept."""
     table = campaign.measurement
     jointed = np.array([test.configuration != "free" for test in campaign.tests])[table.test]
@@ -166,13 +158,13 @@ def followed(campaign: Campaign) -> tuple[int, ...]:
     return tuple(int(way) for way in found[np.argsort(table.order[jointed][first])] if way)
 
 
-def training(campaign: Campaign) -> Observation:
+def take_training_part(campaign: Campaign) -> Observation:
     """What a model may be fitted to: neither held-out levels nor held-out repeats, and no state that jumps."""
     return _parts(campaign)[0]
 
 
-def parted(campaign: Campaign) -> tuple[Observation, Observation]:
-    """What a model may be fitted to, see `training`, and what tests the fit.
+def split_held_out(campaign: Campaign) -> tuple[Observation, Observation]:
+    """What a model may be fitted to, see `take_training_part`, and what tests the fit.
 
     The test is on the held-out repeats at all levels, held out or not; without any, on the held-out levels. One set of
     repeats has one jitter of their mean, which can settle before it judges.
@@ -192,8 +184,8 @@ def parted(campaign: Campaign) -> tuple[Observation, Observation]:
 
 
 def _parts(campaign: Campaign) -> tuple[Observation, Observation]:
-    everything = observation(campaign)
-    steady = everything.where(~jumping(campaign, everything.points))
+    everything = arrange_campaign(campaign)
+    steady = everything.where(~find_jumps(campaign, everything.points))
     kept = np.isin(np.unique(campaign.measurement.repeat), campaign.held_out.repeats)
     at_level = np.isin(steady.points.level, campaign.held_out.levels)
     tests = kept[None, :] if kept.any() else at_level[:, None]

@@ -12,28 +12,147 @@ repeats:
 """
 
 from collections.abc import Collection
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import (
+    SAME_FREQUENCY,
     Campaign,
     ComplexColumn,
     FloatColumn,
     IntColumn,
     Mask,
-    lock_columns,
+    Measurement,
     same_level,
 )
 from correlation.errors import CampaignError
-from correlation.feature.average import POINT, Averages, averages, by_point, starts_of
-from correlation.noise.variance import design_effect, pooled_variance
+from correlation.noise.variance import estimate_design_effect, pool_variance
+from correlation.row_table import RowTable
+from geometry.read_only_array import freeze_fields
+
+POINT = ("test", "sensor", "harmonic", "level", "frequency")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FeatureTable:
+class Averages:
+    """Some rows of a campaign, averaged at k points in s sweeps.
+
+    Parameters
+    ----------
+    first
+        A row of each point, k rows.
+    point
+        Its number among the points of the whole campaign, shape (k,).
+    mean, n
+        Over all values of a point, shape (k,).
+    squares, dof
+        Squared residuals about the mean of their sweep, and their degrees of freedom, shape (k,).
+    effect
+        Squares of the residuals summed over the sweeps of each repeat, shape (k,).
+    sweep_point
+        Point of each sweep, shape (s,).
+    sweep_mean, sweep_n
+        Over the values of each sweep, shape (s,).
+    """
+
+    first: Measurement
+    point: IntColumn
+    mean: ComplexColumn
+    n: IntColumn
+    squares: FloatColumn
+    dof: FloatColumn
+    effect: FloatColumn
+    sweep_point: IntColumn
+    sweep_mean: ComplexColumn
+    sweep_n: IntColumn
+
+
+def sort_by_point(measurement: Measurement) -> Measurement:
+    """All values of a point one after the other, sweep by sweep."""
+    table = replace(measurement, frequency=_aligned(measurement.frequency))
+    return table.where(np.lexsort([table.repeat, table.sweep, *(getattr(table, name) for name in reversed(POINT))]))
+
+
+def average_points(measurement: Measurement, rows: Mask) -> Averages:
+    """Average some rows of a table that `sort_by_point` has sorted.
+
+    Raises
+    ------
+    CampaignError
+        There are none.
+    """
+    table = measurement.where(rows)
+    if not len(table):
+        raise CampaignError("nothing was measured at these levels and repeats; choose among those of the campaign")
+    starts = starts_of(table, POINT)
+    n = np.diff([*starts, len(table)])
+    point = np.repeat(np.arange(len(starts)), n)
+    # About the mean of its sweep: what sweeps disagree by is no noise, and is told as `spread`.
+    sweep_starts = starts_of(table, (*POINT, "sweep"))
+    sweep_n = np.diff([*sweep_starts, len(table)])
+    sweep_mean = _summed(table.value, sweep_starts) / sweep_n
+    residual = table.value - np.repeat(sweep_mean, sweep_n)
+    parts = np.where(table.harmonic[starts] == 0, 1, 2)  # a mean is real
+    squares = _squares(point, residual)
+    all_starts = starts_of(measurement, POINT)
+    return Averages(
+        first=table.where(starts),
+        point=np.searchsorted(all_starts, np.flatnonzero(rows)[starts], side="right") - 1,
+        mean=_summed(table.value, starts) / n,
+        n=n,
+        squares=squares,
+        dof=(parts * (n - np.bincount(point[sweep_starts]))).astype(np.float64),
+        effect=_repeat_effects(table, point, residual, squares),
+        sweep_point=point[sweep_starts],
+        sweep_mean=sweep_mean,
+        sweep_n=sweep_n,
+    )
+
+
+def _aligned(frequency: FloatColumn) -> FloatColumn:
+    """Frequencies that are the same but for rounding made equal, to the least of them."""
+    rising, index = np.unique(frequency, return_inverse=True)
+    first = np.concatenate([[True], np.diff(rising) > SAME_FREQUENCY * rising[1:]])
+    aligned: FloatColumn = rising[first][np.cumsum(first) - 1][index]
+    return aligned
+
+
+def _repeat_effects(table: Measurement, point: IntColumn, residual: ComplexColumn, squares: FloatColumn) -> FloatColumn:
+    """Squares of the residuals summed over the sweeps of each repeat, shape (k,)."""
+    if not (table.sweep != table.sweep[0]).any():
+        return squares
+    order = np.lexsort((table.repeat, point))
+    key = np.stack([point[order], table.repeat[order]])
+    starts = np.flatnonzero(np.concatenate([[True], (key[:, 1:] != key[:, :-1]).any(axis=0)]))
+    summed = _summed(residual[order], starts)
+    return _squares(point[order][starts], summed)
+
+
+def _summed(value: ComplexColumn, starts: IntColumn) -> ComplexColumn:
+    """Sums of consecutive groups."""
+    return np.asarray(np.add.reduceat(value, starts), dtype=np.complex128)
+
+
+def _squares(point: IntColumn, value: ComplexColumn) -> FloatColumn:
+    """Squared moduli summed over the rows of each point."""
+    return np.bincount(point, value.real**2 + value.imag**2).astype(np.float64)
+
+
+def starts_of(table: Measurement, names: tuple[str, ...]) -> IntColumn:
+    """First row of each group of a sorted table."""
+    new = np.zeros(len(table), dtype=bool)
+    new[0] = True
+    for name in names:
+        column = getattr(table, name)
+        new[1:] |= column[1:] != column[:-1]
+    return np.flatnonzero(new)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FeatureTable(RowTable):
     """Means over repeats and sweeps, one a (test, level, frequency, sensor, harmonic).
 
     Parameters
@@ -63,18 +182,12 @@ class FeatureTable:
     spread: FloatColumn
 
     def __post_init__(self) -> None:
-        lock_columns(self, float_columns=("level", "frequency", "deviation", "spread"), complex_columns=("value",))
-
-    def __len__(self) -> int:
-        """Number of rows."""
-        return len(self.value)
-
-    def where(self, rows: Mask | IntColumn) -> "FeatureTable":
-        """Some of the rows, by a mask or by their numbers."""
-        return replace(self, **{each.name: getattr(self, each.name)[rows] for each in fields(self)})
+        freeze_fields(self, "test", "sensor", "harmonic", "n", kind=np.int64)
+        freeze_fields(self, "level", "frequency", "deviation", "spread")
+        freeze_fields(self, "value", kind=np.complex128)
 
 
-def features(
+def extract_features(
     campaign: Campaign, *, levels: Collection[float] | None = None, repeats: Collection[int] | None = None
 ) -> FeatureTable:
     """Average a campaign, or some levels [N] and repeats of it.
@@ -84,13 +197,13 @@ def features(
     CampaignError
         Nothing was measured there, or no point was repeated, so that the noise is not known.
     """
-    measurement = by_point(campaign.measurement)
+    measurement = sort_by_point(campaign.measurement)
     rows = np.ones(len(measurement), dtype=bool)
     if repeats is not None:
         rows &= np.isin(measurement.repeat, list(repeats))
     if levels is not None:
         rows &= np.any([same_level(measurement.level, level) for level in levels] or [~rows], axis=0)
-    chosen = averages(measurement, rows)
+    chosen = average_points(measurement, rows)
     return _table(chosen, *_noise(campaign, chosen))
 
 
@@ -108,9 +221,9 @@ def split(campaign: Campaign) -> tuple[FeatureTable, FeatureTable]:
     """
     if not campaign.held_out.levels and not campaign.held_out.repeats:
         raise CampaignError("the campaign holds out nothing; add [held_out] with levels or repeats to its manifest")
-    measurement = by_point(campaign.measurement)
+    measurement = sort_by_point(campaign.measurement)
     held = campaign.held_out.rows(measurement)
-    training, tested, everything = (averages(measurement, rows) for rows in (~held, held, np.ones_like(held)))
+    training, tested, everything = (average_points(measurement, rows) for rows in (~held, held, np.ones_like(held)))
     variance, together = (each[tested.point] for each in _noise(campaign, everything))
     return _table(training, *_noise(campaign, training)), _table(tested, variance, together)
 
@@ -138,11 +251,11 @@ def _noise(campaign: Campaign, average: Averages) -> tuple[FloatColumn, FloatCol
                 f'test "{test}", sensor "{sensor}": no point was measured twice in one sweep, so its noise is '
                 "not known; measure repeats, or hold out fewer"
             )
-        together[block] = design_effect(average.effect[block], squares[block], dof[block])
+        together[block] = estimate_design_effect(average.effect[block], squares[block], dof[block])
         # Values that err together with a correlation rho tell less of their variance: by 1 + rho^2 for pairs.
         certain = dof[block] / (1 + (together[block] - 1) ** 2)
         scatter = squares[block] / np.maximum(dof[block], 1.0)
-        variance[block] = pooled_variance(np.abs(average.mean[block]), scatter, certain)
+        variance[block] = pool_variance(np.abs(average.mean[block]), scatter, certain)
     return variance, together
 
 

@@ -52,7 +52,7 @@ class FeatureVector:
     real_only: Bool[NDArray[np.bool_], " k"]
 
     @classmethod
-    def of(cls, points: Points, value: Coefficients, motion: Bool[NDArray[np.bool_], " k"]) -> "FeatureVector":
+    def choose(cls, points: Points, value: Coefficients, motion: Bool[NDArray[np.bool_], " k"]) -> "FeatureVector":
         """Choose features.
 
         Parameters

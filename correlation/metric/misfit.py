@@ -12,6 +12,7 @@ from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.metric.response import amplitude_error, phase_error
 from correlation.prediction import Points
+from correlation.row_table import RowTable
 from fe.notebook import Tabular
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ CLEAR = 5.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Misfit(Tabular):
+class Misfit(RowTable, Tabular):
     """A model beside measurements, one row a point.
 
     Parameters
@@ -94,18 +95,6 @@ class Misfit(Tabular):
             }
         )
 
-    def where(self, chosen: Mask) -> "Misfit":
-        """Some of the rows."""
-        return Misfit(
-            points=self.points.where(chosen),
-            motion=self.motion[chosen],
-            measured=self.measured[chosen],
-            predicted=self.predicted[chosen],
-            deviation=self.deviation[chosen],
-            standardised=self.standardised[chosen],
-            whitened=self.whitened[chosen],
-        )
-
 
 @dataclass(frozen=True, kw_only=True)
 class Share:
@@ -137,7 +126,7 @@ class Share:
     n_number: int
 
 
-def misfit(
+def compute_misfit(
     observed: Observation,
     features: FeatureVector,
     predicted: Coefficients,
@@ -184,7 +173,7 @@ def misfit(
     )
 
 
-def shares(of: Misfit, axis: str) -> tuple[Share, ...]:
+def split_misfit(of: Misfit, axis: str) -> tuple[Share, ...]:
     """Split along an axis of `AXES`, in its order."""
     code, labels = _codes(of, axis)
     return tuple(_share(of.where(code == number), label) for number, label in enumerate(labels))

@@ -16,7 +16,7 @@ Vector = Float[NDArray[np.float64], " m"]
 MUCH, NEIGHBOURS = 2.0, 6
 
 
-def standing_out(features: FeatureVector, residual: Vector) -> Vector:
+def weigh_outliers(features: FeatureVector, residual: Vector) -> Vector:
     """By how much to enlarge the standard deviation of each number, 1 for most, shape (m,).
 
     Parameters

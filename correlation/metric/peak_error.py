@@ -1,6 +1,6 @@
 r"""Errors of a model's resonances, beside what noise, friction histories and the reading of a peak explain.
 
-A resonance is read off a few points, often three, by `metric.response.resonance`: a function r of the logarithms of
+A resonance is read off a few points, often three, by `metric.response.fit_resonance`: a function r of the logarithms of
 their moduli. Two things make its error uncertain although nothing is missing:
 
 - the covariance :math:`S` of the features :math:`f = F / X` (`noise.whitening`): noise, jitter of the repeats,
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from correlation.errors import CampaignError
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
-from correlation.metric.response import around_peak, bent, resonance
+from correlation.metric.response import find_peak, fit_resonance, measure_bend
 from correlation.noise.whitening import Whitening
 
 Coefficients = Complex[NDArray[np.complex128], " k"]
@@ -74,7 +74,7 @@ class PeakError:
         return self.predicted_damping / self.damping - 1
 
 
-def peak_errors(
+def compute_peak_errors(
     observed: Observation, predicted: Coefficients, features: FeatureVector, whitening: Whitening
 ) -> tuple[PeakError, ...]:
     """Resonances by configuration and level, as far as the band holds one.
@@ -100,8 +100,8 @@ def peak_errors(
         frequency, value = points.frequency[rows], mean[rows]
         try:
             chosen, own = _points(frequency, value, predicted[rows])
-            measured = resonance(frequency, value, chosen)
-            model = resonance(frequency, predicted[rows], own) if own.any() else (np.nan, np.nan)
+            measured = fit_resonance(frequency, value, chosen)
+            model = fit_resonance(frequency, predicted[rows], own) if own.any() else (np.nan, np.nan)
             slopes = _slopes(frequency, value, chosen)
         except CampaignError:
             continue
@@ -132,10 +132,10 @@ def peak_errors(
 
 def _points(frequency: Vector, value: Coefficients, predicted: Coefficients, beside: int = 0) -> tuple[Mask, Mask]:
     """Which points a measured and a predicted peak are read off, shape (f,) each; none if nothing is predicted."""
-    chosen, there = around_peak(frequency, value, beside), np.isfinite(predicted)
+    chosen, there = find_peak(frequency, value, beside), np.isfinite(predicted)
     own = np.zeros(len(frequency), dtype=bool)
     if there.any():
-        own[there] = around_peak(frequency[there], predicted[there], beside)
+        own[there] = find_peak(frequency[there], predicted[there], beside)
     # Other points of a bent peak would read another damping: the same if the peaks have enough of them in common.
     same = chosen & there
     return chosen, same if (same & own).sum() >= ENOUGH else own
@@ -149,7 +149,7 @@ def _slopes(frequency: Vector, value: Coefficients, chosen: Mask) -> Float[NDArr
         for step in (STEP, -STEP):
             moved = np.array(value)
             moved[point] *= np.exp(step)
-            ends.append(resonance(frequency, moved, chosen))
+            ends.append(fit_resonance(frequency, moved, chosen))
         slopes[:, point] = (np.array(ends[0]) - ends[1]) / (2 * STEP)
     return slopes
 
@@ -175,7 +175,7 @@ def _reading(frequency: Vector, value: Coefficients, predicted: Coefficients, no
     chosen, own = _points(frequency, value, predicted, beside=1)
     if not own.any():
         return 0.0
-    measured, model = bent(frequency, value, chosen), bent(frequency, predicted, own)
+    measured, model = measure_bend(frequency, value, chosen), measure_bend(frequency, predicted, own)
     same = bool((chosen == own).all())
     square = np.mean((model - measured) ** 2) if same else np.mean(model**2) + np.mean(measured**2)
     left = 1 - PARABOLA / chosen.sum()

@@ -25,7 +25,7 @@ def phase_error(measured: Response, predicted: Response) -> Metric:
     return np.angle(np.asarray(predicted) * np.conj(np.asarray(measured)))
 
 
-def around_peak(
+def find_peak(
     frequency: Float[NDArray[np.float64], " f"], value: Complex[NDArray[np.complex128], " f"], beside: int = 0
 ) -> Bool[NDArray[np.bool_], " f"]:
     """Points of a peak, shape (f,): those above a third of its power, and at least its neighbours.
@@ -33,7 +33,7 @@ def around_peak(
     Parameters
     ----------
     frequency, value
-        See `resonance`.
+        See `fit_resonance`.
     beside
         So many more points on either side, as far as there are [-].
 
@@ -59,7 +59,7 @@ def around_peak(
     return found
 
 
-def resonance(
+def fit_resonance(
     frequency: Float[NDArray[np.float64], " f"],
     value: Complex[NDArray[np.complex128], " f"],
     points: Bool[NDArray[np.bool_], " f"] | None = None,
@@ -78,7 +78,7 @@ def resonance(
     value
         Displacement per unit of force or at one level, shape (f,).
     points
-        Which take part, three or more, shape (f,); those `around_peak` by default.
+        Which take part, three or more, shape (f,); those `find_peak` by default.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def resonance(
         Fewer than three points, the peak is at an end of the band, or what is there is no peak of one mode.
     """
     frequency, value = np.asarray(frequency, dtype=np.float64), np.asarray(value)
-    chosen = around_peak(frequency, value) if points is None else points
+    chosen = find_peak(frequency, value) if points is None else points
     frequency, power, (a, b, c) = _parabola(frequency, value, chosen)
     peak = int(np.argmax(power))
     centre, floor = 1 - b / (2 * a), c - b**2 / (4 * a)
@@ -99,7 +99,7 @@ def resonance(
     return float(frequency[peak] * np.sqrt(x0)), float(np.sqrt(floor / a / (2 * x0 * (x0 + centre))))
 
 
-def bent(
+def measure_bend(
     frequency: Float[NDArray[np.float64], " f"],
     value: Complex[NDArray[np.complex128], " f"],
     points: Bool[NDArray[np.bool_], " f"],

@@ -1,6 +1,6 @@
 r"""Where a response is not linear in what differs between repeats: states at which contacts begin to slip.
 
-Repeats differ by a jitter x of pre-load and frequency, of standard deviation s. What is averaged over them is then
+Repeats differ by a jitter x of preload and frequency, of standard deviation s. What is averaged over them is then
 
 .. math:: f(x) = f + f' x + d(x), \qquad d_\pm = f(\pm \sqrt 3 s) - f \mp \sqrt 3 f' s .
 
@@ -17,9 +17,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from correlation.feature.vector import FeatureVector
 from correlation.model import Model
-from correlation.prediction import Prediction, Predictor
+from correlation.noise.nuisance import ModelFeatures
 
 Vector = Float[NDArray[np.float64], " m"]
 
@@ -36,20 +35,15 @@ class Shift(NamedTuple):
     change: Vector
 
 
-def kink_modes(
-    predictor: Predictor,
-    features: FeatureVector,
-    prediction: Prediction,
-    shifts: Sequence[Shift],
-    deviation: Vector,
-    n_repeat: float,
+def make_kink_modes(
+    nominal: ModelFeatures, shifts: Sequence[Shift], deviation: Vector, n_repeat: float
 ) -> Float[NDArray[np.float64], "m q"]:
     """Modes at one standard deviation, each of one state.
 
     Parameters
     ----------
-    predictor, features, prediction
-        Of the points, without jitter.
+    nominal
+        Features without jitter.
     shifts
         Independent causes.
     deviation
@@ -57,13 +51,12 @@ def kink_modes(
     n_repeat
         Repeats in a mean [-].
     """
-    nominal, state = features.of_values(prediction.value), features.state
-    modes = []
+    state, modes = nominal.features.state, []
     for shift in shifts:
-        ends = [features.of_values(predictor.predict(model, prediction).value) - nominal for model in shift.models]
+        ends = [nominal.changes(model) for model in shift.models]
         departures = [np.nan_to_num(end - sign * shift.change) for end, sign in zip(ends, (1, -1), strict=True)]
         for departure in departures:
             mode = sqrt(WEIGHT / n_repeat + WEIGHT**2) * departure
             size = np.bincount(state, (mode / deviation) ** 2)
             modes += [np.where(state == each, mode, 0.0) for each in np.flatnonzero(size > SEEN**2)]
-    return np.array(modes).reshape(-1, len(nominal)).T
+    return np.array(modes).reshape(-1, len(state)).T

@@ -35,7 +35,7 @@ class Budget:
     compliance
         ... of the relative error of each contact line's stiffness, normal and tangential [-].
     shares
-        ... of how each line's stiffnesses and pre-load are shared among its contacts, relative at its ends [-].
+        ... of how each line's stiffnesses and preload are shared among its contacts, relative at its ends [-].
     refined
         The same model with more elements, stations or harmonics: what they change is one standard deviation; where
         parameters are calibrated, what they change beyond that.
@@ -47,31 +47,49 @@ class Budget:
     refined: Sequence[Model] = ()
 
 
-def jitter_modes(predictor: Predictor, features: FeatureVector, model: Model, prediction: Prediction) -> list[Modes]:
+class ModelFeatures(NamedTuple):
+    """Features of a model at its prediction, and how they change with the model."""
+
+    predictor: Predictor
+    features: FeatureVector
+    model: Model
+    prediction: Prediction
+
+    def changes(self, model: Model) -> Float[NDArray[np.float64], " m"]:
+        """Features of another model less those of this one, shape (m,); not a number where a state is missing."""
+        value = self.predictor.predict(model, self.prediction).value
+        return np.asarray(self.features.of_values(value) - self.features.of_values(self.prediction.value))
+
+    def slopes(self, tangents: Sequence[Tangent]) -> Modes:
+        """Derivatives of the features, shape (m, q); zero where a state is missing."""
+        if not tangents:
+            return np.zeros((len(self.features.row), 0))
+        rates = self.predictor.derivatives(self.model, self.prediction, tangents)
+        slopes = self.features.slopes(self.prediction.value, rates)
+        return np.where(np.isfinite(slopes), slopes, 0.0)
+
+
+def make_jitter_modes(nominal: ModelFeatures) -> list[Modes]:
     """What repeats may differ in, for 100 % of each: the frequency of either test, and all of `Model.presses`."""
-    tangents = [*_frequency_shifts(model, by_exciter=True), *(_press(model, group) for group in model.presses)]
-    modes = _features(predictor, features, model, prediction, tangents)
-    return [modes[:, :1], modes[:, 1:2], *([modes[:, 2:]] if model.presses else [])]
+    presses = nominal.model.presses
+    tangents = [_press(nominal.model, group) for group in presses]
+    modes = nominal.slopes([*_frequency_shifts(nominal.model, by_exciter=True), *tangents])
+    return [modes[:, :1], modes[:, 1:2], *([modes[:, 2:]] if presses else [])]
 
 
-def curvature_modes(
-    predictor: Predictor,
-    features: FeatureVector,
-    model: Model,
-    prediction: Prediction,
-    deviation: Mapping[str, float],
-) -> Modes:
+def make_curvature_modes(nominal: ModelFeatures, deviation: Mapping[str, float]) -> Modes:
     """What the second order of a frequency jitter does to a mean over repeats, shape (m, c); matters at antiresonances.
 
     The mean of f(x) over x of variance v is f + f'' v / 2, and as uncertain as a variance from a few repeats.
 
     Parameters
     ----------
-    predictor, features, model, prediction
-        Of the points.
+    nominal
+        Features of the model.
     deviation
         Standard deviation of the jitter of a single repeat, by configuration [-].
     """
+    predictor, features, model, prediction = nominal
     shifted = []
     for sign in (1, -1):
         moved = model
@@ -83,22 +101,13 @@ def curvature_modes(
     return np.array([np.where(free == (configuration == "free"), bent, 0.0) for configuration in deviation]).T
 
 
-def budget_modes(
-    predictor: Predictor,
-    features: FeatureVector,
-    model: Model,
-    prediction: Prediction,
-    budget: Budget,
-    refined: Sequence[Model],
-) -> Modes:
-    """Errors of discretisation, at one standard deviation, shape (m, b); `refined` has the parameters of `model`."""
-    errors = error_tangents(model, budget)
-    changes = errors.size * _features(predictor, features, model, prediction, errors.tangents)
-    modes = [changes[:, : errors.whole], *(_by_level(features, change) for change in changes[:, errors.whole :].T)]
-    for finer in refined:
-        change = features.of_values(predictor.predict(finer, prediction).value) - features.of_values(prediction.value)
-        modes.append(_by_level(features, np.where(np.isfinite(change), change, 0.0)))
-    return np.column_stack(modes)
+def make_budget_modes(nominal: ModelFeatures, budget: Budget, refined: Sequence[Model]) -> Modes:
+    """Errors of discretisation, at one standard deviation, shape (m, b); `refined` has the parameters of the model."""
+    errors = make_error_tangents(nominal.model, budget)
+    changes = errors.size * nominal.slopes(errors.tangents)
+    later = [*changes[:, errors.whole :].T, *(nominal.changes(finer) for finer in refined)]
+    by_level = [_by_level(nominal.features, np.where(np.isfinite(change), change, 0.0)) for change in later]
+    return np.column_stack([changes[:, : errors.whole], *by_level])
 
 
 class ErrorTangents(NamedTuple):
@@ -110,7 +119,7 @@ class ErrorTangents(NamedTuple):
     """How many of them, the first ones, are the same at all levels; the others are another matter at each."""
 
 
-def error_tangents(model: Model, budget: Budget) -> ErrorTangents:
+def make_error_tangents(model: Model, budget: Budget) -> ErrorTangents:
     """What discretisation may do to a model."""
     shifts, patterns = _frequency_shifts(model, by_exciter=False), _share_patterns(model)
     softer = [_stiffness(model, line, name) for line in model.lines for name in ("tangential", "normal")]
@@ -125,14 +134,8 @@ def _by_level(features: FeatureVector, change: Float[NDArray[np.float64], " m"])
     return np.array([np.where(level == each, change, 0.0) for each in np.unique(level)]).T
 
 
-def history_modes(
-    predictor: Predictor,
-    features: FeatureVector,
-    model: Model,
-    prediction: Prediction,
-    n_draw: int,
-    seed: int,
-    pressed: Float[NDArray[np.float64], "q q"] | None = None,
+def make_history_modes(
+    reference: ModelFeatures, n_draw: int, seed: int, pressed: Float[NDArray[np.float64], "q q"] | None = None
 ) -> Modes:
     """What friction histories change, at one standard deviation, shape (m, h).
 
@@ -141,10 +144,11 @@ def history_modes(
     level by itself. The mean of the draws, beside the prediction that starts from none, is one more mode. The draws
     fill the space evenly: a few random ones leave directions in which histories seem to change nothing.
 
-    Where pre-loads differ as well, what slips under one history sticks under another: with the covariance `pressed` of
-    `Model.presses`, shape (q, q), each draw has pre-loads of its own, and what these do to first order is taken off
+    Where preloads differ as well, what slips under one history sticks under another: with the covariance `pressed` of
+    `Model.presses`, shape (q, q), each draw has preloads of its own, and what these do to first order is taken off
     again. What they do beyond that stays, with a history or without.
     """
+    predictor, features, model, prediction = reference
     points = features.points
     contacts = friction_contacts(model.system.joints)
     jointed = np.flatnonzero(~points.free)
@@ -156,8 +160,8 @@ def history_modes(
     if pressed is not None:
         amounts = np.random.default_rng([seed, 1]).multivariate_normal(amounts[0], pressed, size=n_draw)
     press = [_press(model, group) for group in model.presses] if pressed is not None else []
-    slopes = _features(predictor, features, model, prediction, press)
-    changes, linear = [], Configuration.of(model, False, None)
+    slopes = reference.slopes(press)
+    changes, linear = [], Configuration.from_model(model, False, None)
     shares = LatinHypercube(len(model.system.joints), optimization="random-cd", rng=seed).random(n_draw)
     for share, amount in zip(shares, amounts, strict=True):
         moved = model
@@ -165,11 +169,9 @@ def history_modes(
             for name in group if by else ():
                 moved = moved.pressed(name, 1 + by)
         draw = Predictor(
-            points=kept,
-            slider=left_by(moved, share),
-            sweeps=predictor.sweeps,
+            points=kept, slider=left_by(moved, share), sweeps=predictor.sweeps,
             linear=linear if moved is model else None,
-        )
+        )  # fmt: skip
         value = np.array(prediction.value)
         value[jointed] = draw.predict(moved, prediction).value
         changes.append(features.of_values(value) - nominal - (slopes @ amount if press else 0.0))
@@ -201,15 +203,6 @@ def left_by(
     return slider
 
 
-def _features(
-    predictor: Predictor, features: FeatureVector, model: Model, prediction: Prediction, tangents: list[Tangent]
-) -> Modes:
-    if not tangents:
-        return np.zeros((len(features.row), 0))
-    slopes = features.slopes(prediction.value, predictor.derivatives(model, prediction, tangents))
-    return np.where(np.isfinite(slopes), slopes, 0.0)
-
-
 def _frequency_shifts(model: Model, *, by_exciter: bool) -> list[Tangent]:
     """A relative shift of Omega at fixed forces, of each configuration by itself: (1 + 2 e) M and (1 + e) C.
 
@@ -224,7 +217,7 @@ def _frequency_shifts(model: Model, *, by_exciter: bool) -> list[Tangent]:
 
 
 def _press(model: Model, group: tuple[str, ...]) -> Tangent:
-    """Some of the pre-loads, by one factor."""
+    """Some of the preloads, by one factor."""
     static = np.zeros(model.system.n_dof)
     rates: dict[tuple[str, str], float] = {}
     for name in group:

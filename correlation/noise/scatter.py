@@ -1,6 +1,6 @@
 r"""What repeats say about the noise: a share that moves all points at once, and a share of each point's own.
 
-Repeats differ by more than noise: the exciter's frequency, the pre-load and the room are a little different each time.
+Repeats differ by more than noise: the exciter's frequency, the preload and the room are a little different each time.
 Such a difference moves all points along a known mode. With the modes taken out, readings X of one sensor and harmonic
 scatter by
 
@@ -47,7 +47,7 @@ CAUTION = 0.8
 ROUNDS = 6
 
 
-def scatter(
+def estimate_scatter(
     observed: Observation,
     features: FeatureVector,
     jitter: Sequence[Float[NDArray[np.float64], "m q"]],
@@ -64,7 +64,7 @@ def scatter(
         Of the same points.
     jitter
         Modes along which repeats differ, in any unit; their sizes are found here. Those of one cause, such as the
-        pre-loads of all lines, are one block, within which they may differ together; causes are independent.
+        preloads of all lines, are one block, within which they may differ together; causes are independent.
     history
         Modes of what friction histories change, at one standard deviation of a single repeat.
     budget

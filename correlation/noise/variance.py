@@ -35,7 +35,7 @@ LEAST_DEGREES, MOST_DEGREES = 3.0, 1e4
 EXACT = 1e-9
 
 
-def pooled_variance(amplitude: Column, scatter: Column, dof: Column) -> Column:
+def pool_variance(amplitude: Column, scatter: Column, dof: Column) -> Column:
     """Variance of one value, of its real or imaginary part, at each point of one sensor and harmonic.
 
     Parameters
@@ -55,7 +55,7 @@ def pooled_variance(amplitude: Column, scatter: Column, dof: Column) -> Column:
     seen = dof > 0
     own = np.maximum(scatter, floor)
     squared = amplitude**2
-    a2, b2 = variance_law(squared[seen], own[seen], dof[seen])
+    a2, b2 = fit_variance_law(squared[seen], own[seen], dof[seen])
     trend = np.maximum(a2 * squared + b2, floor)
     degrees, scale = _prior(np.log(own[seen] / trend[seen]), dof[seen])
     prior = trend * scale
@@ -66,7 +66,7 @@ def pooled_variance(amplitude: Column, scatter: Column, dof: Column) -> Column:
     return np.maximum(variance, floor)
 
 
-def variance_law(squared: Column, scatter: Column, dof: Column) -> tuple[float, float]:
+def fit_variance_law(squared: Column, scatter: Column, dof: Column) -> tuple[float, float]:
     r"""a^2 and b^2 of :math:`v = a^2 |X|^2 + b^2`.
 
     Fisher scoring of the likelihood of scaled :math:`\chi^2`, whose equations
@@ -99,7 +99,7 @@ def variance_law(squared: Column, scatter: Column, dof: Column) -> tuple[float, 
     return (float(share[0] / top) if top > 0 else 0.0), float(share[1])
 
 
-def design_effect(effect: Column, squares: Column, dof: Column) -> float:
+def estimate_design_effect(effect: Column, squares: Column, dof: Column) -> float:
     """How many values of one repeat count as one: 1 if its sweeps err independently, their number if alike.
 
     Parameters

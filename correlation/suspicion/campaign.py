@@ -16,7 +16,7 @@ SCALES, STAYS = 0.5, 0.2
 IMAGINARY_RATIO = 3.0
 
 
-def suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
+def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     """What looks wrong in the data alone.
 
     Phases in the imaginary column, channels that stay constant, repeats that are copies, levels, points, sensors and

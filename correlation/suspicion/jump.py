@@ -20,7 +20,7 @@ JUMP, NEIGHBOURS = 3.0, 6
 FEWEST = 4
 
 
-def jumping(campaign: Campaign, points: Points) -> Bool[NDArray[np.bool_], " k"]:
+def find_jumps(campaign: Campaign, points: Points) -> Bool[NDArray[np.bool_], " k"]:
     """Rows of states at which the response jumps, shape (k,).
 
     Parameters
@@ -37,7 +37,7 @@ def jumping(campaign: Campaign, points: Points) -> Bool[NDArray[np.bool_], " k"]
     return found
 
 
-def jump_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
+def find_jump_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     """One for each state at which the response jumps."""
     return tuple(
         Suspicion(

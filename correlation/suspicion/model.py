@@ -19,7 +19,7 @@ AFTER_SWAPPING = 1 / 3
 CONJUGATE, OWN = 0.9, 0.6
 
 
-def suspicions_against(campaign: Campaign, model_frequencies: ArrayLike) -> tuple[Suspicion, ...]:
+def find_model_suspicions(campaign: Campaign, model_frequencies: ArrayLike) -> tuple[Suspicion, ...]:
     r"""Whether a frequency column is in rad/s though the manifest says Hz, or the other way round.
 
     Parameters
@@ -53,7 +53,7 @@ def suspicions_against(campaign: Campaign, model_frequencies: ArrayLike) -> tupl
     return tuple(found)
 
 
-def swapped_sensors(
+def find_swapped_sensors(
     campaign: Campaign, table: FeatureTable, predicted: Complex[NDArray[np.complex128], " k"]
 ) -> tuple[Suspicion, ...]:
     r"""Pairs of sensors of one quantity, of forces along and across a line too, that agree only if they are swapped.
@@ -102,7 +102,7 @@ def swapped_sensors(
     return tuple(suspicions)
 
 
-def conjugate_tests(
+def find_conjugate_tests(
     campaign: Campaign, table: FeatureTable, predicted: Complex[NDArray[np.complex128], " k"]
 ) -> tuple[Suspicion, ...]:
     r"""Tests that agree with the model only if their complex numbers are conjugated: the other sign of time.

@@ -13,7 +13,7 @@ from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import CONTACT_FORCE, Campaign, Suspicion
-from correlation.feature.observation import point_of_row
+from correlation.feature.observation import find_points
 from correlation.prediction import Points
 
 #: Points of a run that tell a ratio, and how far the logarithms of half of them may be from their median [-], by
@@ -45,7 +45,7 @@ class _Runs:
     ratio: Float[NDArray[np.float64], " n"]
 
 
-def wrong_units(
+def find_wrong_units(
     campaign: Campaign, points: Points, predicted: Complex[NDArray[np.complex128], " k"]
 ) -> tuple[Suspicion, ...]:
     """Channels that look as if their values were in another unit than the column says.
@@ -75,7 +75,7 @@ def wrong_units(
 
 
 def _runs(campaign: Campaign, points: Points, predicted: Complex[NDArray[np.complex128], " k"]) -> _Runs:
-    table, point = campaign.measurement, point_of_row(campaign, points)
+    table, point = campaign.measurement, find_points(campaign, points)
     model = np.where(point >= 0, np.abs(predicted[point]), np.nan)
     rows = np.flatnonzero((table.harmonic == 1) & np.isfinite(model) & (model > 0) & (np.abs(table.value) > 0))
     table = table.where(rows)

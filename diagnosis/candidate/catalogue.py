@@ -1,4 +1,4 @@
-"""All effects that may be missing from a test model, and those that cannot be tested with the reason."""
+"""Catalogue of the effects that may be missing from a model, and of those that cannot be tested with the reason."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,13 +8,13 @@ from typing import Protocol, TypeAlias
 from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectError, Untestable
-from diagnosis.candidate.own_effect import checked, read_effects
-from diagnosis.candidate.scale import CONFIGURATIONS, scale
+from diagnosis.candidate.own_effect import list_checked, read_effects
+from diagnosis.candidate.scale import CONFIGURATIONS, measure_scale
 from diagnosis.effect import EFFECTS, EffectKind
 
 
 class Source(Protocol):
-    """Effects from elsewhere, such as `diagnosis.candidate.own_effect.EffectSource`."""
+    """Source of further effects, such as `diagnosis.candidate.own_effect.EffectSource`."""
 
     @property
     def candidates(self) -> Callable[[Model], Iterable[Effect | Untestable]]:
@@ -22,20 +22,20 @@ class Source(Protocol):
         ...
 
 
-#: More effects: one, a file that offers some, or another source of them.
+#: Further effects: an effect, the path of a file that offers some, or another source.
 Extra: TypeAlias = "Effect | Source | str | Path"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Catalogue:
-    """Candidates for one test model.
+    """Candidates for one model.
 
     Parameters
     ----------
     candidates
-        Effects that can act, no two of one name.
+        Effects that can be tested, with different names.
     untestable
-        Effects that cannot, and why.
+        Effects that cannot be tested, with the reason.
     """
 
     candidates: tuple[Effect, ...]
@@ -43,12 +43,12 @@ class Catalogue:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the candidates."""
+        """Names of the candidates."""
         return tuple(each.name for each in self.candidates)
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Of the candidates, each once."""
+        """Kinds of the candidates, without repetition."""
         return tuple(dict.fromkeys(each.kind for each in self.candidates))
 
     def effect(self, name: str) -> Effect:
@@ -57,7 +57,7 @@ class Catalogue:
         Raises
         ------
         EffectError
-            There is none of this name, or it cannot be tested; the message says which.
+            There is no effect of this name, or it cannot be tested.
         """
         for each in self.candidates:
             if each.name == name:
@@ -68,24 +68,24 @@ class Catalogue:
         raise EffectError(f'there is no effect "{name}": there are {", ".join(self.names) or "none"}')
 
     def alike(self, effect: Effect) -> Effect:
-        """The same effect as one of another mesh: of its name, or as its kind tells.
+        """The effect that corresponds to one of another mesh: that of the same name, or as its kind decides.
 
         Raises
         ------
         EffectError
-            There is none.
+            There is no such effect.
         """
         is_alike = EFFECTS[effect.kind].is_alike if effect.kind in EFFECTS else None
         found = (each for each in self.candidates if is_alike is not None and is_alike(each, effect))
         return next(found, None) or self.effect(effect.name)
 
 
-def kinds_of_effects() -> list[EffectKind]:
-    """All kinds, in the order in which they are listed."""
+def list_kinds() -> list[EffectKind]:
+    """All kinds of effects, in the order of the catalogue."""
     return sorted(EFFECTS, key=lambda kind: (kind.order, kind.name))
 
 
-def catalogue(
+def list_effects(
     model: Model,
     *,
     without: Collection[str] = (),
@@ -98,24 +98,24 @@ def catalogue(
     Parameters
     ----------
     model
-        With its places, parts, lines and sensors.
+        Model with its places, parts, lines and sensors.
     without
         Kinds to leave out, such as "cubic".
     extra
-        Effects of one's own: effects, paths of files that offer some, or other sources of them.
+        Effects of the user's own: effects, paths of files that offer some, or other sources.
     level
-        Highest force of the tests, at which typical strengths of nonlinear effects are reckoned [N].
+        Highest force of the tests, at which typical strengths of nonlinear effects are computed [N].
     configurations
-        That are tested: "jointed", and "free" without the contacts of the lines; or the highest force of each that is.
+        Tested configurations: "jointed", and "free" without the contacts of the lines; or the highest force of each.
 
     Raises
     ------
     EffectError
-        A structure that is not held, an unknown kind, two effects of one name, or a file of effects that is none.
+        The structure is not supported, a kind is unknown, two effects have one name, or a file offers no effects.
     """
     without = {without} if isinstance(without, str) else set(without)
     more = [each for source in extra for each in _from(source, model)]
-    kinds = kinds_of_effects()
+    kinds = list_kinds()
     known = [
         *(kind.name for kind in kinds),
         *dict.fromkeys(each.kind for each in more if not isinstance(each, Untestable)),
@@ -123,8 +123,8 @@ def catalogue(
     for kind in sorted(without):
         if kind not in known:
             raise EffectError(f'"{kind}" is no kind of effect: leave out any of {", ".join(known)}')
-    size = scale(model, level=level, configurations=configurations)
-    listed = [each for kind in kinds if kind.name not in without for each in checked(kind, model, size)]
+    size = measure_scale(model, level=level, configurations=configurations)
+    listed = [each for kind in kinds if kind.name not in without for each in list_checked(kind, model, size)]
     listed += [each for each in more if isinstance(each, Untestable) or each.kind not in without]
     names: set[str] = set()
     for each in listed:
@@ -137,19 +137,20 @@ def catalogue(
     )
 
 
-def campaign_catalogue(
+def list_campaign_effects(
     campaign: Campaign, model: Model, *, without: Collection[str] = (), extra: Sequence[Extra] = ()
 ) -> Catalogue:
-    """All candidates for a model, as strong as the tests of a campaign make them.
+    """All candidates for a model, with typical strengths for the tests of a campaign.
 
     Parameters
     ----------
     campaign
-        Whose configurations count, and the highest level of each; of time records alone, 1 N on the jointed structure.
+        Campaign, whose configurations are tested, at the highest level of each; with time records alone, 1 N on the
+        jointed structure.
     model, without, extra
-        As for `catalogue`.
+        As for `list_effects`.
     """
-    return catalogue(
+    return list_effects(
         model,
         without=without,
         extra=extra,
@@ -159,7 +160,7 @@ def campaign_catalogue(
 
 
 def _highest(campaign: Campaign) -> dict[str, float]:
-    """The highest force of each configuration that is tested [N]."""
+    """Highest force of each tested configuration [N]."""
     table, found = campaign.measurement, dict[str, float]()
     for number, test in enumerate(campaign.tests):
         level = table.level[table.test == number].max(initial=0.0)

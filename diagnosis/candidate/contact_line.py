@@ -1,4 +1,4 @@
-"""One contact line against the others: a property of its contacts, scaled."""
+"""Effects on one contact line relative to the others: a scaled property of its contacts."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,34 +10,34 @@ from reduction.joint.friction_contact import friction_contacts
 from reduction.jointed_system import FrictionContact
 
 
-def contacts(model: Model, line: str) -> list[FrictionContact]:
-    """Contacts of a line, in order along it; none where the test does not have the line."""
+def find_contacts(model: Model, line: str) -> list[FrictionContact]:
+    """Contacts of a line, in order along it; none in a configuration without the line."""
     members = model.lines.get(line, ())
     found = {contact.name: contact for contact in friction_contacts(model.system.joints)}
     return [found[name] for name in members]
 
 
-def scaled_contacts(model: Model, factor: dict[str, float], quantity: str) -> Model:
-    """A property of the contacts times a factor for each line."""
+def scale_contacts(model: Model, factor: dict[str, float], quantity: str) -> Model:
+    """Model with a property of the contacts times a factor for each line."""
     return model.with_joints(
         {
             contact.name: {quantity: value * getattr(contact, quantity)}
             for line, value in factor.items()
-            for contact in contacts(model, line)
+            for contact in find_contacts(model, line)
         }
     )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LineRatio:
-    """A property of a line times a ratio; or times its root, and another line's divided by it.
+    """A property of a line times a ratio; or times its root, and that of another line divided by the root.
 
     Parameters
     ----------
     line, other
-        The line that is scaled up; the one that is scaled down ("" for none).
+        Line that is scaled up, and line that is scaled down ("" for none).
     quantity
-        Field of `FrictionContact`.
+        Scaled field of `FrictionContact`.
     """
 
     name: str
@@ -50,17 +50,19 @@ class LineRatio:
     other: str = ""
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """The contacts of the lines with other values."""
+        """Model with scaled contacts."""
         (ratio,) = values
         factor = {self.line: sqrt(ratio), self.other: 1 / sqrt(ratio)} if self.other else {self.line: ratio}
-        return scaled_contacts(model, factor, self.quantity)
+        return scale_contacts(model, factor, self.quantity)
 
 
-def line_ratios(model: Model, *, kind: str, quantity: str, physics: str, signature: str) -> list[Effect | Untestable]:
-    """A property of each line against the others.
+def list_line_ratios(
+    model: Model, *, kind: str, quantity: str, physics: str, signature: str
+) -> list[Effect | Untestable]:
+    """Effects on a property of each line relative to the others.
 
-    What all lines have in common is an accepted parameter, so that two lines have one question between them: their
-    ratio. It leaves the geometric mean, the common value, as it is.
+    The common value of all lines is a calibration parameter. Two lines therefore have a single effect, their ratio,
+    which leaves their geometric mean as it is.
     """
     lines = list(model.lines)
     if not lines:
@@ -73,7 +75,7 @@ def line_ratios(model: Model, *, kind: str, quantity: str, physics: str, signatu
     found: list[Effect | Untestable] = []
     for line, other in pairs:
         name = f"{kind} of {line}" + (f" against {other}" if other else "")
-        if not any(getattr(contact, quantity) for each in (line, other) for contact in contacts(model, each)):
+        if not any(getattr(contact, quantity) for each in (line, other) for contact in find_contacts(model, each)):
             found.append(Untestable(name=name, reason="it is zero in the model, and a ratio leaves it so"))
             continue
         effect = LineRatio(

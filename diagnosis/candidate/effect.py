@@ -1,6 +1,6 @@
-"""What a candidate effect is: a named change of a test model, with the values that it may take.
+"""Interface of a candidate effect: a named change of a model, with parameters and their bounds.
 
-An effect needs no derivatives: `diagnosis.fit.tangent` differentiates what it does to the model's data.
+An effect needs no derivatives: `diagnosis.fit.tangent` differentiates the changed model.
 """
 
 from collections.abc import Sequence
@@ -12,23 +12,23 @@ from geometry.errors import InputError
 
 
 class EffectError(InputError):
-    """An effect that is not one, or a value that it cannot take."""
+    """An invalid effect, or a value outside its bounds."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class EffectParameter:
-    """One number of an effect.
+    """One parameter of an effect.
 
     Parameters
     ----------
     name, unit
-        Such as "mass" and "kg"; "-" for a ratio.
+        Name and unit, such as "mass" and "kg"; "-" for a ratio.
     lower, upper
-        Bounds.
+        Bounds [its unit].
     typical
-        A strength at which an engineer would care; where the effect is looked for first.
+        Strength that matters to an engineer, at which the search starts [its unit].
     vanishes
-        The value that changes nothing.
+        Value that changes nothing [its unit].
     """
 
     name: str
@@ -49,41 +49,41 @@ class EffectParameter:
 
 
 class Effect(Protocol):
-    """A candidate: what may be missing, and where."""
+    """A candidate: an effect that may be missing, and its place."""
 
     @property
     def name(self) -> str:
-        """Unique: what and where, such as "mass at tip z"."""
+        """Unique name of kind and place, such as "mass at tip z"."""
         ...
 
     @property
     def kind(self) -> str:
-        """What, without where, such as "mass"."""
+        """Kind without the place, such as "mass"."""
         ...
 
     @property
     def physics(self) -> str:
-        """One sentence for the engineer."""
+        """Physical cause in one sentence."""
         ...
 
     @property
     def signature(self) -> str:
-        """How it shows in the measurements."""
+        """Signature in the measurements."""
         ...
 
     @property
     def parameters(self) -> tuple[EffectParameter, ...]:
-        """Its numbers, the strength first."""
+        """Parameters, the strength first."""
         ...
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """The model with the effect; at the vanishing values it behaves as the model without."""
+        """Model with the effect; at the vanishing values it behaves as the model without."""
         ...
 
 
 @dataclass(frozen=True, kw_only=True)
 class Untestable:
-    """An effect that these data or this model say nothing about, and why."""
+    """An effect that these data or this model cannot test, with the reason."""
 
     name: str
     reason: str

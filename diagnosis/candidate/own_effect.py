@@ -1,9 +1,9 @@
-"""Effects of one's own, from a short Python file or an installed package.
+"""Effects of the user's own, from a short Python file or an installed package.
 
 A file registers kinds of effects (`diagnosis.effect.EFFECTS`), or has just a function `candidates(model)` that lists
-effects (`diagnosis.candidate.effect.Effect`) and what cannot be tested; those of a file count where it is named alone.
-A package names a module that registers kinds as an entry point of the group "stickslip.effects". What these effects do
-is checked as it happens: a mistake is one sentence with the file and the line.
+effects (`diagnosis.candidate.effect.Effect`) and those that cannot be tested; they exist only for cases that name the
+file. A package names a module that registers kinds as an entry point of the group "stickslip.effects". Each call of
+these effects is checked: a mistake is reported in one sentence with the file and the line.
 """
 
 import importlib.util
@@ -25,13 +25,13 @@ from diagnosis.candidate.scale import Scale
 from diagnosis.effect import EFFECTS, EffectKind
 from geometry.errors import RegistryError
 
-#: Modules of files with effects are called by this, the file's name and a part of its hash.
+#: Names of modules made of files with effects begin with this; the file's name and a part of its hash follow.
 PREFIX = "stickslip_effects_"
-#: Where the product's own kinds stand; nothing of theirs is checked when it acts.
+#: Folder of the product's own kinds, whose effects are not checked when they act.
 OWN = Path(__file__).parents[1] / "effect"
-#: What an effect has, besides `apply` and `parameters`.
+#: Texts of an effect.
 WORDS = ("name", "kind", "physics", "signature")
-#: What of a system must be as it was where an effect vanishes.
+#: Arrays of a system that an effect at its vanishing values must not change.
 LINEAR = ("mass", "damping", "stiffness", "static_load")
 #: Attribute of such a module with the kinds that it registered.
 KINDS = "_registered_kinds"
@@ -40,14 +40,14 @@ OFFER = "register a kind of effect, or give it a function `candidates(model)` th
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class OwnEffect:
-    """An effect whose class stands in a file: checked when it acts, and at home in other processes.
+    """An effect whose class is defined in a user's file: checked when it acts, and usable in other processes.
 
     Parameters
     ----------
     effect
-        As the file made it.
+        Effect made by the file.
     origin
-        The file.
+        Path of the file.
     """
 
     effect: Effect
@@ -84,7 +84,7 @@ class OwnEffect:
         Raises
         ------
         EffectError
-            It fails, or returns no test model.
+            It fails, or does not return a model.
         """
         what = f'`apply` of "{self.name}"'
         changed: object = _called(lambda: self.effect.apply(model, values), self.origin, what)
@@ -96,7 +96,7 @@ class OwnEffect:
         return changed
 
     def __reduce__(self) -> tuple[Callable[[str, bytes], "OwnEffect"], tuple[str, bytes]]:
-        """The class of the effect is found only once its file was read, in whichever process."""
+        """Restore the effect by reading its file first, in any process."""
         return _restored, (self.origin, pickle.dumps(self.effect))
 
 
@@ -107,9 +107,9 @@ class EffectSource:
     Parameters
     ----------
     origin
-        The file.
+        Path of the file.
     offer
-        Lists them for a model.
+        Function that lists effects for a model.
     """
 
     origin: str
@@ -121,7 +121,7 @@ class EffectSource:
         Raises
         ------
         EffectError
-            It fails, or what it lists is no effect.
+            The function fails, or an item is not an effect.
         """
         found: object = _called(lambda: self.offer(model), self.origin, "`candidates`")
         if isinstance(found, str) or not isinstance(found, Iterable):
@@ -169,17 +169,17 @@ def _largest(values: Any) -> float:
 
 
 def read_effects(path: str | Path) -> EffectSource:
-    """Effects that a Python file offers; the file is run.
+    """Effects of a Python file, which is run.
 
     Parameters
     ----------
     path
-        Of a file with a function `candidates(model)`.
+        Path of a file that registers kinds of effects or has a function `candidates(model)`.
 
     Raises
     ------
     EffectError
-        No such file, one that does not run, or one without that function.
+        The file is missing, does not run, or offers no effects.
     """
     file = Path(path).expanduser().resolve()
     if file.suffix != ".py" or not file.is_file():
@@ -196,7 +196,7 @@ def read_effects(path: str | Path) -> EffectSource:
     return EffectSource(origin=str(file), offer=offer)
 
 
-def checked(kind: EffectKind, model: Model, size: Scale) -> list[Effect | Untestable]:
+def list_checked(kind: EffectKind, model: Model, size: Scale) -> list[Effect | Untestable]:
     """Effects of a kind; those of a kind from outside are checked when they are made and when they act."""
     file = EFFECTS.entry(kind.name).file
     if Path(file).parent == OWN:
@@ -240,7 +240,7 @@ def _restored(origin: str, pickled: bytes) -> OwnEffect:
 
 
 def _called(act: Callable[[], Any], origin: str, what: str) -> Any:
-    """What foreign code returns; what it raises as one sentence."""
+    """Result of foreign code; its errors are reported in one sentence."""
     try:
         return act()
     except (KeyboardInterrupt, GeneratorExit):
@@ -256,7 +256,7 @@ def _called(act: Callable[[], Any], origin: str, what: str) -> Any:
 
 
 def _line(error: BaseException, origin: str) -> str:
-    """Where in the file it was raised, as text after its path."""
+    """Line of the file that raised an error, as text after its path."""
     if isinstance(error, SyntaxError) and error.filename == origin:
         return f", line {error.lineno}"
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == origin]

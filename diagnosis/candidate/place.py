@@ -1,4 +1,4 @@
-"""Where an effect may act at a point: the named places that move, each once, and what hangs on them."""
+"""Places at which effects may act: the named places that move, without repetition; joints added there."""
 
 from dataclasses import dataclass
 
@@ -25,11 +25,11 @@ class Place:
     Parameters
     ----------
     name
-        As in the test model.
+        Name in the model.
     row
-        Over the degrees of freedom, shape (r,) [-].
+        Row over the degrees of freedom, shape (r,) [-].
     rotational
-        It is an angle, so that forces there are moments.
+        Whether it is an angle, so that forces there are moments.
     """
 
     name: str
@@ -37,12 +37,14 @@ class Place:
     rotational: bool = False
 
     def unit(self, of_displacement: str, of_rotation: str) -> str:
-        """The one that suits it."""
+        """Unit for a displacement or for a rotation."""
         return of_rotation if self.rotational else of_displacement
 
 
-def moving_places(model: Model, scale: Scale, kind: str, least: float = MOVES) -> tuple[list[Place], list[Untestable]]:
-    """Places where an effect can act, and those where it cannot with the reason."""
+def find_moving_places(
+    model: Model, scale: Scale, kind: str, least: float = MOVES
+) -> tuple[list[Place], list[Untestable]]:
+    """Places where an effect can act, and effects at other places with the reason why they cannot be tested."""
     if not model.places:
         return [], [Untestable(name=kind, reason="the model names no place: give places as rows over its DOFs")]
     rows = [*model.places.values(), *(each.row for each in model.sensors if isinstance(each, Sensor))]
@@ -50,7 +52,7 @@ def moving_places(model: Model, scale: Scale, kind: str, least: float = MOVES) -
     left: list[Untestable] = []
     for name, row in model.places.items():
         share = scale.share(row, rows)
-        twin = next((each.name for each in found if parallel(each.row, row)), None)
+        twin = next((each.name for each in found if is_parallel(each.row, row)), None)
         reason = ""
         if not row.any():
             reason = "it does not move: its row is zero"
@@ -61,18 +63,18 @@ def moving_places(model: Model, scale: Scale, kind: str, least: float = MOVES) -
         if reason:
             left.append(Untestable(name=f"{kind} at {name}", reason=reason))
         else:
-            known = dof_of(model, row)
+            known = find_dof(model, row)
             found.append(Place(name=name, row=row, rotational=known is not None and known.direction in ROTATIONS))
     return found, left
 
 
-def parallel(one: Row, other: Row) -> bool:
-    """Whether two rows are the same but for a factor."""
+def is_parallel(one: Row, other: Row) -> bool:
+    """Whether two rows are equal up to a factor."""
     return bool(abs(one @ other) >= (1 - 1e-9) * np.linalg.norm(one) * np.linalg.norm(other))
 
 
-def dof_of(model: Model, row: Row) -> Dof | None:
-    """The degree of freedom that a row follows, with a factor of 1 or -1; none if it is a mix or none that is known."""
+def find_dof(model: Model, row: Row) -> Dof | None:
+    """Degree of freedom that a row follows, with a factor of 1 or -1; none for a combination or an unknown one."""
     where = np.flatnonzero(row)
     if len(where) != 1 or abs(row[where[0]]) != 1.0:
         return None
@@ -81,12 +83,12 @@ def dof_of(model: Model, row: Row) -> Dof | None:
 
 
 def with_cubic_spring(model: Model, name: str, row: Row, stiffness: float) -> Model:
-    """A cubic spring more; one of this name gets stiffer instead."""
+    """Model with a further cubic spring; one of this name gets stiffer instead."""
     return _with_joint(model, CubicSpring(name=name, direction=row, stiffness=stiffness), "stiffness")
 
 
 def with_quadratic_damper(model: Model, name: str, row: Row, damping: float) -> Model:
-    """A quadratic damper more; one of this name damps more instead."""
+    """Model with a further quadratic damper; one of this name gets stronger instead."""
     return _with_joint(model, QuadraticDamper(name=name, direction=row, damping=damping), "damping")
 
 

@@ -1,4 +1,4 @@
-"""The first resonance that the force drives, with all contacts stuck: linear, and the measure of what matters."""
+"""First resonance that the force drives, with all contacts stuck: a linear measure of typical strengths of effects."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,7 +19,7 @@ Matrix = Float[NDArray[np.float64], "r r"]
 
 #: A typical spring or mass shifts the resonance by this share of itself; a typical damper adds this share of damping.
 SHIFT, DAMPING_SHARE = 0.005, 0.1
-#: Damping ratio to reckon with where the structure has less.
+#: Least damping ratio that is used.
 LEAST_DAMPING_RATIO = 1e-3
 #: A mode is driven if its modal force is this share of the largest; eigenvalues below this share are rounding.
 DRIVEN, ROUNDING = 1e-3, 1e-13
@@ -32,13 +32,13 @@ class Resonance:
     Parameters
     ----------
     system
-        The structure, with contacts or without.
+        Structure, with contacts or without.
     angular_frequencies, mode_shapes
-        Of all modes, mass-normalised, shapes (r,) and (r, r) [rad/s, 1/sqrt(kg)].
+        All modes, mass-normalised, shapes (r,) and (r, r) [rad/s, 1/sqrt(kg)].
     number
-        Of the first mode that the force drives.
+        Index of the first mode that the force drives.
     level
-        Of the force [N].
+        Level of the force [N].
     """
 
     system: JointedSystem
@@ -49,36 +49,36 @@ class Resonance:
 
     @property
     def angular_frequency(self) -> float:
-        """Of the mode [rad/s]."""
+        """Angular frequency of the mode [rad/s]."""
         return float(self.angular_frequencies[self.number])
 
     @property
     def mode_shape(self) -> Row:
-        """Mass-normalised, shape (r,) [1/sqrt(kg)]."""
+        """Mass-normalised shape of the mode, shape (r,) [1/sqrt(kg)]."""
         return self.mode_shapes[:, self.number]
 
     @cached_property
     def modal_damping(self) -> float:
-        """Of the mode at unit modal mass, 2 zeta omega [1/s]."""
+        """Damping of the mode at unit modal mass, 2 zeta omega [1/s]."""
         least = 2 * LEAST_DAMPING_RATIO * self.angular_frequency
         return max(float(self.mode_shape @ self.system.damping @ self.mode_shape), least)
 
     @cached_property
     def modal_amplitude(self) -> float:
-        """Of the mode at its resonance, while all contacts stick [m sqrt(kg)]."""
+        """Amplitude of the mode at its resonance, while all contacts stick [m sqrt(kg)]."""
         force = float(np.abs(self.system.dynamic @ self.mode_shape).max())
         return self.level * force / (self.angular_frequency * self.modal_damping)
 
     def motion(self, row: Row) -> float:
-        """Of a displacement in the mode [1/sqrt(kg)]."""
+        """Motion of a displacement in the mode [1/sqrt(kg)]."""
         return abs(float(row @ self.mode_shape))
 
     def amplitude(self, row: Row) -> float:
-        """Of a displacement at the resonance [m]."""
+        """Amplitude of a displacement at the resonance [m]."""
         return self.motion(row) * self.modal_amplitude
 
     def modal_mass(self, row: Row) -> float:
-        """Mass of the mode as seen at a displacement [kg]; infinite where it does not move."""
+        """Modal mass referred to a displacement [kg]; infinite where it does not move."""
         motion = self.motion(row)
         return motion**-2 if motion else np.inf
 
@@ -118,8 +118,8 @@ class Resonance:
         return 4 / 3 * abs(spring) / amplitude**2 if amplitude else None
 
 
-def resonance(system: JointedSystem, level: float) -> Resonance | None:
-    """None of a structure that is not held."""
+def find_resonance(system: JointedSystem, level: float) -> Resonance | None:
+    """Resonance of a system at a level [N]; none for a structure that is not supported."""
     try:
         squared, mode_shapes = eigh(stuck_stiffness(system.stiffness, system.joints), system.mass)
     except LinAlgError as error:

@@ -1,7 +1,7 @@
-"""How strong an effect must be to matter: measured on the first resonances, so that it suits a model of any size.
+"""Scale of the strengths of effects that matter, from the first resonances, for models of any size.
 
-While all contacts stick, and without contacts, the structure is linear: its first mode that the force drives tells how
-far a place moves at resonance, how much damping there is, and what a spring or a mass must be to shift the resonance.
+While all contacts stick, and without contacts, the structure is linear: its first mode that the force drives gives the
+motion of a place at resonance, the damping, and the spring or mass that shifts the resonance.
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -12,32 +12,32 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from correlation.model import Model
 from diagnosis.candidate.effect import EffectError
-from diagnosis.candidate.resonance import Resonance, Row, Rows, resonance
+from diagnosis.candidate.resonance import Resonance, Row, Rows, find_resonance
 from reduction.jointed_system import JointedSystem
 
-#: What can be tested: with the contacts of the lines, and without.
+#: Configurations of tests: with the contacts of the lines, and without.
 CONFIGURATIONS = ("jointed", "free")
-#: Share of what would make the structure unstable, or massless, that a bound leaves to a negative spring or mass.
+#: Bound of a negative spring or mass, as a share of the one that makes the structure unstable or massless.
 REMOVABLE = 0.9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scale:
-    """Resonances of the configurations that are tested; a strength is typical that matters in one of them.
+    """Resonances of the tested configurations; a typical strength matters in one of them.
 
     Parameters
     ----------
     system
-        The structure with its contacts.
+        Structure with its contacts.
     resonances
-        Of each configuration.
+        Resonance of each configuration.
     """
 
     system: JointedSystem
     resonances: tuple[Resonance, ...]
 
     def share(self, row: Row, rows: Sequence[Row]) -> float:
-        """Motion of a row in the mode, of the largest among others, where it is largest [-]."""
+        """Motion of a row in the mode relative to the largest of other rows, in the mode where it is largest [-]."""
         shares = [0.0]
         for each in self.resonances:
             largest = max(each.motion(other) for other in rows)
@@ -45,7 +45,7 @@ class Scale:
         return max(shares)
 
     def amplitude(self, row: Row) -> float:
-        """Of a displacement at the larger of the resonances [m]."""
+        """Amplitude of a displacement at the larger of the resonances [m]."""
         return max(each.amplitude(row) for each in self.resonances)
 
     def spring(self, row: Row) -> float | None:
@@ -81,7 +81,7 @@ class Scale:
         return _least(found)
 
     def removable_stiffness(self, row: Row) -> float:
-        """Stiffness that can be taken away with the structure still held without its contacts [N/m]; 0 if it is not."""
+        """Stiffness that can be removed from a structure supported without its contacts [N/m]; 0 for any other."""
         try:
             compliance = float(row @ cho_solve(cho_factor(self.system.stiffness), row))
         except LinAlgError:
@@ -89,34 +89,34 @@ class Scale:
         return REMOVABLE / compliance
 
     def removable_mass(self, rows: Rows) -> float:
-        """Mass that can be taken away with the mass matrix still positive definite [kg]."""
+        """Mass that can be removed with the mass matrix still positive definite [kg]."""
         inverse = rows @ cho_solve(cho_factor(self.system.mass), rows.T)
         return REMOVABLE / float(np.linalg.eigvalsh(inverse)[-1])
 
 
-def scale(
+def measure_scale(
     model: Model,
     *,
     level: float = 1.0,
     configurations: Collection[str] | Mapping[str, float] = CONFIGURATIONS,
 ) -> Scale:
-    """Resonances of a test model at a level.
+    """Scale of a model at a level.
 
     Parameters
     ----------
     model
-        With its joints and loads.
+        Model with its joints and loads.
     level
-        Of the force, best the highest of the tests [N].
+        Level of the force, best the highest of the tests [N].
     configurations
-        That are tested: "jointed", and "free" without the contacts of its lines; or the level of each that is: without
-        contacts a structure moves so much further that it is tested at less.
+        Tested configurations: "jointed", and "free" without the contacts of its lines; or the level of each, since
+        without contacts a structure moves further and is tested at lower levels [N].
 
     Raises
     ------
     EffectError
-        A structure that is not held even with all contacts stuck, a mass that is not positive definite, a level that
-        is not positive, or an unknown configuration.
+        The structure is not supported even with all contacts stuck, the mass is not positive definite, a level is not
+        positive, or a configuration is unknown.
     """
     levels = configurations if isinstance(configurations, Mapping) else dict.fromkeys(configurations, level)
     for each in (level, *levels.values()):
@@ -126,8 +126,8 @@ def scale(
         if each not in CONFIGURATIONS:
             raise EffectError(f'"{each}" is no configuration: give any of {", ".join(CONFIGURATIONS)}')
     free = "free" in levels and model.lines
-    found = [resonance(model.free().system, levels["free"])] if free else []
-    jointed = resonance(model.system, levels.get("jointed", level))
+    found = [find_resonance(model.free().system, levels["free"])] if free else []
+    jointed = find_resonance(model.system, levels.get("jointed", level))
     if jointed is None:
         raise EffectError(
             "the lowest frequency with all contacts stuck is 0 Hz: hold the structure by a support or a contact"

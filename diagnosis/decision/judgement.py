@@ -1,4 +1,4 @@
-"""What was fitted and tested, judged; and judged once more where the weights themselves are in doubt."""
+"""Judgement of fitted and tested effects, repeated with other weights where the covariance itself is in doubt."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -10,7 +10,7 @@ from correlation.model import Model
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.decision.rules import decide, passes, support
 from diagnosis.decision.verdict import Finding, Verdict
-from diagnosis.fit.arrangement import Arrangement, weighted_beside
+from diagnosis.fit.arrangement import Arrangement, weigh_beside
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit, refit_anew
 from diagnosis.keep import Keep
@@ -22,8 +22,8 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Known:
-    """What every judgement goes by: candidates, their screening, and detection thresholds."""
+class Criteria:
+    """Basis of every judgement: candidates, their scores, and detection thresholds."""
 
     catalogue: Catalogue
     scores: Sequence[Score]
@@ -32,12 +32,12 @@ class Known:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Judgement:
-    """A verdict, and what it stands on: see `diagnosis.diagnose.Diagnosis`.
+    """A verdict and its basis, see `diagnosis.diagnose.Diagnosis`.
 
     Parameters
     ----------
     weighed
-        Effect with which the model stands where the covariance was taken; "" for none.
+        Name of the effect with which the covariance was computed; "" for none.
     """
 
     arrangement: Arrangement
@@ -49,16 +49,15 @@ class Judgement:
 
 
 def judge(
-    arrangement: Arrangement, before: Refit, refits: Sequence[Refit], places: Sequence[Place], known: Known, keep: Keep
+    arrangement: Arrangement, before: Refit, refits: Sequence[Refit], places: Sequence[Place], by: Criteria, keep: Keep
 ) -> Judgement:
-    """Rank refits, and decide."""
+    """Rank refits and decide: effects that pass the thresholds come first."""
 
-    # What may be claimed stands before what may not.
-    def rank(each: Refit) -> tuple[bool, float]:
-        return not passes(arrangement, before, each, known.thresholds), -support(arrangement, before, each)
+    def rank(refit: Refit) -> tuple[bool, float]:
+        return not passes(arrangement, before, refit, by.thresholds), -support(arrangement, before, refit)
 
     ranked = sorted(refits, key=rank)
-    verdict = decide(arrangement, known.catalogue, known.scores, before, ranked, places, known.thresholds, keep)
+    verdict = decide(arrangement, by.catalogue, by.scores, before, ranked, places, by.thresholds, keep)
     return Judgement(
         arrangement=arrangement, before=before, refits=tuple(ranked), places=tuple(places), verdict=verdict
     )
@@ -67,56 +66,55 @@ def judge(
 def second_look(
     campaign: Campaign,
     first: Judgement,
-    known: Known,
-    listed: Callable[[Model], Catalogue],
+    criteria: Criteria,
+    catalogue_of: Callable[[Model], Catalogue],
     keep: Keep,
-    told: Callable[[str], None],
+    report: Callable[[str], None],
 ) -> Judgement:
-    """Judge anew with the weights that each effect would have if it were the one; the first judgement if none holds.
+    """Judge again with the weights of the model that has each effect in turn; the first judgement if none is confirmed.
 
-    An effect holds if, where the model with it stands, it is the best, and leaves no more than chance and a stand-in
-    may. Several that hold, each by its own weights, cannot be told apart.
+    An effect is confirmed if it is the best by the weights of the model with it, and the rest beside it is within
+    chance. Several effects that are confirmed, each by its own weights, cannot be told apart.
 
     Parameters
     ----------
     campaign
         Measurements.
     first
-        By the weights of the model without any effect.
-    known
-        See `Known`.
-    listed
+        Judgement by the weights of the model without any effect.
+    criteria
+        Candidates, scores and thresholds.
+    catalogue_of
         Effects of a finer model.
-    keep, told
-        See `diagnosis.diagnose.diagnose`; `told` takes what is being done.
+    keep, report
+        As in `diagnosis.diagnose.diagnose`; `report` takes the name of the step alone.
     """
-    held = []
-    for each in first.refits:
-        if each.effect is None or not passes(first.arrangement, first.before, each, known.thresholds):
+    confirmed = []
+    for refit in first.refits:
+        if refit.effect is None or not passes(first.arrangement, first.before, refit, criteria.thresholds):
             continue
-        told(f"weights beside {each.name}")
-        there = _within(keep, f"weighed beside {each.name}: ")
-        beside = there(
-            "arrangement", partial(weighted_beside, campaign, first.arrangement, each.effect, each.fit, listed)
-        )
-        before = there("held-out error", partial(baseline_fit, beside))
-        refits = [there(f"refit of {other.name}", partial(refit_anew, beside, other)) for other in first.refits]
-        found = judge(beside, before, refits, there("places", partial(localise, beside)), known, there)
-        if found.verdict.effects and found.verdict.effects[0].name == each.name:
-            held.append(replace(found, weighed=each.name))
-    if not held:
+        report(f"weights beside {refit.name}")
+        inner = _with_prefix(keep, f"weighed beside {refit.name}: ")
+        weigh = partial(weigh_beside, campaign, first.arrangement, refit.effect, refit.fit, catalogue_of)
+        beside = inner("arrangement", weigh)
+        before = inner("held-out error", partial(baseline_fit, beside))
+        refits = [inner(f"refit of {other.name}", partial(refit_anew, beside, other)) for other in first.refits]
+        judgement = judge(beside, before, refits, inner("places", partial(localise, beside)), criteria, inner)
+        if judgement.verdict.effects and judgement.verdict.effects[0].name == refit.name:
+            confirmed.append(replace(judgement, weighed=refit.name))
+    if not confirmed:
         return first
-    best = min(held, key=lambda found: found.verdict.effects[0].fit.chi2)
-    names = {effect.name for found in held for effect in found.verdict.effects}
-    effects = tuple(each for each in best.refits if each.name in names)
+    best = min(confirmed, key=lambda judgement: judgement.verdict.effects[0].fit.chi2)
+    names = {effect.name for judgement in confirmed for effect in judgement.verdict.effects}
+    effects = tuple(refit for refit in best.refits if refit.name in names)
     finding = Finding.MISSING if len(effects) == 1 else Finding.AMBIGUOUS
     return replace(best, verdict=replace(best.verdict, finding=finding, effects=effects))
 
 
-def _within(keep: Keep, where: str) -> Keep:
-    """Names of steps beside others of the same name."""
+def _with_prefix(keep: Keep, prefix: str) -> Keep:
+    """The same store, with a prefix to the names of steps."""
 
-    def kept(name: str, make: Callable[[], T]) -> T:
-        return keep(f"{where}{name}", make)
+    def keep_prefixed(name: str, make: Callable[[], T]) -> T:
+        return keep(f"{prefix}{name}", make)
 
-    return kept
+    return keep_prefixed

@@ -1,4 +1,4 @@
-"""What a diagnosis says, in words with numbers; it may be that nothing is missing, or that the data cannot tell."""
+"""Verdict of a diagnosis, in words with numbers: one missing effect, several possible ones, none, or an unknown one."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 #: Standard deviations of an interval.
 INTERVAL = 1.96
-#: Digits of a strength at most: records without noise leave next to no interval.
+#: Most digits of a strength: intervals of records without noise are next to zero.
 MOST_DIGITS = 6
 
 
@@ -36,26 +36,26 @@ class Finding(Enum):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Verdict(Tabular):
-    """The outcome of one round.
+    """Result of one round.
 
     Parameters
     ----------
     finding
-        Which of the four.
+        Finding.
     effects
         Refits that explain the measurements, best first; empty if none does.
     before
-        The calibration parameters, and what was added, alone.
+        Fit of the calibration parameters and added effects alone.
     detectable
-        Each candidate's smallest strength beyond the vanishing one that would be named, by name; infinite if none is.
+        Smallest detectable strength of each candidate, from its vanishing value, by name; infinite if there is none.
     units
-        Of these strengths, by name.
+        Units of these strengths, by name.
     threshold
-        Fall of chi^2 that chance exceeds in the share of nulls allowed; none where other gates decide.
+        Detection threshold of the fall of chi^2; none where another gate decides.
     place
-        Where a force is missing, if something is.
+        Place of the missing force, if the cause is unknown.
     reason
-        The finding in words where no effect is named; by the threshold and the place where it is empty.
+        Finding in words where no effect is named; derived from threshold and place if it is empty.
     """
 
     finding: Finding
@@ -83,7 +83,7 @@ class Verdict(Tabular):
 
     @property
     def sentence(self) -> str:
-        """The verdict in words."""
+        """Verdict in one sentence."""
         if self.finding in {Finding.NOTHING, Finding.UNKNOWN} and self.reason:
             return self.reason
         if self.finding is Finding.NOTHING:
@@ -102,10 +102,10 @@ class Verdict(Tabular):
 
     @property
     def smallest(self) -> str:
-        """The smallest strength of each candidate that would be named, in words; empty if there is none."""
-        seen = [(name, value) for name, value in self.detectable.items() if value < float("inf")]
-        listed = ", ".join(f"{name} {value:.2g} {self.units[name]}".rstrip(" -") for name, value in seen)
-        return f"The smallest detectable strengths are: {listed}." if listed else ""
+        """Smallest detectable strength of each candidate in one sentence; empty if there is none."""
+        finite = [(name, value) for name, value in self.detectable.items() if value < float("inf")]
+        strengths = ", ".join(f"{name} {value:.2g} {self.units[name]}".rstrip(" -") for name, value in finite)
+        return f"The smallest detectable strengths are: {strengths}." if strengths else ""
 
     def _named(self, refit: Refit) -> str:
         assert refit.effect is not None
@@ -117,7 +117,7 @@ class Verdict(Tabular):
 
 
 def held_out_fall(before: Refit, after: Refit) -> str:
-    """By how much an effect lets what is held out be met better."""
+    """Fall of the held-out error by an effect, in words."""
     falls = [
         f"{100 * was:.2g} to {100 * now:.2g} % in {name}"
         for was, now, name in zip(before.held_errors, after.held_errors, after.held_names, strict=True)
@@ -129,12 +129,12 @@ def held_out_fall(before: Refit, after: Refit) -> str:
 
 
 def smallest_detectable(scores: Sequence[Score], threshold: float) -> dict[str, float]:
-    """Strength, beyond the vanishing one, at which each candidate's expected gain is the threshold."""
+    """Strength of each candidate, from its vanishing value, at which its expected gain is the threshold, by name."""
     return {score.effect.name: threshold**0.5 * score.detectable for score in scores}
 
 
 def worth(value: float, half: float) -> int:
-    """Digits that a number is worth beside half its interval: as far as two of that one's, four at least."""
+    """Significant digits of a value with half its interval: to the second digit of that one, at least four."""
     if not (np.isfinite([value, half]).all() and value and half > 0):
         return 4
     return max(4, int(np.floor(np.log10(abs(value))) - np.floor(np.log10(half))) + 2)

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
-from diagnosis.candidate.place import moving_places, with_quadratic_damper
-from diagnosis.candidate.scale import Scale, scale
-from diagnosis.effect.registry import EFFECTS, EffectKind
+from diagnosis.candidate.place import find_moving_places, with_quadratic_damper
+from diagnosis.candidate.scale import Scale, measure_scale
+from diagnosis.effect import EFFECTS, EffectKind
 
 KIND = "air damping"
 #: In typical strengths: friction may hold speeds far below the stuck ones that these are reckoned at.
@@ -40,8 +40,8 @@ class AirDamping:
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
     r"""Drag at each place, typically 8/(3 pi) d omega a of a dashpot with a tenth of the modal damping."""
-    size = size or scale(model)
-    places, left = moving_places(model, size, KIND)
+    size = size or measure_scale(model)
+    places, left = find_moving_places(model, size, KIND)
     found: list[Effect | Untestable] = []
     for place in places:
         name, typical = f"{KIND} at {place.name}", size.drag(place.row)

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
-from diagnosis.candidate.place import moving_places, with_cubic_spring
-from diagnosis.candidate.scale import Scale, scale
-from diagnosis.effect.registry import EFFECTS, EffectKind
+from diagnosis.candidate.place import find_moving_places, with_cubic_spring
+from diagnosis.candidate.scale import Scale, measure_scale
+from diagnosis.effect import EFFECTS, EffectKind
 
 KIND = "cubic"
 #: Bounds in typical strengths: softening could let a place escape from its well, and friction may hold amplitudes far
@@ -41,8 +41,8 @@ class Cubic:
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
     r"""A cubic spring at each place, typically 3/4 k a^2 of a spring that shifts the resonance by 0.5 %."""
-    size = size or scale(model)
-    places, left = moving_places(model, size, KIND)
+    size = size or measure_scale(model)
+    places, left = find_moving_places(model, size, KIND)
     found: list[Effect | Untestable] = []
     for place in places:
         name = f"{KIND} at {place.name}"

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
-from diagnosis.candidate.place import moving_places
-from diagnosis.candidate.scale import Scale, scale
-from diagnosis.effect.registry import EFFECTS, EffectKind
+from diagnosis.candidate.place import find_moving_places
+from diagnosis.candidate.scale import Scale, measure_scale
+from diagnosis.effect import EFFECTS, EffectKind
 
 KIND = "dashpot"
 LARGEST = 100.0
@@ -39,8 +39,8 @@ class Dashpot:
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
     """A dashpot at each place, typically with a tenth of the modal damping."""
-    size = size or scale(model)
-    places, left = moving_places(model, size, KIND)
+    size = size or measure_scale(model)
+    places, left = find_moving_places(model, size, KIND)
     found: list[Effect | Untestable] = []
     for place in places:
         typical, unit = size.dashpot(place.row), place.unit("N s/m", "N m s")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
 from diagnosis.candidate.scale import Scale
-from diagnosis.effect.registry import EFFECTS, EffectKind
+from diagnosis.effect import EFFECTS, EffectKind
 
 KIND = "density"
 RATIO = EffectParameter(name="density ratio", unit="-", lower=0.5, upper=2.0, typical=1.01, vanishes=1.0)

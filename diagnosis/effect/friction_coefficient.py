@@ -1,10 +1,10 @@
 """One contact line is rougher than the others."""
 
 from correlation.model import Model
-from diagnosis.candidate.contact_line import line_ratios
+from diagnosis.candidate.contact_line import list_line_ratios
 from diagnosis.candidate.effect import Effect, Untestable
 from diagnosis.candidate.scale import Scale
-from diagnosis.effect.registry import EFFECTS, EffectKind
+from diagnosis.effect import EFFECTS, EffectKind
 
 KIND = "friction coefficient"
 PHYSICS = "One contact line has another friction coefficient than the others: wear, oxide, grease."
@@ -17,7 +17,7 @@ SIGNATURE = (
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
     """The friction coefficient of each line; of two lines, their ratio."""
     del size
-    return line_ratios(
+    return list_line_ratios(
         model,
         kind=KIND,
         quantity="friction_coefficient",

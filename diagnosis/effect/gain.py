@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
 from diagnosis.candidate.scale import Scale
-from diagnosis.effect.registry import EFFECTS, EffectKind
+from diagnosis.effect import EFFECTS, EffectKind
 
 KIND = "gain"
 RATIO = EffectParameter(name="gain ratio", unit="-", lower=0.5, upper=2.0, typical=1.02, vanishes=1.0)

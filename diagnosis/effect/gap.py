@@ -9,15 +9,15 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from correlation.model import Model
-from diagnosis.candidate.contact_line import contacts
+from diagnosis.candidate.contact_line import find_contacts
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
 from diagnosis.candidate.place import ROTATIONS, TRANSLATIONS
-from diagnosis.candidate.scale import Scale, scale
-from diagnosis.effect.registry import EFFECTS, EffectKind
+from diagnosis.candidate.scale import Scale, measure_scale
+from diagnosis.effect import EFFECTS, EffectKind
 from reduction.jointed_system import FrictionContact
 
 KIND = "gap"
-#: Typical and largest gap, in what the pre-load presses the contacts together elastically.
+#: Typical and largest gap, in what the preload presses the contacts together elastically.
 TYPICAL, LARGEST = 0.25, 3.0
 
 
@@ -52,7 +52,7 @@ class Gap:
     def apply(self, model: Model, values: Sequence[float]) -> Model:
         """Gaps rise by their share; the static load stays, since the line is loaded and not moved."""
         (gap,) = values
-        members = contacts(model, self.line)
+        members = find_contacts(model, self.line)
         change = {
             contact.name: {"gap": contact.gap + gap * share}
             for contact, share in zip(members, self.share, strict=False)
@@ -66,13 +66,13 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
         return [Untestable(name=KIND, reason="the model has no contact lines")]
     found: list[Effect | Untestable] = []
     for line in model.lines:
-        members = contacts(model, line)
+        members = find_contacts(model, line)
         if not members:
             found.append(Untestable(name=f"{KIND} of {line}", reason="the line has no contacts"))
             continue
         closing = sum(each.preload for each in members) / sum(each.normal_stiffness for each in members)
         if not closing > 0:
-            size = size or scale(model)
+            size = size or measure_scale(model)
             closing = max(size.amplitude(each.normal) for each in members)
         if not closing > 0:
             reason = "the line is not pressed and no force moves it, so that its contacts never close"

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
-from diagnosis.candidate.place import TRANSLATIONS, dof_of, moving_places
-from diagnosis.candidate.scale import Scale, scale
-from diagnosis.effect.registry import EFFECTS, EffectKind
+from diagnosis.candidate.place import TRANSLATIONS, find_dof, find_moving_places
+from diagnosis.candidate.scale import Scale, measure_scale
+from diagnosis.effect import EFFECTS, EffectKind
 
 KIND = "mass"
 LARGEST = 100.0
@@ -39,8 +39,8 @@ class PointMass:
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
     """A mass at each place: on all translations of its node, or along the place's row where the node is not known."""
-    size = size or scale(model)
-    places, left = moving_places(model, size, KIND)
+    size = size or measure_scale(model)
+    places, left = find_moving_places(model, size, KIND)
     found: list[Effect | Untestable] = []
     taken: dict[tuple[int, ...], str] = {}
     for place in places:
@@ -65,7 +65,7 @@ def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untesta
 
 def _translations(model: Model, row: Float[NDArray[np.float64], " r"]) -> tuple[int, ...]:
     """Translations of the node that a row follows; none if it is no translation, a mix, or not known."""
-    known = dof_of(model, row)
+    known = find_dof(model, row)
     if known is None or known.direction not in TRANSLATIONS:
         return ()
     return tuple(

@@ -4,27 +4,27 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from correlation.model import Model
-from diagnosis.candidate.contact_line import contacts
+from diagnosis.candidate.contact_line import find_contacts
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
 from diagnosis.candidate.scale import Scale
-from diagnosis.effect.registry import EFFECTS, EffectKind
+from diagnosis.effect import EFFECTS, EffectKind
 
-KIND = "pre-load"
-RATIO = EffectParameter(name="pre-load ratio", unit="-", lower=0.1, upper=3.0, typical=1.1, vanishes=1.0)
+KIND = "preload"
+RATIO = EffectParameter(name="preload ratio", unit="-", lower=0.1, upper=3.0, typical=1.1, vanishes=1.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Preload:
-    """Scales the pre-load of a line with the load that balances it, so that rest stays rest; or a dead weight.
+    """Scales the preload of a line with the load that balances it, so that rest stays rest; or a dead weight.
 
     Parameters
     ----------
-    of
+    target
         One of `Model.preloads`.
     """
 
     name: str
-    of: str
+    target: str
     parameters: tuple[EffectParameter, ...] = (RATIO,)
     kind: str = KIND
     physics: str = "The contact line is pressed with another force at rest: bolts, dead weights, assembly."
@@ -36,20 +36,20 @@ class Preload:
     def apply(self, model: Model, values: Sequence[float]) -> Model:
         """N_0 of each contact times the ratio, and the static load along its normal; or the load of the dead weight."""
         (ratio,) = values
-        # Without its contacts a structure has no pre-loads.
-        return model.pressed(self.of, ratio) if self.of in model.preloads else model
+        # Without its contacts a structure has no preloads.
+        return model.pressed(self.target, ratio) if self.target in model.preloads else model
 
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
-    """The pre-load of each line, and by each dead weight."""
+    """The preload of each line, and by each dead weight."""
     del size
     if not model.lines:
         return [Untestable(name=KIND, reason="the model has no contact lines")]
     found: list[Effect | Untestable] = []
-    for of in model.preloads:
-        name = f"{KIND} {'by' if of in model.dead_weights else 'of'} {of}"
-        if of in model.dead_weights or any(each.preload for each in contacts(model, of)):
-            found.append(Preload(name=name, of=of))
+    for target in model.preloads:
+        name = f"{KIND} {'by' if target in model.dead_weights else 'of'} {target}"
+        if target in model.dead_weights or any(each.preload for each in find_contacts(model, target)):
+            found.append(Preload(name=name, target=target))
         else:
             found.append(Untestable(name=name, reason="it is zero in the model, and a ratio leaves it so"))
     return found

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
-from diagnosis.candidate.place import Place, dof_of, moving_places
-from diagnosis.candidate.scale import Scale, scale
-from diagnosis.effect.registry import EFFECTS, EffectKind
+from diagnosis.candidate.place import Place, find_dof, find_moving_places
+from diagnosis.candidate.scale import Scale, measure_scale
+from diagnosis.effect import EFFECTS, EffectKind
 
 KIND = "spring"
 #: Largest strength in typical ones.
@@ -43,11 +43,11 @@ class LinearSpring:
 
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
     """A spring to the ground at each place, and between places of two bodies that move in one direction."""
-    size = size or scale(model)
-    places, left = moving_places(model, size, KIND, least=SUPPORT)
+    size = size or measure_scale(model)
+    places, left = find_moving_places(model, size, KIND, least=SUPPORT)
     found: list[Effect | Untestable] = [_candidate(f"{KIND} at {each.name}", each, size) for each in places]
     for one, other in combinations(places, 2):
-        first, second = dof_of(model, one.row), dof_of(model, other.row)
+        first, second = find_dof(model, one.row), find_dof(model, other.row)
         if first and second and first.body != second.body and first.direction == second.direction:
             gap = Place(name="", row=_unsigned(one.row) - _unsigned(other.row), rotational=one.rotational)
             found.append(_candidate(f"{KIND} between {one.name} and {other.name}", gap, size))

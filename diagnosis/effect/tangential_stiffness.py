@@ -1,10 +1,10 @@
 """One contact line is tangentially stiffer than the others."""
 
 from correlation.model import Model
-from diagnosis.candidate.contact_line import line_ratios
+from diagnosis.candidate.contact_line import list_line_ratios
 from diagnosis.candidate.effect import Effect, Untestable
 from diagnosis.candidate.scale import Scale
-from diagnosis.effect.registry import EFFECTS, EffectKind
+from diagnosis.effect import EFFECTS, EffectKind
 
 KIND = "tangential stiffness"
 PHYSICS = "One contact line has another tangential stiffness than the others: less real area, other asperities."
@@ -17,7 +17,7 @@ SIGNATURE = (
 def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
     """The tangential contact stiffness of each line; of two lines, their ratio."""
     del size
-    return line_ratios(
+    return list_line_ratios(
         model,
         kind=KIND,
         quantity="tangential_stiffness",

@@ -1,10 +1,10 @@
-r"""Fitting numbers of a model: generalised least squares with priors and bounds, by Levenberg and Marquardt.
+r"""Calibration of parameters: generalised least squares with priors and bounds, by Levenberg and Marquardt's method.
 
 .. math:: \chi^2 = |S^{-1/2} (y - \varphi(\theta))|^2 + \sum_j ((\theta_j - \theta_{0j}) / \sigma_j)^2
 
-The Jacobian is that of the implicit function theorem, and Broyden's update of it while the steps go as it says: the
-features are nearly linear in what is fitted, and a Jacobian costs three predictions. A number at a bound that would
-leave it is held there.
+The Jacobian follows from the implicit function theorem. As long as the steps gain what it predicts it is only updated
+by Broyden's formula, since the features are nearly linear in the parameters and a Jacobian costs three predictions. A
+parameter at a bound that a step would leave is fixed there.
 
 References
 ----------
@@ -30,24 +30,24 @@ Matrix = Float[NDArray[np.float64], "m p"]
 ENOUGH = 0.3
 #: Marquardt's factor at first, its decrease after a success, and its increase after a failure.
 FIRST_DAMPING, LESS, MORE = 1e-3, 0.1, 8.0
-#: Shares of the way from no effect to a start, of which the first is taken whose model says something.
+#: Shares of the way from no effect to a start; the first one whose model has a prediction is taken.
 NEARER = (1.0, 0.5, 0.25, 0.0)
-#: Share of the expected gain below which the Jacobian is made anew.
+#: Share of the expected gain below which the Jacobian is computed again.
 AGREED = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
 class Search:
-    """How far the fits to one kind of data go.
+    """Limits of the fits to one kind of data.
 
     Parameters
     ----------
     steps, failures
-        Steps at most, and failures in a row [-].
+        Largest numbers of steps, and of failed steps in a row [-].
     gain, share
-        A fit ends when a step is expected to gain less of chi^2 than this, and this share of it [-].
+        Gain of chi^2, and share of chi^2 added to it, below which the expected gain of a step ends a fit [-].
     updated
-        Whether an update of the Jacobian serves while the steps go as it says.
+        Whether the Jacobian is updated while the steps gain what it predicts.
     """
 
     steps: int = 30
@@ -62,40 +62,37 @@ class Search:
 
 
 class Data(Protocol):
-    """Measurements of one kind, which a model can be compared with.
-
-    What `predict` gives is the data's own: steady states, or time series and where they start.
-    """
+    """Measurements of one kind to compare a model with; a prediction is steady states, or time series with starts."""
 
     @property
     def search(self) -> Search:
-        """How far fits to it go."""
+        """Limits of fits to it."""
         ...
 
     def predict(self, model: Model, before: Any = None, starts: Values | None = None) -> Any:
-        """What a model says, from a prediction nearby, and from where the data start.
+        """Prediction of a model, from one nearby, and from the starts of the data.
 
         Raises
         ------
         ModelError
-            It says nothing, such as one that runs away.
+            The model has no prediction, such as one that diverges.
         """
         ...
 
     def residual(self, prediction: Any) -> Vector:
-        """Measured less predicted, in units of what is to be expected of each number, shape (m,)."""
+        """Measured less predicted in standard deviations, shape (m,)."""
         ...
 
-    def found(self, prediction: Any) -> NDArray[np.bool_]:
-        """Which numbers have a prediction, shape (m,)."""
+    def has_prediction(self, prediction: Any) -> NDArray[np.bool_]:
+        """Mask of the numbers that have a prediction, shape (m,)."""
         ...
 
     def slopes(self, unknowns: Unknowns, values: Values, model: Model, prediction: Any, first: int = 0) -> Matrix:
-        """Rates of the predictions in these units with the values from number `first` on, shape (m, p - first)."""
+        """Derivatives of the predictions in these units, from value number `first` on, shape (m, p - first)."""
         ...
 
     def covariance(self, residual: Vector, jacobian: Matrix, size: Values) -> Float[NDArray[np.float64], "p p"]:
-        """Of the values of a fit, shape (p, p)."""
+        """Covariance of the values of a fit, shape (p, p)."""
         ...
 
 
@@ -106,20 +103,20 @@ class Fit:
     Parameters
     ----------
     unknowns
-        What was fitted.
+        Parameters of the fit.
     values
-        Shape (p,).
+        Their values, shape (p,).
     covariance
-        Of the values, as the data tell it, shape (p, p); wider once `threshold.parametric_bootstrap` and
-        `diagnosis.fit.finer_model` have seen to it.
+        Covariance of the values by the data, shape (p, p); `diagnosis.threshold.parametric_bootstrap` and
+        `diagnosis.fit.finer_model` widen it.
     chi2
-        With the priors' share.
+        chi^2 with the contribution of the priors [-].
     model, prediction
-        There.
+        Model with these values, and its prediction.
     residual
-        Whitened, with the priors' rows below, shape (m + p,).
+        Whitened residual with the rows of the priors below, shape (m + p,) [-].
     jacobian
-        Of -residual, shape (m + p, p); an update of an earlier one unless the fit was asked to be exact.
+        Jacobian of -residual, shape (m + p, p); updated from an earlier one unless the fit is exact.
     """
 
     unknowns: Unknowns
@@ -133,12 +130,12 @@ class Fit:
 
     @property
     def starts(self) -> Values:
-        """The values that say how the data begin, shape (n_start,)."""
+        """Values of the starts of the data, shape (n_start,)."""
         return self.values[: self.unknowns.n_start]
 
     @property
     def deviation(self) -> Values:
-        """Standard deviation of each value."""
+        """Standard deviation of each value, shape (p,)."""
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
 
     @property
@@ -163,26 +160,26 @@ def calibrate(
     Parameters
     ----------
     comparison
-        With what.
+        Data.
     unknowns
-        Which numbers.
+        Parameters.
     start
-        Shape (p,).
+        Start values, shape (p,).
     before
-        A prediction nearby.
+        Prediction nearby.
     report
         Called with chi^2 after each step.
     slopes
         Jacobian near the start, shape (m + p, p); computed by default.
     exact
-        Whether the Jacobian must be that of the end.
+        Whether the Jacobian of the result must be computed at its values.
     quick
-        Whether an updated Jacobian may say that there is nothing more to gain.
+        Whether the fit may end by an updated Jacobian.
 
     Raises
     ------
     ModelError
-        Not even the model without any change can be predicted.
+        Even the model without any change has no prediction.
     """
     size, damping, failures, search = unknowns.size, FIRST_DAMPING, 0, comparison.search
     here = _start(comparison, unknowns, unknowns.clipped(np.array(start, dtype=np.float64)), before)
@@ -194,7 +191,7 @@ def calibrate(
         there = _trial(comparison, unknowns, trial, here) if expected >= enough else here
         gained = here.chi2 - there.chi2
         if gained < enough and not fresh and not quick:
-            # Only the Jacobian of here may say that there is nothing to gain.
+            # Only a Jacobian computed here may end the fit.
             jacobian, fresh = _jacobian(comparison, unknowns, here), True
             continue
         if expected < enough:
@@ -219,7 +216,7 @@ def calibrate(
 
 
 def inverse(jacobian: Matrix, size: Values) -> Float[NDArray[np.float64], "p p"]:
-    """Of the curvature of chi^2 / 2, in which numbers count as multiples of what matters of each."""
+    """Inverse of the curvature of chi^2 / 2, shape (p, p), with each parameter scaled by its typical size."""
     curvature = jacobian.T @ jacobian * np.outer(size, size)
     return np.asarray(np.linalg.pinv(curvature, hermitian=True) * np.outer(size, size))
 
@@ -245,7 +242,7 @@ def _evaluate(comparison: Data, unknowns: Unknowns, values: Values, before: Any)
 
 
 def _start(comparison: Data, unknowns: Unknowns, values: Values, before: Any) -> _Evaluation:
-    """As `_evaluate`, nearer to no effect at all where the model of the start says nothing."""
+    """As `_evaluate`, nearer to no effect where the model of the start has no prediction."""
     for share in NEARER[:-1]:
         try:
             return _evaluate(comparison, unknowns, unknowns.vanishing + share * (values - unknowns.vanishing), before)
@@ -255,7 +252,7 @@ def _start(comparison: Data, unknowns: Unknowns, values: Values, before: Any) ->
 
 
 def _trial(comparison: Data, unknowns: Unknowns, values: Values, here: _Evaluation) -> _Evaluation:
-    """As `_evaluate`; infinitely bad where the model says nothing, so that the fit turns back."""
+    """As `_evaluate`; chi^2 is infinite where the model has no prediction, so that the fit turns back."""
     try:
         return _evaluate(comparison, unknowns, values, here.prediction)
     except ModelError:
@@ -263,9 +260,9 @@ def _trial(comparison: Data, unknowns: Unknowns, values: Values, here: _Evaluati
 
 
 def _step(unknowns: Unknowns, here: _Evaluation, jacobian: Matrix, damping: float) -> tuple[Values, float]:
-    """Where Levenberg and Marquardt go, and by how much chi^2 should fall.
+    """Values after a step of Levenberg and Marquardt, and the expected fall of chi^2.
 
-    Numbers that would pass a bound stop there, and the others go where that is best for them.
+    Parameters that would pass a bound stop there; the step of the others is the best one then.
     """
     size, (lower, upper) = unknowns.size, np.array(unknowns.bounds).reshape(-1, 2).T
     gradient, curvature = jacobian.T @ here.residual * size, jacobian.T @ jacobian * np.outer(size, size)
@@ -286,7 +283,7 @@ def _step(unknowns: Unknowns, here: _Evaluation, jacobian: Matrix, damping: floa
 
 
 def _updated(jacobian: Matrix, here: _Evaluation, there: _Evaluation, size: Values) -> Matrix:
-    """Broyden's least change that explains the step made."""
+    """Broyden's update: the least change of the Jacobian that explains the last step."""
     moved = there.values - here.values
     along = moved / size
     missed = here.residual - there.residual - jacobian @ moved
@@ -299,6 +296,6 @@ def _jacobian(comparison: Data, unknowns: Unknowns, here: _Evaluation) -> Matrix
 
 
 def _free(unknowns: Unknowns, values: Values, gradient: Values) -> NDArray[np.bool_]:
-    """Numbers that are not held at a bound by the gradient (of -chi^2 / 2)."""
+    """Mask of the parameters that the gradient (of -chi^2 / 2) does not fix at a bound."""
     lower, upper = np.array(unknowns.bounds).reshape(-1, 2).T
     return np.asarray(~(((values <= lower) & (gradient < 0)) | ((values >= upper) & (gradient > 0))))

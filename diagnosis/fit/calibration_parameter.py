@@ -1,7 +1,7 @@
-"""Parameters that are always calibrated before anything is called missing: kt, kn, mu, zeta and E, common to all.
+"""Calibration parameters: kt, kn, mu, zeta, E and bearing, which every fit sets before an effect is called missing.
 
-They are factors on the model's own values, with the same `apply` as an effect and a prior of their own. Apply them to
-the model before the effects, so that zeta does not scale a dashpot that was added.
+They are factors on the values of the model, common to all contacts or parts, with the same `apply` as an effect and a
+prior. They are applied before the effects, so that zeta does not scale an added dashpot.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from correlation.model import Model
-from diagnosis.candidate.contact_line import contacts, scaled_contacts
+from diagnosis.candidate.contact_line import find_contacts, scale_contacts
 from diagnosis.candidate.effect import EffectError, EffectParameter
 from diagnosis.fit.contact_position import contact_position_bounds, with_contact_position
 
-#: Relative standard deviation of the prior of each; bearing is taken as drawn unless it is given one.
+#: Relative standard deviation of the prior of each [-]; bearing is calibrated only if it is given one.
 DEVIATION = {"kt": 0.10, "kn": 0.10, "mu": 0.10, "zeta": 0.20, "E": 0.01, "bearing": 0.0}
 #: Field of `FrictionContact` that each scales.
 CONTACT = {"kt": "tangential_stiffness", "kn": "normal_stiffness", "mu": "friction_coefficient"}
@@ -24,7 +24,7 @@ WHAT = {
     "mu": "Friction coefficient of all contacts of all lines.",
     "zeta": "Viscous damping of the structure.",
     "E": "Young's modulus of all parts.",
-    "bearing": "How far from the middle of their lines all contacts bear.",
+    "bearing": "Distance of all contacts from the middle of their lines.",
 }
 #: Bounds of the factor: contacts and damping are known to an order of magnitude, a modulus far better.
 BOUNDS = {
@@ -39,7 +39,7 @@ BOUNDS = {
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CalibrationParameter:
-    """A factor on what all contacts, the damping or all parts have in common.
+    """A factor on a property of all contacts, on the damping or on the modulus of all parts.
 
     Parameters
     ----------
@@ -55,15 +55,15 @@ class CalibrationParameter:
     physics: str
     deviation: float
     parameters: tuple[EffectParameter, ...]
-    kind: str = "accepted"
+    kind: str = "calibration"
     signature: str = "It is calibrated with every effect, and with none."
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """The model with the factor; 1 changes nothing, and contacts that a test does not have are left alone."""
+        """Model with the factor; 1 changes nothing, and a test without contacts has none to change."""
         (factor,) = values
         system = model.system
         if self.name in CONTACT:
-            return scaled_contacts(model, dict.fromkeys(model.lines, factor), CONTACT[self.name])
+            return scale_contacts(model, dict.fromkeys(model.lines, factor), CONTACT[self.name])
         if self.name == "zeta":
             return model.with_system(damping=factor * system.damping)
         if self.name == "bearing":
@@ -72,20 +72,19 @@ class CalibrationParameter:
         return model.with_system(stiffness=system.stiffness + (factor - 1) * whole)
 
 
-def calibration_parameters(
+def list_calibration_parameters(
     model: Model, *, deviation: Mapping[str, float] | None = None, finer: Sequence[Model] = ()
 ) -> tuple[CalibrationParameter, ...]:
-    """Calibration parameters that the model has.
+    """Calibration parameters of a model.
 
     Parameters
     ----------
     model
-        Without contact lines it has no kt, kn, mu; without friction no mu; without damping no zeta.
+        Model; without contact lines it has no kt, kn and mu, without friction no mu, without damping no zeta.
     deviation
-        Other standard deviations of the priors, by name, relative to the model's values [-]; 0 leaves a parameter out,
-        as one that is known.
+        Other standard deviations of the priors, by name, relative to the model's values [-]; 0 leaves a parameter out.
     finer
-        Models that the factors are applied to as well, and that they must leave possible.
+        Finer models that the factors are applied to as well, which limit their bounds.
 
     Raises
     ------
@@ -95,7 +94,7 @@ def calibration_parameters(
     given = dict(deviation or {})
     for name, value in given.items():
         if name not in DEVIATION:
-            raise EffectError(f'"{name}" is no accepted parameter: there are {", ".join(DEVIATION)}')
+            raise EffectError(f'"{name}" is no calibration parameter: there are {", ".join(DEVIATION)}')
         if not (np.isfinite(value) and value >= 0):
             raise EffectError(f"the deviation of {name} is {value:g}: give a relative standard deviation, such as 0.1")
     return tuple(
@@ -120,7 +119,7 @@ def _factor(test_models: Sequence[Model], name: str, deviation: float) -> Effect
 
 def _has(model: Model, name: str) -> bool:
     if name in CONTACT:
-        members = [contact for line in model.lines for contact in contacts(model, line)]
+        members = [contact for line in model.lines for contact in find_contacts(model, line)]
         return any(getattr(contact, CONTACT[name]) for contact in members)
     if name == "zeta":
         return bool(model.system.damping.any())

@@ -13,16 +13,16 @@ from correlation.model import Model
 from correlation.noise.whitening import Whitening
 from correlation.prediction import Prediction, Predictor
 from diagnosis.fit.calibration import Matrix, Search, Vector, inverse
-from diagnosis.fit.tangent import tangents
+from diagnosis.fit.tangent import differentiate
 from diagnosis.fit.unknowns import Unknowns, Values
 
-#: By how much the deviations of numbers are enlarged that a calibration leaves out.
+#: Factor on the deviations of numbers that a calibration leaves out.
 FAINT = 1e3
-#: What a number counts whose steady state is not found, in standard deviations: a model that has none fits badly.
+#: Residual of a number without a steady state, in standard deviations: a model without one fits badly.
 NOT_FOUND = 10.0
 
-#: Step of a difference of predictions, relative to what matters of a number; what Newton's method leaves is
-#: then some 2 % of the slope, and so is the curvature of contacts that begin to slip.
+#: Step of a difference of predictions, relative to the typical size of a parameter; the error of Newton's method is
+#: then some 2 % of the slope, and so is that of the curvature of contacts that begin to slip.
 STEP = 0.01
 
 
@@ -56,12 +56,12 @@ class Comparison:
     search: ClassVar[Search] = Search()
 
     def predict(self, model: Model, before: Prediction | None = None, starts: Values | None = None) -> Prediction:
-        """What the model says; steady states start nowhere.
+        """Steady states of the model, which have no starts.
 
         Raises
         ------
         ModelError
-            Nothing holds it.
+            The structure is not supported.
         """
         del starts
         return self.predictor.predict(model, before)
@@ -71,21 +71,21 @@ class Comparison:
         return self.residual_of(prediction.value)
 
     def residual_of(self, value: Complex[NDArray[np.complex128], " k"]) -> Vector:
-        """The same of any coefficients."""
+        """The same for any coefficients."""
         predicted = self.features.of_values(value)
         there = np.isfinite(predicted)
         residual = self.whitening(np.where(there, self.measured - predicted, 0.0))
         return np.where(there, residual, NOT_FOUND)
 
-    def found(self, prediction: Prediction) -> Bool[NDArray[np.bool_], " m"]:
-        """Which numbers have a prediction."""
+    def has_prediction(self, prediction: Prediction) -> Bool[NDArray[np.bool_], " m"]:
+        """Mask of the numbers that have a prediction."""
         return np.isfinite(self.features.of_values(prediction.value))
 
     def slopes(
         self, unknowns: Unknowns, values: Values, model: Model, prediction: Prediction, first: int = 0
     ) -> Matrix:
         """S^(-1/2) d predicted / d values, from value number `first` on, shape (m, p - first)."""
-        changes = tangents(unknowns.compose, values, unknowns.size, unknowns.bounds, first)
+        changes = differentiate(unknowns.compose, values, unknowns.size, unknowns.bounds, first)
         known = [change for change in changes if change is not None]
         slopes = np.zeros((len(prediction.value), len(changes)), dtype=np.complex128)
         if known:
@@ -97,14 +97,14 @@ class Comparison:
         return self.whitening(np.where(np.isfinite(features), features, 0.0))
 
     def covariance(self, residual: Vector, jacobian: Matrix, size: Values) -> Float[NDArray[np.float64], "p p"]:
-        """From the curvature of chi^2: residuals are in units of their standard deviations."""
+        """Inverse of the curvature of chi^2, as residuals are in standard deviations."""
         del residual
         return inverse(jacobian, size)
 
     def _difference(
         self, unknowns: Unknowns, values: Values, prediction: Prediction, number: int
     ) -> Complex[NDArray[np.complex128], " k"]:
-        """Derivative by a difference of predictions, for a number that moves points."""
+        """Derivative by a difference of predictions, for a parameter that moves points."""
         upper = unknowns.bounds[number][1]
         moved, step = np.array(values), STEP * unknowns.size[number]
         moved[number] += step if values[number] + step <= upper else -step

@@ -1,12 +1,12 @@
-r"""Where along their lines the contacts bear: nearer to the middle, or further out, than they are drawn.
+r"""Position of the contacts along their lines: nearer to the middle, or further out, than in the model.
 
-With the places x_i of a line's contacts measured from the middle of what they carry, the true ones are s x_i. Rows and
-gaps there follow by quadratic interpolation between neighbours; what the contacts share is moved between middle and
+With the places x_i of a line's contacts, measured from the middle of their load, the true ones are s x_i. Rows and gaps
+there follow by quadratic interpolation between neighbours; shares of stiffness and preload are moved between middle and
 ends so that the line keeps its sum and its moment of inertia,
 
 .. math:: \sum_i w_i' = \sum_i w_i, \qquad \sum_i w_i' (s x_i)^2 = \sum_i w_i x_i^2 ,
 
-and with them the stuck structure its stiffness: what changes is when which end slips.
+and with them the stuck structure its stiffness. Only the onset of slip at each end changes.
 """
 
 from dataclasses import replace
@@ -22,12 +22,12 @@ from reduction.jointed_system import FrictionContact, Joint
 Vector = Float[NDArray[np.float64], " n"]
 
 SHARED = ("tangential_stiffness", "normal_stiffness", "preload")
-#: Least part of a share that is left to a contact: all that lies further in must come from those at the ends.
+#: Least part of its share that a contact keeps: what the inner contacts gain, those at the ends lose.
 LEFT = 0.1
 
 
 def with_contact_position(model: Model, factor: float) -> Model:
-    """The model with the contacts of all lines at `factor` times their distance from the middle; 1 changes nothing."""
+    """Model with the contacts of all lines at `factor` times their distance from the middle; 1 changes nothing."""
     if factor == 1.0:
         return model
     moved: dict[str, FrictionContact] = {}
@@ -44,7 +44,7 @@ def with_contact_position(model: Model, factor: float) -> Model:
 
 
 def contact_position_bounds(model: Model, lower: float, upper: float) -> tuple[float, float]:
-    """Factors within the given ones that leave every contact a share, since moments are kept."""
+    """Bounds of the factor within the given ones, such that every contact keeps a share."""
     for names in model.lines.values():
         if len(names) < 3:
             continue
@@ -80,7 +80,7 @@ def _values(contacts: list[FrictionContact], name: str) -> Vector:
 
 
 def _places(contacts: list[FrictionContact]) -> Vector:
-    """Evenly along the line, from the middle of what they carry."""
+    """Even places along the line, from the middle of the load."""
     place, weight = np.linspace(-1, 1, len(contacts)), _values(contacts, "normal_stiffness")
     return np.asarray(place - weight @ place / weight.sum())
 
@@ -90,7 +90,7 @@ def _shared(values: Vector, place: Vector, factor: float) -> Vector:
 
 
 def _rate(values: Vector, place: Vector) -> Vector:
-    """Relative change of each that raises the moment of inertia by itself and keeps the sum."""
+    """Relative change of each share that doubles the moment of inertia and keeps the sum."""
     pattern = bulge(values)
     change = values * pattern @ place**2
     return np.zeros(len(values)) if change == 0 else np.asarray((values @ place**2) / change * pattern)

@@ -1,9 +1,9 @@
-"""A finer model beside the one that is calibrated: what a coarse mesh does that no calibration makes good.
+"""A finer model beside the calibrated one: the error of a coarse mesh that remains after calibration.
 
-A coarse mesh is too stiff, and calibration finds a softer material: most of the error is gone then. What is left has
-little to do with the difference at the same parameters, which is a shifted resonance above all. The finer model is
-therefore calibrated to what the model says before the two are compared, and what its parameters need for it tells how
-uncertain those of the model are.
+A coarse mesh is too stiff, and calibration makes up for most of it by a softer material. The remaining error has little
+to do with the difference at equal parameters, which is mostly a shifted resonance. The finer model is therefore
+calibrated to the prediction of the model before the two are compared; the change of its parameters is a measure of the
+uncertainty of those of the model.
 """
 
 from collections.abc import Sequence
@@ -26,59 +26,61 @@ class FinerModel:
     Parameters
     ----------
     unknowns
-        Its accepted parameters, and effects with the values of the model's own.
-    n_accepted
-        So many of its values, the first ones, are accepted parameters [-].
+        Its calibration parameters, then effects with the values of those of the model.
+    n_calibration
+        Number of calibration parameters, which come first [-].
     shift
-        What its accepted parameters need beyond the model's for it to say the same, shape (n_accepted,); none before
-        it was calibrated.
+        Calibration parameters less those of the model at equal predictions, shape (n_calibration,); none before it is
+        calibrated.
     """
 
     unknowns: Unknowns
-    n_accepted: int
+    n_calibration: int
     shift: Values | None = None
 
     def compose(self, values: Values) -> Model:
-        """The finer model beside the model with these values."""
+        """Finer model for the model with these values."""
         shifted = np.array(values)
         if self.shift is not None:
-            shifted[: self.n_accepted] += self.shift
+            shifted[: self.n_calibration] += self.shift
         return self.unknowns.compose(self.unknowns.clipped(shifted))
 
     def with_effects(self, effects: Sequence[Effect]) -> "FinerModel":
-        """With more effects."""
+        """The same with more effects."""
         return replace(self, unknowns=replace(self.unknowns, effects=(*self.unknowns.effects, *effects)))
 
     def calibrated(self, comparison: Comparison, fit: Fit) -> "FinerModel":
-        """Calibrated to what the model says, from where it was calibrated before; what was added is as it is.
+        """The same calibrated to the prediction of the model, from its last values; added effects stay.
 
         Parameters
         ----------
         comparison
-            Of the measurements; their noise says which differences matter.
+            Comparison with the measurements, whose noise gives the weights.
         fit
-            The model beside them.
+            Fit of the model.
         """
-        n, said = self.n_accepted, comparison.features.of_values(fit.prediction.value)
+        n, predicted = self.n_calibration, comparison.features.of_values(fit.prediction.value)
         if not n:
             return replace(self, shift=np.zeros(0))
         own, added = fit.values[:n], fit.values[n:]
         # The order of the effects matters: damping does not scale a dashpot that was added.
         free = replace(self.unknowns, prior=self.unknowns.prior[:n], centre=own, pinned=tuple(added.tolist()))
-        # What the model does not find tells nothing, whatever was measured there.
-        there = np.isfinite(said)
+        # Points without a steady state of the model have no weight.
+        there = np.isfinite(predicted)
         deviation = comparison.whitening.deviation * np.where(there, 1.0, FAINT)
         target = replace(
-            comparison, measured=np.where(there, said, comparison.measured), whitening=Whitening(deviation=deviation)
+            comparison,
+            measured=np.where(there, predicted, comparison.measured),
+            whitening=Whitening(deviation=deviation),
         )
         start = own if self.shift is None else own + self.shift
         return replace(self, shift=calibrate(target, free, start, fit.prediction, quick=True).values - own)
 
 
-def as_uncertain(fit: Fit, finer: Sequence[FinerModel]) -> Fit:
-    """The fit with accepted parameters that are as uncertain as finer models, which need others, say."""
+def widen_by_finer_models(fit: Fit, finer: Sequence[FinerModel]) -> Fit:
+    """The fit with the covariance of its calibration parameters widened by their shifts in finer models."""
     covariance = np.array(fit.covariance)
     for each in finer:
         if each.shift is not None:
-            covariance[: each.n_accepted, : each.n_accepted] += np.outer(each.shift, each.shift)
+            covariance[: each.n_calibration, : each.n_calibration] += np.outer(each.shift, each.shift)
     return replace(fit, covariance=covariance)

@@ -1,7 +1,7 @@
-"""What repeats differ in, as numbers that a fit may set: the mean of a few repeats is off by a little of each.
+"""Differences between repeats as effects with priors: the mean of a few repeats has a frequency and preload of its own.
 
-Linear modes in the covariance stand for that where a fit moves with them. A model that is tested on other repeats than
-those it was fitted to meets a shift of its own; near a sharp resonance its curvature is larger than the noise.
+The covariance of a fit contains them as linear modes. A test on other repeats fits them instead, since near a sharp
+resonance the curvature of a frequency shift is larger than the noise.
 """
 
 from collections.abc import Sequence
@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectParameter
 
-#: No test bench is worse than this, and a share that matters.
+#: Largest relative difference between repeats of any test bench, and a typical one [-].
 LARGEST, TYPICAL = 0.1, 1e-3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrequencyShift:
-    """The true frequency of all points of one configuration is a little above its label."""
+    """Relative shift of the true frequency of all points of one configuration above its label."""
 
     configuration: str
     kind: str = "jitter"
@@ -32,18 +32,18 @@ class FrequencyShift:
 
     @property
     def name(self) -> str:
-        """Which test."""
+        """Name with the configuration."""
         return f"frequency of the {self.configuration} test"
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """The model read at shifted frequencies."""
+        """Model at shifted frequencies."""
         (shift,) = values
         return model.shifted(self.configuration, shift)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PreloadJitter:
-    """All pre-loads differ together, by given shares of the number."""
+    """Joint change of all preloads, each by its share of the amount."""
 
     shares: tuple[tuple[str, float], ...]
     name: str
@@ -55,7 +55,7 @@ class PreloadJitter:
     )
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
-        """The model with other pre-loads."""
+        """Model with other preloads."""
         (amount,) = values
         for name, share in self.shares:
             if name in model.preloads:
@@ -63,26 +63,28 @@ class PreloadJitter:
         return model
 
 
-def jitter(model: Model, covariances: Sequence[Float[NDArray[np.float64], "q q"]]) -> list[tuple[Effect, float]]:
-    """Effects with the standard deviations of their numbers, for the blocks of `noise.nuisance.jitter_modes`."""
+def list_jitter(model: Model, covariances: Sequence[Float[NDArray[np.float64], "q q"]]) -> list[tuple[Effect, float]]:
+    """Effects with the standard deviations of their numbers, for the blocks of `noise.nuisance.make_jitter_modes`."""
     found: list[tuple[Effect, float]] = []
     for configuration, covariance in zip(("jointed", "free"), covariances, strict=False):
         if covariance[0, 0] > 0:
             found.append((FrequencyShift(configuration=configuration), float(np.sqrt(covariance[0, 0]))))
     if model.lines and len(covariances) > 2:
-        found += preload_jitter(model, covariances[2])
+        found += list_preload_jitter(model, covariances[2])
     return found
 
 
-def preload_jitter(model: Model, covariance: Float[NDArray[np.float64], "q q"]) -> list[tuple[PreloadJitter, float]]:
-    """Patterns in which pre-loads differ, independent of each other, with their standard deviations.
+def list_preload_jitter(
+    model: Model, covariance: Float[NDArray[np.float64], "q q"]
+) -> list[tuple[PreloadJitter, float]]:
+    """Independent patterns of preload differences with their standard deviations.
 
     Parameters
     ----------
     model
-        Whose `presses` differ.
+        Model with its `presses`.
     covariance
-        Of these, shape (q, q).
+        Covariance of their relative differences, shape (q, q) [-].
     """
     sizes, vectors = np.linalg.eigh(covariance)
     return [
@@ -91,7 +93,7 @@ def preload_jitter(model: Model, covariance: Float[NDArray[np.float64], "q q"]) 
                 shares=tuple(
                     (name, float(share)) for group, share in zip(model.presses, vector, strict=True) for name in group
                 ),
-                name=f"pre-loads, pattern {number + 1}",
+                name=f"preloads, pattern {number + 1}",
             ),
             float(np.sqrt(size)),
         )

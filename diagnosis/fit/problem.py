@@ -1,4 +1,4 @@
-"""What a diagnosis works on, whatever was measured: data beside a model, a first fit, and fits with one effect more."""
+"""Interface of a diagnosis to data of any kind: data beside a model, a first fit, and fits with a further effect."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -17,22 +17,23 @@ PerRecord = Float[NDArray[np.float64], " records"]
 
 @dataclass(frozen=True, kw_only=True)
 class Effort:
-    """Which effects of a catalogue are tried with data of one kind, and how hard.
+    """Selection of the effects that are fitted to one kind of data.
 
     Parameters
     ----------
     unseen
-        Standard deviations in all by which an effect of typical strength must move the data to be seen [-].
+        Change of the data by an effect of typical strength below which it is invisible [standard deviations].
     least_left
-        Share of an effect that the fitted numbers must leave for it to be told from them [-].
+        Least share of an effect that the fitted parameters cannot absorb, for it to be distinguishable [-].
     together
         Whether the data can be differentiated with respect to all effects at once.
     best, most
-        Effects of the shortlist that are the best ones, and effects in all [-].
+        Number of best effects of the shortlist, and of all its effects [-].
     worthless
-        Gains that are not worth a fit.
+        Largest gain of chi^2 that does not deserve a fit [-].
     finalists, far_behind
-        Effects of the shortlist that are tested, and by how much chi^2 all but the first two of them may be behind.
+        Number of effects of the shortlist that are tested, and the largest chi^2 that all but the first two of them may
+        be behind the best [-].
     """
 
     unseen: float = 0.3
@@ -52,15 +53,15 @@ class Refit:
     Parameters
     ----------
     effect
-        None for what every fit has, alone.
+        Effect; None for the calibration parameters and added effects alone.
     fit
-        On the training data.
+        Fit to the training data.
     held_chi2
         Reduced chi-squared of the held-out data [-].
     error, held_error
         |measured - predicted| / |measured|, training and held-out [-].
     held_errors, held_names
-        The same of each held-out record, and the names of these; empty where there are none.
+        The same error of each held-out record, and their names; empty without records.
     blocks
         Mean squared residual of each block of the held-out records, shape (b,).
     """
@@ -76,12 +77,12 @@ class Refit:
 
     @property
     def name(self) -> str:
-        """Of the effect; "nothing" without any."""
+        """Name of the effect; "nothing" without one."""
         return "nothing" if self.effect is None else self.effect.name
 
     @property
     def strength(self) -> float:
-        """Of the effect [its unit]."""
+        """Strength of the effect [its unit]."""
         return float(self.fit.values[self._first]) if self.effect is not None else 0.0
 
     @property
@@ -91,7 +92,7 @@ class Refit:
 
     @property
     def _first(self) -> int:
-        """Place of the effect's numbers, which come last."""
+        """Index of the first parameter of the effect, whose parameters come last."""
         return len(self.fit.values) - len(self.effect.parameters if self.effect is not None else ())
 
 
@@ -100,23 +101,23 @@ class Problem(Protocol):
 
     @property
     def effort(self) -> Effort:
-        """Which effects are tried, and how hard."""
+        """Selection of the effects that are fitted."""
         ...
 
     @property
     def train(self) -> Data:
-        """What fits see."""
+        """Training data."""
         ...
 
     @property
     def fit(self) -> Fit:
-        """The first fit, without any further effect."""
+        """First fit, without a further effect."""
         ...
 
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
-        """Calibration parameters and added effects, then others."""
+        """Calibration parameters and added effects, then the given effects."""
         ...
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
-        """A fit with an effect, or without any, on what no fit saw."""
+        """Test of a fit, with an effect or without, on the held-out data."""
         ...

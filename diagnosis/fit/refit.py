@@ -1,6 +1,6 @@
-"""Shortlisted effects fitted in earnest with the accepted parameters, from several starts, tested on held-out data.
+"""Nonlinear fits of shortlisted effects with the calibration parameters, and their test on held-out data.
 
-The screening is linear; a refit has turned its order round more than once. What ranks is the held-out error.
+The screening is linear, so that a refit may change its order; the held-out error ranks the refits.
 """
 
 from collections.abc import Sequence
@@ -14,29 +14,29 @@ from diagnosis.fit.problem import Effort, Problem, Refit
 from diagnosis.keep import Keep, computed
 from diagnosis.screening import Score
 
-#: Beside the best few, others are refitted that are this parallel to one of them and promise this share of its gain.
+#: An effect beside the best few is refitted if it is this parallel to one of them and has this share of its gain.
 PARALLEL, PROMISING = 0.6, 0.5
-#: What acts through stick and slip alone is refitted in any case, up to so many: its derivative may point the wrong
-#: way, and of several lines and weights that of the true one did.
+#: Most effects that act through stick and slip alone and are refitted in any case: their derivative may have the wrong
+#: sign, and had for the true effect among several lines and weights.
 MOST_RUGGED = 8
-#: A fit that gains less than this share of what the screening promised is begun once more, from typical strength.
+#: A fit that gains less than this share of the gain of the screening is started again, from typical strength.
 KEPT = 0.7
-#: chi^2 a number beyond which the best fit has not found the way; then starts at these multiples of typical strength,
-#: to either side, are tried as well: far from the truth chi^2 has many minima, one for each shape of the peaks.
+#: Reduced chi-squared beyond which a fit is lost; starts at these multiples of typical strength, to either side, are
+#: then tried as well: far from the truth chi^2 has many minima, one for each shape of the peaks.
 LOST, LADDER = 2.0, (0.03, 0.1, 0.3, 3.0, 10.0)
 
 
 def shortlist(scores: Sequence[Score], effort: Effort, *, lost: bool = False) -> list[Score]:
-    """Those that a refit may bring to the top.
+    """Scores of effects that a refit may bring to the top.
 
     Parameters
     ----------
     scores
-        Best first.
+        Scores, best first.
     effort
-        How many, and from what gain on.
+        Number of effects, and the least gain.
     lost
-        Whether the model fits badly: the screening is linear, and its order then says less.
+        Whether the model fits badly, so that the order of the linear screening is less reliable.
     """
     n_best = effort.most if lost else effort.best
     best = list(scores[:n_best])
@@ -52,87 +52,87 @@ def shortlist(scores: Sequence[Score], effort: Effort, *, lost: bool = False) ->
 
 
 def baseline_fit(problem: Problem) -> Refit:
-    """The accepted parameters alone."""
+    """Test of the calibration parameters alone."""
     return problem.tested(None, problem.fit)
 
 
-def fitted(problem: Problem, score: Score) -> Fit:
-    """Fit one effect beside the accepted parameters, quickly: good enough to tell who comes into question.
+def fit_effect(problem: Problem, score: Score) -> Fit:
+    """Quick fit of one effect with the calibration parameters, accurate enough to choose the finalists.
 
     Parameters
     ----------
     problem
         Measurements and model.
     score
-        The effect, and where to start.
+        Effect and start.
     """
     return multistart_fit(problem, score, quick_fit(problem, score))
 
 
 def quick_fit(problem: Problem, score: Score) -> Fit:
-    """The quick fit from where the screening saw the effect, and where that keeps little, from typical strength."""
-    effect, accepted = score.effect, problem.fit
-    unknowns, slopes = problem.unknowns([effect]), _slopes(score, accepted)
-    found = calibrate(problem.train, unknowns, score.start, accepted.prediction, slopes=slopes, quick=True)
-    if accepted.chi2 - found.chi2 < KEPT * score.gain:
-        found = min(found, _fitted_from(problem, score, 1.0), key=lambda fit: fit.chi2)
-    return found
+    """Quick fit from the strength of the screening; from typical strength where that gains too little."""
+    effect, baseline = score.effect, problem.fit
+    unknowns, slopes = problem.unknowns([effect]), _slopes(score, baseline)
+    quick = calibrate(problem.train, unknowns, score.start, baseline.prediction, slopes=slopes, quick=True)
+    if baseline.chi2 - quick.chi2 < KEPT * score.gain:
+        quick = min(quick, _fit_from(problem, score, 1.0), key=lambda fit: fit.chi2)
+    return quick
 
 
 def is_lost(problem: Problem, fit: Fit) -> bool:
-    """Whether a fit has not found the way."""
+    """Whether a fit is far from the minimum, by its reduced chi-squared."""
     return fit.chi2 >= LOST * problem.fit.n_number
 
 
-def multistart_fit(problem: Problem, score: Score, found: Fit) -> Fit:
-    """A better quick fit than one that is lost, from starts far and near; the same one where there is none."""
+def multistart_fit(problem: Problem, score: Score, quick: Fit) -> Fit:
+    """Best quick fit from several strengths where the given one is lost; else the given one."""
     if is_lost(problem, problem.fit):
         for share in (sign * step for step in LADDER for sign in (1.0, -1.0)):
-            if not is_lost(problem, found):
+            if not is_lost(problem, quick):
                 break
-            found = min(found, _fitted_from(problem, score, share), key=lambda fit: fit.chi2)
-    return found
+            quick = min(quick, _fit_from(problem, score, share), key=lambda fit: fit.chi2)
+    return quick
 
 
 def multistart_fits(
     problem: Problem, fits: Sequence[tuple[Score, Fit]], keep: Keep = computed
 ) -> list[tuple[Score, Fit]]:
-    """Quick fits of several effects, `multistart_fit` one after another, best first, until one has found the way.
+    """Quick fits of several effects, each by `multistart_fit`, best first, until one is not lost.
 
-    What the others would gain from other starts is then nothing to the verdict: they leave more unexplained than noise
-    does, from where the screening saw them and from typical strength, and one of them does not.
+    Other starts of the remaining effects cannot change the verdict then: from two starts each they leave more than
+    noise, and one effect does not.
 
     Parameters
     ----------
     problem
         Measurements and model.
     fits
-        Each as `quick_fit` left it.
+        Effects with their `quick_fit`.
     keep
-        Looks up what a step gave before, or makes it.
+        Looks up the stored result of a step, or computes it.
     """
-    found = sorted(fits, key=lambda pair: pair[1].chi2)
-    for number, (score, fit) in enumerate(found):
-        if not all(is_lost(problem, each) for _, each in found):
+    ranked = sorted(fits, key=lambda pair: pair[1].chi2)
+    for number, (score, fit) in enumerate(ranked):
+        if not all(is_lost(problem, other) for _, other in ranked):
             break
         wider = keep(f"wider fit of {score.effect.name}", partial(multistart_fit, problem, score, fit))
-        found[number] = (score, wider)
-    return found
+        ranked[number] = (score, wider)
+    return ranked
 
 
-def _fitted_from(problem: Problem, score: Score, share: float) -> Fit:
-    """From a multiple of typical strength, positive to the side where the screening saw the effect."""
-    effect, accepted = score.effect, problem.fit
+def _fit_from(problem: Problem, score: Score, share: float) -> Fit:
+    """Quick fit from a multiple of typical strength, positive to the side of the strength of the screening."""
+    effect, baseline = score.effect, problem.fit
     parameter = effect.parameters[0]
     size = share * abs(parameter.typical - parameter.vanishes)
     other = parameter.vanishes + np.sign(score.strength - parameter.vanishes or 1.0) * size
     rest = [each.vanishes for each in effect.parameters[1:]]
-    start = np.array([*accepted.values, np.clip(other, parameter.lower, parameter.upper), *rest])
-    return calibrate(problem.train, problem.unknowns([effect]), start, accepted.prediction, quick=True)
+    start = np.array([*baseline.values, np.clip(other, parameter.lower, parameter.upper), *rest])
+    return calibrate(problem.train, problem.unknowns([effect]), start, baseline.prediction, quick=True)
 
 
-def finalists(fits: Sequence[tuple[Score, Fit]], effort: Effort) -> list[tuple[Score, Fit]]:
-    """Those of quick fits that are worth a thorough one and a test, best first."""
+def choose_finalists(fits: Sequence[tuple[Score, Fit]], effort: Effort) -> list[tuple[Score, Fit]]:
+    """Quick fits that deserve a thorough fit and a test, best first."""
     best = sorted(fits, key=lambda pair: pair[1].chi2)[: effort.finalists]
     return [pair for place, pair in enumerate(best) if place < 2 or pair[1].chi2 < best[0][1].chi2 + effort.far_behind]
 
@@ -145,24 +145,24 @@ def refit(problem: Problem, score: Score, quick: Fit | None = None) -> Refit:
     problem
         Measurements and model.
     score
-        The effect.
+        Effect.
     quick
-        Its quick fit; made by default.
+        Quick fit of it; computed by default.
     """
-    quick = fitted(problem, score) if quick is None else quick
+    quick = fit_effect(problem, score) if quick is None else quick
     fit = calibrate(problem.train, quick.unknowns, quick.values, quick.prediction, slopes=quick.jacobian)
     return problem.tested(score.effect, fit)
 
 
-def refit_anew(problem: Problem, found: Refit) -> Refit:
-    """An effect fitted again from where it was, to measurements that are weighed otherwise."""
-    fit = calibrate(problem.train, found.fit.unknowns, found.fit.values, found.fit.prediction)
-    return problem.tested(found.effect, fit)
+def refit_anew(problem: Problem, earlier: Refit) -> Refit:
+    """Refit of an effect from an earlier one, to measurements with other weights."""
+    fit = calibrate(problem.train, earlier.fit.unknowns, earlier.fit.values, earlier.fit.prediction)
+    return problem.tested(earlier.effect, fit)
 
 
-def _slopes(score: Score, accepted: Fit) -> Matrix | None:
-    """Jacobian at the start as the screening knows it; none for what it does not."""
+def _slopes(score: Score, baseline: Fit) -> Matrix | None:
+    """Jacobian at the start from the screening; none for an effect of several parameters or without a slope."""
     if len(score.effect.parameters) > 1 or not score.slope.any():
         return None
-    # The effect has no prior: its row below those of the accepted parameters is zero.
-    return np.pad(np.column_stack([accepted.jacobian, score.slope]), ((0, 1), (0, 0)))
+    # The effect has no prior: its row below those of the calibration parameters is zero.
+    return np.pad(np.column_stack([baseline.jacobian, score.slope]), ((0, 1), (0, 0)))

@@ -1,8 +1,8 @@
-"""How a test model's data change with the parameters of what is applied to it.
+"""Derivatives of a model's matrices, loads, joint parameters and gains with respect to the parameters of effects.
 
-Matrices, loads, joint parameters and gains are closed forms of the parameters, so that central differences of them are
-exact to round-off for all that is linear or quadratic. The response is differentiated by the implicit function theorem
-from there (`correlation.prediction`): no second solution, and no derivative that an effect has to bring along.
+They are closed forms of the parameters, so that central differences are exact to round-off for all linear and quadratic
+ones. The response is then differentiated by the implicit function theorem (`correlation.prediction`): without a second
+solution, and without derivatives from the effect.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,25 +23,25 @@ Compose = Callable[[Float[NDArray[np.float64], " p"]], Model]
 STEP = 1e-4
 
 
-def tangents(
+def differentiate(
     compose: Compose,
     values: Float[NDArray[np.float64], " p"],
     size: Float[NDArray[np.float64], " p"],
     bounds: Sequence[tuple[float, float]],
     first: int = 0,
 ) -> list[Tangent | None]:
-    """Rates of a model's data with each parameter; none for one that moves points or directions of joints.
+    """Rates of a model with each parameter; none for a parameter that moves points or directions of joints.
 
     Parameters
     ----------
     compose
-        The model of some parameters.
+        Function from parameters to the model.
     values, size
-        Where, and by how much each may be changed for a difference [unit of each].
+        Parameters, and the typical size of each, shape (p,) [unit of each].
     bounds
-        Within these; a difference at a bound is one-sided.
+        Bounds of the parameters; a difference at a bound is one-sided.
     first
-        Number of the first parameter that is wanted; all by default.
+        Index of the first parameter to differentiate; all by default.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Measurements and the covariance that they are compared with a model by."""
+"""Covariance by which measurements are compared with a model."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,39 +8,47 @@ import numpy as np
 
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
-from correlation.metric.outlier import standing_out
+from correlation.metric.outlier import weigh_outliers
 from correlation.model import Model
-from correlation.noise.kink import REACH, Shift, kink_modes
-from correlation.noise.nuisance import Budget, Modes, budget_modes, curvature_modes, history_modes, jitter_modes
-from correlation.noise.scatter import Scatter, scatter
+from correlation.noise.kink import REACH, Shift, make_kink_modes
+from correlation.noise.nuisance import (
+    Budget,
+    ModelFeatures,
+    Modes,
+    make_budget_modes,
+    make_curvature_modes,
+    make_history_modes,
+    make_jitter_modes,
+)
+from correlation.noise.scatter import Scatter, estimate_scatter
 from correlation.noise.whitening import Whitening
 from correlation.prediction import Prediction, Predictor
 from diagnosis.fit.comparison import Comparison
-from diagnosis.fit.jitter import preload_jitter
+from diagnosis.fit.jitter import list_preload_jitter
 
 #: Friction histories drawn for the covariance, and the seed that they are drawn with.
 DRAWS, SEED = 16, 1
-#: Histories by which the jitter between repeats is told before all of them are drawn with it.
+#: Histories from which the jitter between repeats is estimated before all histories are drawn with it.
 FEW = 4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Measured:
-    """Measurements, how they are compared, and what predicts the same."""
+    """Measurements, their features, and a predictor of the same points."""
 
     observed: Observation
     features: FeatureVector
     predictor: Predictor
 
     @classmethod
-    def of(cls, observed: Observation, sweeps: tuple[int, ...]) -> "Measured":
-        """Prepare measurements that were swept in some directions, see `correlation.feature.observation.followed`."""
-        features = FeatureVector.of(observed.points, observed.value, observed.motion & observed.heard)
+    def prepare(cls, observed: Observation, sweeps: tuple[int, ...]) -> "Measured":
+        """Prepare measurements that were swept in these directions, +1 up and -1 down."""
+        features = FeatureVector.choose(observed.points, observed.value, observed.motion & observed.heard)
         return cls(observed=observed, features=features, predictor=Predictor(points=observed.points, sweeps=sweeps))
 
 
 def weighted(
-    of: Measured,
+    measured: Measured,
     model: Model,
     prediction: Prediction,
     budget: Budget,
@@ -49,42 +57,43 @@ def weighted(
     *,
     fitted: bool = True,
 ) -> tuple[Comparison, Scatter]:
-    """The comparison with noise, jitter, friction histories and numerical error in its covariance, and the jitter.
+    """Comparison with noise, jitter, friction histories and numerical error in its covariance, and the jitter.
 
     Parameters
     ----------
-    of
+    measured
         Measurements.
     model, prediction
-        Where modes are taken.
+        Model whose modes are taken, and its prediction.
     budget
         Numerical error.
     refined
         Finer models with the parameters of `model`.
     n_draw
-        Friction histories.
+        Number of friction histories.
     fitted
-        Whether the model was calibrated before, so that states that it misses stand out.
+        Whether the model is calibrated, so that states far from their neighbours get less weight.
     """
-    repeats = jitter_modes(of.predictor, of.features, model, prediction)
-    errors = budget_modes(of.predictor, of.features, model, prediction, budget, refined)
-    history = partial(history_modes, of.predictor, of.features, model, prediction)
-    seen = scatter(of.observed, of.features, repeats, history(min(n_draw, FEW), SEED), errors)
+    nominal = ModelFeatures(measured.predictor, measured.features, model, prediction)
+    repeats = make_jitter_modes(nominal)
+    errors = make_budget_modes(nominal, budget, refined)
+    history = partial(make_history_modes, nominal)
+    seen = estimate_scatter(measured.observed, measured.features, repeats, history(min(n_draw, FEW), SEED), errors)
     if n_draw > FEW:
         pressed = seen.jitter[2] if len(seen.jitter) > 2 else None
-        seen = scatter(of.observed, of.features, repeats, history(n_draw, SEED, pressed), errors)
+        seen = estimate_scatter(measured.observed, measured.features, repeats, history(n_draw, SEED, pressed), errors)
     jitter = {name: float(np.sqrt(each[0, 0])) for name, each in zip(("jointed", "free"), seen.jitter, strict=False)}
-    bent = curvature_modes(of.predictor, of.features, model, prediction, jitter)
+    bent = make_curvature_modes(nominal, jitter)
     shifts = _shifts(model, repeats, seen)
-    n_repeat = float(np.median(of.observed.count))
-    kinks = kink_modes(of.predictor, of.features, prediction, shifts, seen.whitening.deviation, n_repeat)
+    n_repeat = float(np.median(measured.observed.count))
+    kinks = make_kink_modes(nominal, shifts, seen.whitening.deviation, n_repeat)
     seen = seen._replace(whitening=seen.whitening.with_modes(np.column_stack([bent, kinks])))
     comparison = Comparison(
-        observed=of.observed,
-        features=of.features,
-        measured=of.features.of_repeats(of.observed.repeat, of.observed.taken),
+        observed=measured.observed,
+        features=measured.features,
+        measured=measured.features.of_repeats(measured.observed.repeat, measured.observed.taken),
         whitening=seen.whitening,
-        predictor=of.predictor,
+        predictor=measured.predictor,
         noise=seen.noise,
     )
     if fitted:
@@ -93,19 +102,19 @@ def weighted(
 
 
 def _steadied(comparison: Comparison, prediction: Prediction) -> Comparison:
-    """With less weight for states that stand out."""
-    factor = standing_out(comparison.features, comparison.residual(prediction))
+    """The comparison with less weight for outlying states."""
+    factor = weigh_outliers(comparison.features, comparison.residual(prediction))
     whitening = Whitening(deviation=comparison.whitening.deviation * factor, modes=comparison.whitening.modes)
     return replace(comparison, whitening=whitening)
 
 
 def _shifts(model: Model, repeats: Sequence[Modes], seen: Scatter) -> list[Shift]:
-    """The frequency of the jointed test, and what the pre-loads do most, by `REACH` standard deviations."""
+    """Shifts by `REACH` standard deviations: of the frequency of the jointed test, and the largest one of preloads."""
     found, size = [], REACH * float(np.sqrt(seen.jitter[0][0, 0]))
     if size:
         ends = (model.shifted("jointed", size), model.shifted("jointed", -size))
         found.append(Shift(models=ends, change=repeats[0][:, 0] * size))
-    if len(seen.jitter) > 2 and (patterns := preload_jitter(model, seen.jitter[2])):
+    if len(seen.jitter) > 2 and (patterns := list_preload_jitter(model, seen.jitter[2])):
         effect, deviation = max(patterns, key=lambda each: each[1])
         size = REACH * deviation
         along = np.array([dict(effect.shares)[group[0]] for group in model.presses])

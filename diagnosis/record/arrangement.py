@@ -1,4 +1,4 @@
-"""Training and held-out records beside a model whose accepted parameters are fitted."""
+"""Training and held-out records beside a model whose calibration parameters are fitted."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
 from correlation.model import DERIVATIVE, Model, Sensor
-from correlation.record_prediction import STEPS, drive
-from correlation.record_propagator import propagator
+from correlation.record_prediction import STEPS, prepare_drive
+from correlation.record_propagator import make_propagator
 from diagnosis.candidate.effect import Effect, Untestable
-from diagnosis.candidate.scale import scale
+from diagnosis.candidate.scale import measure_scale
 from diagnosis.fit.arrangement import Added
 from diagnosis.fit.calibration import Fit, calibrate
 from diagnosis.fit.problem import Effort, Refit
@@ -23,54 +23,54 @@ from diagnosis.record.comparison import RecordComparison
 from geometry.errors import InputError
 from hbsolve.errors import ModelError
 
-#: Share of an effect that must be left by the fitted numbers for it to be told from them: below, it is numerical error.
+#: Least share of an effect that the fitted parameters cannot absorb, for it to be distinguishable from numerical error.
 LEFT = 1e-4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecordArrangement:
-    """What a diagnosis of time records works on.
+    """Records and model of a diagnosis.
 
     Parameters
     ----------
     base
         Model without the added effects.
-    accepted
-        Parameters that are always fitted.
+    calibration
+        Calibration parameters, which every fit sets.
     added
-        Effects that were added before.
-    train, held
-        Records.
+        Effects added in earlier rounds.
+    train, held_out
+        Training records and held-out records.
     fit
-        Of the accepted parameters and the added effects.
+        Fit of the calibration parameters and the added effects.
     """
 
     base: Model
-    accepted: tuple[Effect, ...]
+    calibration: tuple[Effect, ...]
     added: tuple[Added, ...]
     train: RecordComparison
-    held: RecordComparison
+    held_out: RecordComparison
     fit: Fit
 
-    #: What is left of a record is coloured: no gain of its squared error says by itself that it is worth a fit.
+    #: The residual of a record is coloured: no gain of its squared error alone justifies or excludes a fit.
     effort: ClassVar[Effort] = Effort(
         unseen=0.0, least_left=LEFT, together=False, best=4, most=4, worthless=0.0, finalists=4, far_behind=np.inf
     )
 
     def unknowns(self, effects: Sequence[Effect]) -> Unknowns:
-        """Where ring-downs start, accepted parameters, added effects, then others; a record outweighs all priors."""
-        applied = [*self.accepted, *(each.effect for each in self.added), *effects]
-        return Unknowns.of(self.base, (), applied, self.train.n_start)
+        """Starts of ring-downs, calibration parameters, added effects, then others; a record outweighs all priors."""
+        applied = [*self.calibration, *(each.effect for each in self.added), *effects]
+        return Unknowns.from_effects(self.base, (), applied, self.train.n_start)
 
     def tested(self, effect: Effect | None, fit: Fit) -> Refit:
-        """On the held-out records; ring-downs among them may start where they did."""
-        held = self.held
+        """Test on the held-out records; starts of ring-downs among them are fitted."""
+        held = self.held_out
         try:
             residual = held.predict(fit.model).residual
             if held.n_start:
-                starts = Unknowns.of(fit.model, (), (), held.n_start)
+                starts = Unknowns.from_effects(fit.model, (), (), held.n_start)
                 residual = calibrate(held, starts, starts.vanishing).residual[: len(residual)]
-        except ModelError:  # it runs away on what it was not fitted to
+        except ModelError:  # it diverges on records that it was not fitted to
             residual = np.full(len(held.block), np.inf)
         errors = held.errors(residual)
         return Refit(
@@ -81,7 +81,7 @@ class RecordArrangement:
         )  # fmt: skip
 
     def testable(self, effects: Sequence[Effect]) -> tuple[tuple[Effect, ...], tuple[Untestable, ...]]:
-        """Effects that a march through time can take, and the others with the reason."""
+        """Effects that a march through time allows, and the others with the reason."""
         found, left = [], []
         for effect in effects:
             unknowns = self.unknowns([effect])
@@ -92,7 +92,7 @@ class RecordArrangement:
             try:
                 for each in self.train.drives:
                     models = (unknowns.compose(end) for end in ends)
-                    before, after = (propagator(model, each.sensors, each.record.step) for model in models)
+                    before, after = (make_propagator(model, each.sensors, each.record.step) for model in models)
                     before.rate(after, 1.0)
             except InputError as reason:
                 left.append(Untestable(name=effect.name, reason=str(reason)))
@@ -104,38 +104,38 @@ class RecordArrangement:
 def arrange_records(
     base: Model,
     records: Sequence[TimeRecord],
-    accepted: Sequence[Effect],
+    calibration: Sequence[Effect],
     *,
     added: Sequence[Added] = (),
     run_in: float = 0.0,
     noise: Mapping[str, float] | None = None,
     steps: int = STEPS,
 ) -> RecordArrangement:
-    """Fit the accepted parameters, and added effects beside them.
+    """Fit the calibration parameters, and added effects beside them.
 
     Parameters
     ----------
     base
         Model without the added effects.
     records
-        Some of them held out.
-    accepted
-        Parameters that are always fitted, such as `calibration_parameters(base)` and the gain of a sensor.
+        Records, some of them held out.
+    calibration
+        Parameters of every fit, such as `list_calibration_parameters(base)` and the gain of a sensor.
     added
-        Effects that were added before.
+        Effects added in earlier rounds.
     run_in
-        What is not compared at the beginning of records with a force [s].
+        Duration at the beginning of records with a force that is not compared [s].
     noise
         Standard deviation of the noise of sensors, by name [unit of the record]; none if it is not known.
     steps
-        Of the march a sample [-].
+        Steps of the march per sample [-].
 
     Raises
     ------
     CampaignError
         No record to train on, or none held out.
     """
-    drives = [drive(each, run_in=run_in if each.force is not None else 0.0, steps=steps) for each in records]
+    drives = [prepare_drive(each, run_in=run_in if each.force is not None else 0.0, steps=steps) for each in records]
     given = dict(noise or {})
     known = {name for each in drives for name in each.sensors}
     for name in given:
@@ -147,9 +147,9 @@ def arrange_records(
     for group, what in zip(groups, ("held out", "for training"), strict=True):
         if not group:
             raise CampaignError(f"all {len(drives)} records are {what}: a fit is trained on some and tested on others")
-    train, held = (RecordComparison.of(group, base, given) for group in groups)
-    unknowns = Unknowns.of(base, (), [*accepted, *(each.effect for each in added)], train.n_start)
-    n_own = train.n_start + sum(len(each.parameters) for each in accepted)
+    train, held = (RecordComparison.prepare(group, base, given) for group in groups)
+    unknowns = Unknowns.from_effects(base, (), [*calibration, *(each.effect for each in added)], train.n_start)
+    n_own = train.n_start + sum(len(each.parameters) for each in calibration)
     start = np.concatenate([unknowns.vanishing[:n_own], *(each.values for each in added)])
     try:
         fit = calibrate(train, unknowns, start)
@@ -159,7 +159,9 @@ def arrange_records(
             "the model runs away where the fit starts: its values there are "
             + ", ".join(f"{name} {value:.4g}" for name, value in values)
         ) from error
-    return RecordArrangement(base=base, accepted=tuple(accepted), added=tuple(added), train=train, held=held, fit=fit)
+    return RecordArrangement(
+        base=base, calibration=tuple(calibration), added=tuple(added), train=train, held_out=held, fit=fit
+    )
 
 
 def _root_mean_square(errors: Float[NDArray[np.float64], " records"]) -> float:
@@ -167,11 +169,11 @@ def _root_mean_square(errors: Float[NDArray[np.float64], " records"]) -> float:
 
 
 def record_level(base: Model, records: Sequence[TimeRecord]) -> float:
-    """Harmonic force at the first resonance that would move the sensors as far as the records show [N, or V].
+    """Harmonic force at the first resonance that would move the sensors as far as in the records [N, or V].
 
-    Typical strengths of nonlinear effects are reckoned at it.
+    Typical strengths of nonlinear effects are computed at it.
     """
-    size = scale(base)
+    size = measure_scale(base)
     resonance = size.resonances[0]
     levels = []
     for record in records:
@@ -187,7 +189,7 @@ def record_level(base: Model, records: Sequence[TimeRecord]) -> float:
 
 
 def about_mean(record: TimeRecord) -> TimeRecord:
-    """The record with the mean of its force taken off: the offset of an amplifier is no force."""
+    """Record without the mean of its force, which is the offset of an amplifier."""
     if record.force is None:
         return record
     values = np.array(record.values)
@@ -197,7 +199,7 @@ def about_mean(record: TimeRecord) -> TimeRecord:
 
 
 def stretch(record: TimeRecord, first: int, last: int, *, name: str, held_out: bool) -> TimeRecord:
-    """Samples `first` to `last` (not included) of a record as one of their own."""
+    """Samples `first` to `last` (not included) of a record as a new record."""
     if not 0 <= first < last <= len(record.time):
         raise CampaignError(
             f'record "{record.name}" has samples 0 to {len(record.time) - 1}: {first} to {last - 1} are not in it'

@@ -1,4 +1,4 @@
-r"""Time records beside a model: residuals, their blocks in time, and where ring-downs start from.
+r"""Comparison of time records with a model: residuals, their blocks in time, and starts of ring-downs.
 
 Each sensor is compared about its mean, since amplifiers drift, and in units of its root mean square, so that a squared
 residual, averaged, is a squared relative error. What is left is coloured (the model's own error, most of all), so that
@@ -22,15 +22,14 @@ from scipy.linalg import eigh
 
 from correlation.errors import CampaignError
 from correlation.model import Model
-from correlation.record_prediction import Drive, Samples, predict_record, record_rates
+from correlation.record_prediction import Drive, Samples, predict_rates, predict_record
 from diagnosis.fit.calibration import Matrix, Search, Vector
 from diagnosis.fit.unknowns import Unknowns, Values
 from hbsolve.errors import ModelError
 
-#: Blocks that each record is cut into, so that a sum over blocks has a scatter of its own whatever the residual's
-#: correlation in time.
+#: Blocks per record, whose scatter gives that of their sum whatever the correlation of the residual in time.
 BLOCKS = 20
-#: Modes, at most, that a ring-down may start in.
+#: Largest number of modes of the start of a ring-down.
 MODES = 6
 #: Step of the differences of matrices and joint parameters, relative to the size of each number.
 STEP = 1e-4
@@ -38,12 +37,12 @@ STEP = 1e-4
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecordPrediction:
-    """What a model answers to the forces of records.
+    """Response of a model to the forces of records.
 
     Parameters
     ----------
     starts
-        Where ring-downs start, shape (n_start,).
+        Starts of ring-downs, shape (n_start,).
     residual
         (measured - predicted) in units of each sensor, shape (m,).
     """
@@ -54,14 +53,14 @@ class RecordPrediction:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecordComparison:
-    """Records to compare with.
+    """Records to compare a model with.
 
     Parameters
     ----------
     drives
-        Each record with its force.
+        Records with their forces.
     basis
-        Of each record: states that it may start in beside rest, shape (b, 2 r); none where a force drives.
+        Basis of the start of each record, shape (b, 2 r); empty for records with a force, which start at rest.
     noise
         Standard deviation of each sensor, by name [its unit]; 0 if it is not known.
     """
@@ -73,7 +72,7 @@ class RecordComparison:
     search: ClassVar[Search] = Search(steps=40, failures=12, gain=0.0, share=1e-7, updated=False)
 
     @classmethod
-    def of(cls, drives: Sequence[Drive], model: Model, noise: dict[str, float]) -> "RecordComparison":
+    def prepare(cls, drives: Sequence[Drive], model: Model, noise: dict[str, float]) -> "RecordComparison":
         """Records of a model; those without a force start in its lowest modes.
 
         Raises
@@ -90,7 +89,7 @@ class RecordComparison:
 
     @property
     def n_start(self) -> int:
-        """Numbers that say where ring-downs start."""
+        """Number of parameters of the starts of ring-downs [-]."""
         return sum(len(each) for each in self.basis)
 
     @property
@@ -106,7 +105,7 @@ class RecordComparison:
 
     @property
     def floor(self) -> Float[NDArray[np.float64], " records"]:
-        """Relative error of each record that is noise [-]."""
+        """Relative error of each record by noise, shape (n_record,) [-]."""
         ratios = [
             [self.noise.get(name, 0.0) / size for name, size in zip(each.sensors, _size(each), strict=True)]
             for each in self.drives
@@ -114,12 +113,12 @@ class RecordComparison:
         return np.array([np.sqrt(np.mean(np.square(each))) for each in ratios])
 
     def predict(self, model: Model, before: Any = None, starts: Values | None = None) -> RecordPrediction:
-        """What the model answers where ring-downs start from `starts`, or from rest.
+        """Response of the model with ring-downs from `starts`, or from rest.
 
         Raises
         ------
         ModelError
-            It runs away.
+            The model diverges.
         """
         del before
         begin = np.zeros(self.n_start) if starts is None else starts
@@ -135,14 +134,14 @@ class RecordComparison:
         """(measured - predicted) in units of each sensor, shape (m,)."""
         return prediction.residual
 
-    def found(self, prediction: RecordPrediction) -> NDArray[np.bool_]:
-        """All numbers: a model that runs away has no prediction at all."""
+    def has_prediction(self, prediction: RecordPrediction) -> NDArray[np.bool_]:
+        """All numbers: a model that diverges has no prediction at all."""
         return np.ones(len(prediction.residual), dtype=bool)
 
     def slopes(
         self, unknowns: Unknowns, values: Values, model: Model, prediction: RecordPrediction, first: int = 0
     ) -> Matrix:
-        """Rates of the predictions with where ring-downs start and with the values of effects, shape (m, p - first)."""
+        """Derivatives of the predictions by starts of ring-downs and values of effects, shape (m, p - first)."""
         n, pairs = unknowns.n_start, []
         for number, ((lower, upper), size) in enumerate(zip(unknowns.bounds, unknowns.size, strict=True)):
             if number < max(first, n):
@@ -154,7 +153,7 @@ class RecordComparison:
         rows, done = [], 0
         for each, start, basis in zip(self.drives, self._split(prediction.starts), self.basis, strict=True):
             wanted = basis[:0] if first >= n else basis
-            rates = record_rates(model, each, pairs, start, wanted)
+            rates = predict_rates(model, each, pairs, start, wanted)
             weighted = np.array([_weighted(each, rate) for rate in rates]).reshape(len(rates), each.measured.size)
             table = np.zeros((each.measured.size, n + len(pairs)))
             table[:, n:] = weighted[: len(pairs)].T

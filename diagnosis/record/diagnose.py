@@ -1,11 +1,11 @@
-"""One round of diagnosis on time records, or one after another until nothing more passes the gate."""
+"""Diagnosis of time records: one round, or rounds until no further effect passes the gate."""
 
 from collections.abc import Collection, Mapping, Sequence
 from typing import TypeAlias, TypedDict, Unpack
 
 from correlation.campaign.time_record import TimeRecord
 from correlation.model import Model
-from diagnosis.candidate.catalogue import Catalogue, Extra, catalogue
+from diagnosis.candidate.catalogue import Catalogue, Extra, list_effects
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, Report, Shares, screen_and_refit
@@ -29,7 +29,7 @@ class Preparation(TypedDict, total=False):
 
 
 class Options(Preparation, total=False):
-    """What is the same in all rounds, see `diagnose_records`."""
+    """Options of all rounds, see `diagnose_records`."""
 
     without: Collection[str]
     extra: Sequence[Extra]
@@ -37,14 +37,14 @@ class Options(Preparation, total=False):
     report: Report | None
 
 
-def next_added(found: RecordDiagnosis) -> tuple[Added, ...]:
-    """Effects for the next round: those that were there, and the one that was found."""
-    arrangement = found.arrangement
-    if found.verdict.finding is not Finding.MISSING:
+def next_added(diagnosis: RecordDiagnosis) -> tuple[Added, ...]:
+    """Added effects of the next round: those of this one, and the missing effect that it names."""
+    arrangement = diagnosis.arrangement
+    if diagnosis.verdict.finding is not Finding.MISSING:
         return arrangement.added
-    best = found.verdict.effects[0]
+    best = diagnosis.verdict.effects[0]
     assert best.effect is not None
-    first = best.fit.unknowns.n_start + sum(len(each.parameters) for each in arrangement.accepted)
+    first = best.fit.unknowns.n_start + sum(len(each.parameters) for each in arrangement.calibration)
     added = []
     for effect in (*(each.effect for each in arrangement.added), best.effect):
         last = first + len(effect.parameters)
@@ -56,7 +56,7 @@ def next_added(found: RecordDiagnosis) -> tuple[Added, ...]:
 def diagnose_records(
     base: Model,
     records: Sequence[TimeRecord],
-    accepted: Sequence[Effect],
+    calibration: Sequence[Effect],
     *,
     added: Sequence[Added] = (),
     without: Collection[str] = (),
@@ -65,62 +65,62 @@ def diagnose_records(
     report: Report | None = None,
     **preparation: Unpack[Preparation],
 ) -> RecordDiagnosis:
-    """Say what is missing.
+    """Diagnose which effect is missing from a model: one round.
 
     Parameters
     ----------
     base
         Model without the added effects; records drive it along its harmonic force of 1 N.
     records
-        Those to train on, and those held out.
-    accepted
-        Parameters that are always fitted, without priors.
+        Training records and held-out records.
+    calibration
+        Parameters of every fit, without priors.
     added
-        Effects that were added before; they are fitted again with everything else.
+        Effects added in earlier rounds; they are fitted again with everything else.
     without, extra
-        Kinds to leave out, and effects of one's own.
+        Kinds of effects to leave out, and the user's own effects.
     units
-        What "N" and "m" are in a model that is not in SI, such as {"N": "V", "m": "V"}; for the verdict's words.
+        Names of "N" and "m" in a model that is not in SI, such as {"N": "V", "m": "V"}, for the verdict.
     report
         Called before each step.
     preparation
         `run_in`, `noise` and `steps`, as in `diagnosis.record.arrangement.arrange_records`.
     """
-    tell = report or (lambda _what, _share: None)
-    tell("fitting the calibration parameters", 0.0)
-    arrangement = arrange_records(base, records, accepted, added=added, **preparation)
-    there = {each.effect.name for each in added} | {each.name for each in accepted}
-    listed = catalogue(base, without=without, extra=extra, level=record_level(base, records))
-    tell("looking which effects the records can show", 0.2)
+    report_step = report or (lambda _what, _share: None)
+    report_step("fitting the calibration parameters", 0.0)
+    arrangement = arrange_records(base, records, calibration, added=added, **preparation)
+    there = {each.effect.name for each in added} | {each.name for each in calibration}
+    listed = list_effects(base, without=without, extra=extra, level=record_level(base, records))
+    report_step("selection of the effects that the records can show", 0.2)
     effects, left = arrangement.testable([each for each in listed.candidates if each.name not in there])
-    scores, before, refits = screen_and_refit(arrangement, effects, computed, tell, SHARES)
+    scores, before, refits = screen_and_refit(arrangement, effects, computed, report_step, SHARES)
     refits.sort(key=lambda refit: refit.held_error)
     return Diagnosis(
         arrangement=arrangement, catalogue=Catalogue(candidates=effects, untestable=(*listed.untestable, *left)),
         scores=tuple(scores), before=before, refits=tuple(refits),
-        verdict=judge_records(before, refits, arrangement.held.floor, scores, units),
+        verdict=judge_records(before, refits, arrangement.held_out.floor, scores, units),
     )  # fmt: skip
 
 
 def record_rounds(
     base: Model,
     records: Sequence[TimeRecord],
-    accepted: Sequence[Effect],
+    calibration: Sequence[Effect],
     *,
     most: int = 3,
     **options: Unpack[Options],
 ) -> list[RecordDiagnosis]:
-    """Add what is found and look again, until nothing more passes the gate or two effects cannot be told apart.
+    """Add the missing effect and diagnose again, until none passes the gate or several cannot be distinguished.
 
     Parameters
     ----------
     most
-        Rounds at most.
-    base, records, accepted, options
+        Largest number of rounds [-].
+    base, records, calibration, options
         As in `diagnose_records`.
     """
     rounds: list[RecordDiagnosis] = []
     while len(rounds) < most and (not rounds or rounds[-1].verdict.finding is Finding.MISSING):
         added = next_added(rounds[-1]) if rounds else ()
-        rounds.append(diagnose_records(base, records, accepted, added=added, **options))
+        rounds.append(diagnose_records(base, records, calibration, added=added, **options))
     return rounds

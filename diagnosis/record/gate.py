@@ -1,12 +1,12 @@
-"""The gate of time records: what the error on records that no fit saw must do before an effect is named.
+"""Gate of time records: conditions on the held-out error for an effect to be named.
 
-What a model leaves of a record is coloured, and mostly the model's own error: a nominal test would claim all and
-everything. The held-out error must therefore fall to `RATIO` of its excess over the noise, and do so all over these
-records: each of their blocks votes by (e0 - e1) / (e0 + e1), e the mean squared error before and after, and the mean
-vote must be above zero by `SURE` times its standard error.
+The residual of a record is coloured, and mostly the model's own error, so that a nominal test would accept any effect.
+The excess of the held-out error over the noise must therefore fall to `RATIO`, throughout these records: each of their
+blocks votes by (e0 - e1) / (e0 + e1), e the mean squared error before and after, and the mean vote must be above zero
+by `SURE` times its standard error.
 
-Where the noise is known there is a second gate behind the first: an effect that leaves more than `PART` of the excess,
-and that above the noise, is a stand-in for another, as a linear spring is for a cubic one at a single level.
+Where the noise is known there is a second condition: an effect that leaves more than `PART` of the excess, above the
+noise, stands in for another, as a linear spring does for a cubic one at a single level.
 """
 
 import re
@@ -22,28 +22,28 @@ from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable
 from diagnosis.fit.problem import PerRecord, Refit
 from diagnosis.screening import Score
 
-#: Of the excess held-out error: what must be left at most.
+#: Largest share of the excess held-out error that an effect may leave to pass.
 RATIO = 0.8
 #: Error of an effect, relative to all else, that takes this ratio off when it is fitted: 1 / r^2 = 1 + x^2.
 DOUBT = (RATIO**-2 - 1) ** 0.5
-#: Held-out error that is none: a fit ends, and a march rounds off, with this much [-].
+#: Held-out error that counts as zero: remainder of a fit, and round-off of a march [-].
 NONE = 1e-6
-#: Of the excess held-out error: what an effect may leave at most and still be named, where the noise is known.
+#: Largest share of the excess held-out error that a named effect may leave, where the noise is known.
 PART = 0.5
-#: Standard errors of the blocks' mean vote; with less than that two effects cannot be told apart.
+#: Least mean vote of the blocks in standard errors; below it two effects cannot be distinguished.
 SURE = 4.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HeldOutGate:
-    """Lets effects pass that lower the held-out error of records, of which some shares are noise.
+    """Gate for effects that lower the held-out error of records, of which known shares are noise.
 
     Parameters
     ----------
     before
-        The calibration parameters and the added effects alone.
+        Fit of the calibration parameters and the added effects alone.
     floor
-        Share of each held-out record that is noise; 0 where it is not known [-].
+        Share of noise in each held-out record; 0 where it is not known [-].
     """
 
     before: Refit
@@ -55,26 +55,26 @@ class HeldOutGate:
         return float(np.mean(self.floor**2))
 
     def passes(self, refit: Refit) -> bool:
-        """Whether the excess falls to `RATIO`, and surely so."""
+        """Whether the excess falls to `RATIO`, and significantly so."""
         excess, left = self.before.held_error**2 - self.noise, refit.held_error**2 - self.noise
         falls = excess > NONE**2 and left <= RATIO**2 * excess
         return bool(falls and _surely_better(self.before.blocks, refit.blocks))
 
     def explains(self, refit: Refit) -> bool:
-        """Whether little is left but noise, as far as that is known."""
+        """Whether the remaining error is mostly noise, as far as that is known."""
         left = refit.held_error**2 - self.noise
         return not self._loud(refit) or bool(left <= PART**2 * (self.before.held_error**2 - self.noise))
 
     def is_alike(self, best: Refit, other: Refit) -> bool:
-        """Whether another one explains as well, and the best is not surely better."""
+        """Whether another effect explains as well, and the best is not significantly better."""
         return self.explains(other) and not _surely_better(other.blocks, best.blocks)
 
     def is_unexplained(self) -> bool:
-        """Whether there is at least as much again as the noise."""
+        """Whether the error without an effect is at least twice the noise in mean square."""
         return self._loud(self.before)
 
     def _loud(self, refit: Refit) -> bool:
-        """Whether there is at least as much again as the noise; no where that is not known."""
+        """Whether the error is at least twice the noise in mean square; false where the noise is not known."""
         return bool(self.noise and refit.held_error**2 > 2 * self.noise)
 
 
@@ -85,27 +85,27 @@ def judge_records(
     scores: Sequence[Score] = (),
     units: Mapping[str, str] | None = None,
 ) -> Verdict:
-    """Send refits through the gate.
+    """Verdict of the gate.
 
     Parameters
     ----------
     before
-        The calibration parameters and the added effects alone.
+        Fit of the calibration parameters and the added effects alone.
     refits
-        Best first.
+        Refits, best first.
     floor
-        Share of each held-out record that is noise [-].
+        Share of noise in each held-out record [-].
     scores
-        Of all candidates.
+        Scores of all candidates.
     units
-        What "N" and "m" are in a model that is not in SI, such as {"N": "V", "m": "V"} in a record in volts.
+        Names of "N" and "m" in a model that is not in SI, such as {"N": "V", "m": "V"} in a record in volts.
     """
     gate = HeldOutGate(before=before, floor=floor)
     finding, effects = find(gate, refits)
     tried = [*(score.effect for score in scores), *(refit.effect for refit in refits)]
     given = {effect.name: effect.parameters[0].unit for effect in tried if effect is not None}
     seen = [score for score in scores if score.size]
-    # The squared error that an effect makes when it is taken away, in the units of its screening.
+    # Squared error by an effect that is removed, in the units of its screening.
     enough = (DOUBT * before.held_error) ** 2 * before.fit.n_number if seen else 0.0
     return Verdict(
         finding=finding, effects=effects, before=before, detectable=smallest_detectable(seen, enough),
@@ -115,7 +115,7 @@ def judge_records(
 
 
 def named_unit(unit: str, names: Mapping[str, str]) -> str:
-    """A unit of SI where "N" and "m" are called otherwise."""
+    """Unit of SI with other names for "N" and "m"."""
     if names:
         unit = re.sub(r"\bkg\b", "N s^2/m", unit)
         unit = re.sub(r"\b[Nm]\b", lambda found: names.get(found[0], found[0]), unit)
@@ -123,7 +123,7 @@ def named_unit(unit: str, names: Mapping[str, str]) -> str:
 
 
 def _reason(finding: Finding, gate: HeldOutGate, refits: Sequence[Refit]) -> str:
-    """In words, where no effect is named."""
+    """Finding in words, where no effect is named."""
     best = "no candidate would lower it"
     if refits:
         best = f"the best candidate, {refits[0].name}, leaves {100 * refits[0].held_error:.2g} %"
@@ -136,7 +136,7 @@ def _reason(finding: Finding, gate: HeldOutGate, refits: Sequence[Refit]) -> str
 
 
 def _surely_better(before: Float[NDArray[np.float64], " b"], after: Float[NDArray[np.float64], " b"]) -> bool:
-    """Whether the blocks vote for the second by more than their scatter."""
+    """Whether the blocks vote for the second significantly."""
     if not np.isfinite(before).all():
         return bool(np.isfinite(after).all())
     if not np.isfinite(after).all():

@@ -1,9 +1,9 @@
 r"""Detection thresholds of one layout of tests, sensors and model, by a bootstrap of the whole procedure.
 
-Campaigns are drawn anew from the calibrated model, without any effect (see `simulation`); then all is done as
-with measured ones: noise from the repeats, calibration, screening, refits, the test on held-out data, unknown forces.
-The largest gain of each draw is the largest of many variables, so that its distribution is taken as Gumbel's, and some
-dozens of draws tell its tail:
+Campaigns are simulated from the calibrated model, without any effect (see `simulation`), and diagnosed like measured
+ones: noise from the repeats, calibration, screening, refits, the test on held-out data, unknown forces. The largest
+gain of each campaign is the largest of many variables, so that its distribution is taken as Gumbel's, whose tail
+follows from some dozens of campaigns:
 
 .. math:: P(g < x) = \exp(-e^{-(x - m) / s}), \qquad s = \sqrt 6\, \sigma_g / \pi, \qquad m = \bar g - \gamma s .
 
@@ -23,32 +23,33 @@ from scipy.stats import chi2
 
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.rules import gain, held_gain, misfit
-from diagnosis.fit.arrangement import arranged_anew
-from diagnosis.fit.refit import baseline_fit, finalists, fitted, refit, shortlist
+from diagnosis.fit.arrangement import arrange_anew
+from diagnosis.fit.refit import baseline_fit, choose_finalists, fit_effect, refit, shortlist
 from diagnosis.localisation import localise
 from diagnosis.screening import screen
 from diagnosis.threshold.simulation import Simulation
 from diagnosis.threshold.thresholds import Thresholds
 
-#: Draws that a layout deserves.
+#: Number of simulated campaigns per layout.
 TRIALS = 40
-#: What campaigns of a real structure gain beyond those drawn from its model: the model's error is not all in the
-#: budget. With this ratio 3 of 100 campaigns of the virtual bench without any effect passed the thresholds.
+#: Ratio of the gains of campaigns of a real structure to those of simulated ones: the budget does not contain all
+#: errors of the model. With this ratio 3 of 100 campaigns of the virtual bench without any effect passed the
+#: thresholds.
 STRANGER = 1.5
 
 
 @dataclass(frozen=True, kw_only=True)
 class Trial:
-    """One draw without any effect.
+    """Result of one simulated campaign without any effect.
 
     Parameters
     ----------
     seed
-        Of the draw.
+        Seed of the simulation.
     gain
-        Largest fall of chi^2 by any effect that makes that of the held-out data fall too; 0 if none does.
+        Largest fall of chi^2 by an effect for which that of the held-out data falls too; 0 if there is none [-].
     misfit
-        Largest gain of an unknown force, beyond its numbers.
+        Largest gain of an unknown force beyond the number of its parameters [-].
     """
 
     seed: int
@@ -56,30 +57,30 @@ class Trial:
     misfit: float
 
 
-def null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int) -> Trial:
-    """Draw a campaign without any effect, and diagnose it.
+def run_null_trial(simulation: Simulation, effects: Sequence[Effect], seed: int) -> Trial:
+    """Simulate a campaign without any effect, and diagnose it.
 
     Parameters
     ----------
     simulation
-        Of a campaign in this layout.
+        Simulation of a campaign in this layout.
     effects
         Candidates.
     seed
-        Of the draw; trials are independent.
+        Seed of the simulation; trials of different seeds are independent.
     """
-    drawn = arranged_anew(simulation.arrangement, simulation.draw(np.random.default_rng(seed)))
+    drawn = arrange_anew(simulation.arrangement, simulation.draw(np.random.default_rng(seed)))
     before = baseline_fit(drawn)
-    fits = [(score, fitted(drawn, score)) for score in shortlist(screen(drawn, effects), drawn.effort)]
-    refits = [refit(drawn, score, fit) for score, fit in finalists(fits, drawn.effort)]
+    fits = [(score, fit_effect(drawn, score)) for score in shortlist(screen(drawn, effects), drawn.effort)]
+    refits = [refit(drawn, score, fit) for score, fit in choose_finalists(fits, drawn.effort)]
     gains = [gain(drawn, each) for each in refits if held_gain(drawn, before, each) > 0]
     return Trial(
         seed=seed, gain=max(gains, default=0.0), misfit=max((misfit(place) for place in localise(drawn)), default=0.0)
     )
 
 
-def thresholds_from(trials: Sequence[Trial], false_alarms: float = 0.01) -> Thresholds:
-    """Thresholds that a share of campaigns without any effect exceeds, by Gumbel's law of the trials and `STRANGER`.
+def fit_thresholds(trials: Sequence[Trial], false_alarms: float = 0.01) -> Thresholds:
+    """Detection thresholds that a share of campaigns without any effect exceeds, by Gumbel's law and `STRANGER`.
 
     Raises
     ------
@@ -87,8 +88,8 @@ def thresholds_from(trials: Sequence[Trial], false_alarms: float = 0.01) -> Thre
         Fewer than two trials.
     """
     if len(trials) < 2:
-        raise ValueError(f"{len(trials)} trials tell no distribution: make at least 2")
-    # One candidate alone does as much as a chi-square of one degree of freedom.
+        raise ValueError(f"{len(trials)} trials give no distribution: make at least 2")
+    # The gain of a single candidate is a chi-square of one degree of freedom.
     least = float(chi2.isf(false_alarms, 1))
     return Thresholds(
         gain=max(STRANGER * _quantile(np.array([trial.gain for trial in trials]), 1 - false_alarms), least),

@@ -1,8 +1,8 @@
-"""Campaigns drawn from a fitted model: the same tests once more, with all that chance does to them.
+"""Simulated campaigns: the same tests with a fitted model, and all random differences between them.
 
-Each repeat has its own frequency shift and pre-loads, each level in it its own friction history, each reading its own
-noise; the model's numerical error is the same in all repeats. Histories are followed through stick and slip as a
-measurement would be, since what they do to a single state is far from normally distributed.
+Each repeat has its own frequency shift and preloads, each level in it its own friction history, each reading its own
+noise; the numerical error of the model is the same in all repeats. Histories are followed through stick and slip, since
+their effect on a single state is far from normally distributed.
 """
 
 from dataclasses import dataclass, replace
@@ -13,10 +13,10 @@ from jaxtyping import Bool, Complex, Float, Int
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign
-from correlation.feature.observation import point_of_row
+from correlation.feature.observation import find_points
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
-from correlation.noise.nuisance import error_tangents, left_by
+from correlation.noise.nuisance import left_by, make_error_tangents
 from correlation.prediction import Points, Prediction, Predictor
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.comparison import Comparison
@@ -24,16 +24,16 @@ from diagnosis.fit.comparison import Comparison
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Simulation:
-    """Draws campaigns without anything missing.
+    """Simulates campaigns without a missing effect.
 
     Parameters
     ----------
     campaign
-        Whose tests are made again; states that jump are left out, as they are from every fit.
+        Campaign whose tests are simulated; states that jump are left out, as they are from every fit.
     arrangement
-        Of this campaign: the fitted model, and how much repeats differ.
+        Arrangement of this campaign: the fitted model, and the differences between repeats.
     held_out
-        Whether what is held out is read as well; all else takes less than half the time.
+        Whether held-out data are simulated as well; without them it takes less than half the time.
     """
 
     campaign: Campaign
@@ -47,7 +47,7 @@ class Simulation:
         return replace(self.campaign, measurement=measured, suspicions=())
 
     def read(self, generator: np.random.Generator) -> Complex[NDArray[np.complex128], " rows"]:
-        """Readings in the rows of the campaign's table; not a number where nothing is compared or no state is found."""
+        """Readings in the rows of the campaign's table; NaN where nothing is compared or there is no steady state."""
         table, used = self.campaign.measurement, self._used
         value = np.full(len(table), np.nan, dtype=np.complex128)
         error = self._error(generator)
@@ -68,40 +68,40 @@ class Simulation:
 
     @cached_property
     def _predictor(self) -> Predictor:
-        """Of all points that are compared."""
+        """Predictor of all points that are compared."""
         sides = [side.observed.points for side in self._sides]
         return Predictor(points=_joined(sides), sweeps=self.arrangement.train.predictor.sweeps)
 
     @property
     def _sides(self) -> tuple[Comparison, ...]:
-        return (self.arrangement.train, *([self.arrangement.held] if self.held_out else []))
+        return (self.arrangement.train, *([self.arrangement.held_out] if self.held_out else []))
 
     @cached_property
     def _used(self) -> Bool[NDArray[np.bool_], " rows"]:
-        """Which rows of the table are read."""
+        """Mask of the rows of the table that are read."""
         held = [] if self.held_out else self.campaign.held_out.repeats
         return np.asarray((self.point >= 0) & ~np.isin(self.campaign.measurement.repeat, held))
 
     @cached_property
     def _prediction(self) -> Prediction:
-        """Without anything random."""
+        """Prediction without random differences."""
         fit = self.arrangement.fit
         return self._predictor.predict(fit.model, fit.prediction)
 
     @cached_property
     def _features(self) -> FeatureVector:
-        """What the error is linear in."""
+        """Features, in which the errors are linear."""
         fundamental = np.concatenate([side.features.fundamental for side in self._sides])
-        return FeatureVector.of(self._predictor.points, self._prediction.value, fundamental)
+        return FeatureVector.choose(self._predictor.points, self._prediction.value, fundamental)
 
     @cached_property
     def point(self) -> Int[NDArray[np.int64], " rows"]:
-        """Row of the points that each row of the table is a reading of; -1 for what is not compared."""
-        return point_of_row(self.campaign, self._predictor.points)
+        """Index of the point of each row of the table; -1 for rows that are not compared."""
+        return find_points(self.campaign, self._predictor.points)
 
     @cached_property
     def _readings(self) -> Float[NDArray[np.float64], " rows"]:
-        """How many readings of a point a repeat has."""
+        """Number of readings of the same point and repeat, for each row of the table."""
         _, same, count = np.unique(
             np.column_stack([self.point, self.campaign.measurement.repeat]), axis=0, return_inverse=True,
             return_counts=True,
@@ -110,12 +110,12 @@ class Simulation:
 
     @cached_property
     def _deviation(self) -> Float[NDArray[np.float64], "2 k"]:
-        """Noise of a repeat's reading of each point, real and imaginary, and none at all at place -1."""
+        """Noise of a repeat's reading of each point, real and imaginary; zero at index -1."""
         parts = [_noise(side) for side in self._sides]
         return np.column_stack([*parts, np.zeros(2)])
 
     def _repeat(self, generator: np.random.Generator) -> Complex[NDArray[np.complex128], "S k"]:
-        """What one repeat reads in each sweep, without noise."""
+        """Readings of one repeat in each sweep, without noise."""
         model, points = self._jittered(generator), self._predictor.points
         value = np.zeros((max(len(self._sweeps), 1), len(points)), dtype=np.complex128)
         value[:, points.free] = self._followed(model, points.free, None)
@@ -133,9 +133,9 @@ class Simulation:
         return predictor.predict(model, self._prediction).by_sweep
 
     def _jittered(self, generator: np.random.Generator) -> Model:
-        """The model as it is in one repeat."""
+        """Model of one repeat."""
         model = self.arrangement.fit.model
-        # What is known is the jitter of a mean over the repeats held out.
+        # The arrangement has the jitter of a mean over the held-out repeats.
         single = float(np.sqrt(np.median(self.arrangement.settled.observed.count)))
         for effect, deviation in self.arrangement.jitter:
             model = effect.apply(model, [single * deviation * float(generator.standard_normal())])
@@ -152,22 +152,22 @@ class Simulation:
 
     @cached_property
     def _errors(self) -> tuple[Float[NDArray[np.float64], "m a"], Float[NDArray[np.float64], "m b"]]:
-        """What numerical errors do to each feature at one standard deviation: to all levels alike, to each apart."""
+        """Change of each feature by one standard deviation of numerical errors: common to all levels, and per level."""
         arrangement = self.arrangement
         fit, before = arrangement.fit, self._prediction
-        errors = error_tangents(fit.model, arrangement.budget)
+        errors = make_error_tangents(fit.model, arrangement.budget)
         rates = self._predictor.derivatives(fit.model, before, errors.tangents)
         slopes = self._features.slopes(before.value, rates) * errors.size
         apart = [*slopes[:, errors.whole :].T, *self._finer_changes()]
-        # A state that one of them does not find has no error of this kind.
+        # A state that one of the models lacks has no error of this kind.
         return np.nan_to_num(slopes[:, : errors.whole]), np.nan_to_num(
             np.array(apart).reshape(len(apart), len(slopes)).T
         )
 
     def _finer_changes(self) -> list[Float[NDArray[np.float64], " m"]]:
-        """What each finer model changes of each feature."""
+        """Change of each feature by each finer model."""
         arrangement, fit, before = self.arrangement, self.arrangement.fit, self._prediction
-        # They have what was added before, but not an effect that was fitted to see whether it is the one.
+        # They have the added effects, but not one that is only tried.
         common = arrangement.unknowns([])
         values = fit.values[: len(common.parameters)]
         if arrangement.finer and len(values) < len(fit.values):

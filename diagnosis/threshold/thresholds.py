@@ -1,33 +1,36 @@
-"""Detection thresholds: the gain and the misfit that a diagnosis must exceed before it claims anything."""
+"""Detection thresholds: the gain and the misfit that an effect or an unknown force must exceed to be named."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from diagnosis.screening import Score
-from diagnosis.threshold.null_gain import null_gains, threshold
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import NDArray
 
-#: What the linear theory leaves out, by experience: refits gain more than it says.
+from diagnosis.screening import Score
+
+#: Factor on the gains of the linear theory: refits gain more, by experience.
 MARGIN = 2.0
-#: What an unknown force gains beyond its numbers where nothing is missing; of the order of the gains of effects.
+#: Threshold of the misfit as a multiple of that of the gain, by experience.
 UNKNOWN_FORCE = 1.5
-#: ... and at least, however few effects there are to try: that of eight numbers at one of ten places, by chance.
+#: Least threshold of the misfit, however few effects there are: chance gain of eight parameters at one of ten places.
 LEAST_MISFIT = 18.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Thresholds:
-    """Thresholds of one layout of tests, sensors and model.
+    """Detection thresholds of one layout of tests, sensors and model.
 
     Parameters
     ----------
     gain
-        Fall of chi^2 by the best effect that a share `false_alarms` of campaigns without any effect exceeds.
+        Fall of chi^2 by the best effect that a share `false_alarms` of campaigns without any effect exceeds [-].
     misfit
-        What an unknown force at one place gains beyond the numbers that it has, exceeded as seldom.
+        Gain of an unknown force at one place, beyond the number of its parameters, of the same share [-].
     false_alarms
-        That share [-].
+        Share of campaigns [-].
     n_trial
-        Campaigns without any effect that told them; 0 if they come from the linear theory alone.
+        Number of simulated campaigns without any effect; 0 if the thresholds are those of the linear theory [-].
     """
 
     gain: float
@@ -36,11 +39,62 @@ class Thresholds:
     n_trial: int = 0
 
 
-#: Where the gains of chi^2 decide nothing.
+#: For data that another gate decides about.
 NO_THRESHOLDS = Thresholds(gain=0.0, misfit=0.0)
 
 
-def linear_thresholds(scores: Sequence[Score], false_alarms: float = 0.01) -> Thresholds:
-    """Thresholds for a layout without a bootstrap: those of the linear theory with a margin."""
-    gain = MARGIN * threshold(null_gains(scores), false_alarms)
+def compute_linear_thresholds(scores: Sequence[Score], false_alarms: float = 0.01) -> Thresholds:
+    """Detection thresholds of the linear theory with a margin, for a layout without a bootstrap."""
+    gain = MARGIN * find_threshold(draw_null_gains(scores), false_alarms)
     return Thresholds(gain=gain, misfit=max(UNKNOWN_FORCE * gain, LEAST_MISFIT), false_alarms=false_alarms)
+
+
+#: Residuals drawn, the seed they are drawn with, and how many at a time.
+DRAWS, SEED, BATCH = 20_000, 2, 2_000
+
+
+def draw_null_gains(scores: Sequence[Score]) -> Float[NDArray[np.float64], " n"]:
+    """Best gain in each of many residuals without any effect, ascending, shape (n,).
+
+    Without an effect the whitened residual is a vector of independent standard normals with the calibration parameters
+    projected out; the best of all candidates is sought in each, within its bounds. What this leaves out (the curvature
+    of the model, errors beyond the covariance) is measured on campaigns in which nothing is missing.
+
+    Parameters
+    ----------
+    scores
+        All candidates; their directions already have the calibration parameters projected out.
+
+    References
+    ----------
+    Davison and Hinkley, Bootstrap Methods and their Application (1997), section 4.2: bootstrap of a maximum.
+    """
+    seen = [score for score in scores if score.size > 0]
+    if not seen:
+        return np.zeros(1)
+    directions = np.array([score.direction for score in seen])
+    # The gains depend on the directions' inner products alone: draw in the space that they span.
+    eigenvalues, vectors = np.linalg.eigh(directions @ directions.T)
+    root = vectors * np.sqrt(np.maximum(eigenvalues, 0.0))
+    one_sided = np.array([_one_sided(score) for score in seen])
+    generator = np.random.default_rng(SEED)
+    best = []
+    for _ in range(DRAWS // BATCH):
+        along = root @ generator.standard_normal((len(seen), BATCH))
+        along = np.where(one_sided[:, None] * along < 0, 0.0, along)
+        best.append((along**2).max(axis=0))
+    return np.sort(np.concatenate(best))
+
+
+def find_threshold(gains: Float[NDArray[np.float64], " n"], false_alarms: float) -> float:
+    """Gain that a share of residuals without any effect exceeds."""
+    return float(np.quantile(gains, 1 - false_alarms))
+
+
+def _one_sided(score: Score) -> int:
+    """Sign of the only direction in which the strength may grow; 0 for both directions."""
+    parameter = score.effect.parameters[0]
+    forward = np.sign(parameter.typical - parameter.vanishes)
+    if parameter.lower == parameter.vanishes:
+        return int(forward)
+    return int(-forward) if parameter.upper == parameter.vanishes else 0

@@ -11,6 +11,7 @@ from jaxtyping import Int
 from numpy.typing import NDArray
 
 from fe.errors import MatrixFileError
+from geometry.read_only_array import freeze_fields
 
 #: Directions by number; the last three are rotations.
 DIRECTIONS = ("x", "y", "z", "rotx", "roty", "rotz")
@@ -56,10 +57,7 @@ class DofLabels:
                 f"the row {outside[0]} belongs to node {int(given[outside[0]])}, but nodes are 0 to {LARGEST_LABEL}: "
                 "number the nodes anew"
             )
-        for name in ("node", "direction"):
-            values = np.array(getattr(self, name), dtype=np.int64)
-            values.setflags(write=False)
-            object.__setattr__(self, name, values)
+        freeze_fields(self, "node", "direction", kind=np.int64)
         order = np.argsort(self.key, kind="stable")
         twice = np.flatnonzero(np.diff(self.key[order]) == 0)
         if len(twice):

@@ -2,17 +2,17 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 
 import numpy as np
 
 from fe.errors import MeshError
 from fe.mesh import Mesh
-from fe.mesher.block import Block, Lattice
+from fe.mesher.block import Block, Coordinates, Lattice
 from fe.mesher.body import mesh_body
-from fe.mesher.cell_counts import check_counts
 from fe.mesher.groove_section import PAD_COLUMNS, GroovePlan
-from fe.mesher.mesh_rule import SMALLEST_STEP, MeshRule, count
+from fe.mesher.mesh_rule import SMALLEST_STEP, MeshRule, check_counts, count_elements
 from geometry.blade import Blade, contact_lines, named_points
 
 #: Columns of blocks across the chord, from leading to trailing edge; the inner three carry the pads.
@@ -127,7 +127,7 @@ class _BladeBlocks:
             "bevel_right": (half_flat, half_chord),
             "root_right": (half_chord, half_root),
         }
-        self.column_counts = {name: count(x[1] - x[0], h) for name, x in self.edges.items()}
+        self.column_counts = {name: count_elements(x[1] - x[0], h) for name, x in self.edges.items()}
         self.column_counts |= {"lip_left": pads.across_lip, "groove": pads.across_groove, "lip_right": pads.across_lip}
         self.rows = {
             "root": (-blade.root_height, 0.0),
@@ -136,11 +136,11 @@ class _BladeBlocks:
             "pad": (blade.pad_bottom, blade.pad_top),
             "upper": (blade.pad_top, blade.length),
         }
-        self.row_counts = {name: count(z[1] - z[0], h) for name, z in self.rows.items()}
+        self.row_counts = {name: count_elements(z[1] - z[0], h) for name, z in self.rows.items()}
         self.row_counts |= {"band": pads.band, "pad": pads.above_groove}
         self.level = self._level(layer)
         layer = blade.thickness / rule.through_thickness
-        self.root_layer_count = count((blade.root_thickness - blade.thickness) / 2, layer)
+        self.root_layer_count = count_elements((blade.root_thickness - blade.thickness) / 2, layer)
         self.columns = [c for c in COLUMNS if c in PAD_COLUMNS or self.edges[c][1] - self.edges[c][0] > SMALLEST_STEP]
 
     def _level(self, height: float | None) -> tuple[float, float]:
@@ -159,32 +159,31 @@ class _BladeBlocks:
             if column.startswith("root") and row != "root":
                 continue
             plan = self.plan(column, row, self.blade.thickness / 2)
-
-            def shape(u: Lattice, v: Lattice, w: Lattice, plan: PlanMap = plan) -> tuple[Lattice, Lattice, Lattice]:
-                x, z = plan(u, v)
-                return x, (2 * w - 1) * self.half_thickness(x), z
-
             counts = (self.column_counts[column], self.row_counts[row], self.through)
             faces = {"root": {"v0": "root_bottom"}, "upper": {"v1": "tip"}}.get(row, {})
-            blocks.append(Block(shape=shape, counts=counts, faces=faces))
+            blocks.append(Block(shape=partial(self.section, plan), counts=counts, faces=faces))
         return blocks
+
+    def section(self, plan: PlanMap, u: Lattice, v: Lattice, w: Lattice) -> Coordinates:
+        """Map of a block through the blade's section."""
+        x, z = plan(u, v)
+        return x, (2 * w - 1) * self.half_thickness(x), z
 
     def root_layers(self) -> list[Block]:
         """The parts of the root block in front of and behind the blade's section."""
         blocks = []
         for column, side in product(self.columns, (1, -1)):
             plan = self.plan(column, "root", self.blade.thickness / 2)
-
-            def shape(
-                u: Lattice, v: Lattice, w: Lattice, plan: PlanMap = plan, side: int = side
-            ) -> tuple[Lattice, Lattice, Lattice]:
-                x, z = plan(u, v)
-                inner = self.half_thickness(x)
-                return x, side * (inner + (self.blade.root_thickness / 2 - inner) * w), z
-
             counts = (self.column_counts[column], self.row_counts["root"], self.root_layer_count)
+            shape = partial(self.beside_section, plan, side)
             blocks.append(Block(shape=shape, counts=counts, faces={"v0": "root_bottom", "w1": "clamp"}))
         return blocks
+
+    def beside_section(self, plan: PlanMap, side: int, u: Lattice, v: Lattice, w: Lattice) -> Coordinates:
+        """Map of a block of the root beside the blade's section."""
+        x, z = plan(u, v)
+        inner = self.half_thickness(x)
+        return x, side * (inner + (self.blade.root_thickness / 2 - inner) * w), z
 
     def pads(self) -> list[Block]:
         """Both pads: the plan of the pad row, swept outward while the groove's radius grows."""
@@ -197,20 +196,7 @@ class _BladeBlocks:
         for (name, side), column, (near, far, n) in product(
             (("positive", 1), ("negative", -1)), PAD_COLUMNS, stretches
         ):
-
-            def shape(
-                u: Lattice,
-                v: Lattice,
-                w: Lattice,
-                column: str = column,
-                side: int = side,
-                near: float = near,
-                far: float = far,
-            ) -> tuple[Lattice, Lattice, Lattice]:
-                y = near + (far - near) * w
-                x, z = self.groove.pad(column, u, v, self.blade.groove_radius_at(y))
-                return x, side * y, z
-
+            shape = partial(self.groove.sweep, column, blade.groove_radius_at, (near, far), side)
             faces = {"w1": f"pad_{name}"} if far == blade.pad_face else {}
             if column == "groove":
                 faces["v0"] = f"groove_{name}"

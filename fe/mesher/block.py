@@ -16,7 +16,9 @@ from fe.errors import MeshError
 from fe.mesh import Mesh
 
 Lattice = Float[NDArray[np.float64], "*lattice"]
-Map = Callable[[Lattice, Lattice, Lattice], tuple[Lattice, Lattice, Lattice]]
+Coordinates = tuple[Lattice, Lattice, Lattice]
+Map = Callable[[Lattice, Lattice, Lattice], Coordinates]
+Interval = tuple[float, float]
 #: Names of the six sides of the unit cube, in the order of the faces of a hexahedron.
 SIDES = ("u0", "u1", "v0", "v1", "w0", "w1")
 
@@ -38,6 +40,16 @@ class Block:
     shape: Map
     counts: tuple[int, int, int]
     faces: Mapping[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def box(cls, sides: Sequence[Interval], counts: tuple[int, int, int], faces: Mapping[str, str]) -> "Block":
+        """Box between two x, two y and two z [m]."""
+
+        def shape(u: Lattice, v: Lattice, w: Lattice) -> Coordinates:
+            x, y, z = (low + (high - low) * t for (low, high), t in zip(sides, (u, v, w), strict=True))
+            return x, y, z
+
+        return cls(shape=shape, counts=counts, faces=faces)
 
 
 def subdivide(blocks: Sequence[Block], times: int) -> list[Block]:

@@ -1,14 +1,16 @@
-"""From the blocks of a body in its own axes to its mesh where it stands, with its points and contact stations."""
+"""Bodies as meshes: from blocks in own axes to where a body stands, and several bodies as one mesh."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fe.element import Element
+from fe.errors import MeshError
 from fe.mesh import Mesh
-from fe.mesher.block import Block, Lattice, Map, mesh_blocks, subdivide
-from fe.node_sets import with_named_points, with_stations
+from fe.mesher.block import Block, Coordinates, Lattice, Map, mesh_blocks, subdivide
+from fe.node_sets import add_named_points, add_stations
 from geometry.interface import ContactLine
 from geometry.part import Point
 from geometry.placement import Placement
@@ -46,13 +48,55 @@ def mesh_body(
     place = placement or Placement()
     placed = [replace(block, shape=_moved(block.shape, place)) for block in subdivide(blocks, subdivisions)]
     mesh = mesh_blocks(placed, element)
-    mesh = with_named_points(mesh, {name: place.points(point) for name, point in points.items()})
-    return with_stations(mesh, {name: place.points(line.stations) for name, line in lines.items()})
+    mesh = add_named_points(mesh, {name: place.points(point) for name, point in points.items()})
+    return add_stations(mesh, {name: place.points(line.stations) for name, line in lines.items()})
 
 
 def _moved(shape: Map, placement: Placement) -> Map:
-    def moved(u: Lattice, v: Lattice, w: Lattice) -> tuple[Lattice, Lattice, Lattice]:
+    def moved(u: Lattice, v: Lattice, w: Lattice) -> Coordinates:
         points = placement.points(np.stack(np.broadcast_arrays(*shape(u, v, w)), axis=-1))
         return points[..., 0], points[..., 1], points[..., 2]
 
     return moved
+
+
+def join_meshes(meshes: Mapping[str, Mesh]) -> Mesh:
+    """Several bodies as one mesh, its nodes and cells in their order.
+
+    Parameters
+    ----------
+    meshes
+        By body.
+
+    Returns
+    -------
+    A mesh with one cell set a body; its other sets are called "body.set".
+
+    Raises
+    ------
+    MeshError
+        Cells of several types: they are numbered type by type, so that those of a body would not stay together.
+    """
+    kinds = sorted({cell_type for mesh in meshes.values() for cell_type in mesh.cells})
+    if len(kinds) != 1:
+        raise MeshError(f"cells of the types {', '.join(kinds)} do not make one mesh: mesh all bodies with one element")
+    (kind,) = kinds
+    cells: list[NDArray[np.int64]] = []
+    node_sets: dict[str, NDArray[np.int64]] = {}
+    face_sets: dict[str, NDArray[np.int64]] = {}
+    cell_sets: dict[str, NDArray[np.int64]] = {}
+    node = cell = 0
+    for body, mesh in meshes.items():
+        cells.append(mesh.cells[kind] + node)
+        node_sets |= {f"{body}.{name}": nodes + node for name, nodes in mesh.node_sets.items()}
+        face_sets |= {f"{body}.{name}": faces + np.array([cell, 0]) for name, faces in mesh.face_sets.items()}
+        cell_sets[body] = cell + np.arange(mesh.n_cell)
+        node += mesh.n_node
+        cell += mesh.n_cell
+    return Mesh(
+        points=np.concatenate([mesh.points for mesh in meshes.values()]),
+        cells={kind: np.concatenate(cells)},
+        node_sets=node_sets,
+        face_sets=face_sets,
+        cell_sets=cell_sets,
+    )

@@ -1,6 +1,7 @@
 """Mapped hexahedra for the bi-conical damper: a core and four quarters around it, swept along the axis."""
 
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from math import pi
 
@@ -8,9 +9,9 @@ import numpy as np
 
 from fe.element import Element
 from fe.mesh import Mesh
-from fe.mesher.block import Block, Lattice
+from fe.mesher.block import Block, Coordinates, Lattice
 from fe.mesher.body import mesh_body
-from fe.mesher.cell_counts import check_counts
+from fe.mesher.mesh_rule import check_counts
 from geometry.damper import Damper, contact_lines, named_points
 from geometry.placement import Placement
 
@@ -111,12 +112,7 @@ def _blocks(damper: Damper, cells: DamperMesh) -> list[Block]:
         n = cells.around_quarter
         blocks.append(Block(shape=sweep.core, counts=(n, n, count), faces=ends))
         for quarter in range(4):
-
-            def shape(
-                u: Lattice, v: Lattice, w: Lattice, sweep: _Sweep = sweep, turn: float = quarter * pi / 2
-            ) -> tuple[Lattice, Lattice, Lattice]:
-                return sweep.quarter(u, v, w, turn)
-
+            shape = partial(sweep.quarter, quarter * pi / 2)
             blocks.append(Block(shape=shape, counts=(n, cells.across, count), faces={**ends, "v1": name}))
     return blocks
 
@@ -137,13 +133,13 @@ class _Sweep:
             self.start_radius + (self.stop_radius - self.start_radius) * w,
         )
 
-    def core(self, u: Lattice, v: Lattice, w: Lattice) -> tuple[Lattice, Lattice, Lattice]:
+    def core(self, u: Lattice, v: Lattice, w: Lattice) -> Coordinates:
         """The square core with bulged sides."""
         y, radius = self.along(w)
         x, z = _core(2 * u - 1, 2 * v - 1)
         return radius * x, y, radius * z
 
-    def quarter(self, u: Lattice, v: Lattice, w: Lattice, turn: float) -> tuple[Lattice, Lattice, Lattice]:
+    def quarter(self, turn: float, u: Lattice, v: Lattice, w: Lattice) -> Coordinates:
         """From the core's upper side (v = 0) to the surface (v = 1), turned about the axis."""
         y, radius = self.along(w)
         t = 2 * u - 1

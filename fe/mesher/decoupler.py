@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -9,11 +10,10 @@ import numpy as np
 from fe.element import Element
 from fe.errors import MeshError
 from fe.mesh import Mesh
-from fe.mesher.block import Block, Lattice, Map
+from fe.mesher.block import Block, Coordinates, Interval, Lattice
 from fe.mesher.body import mesh_body
-from fe.mesher.cell_counts import check_counts
 from fe.mesher.groove_section import PAD_COLUMNS, GroovePlan
-from fe.mesher.mesh_rule import SMALLEST_STEP
+from fe.mesher.mesh_rule import SMALLEST_STEP, check_counts
 from geometry.decoupler import Decoupler, arm, contact_lines, named_points
 from geometry.placement import Placement
 
@@ -140,14 +140,7 @@ class _DecouplerBlocks:
         stretches = ((0.0, body.contact_length, self.cells.along_contact), (body.contact_length, body.plate_front, 1))
         blocks = []
         for (column, n_column), (near, far, n) in ((c, s) for c in self.columns.items() for s in stretches):
-
-            def shape(
-                u: Lattice, v: Lattice, w: Lattice, column: str = column, near: float = near, far: float = far
-            ) -> tuple[Lattice, Lattice, Lattice]:
-                y = near + (far - near) * w
-                x, z = self.groove.pad(column, u, v, self.body.groove_radius_at(y))
-                return x, y, z
-
+            shape = partial(self.groove.sweep, column, body.groove_radius_at, (near, far), 1)
             faces = {"v0": "groove"} if column == "groove" else {}
             if near == 0.0:
                 faces["w0"] = "pad"
@@ -156,31 +149,27 @@ class _DecouplerBlocks:
 
     def plate(self) -> list[Block]:
         """From the section behind the pad to the straight rows from which the arms start."""
-        body = self.body
-        radius = np.asarray(body.narrow_groove_radius)
-        n_row = 2 * self.n_across
-        blocks = []
-        for column, n_column in self.columns.items():
+        n = (2 * self.n_across, self.cells.through_plate)
+        return [
+            Block(shape=partial(self.through_plate, column), counts=(n_column, *n))
+            for column, n_column in self.columns.items()
+        ]
 
-            def shape(u: Lattice, v: Lattice, w: Lattice, column: str = column) -> tuple[Lattice, Lattice, Lattice]:
-                row = v * n_row
-                low = self.groove.below(
-                    column, u, row / self.n_low, radius, foot=body.plate_bottom, foot_width=FOOT_WIDTH
-                )
-                pad = self.groove.pad(column, u, (row - self.n_low) / self.n_pad, radius)
-                high = self.head(column, u, (row - self.n_low - self.n_pad) / self.n_high)
-                front_x, front_z = (
-                    np.where(row <= self.n_low, a, np.where(row <= self.n_low + self.n_pad, b, c))
-                    for a, b, c in zip(low, pad, high, strict=True)
-                )
-                side = np.sign(row - self.n_across)
-                back_z = body.middle + side * body.half_height * self.share(np.abs(row - self.n_across))
-                back_x = self.groove.straight(column, u, ARM_WIDTH)
-                y = body.plate_front + body.plate_thickness * w
-                return front_x + (back_x - front_x) * w, y, front_z + (back_z - front_z) * w
-
-            blocks.append(Block(shape=shape, counts=(n_column, n_row, self.cells.through_plate)))
-        return blocks
+    def through_plate(self, column: str, u: Lattice, v: Lattice, w: Lattice) -> Coordinates:
+        """Map of a column of the plate."""
+        body, row, radius = self.body, v * (2 * self.n_across), np.asarray(self.body.narrow_groove_radius)
+        low = self.groove.below(column, u, row / self.n_low, radius, foot=body.plate_bottom, foot_width=FOOT_WIDTH)
+        pad = self.groove.pad(column, u, (row - self.n_low) / self.n_pad, radius)
+        high = self.head(column, u, (row - self.n_low - self.n_pad) / self.n_high)
+        front_x, front_z = (
+            np.where(row <= self.n_low, a, np.where(row <= self.n_low + self.n_pad, b, c))
+            for a, b, c in zip(low, pad, high, strict=True)
+        )
+        side = np.sign(row - self.n_across)
+        back_z = body.middle + side * body.half_height * self.share(np.abs(row - self.n_across))
+        back_x = self.groove.straight(column, u, ARM_WIDTH)
+        y = body.plate_front + body.plate_thickness * w
+        return front_x + (back_x - front_x) * w, y, front_z + (back_z - front_z) * w
 
     def arms(self) -> list[Block]:
         """Both arms, from the plate's back to the ends of the load cells."""
@@ -189,9 +178,10 @@ class _DecouplerBlocks:
         neck, beam, cell = stretches
         blocks = []
         for side, end in ((1, "cell_upper"), (-1, "cell_lower")):
-            for column, n_column in self.columns.items():
-                counts = (n_column, self.n_across, cells.along_root)
-                blocks.append(Block(shape=self.root(column, side), counts=counts))
+            blocks += [
+                Block(shape=partial(self.root, column, side), counts=(n_column, self.n_across, cells.along_root))
+                for column, n_column in self.columns.items()
+            ]
             blocks += self.stretch(side, neck, [self.neck_row], cells.along_neck, {})
             blocks += self.stretch(side, beam, self.rows, cells.along_arm, {})
             blocks += self.stretch(side, cell, self.cell_rows(), cells.along_cell, {"w1": end})
@@ -205,25 +195,23 @@ class _DecouplerBlocks:
         return [(-wide, -half, 1), *self.rows, (half, wide, 1)]
 
     def stretch(
-        self,
-        side: int,
-        ends: tuple[float, float],
-        rows: Sequence[tuple[float, float, int]],
-        n_along: int,
-        faces: dict[str, str],
+        self, side: int, ends: Interval, rows: Sequence[tuple[float, float, int]], n_along: int, faces: dict[str, str]
     ) -> list[Block]:
         """A straight piece of an arm."""
-        blocks = []
-        for (column, n_column), (low, high, n) in ((c, r) for c in self.columns.items() for r in rows):
+        return [
+            Block(
+                shape=partial(self.piece, column, side, ends, (low, high)), counts=(n_column, n, n_along), faces=faces
+            )
+            for column, n_column in self.columns.items()
+            for low, high, n in rows
+        ]
 
-            def shape(
-                u: Lattice, v: Lattice, w: Lattice, column: str = column, low: float = low, high: float = high
-            ) -> tuple[Lattice, Lattice, Lattice]:
-                y, z = self.arm.point(ends[0] + (ends[1] - ends[0]) * w, low + (high - low) * v)
-                return self.beside(column, side, u, y, z)
-
-            blocks.append(Block(shape=shape, counts=(n_column, n, n_along), faces=faces))
-        return blocks
+    def piece(
+        self, column: str, side: int, along: Interval, across: Interval, u: Lattice, v: Lattice, w: Lattice
+    ) -> Coordinates:
+        """Map of a straight block of an arm, between distances along it and off its centre line."""
+        y, z = self.arm.point(along[0] + (along[1] - along[0]) * w, across[0] + (across[1] - across[0]) * v)
+        return self.beside(column, side, u, y, z)
 
     def head(self, column: str, u: Lattice, v: Lattice) -> tuple[Lattice, Lattice]:
         """x, z between the pad's top and the plate's, on the plate's front."""
@@ -231,18 +219,14 @@ class _DecouplerBlocks:
         start, end = (self.groove.straight(column, u, width) for width in (TOP_WIDTH, HEAD_WIDTH))
         return start + (end - start) * v, body.top + (body.plate_top - body.top) * v
 
-    def root(self, column: str, side: int) -> Map:
-        """Between the plate's back and a neck: the stub, which narrows to the arm's thickness."""
+    def root(self, column: str, side: int, u: Lattice, v: Lattice, w: Lattice) -> Coordinates:
+        """Map between the plate's back and a neck: the stub, which narrows to the arm's thickness."""
+        row = v * self.n_across
+        far_y, far_z = self.arm.point(np.full_like(v, self.arm.stations[0]), self.offset(row))
+        near_z = self.body.half_height * self.share(row)
+        return self.beside(column, side, u, far_y * w, near_z + (far_z - near_z) * w)
 
-        def shape(u: Lattice, v: Lattice, w: Lattice) -> tuple[Lattice, Lattice, Lattice]:
-            row = v * self.n_across
-            far_y, far_z = self.arm.point(np.full_like(v, self.arm.stations[0]), self.offset(row))
-            near_z = self.body.half_height * self.share(row)
-            return self.beside(column, side, u, far_y * w, near_z + (far_z - near_z) * w)
-
-        return shape
-
-    def beside(self, column: str, side: int, u: Lattice, y: Lattice, z: Lattice) -> tuple[Lattice, Lattice, Lattice]:
+    def beside(self, column: str, side: int, u: Lattice, y: Lattice, z: Lattice) -> Coordinates:
         """From the middle of the plate's back to the body's axes."""
         return self.groove.straight(column, u, ARM_WIDTH), self.body.plate_back + y, self.body.middle + side * z
 

@@ -18,7 +18,7 @@ TURNED = 0.3
 PAIRS = 1_000_000
 
 
-def face_labels(points: Points, triangles: Triangles, facets: Facets) -> Int[NDArray[np.int64], " k"]:
+def label_faces(points: Points, triangles: Triangles, facets: Facets) -> Int[NDArray[np.int64], " k"]:
     """The face whose facets are nearest to each triangle and look its way.
 
     Parameters

@@ -34,7 +34,7 @@ TIME_LIMIT = 3600.0
 Points = Float[NDArray[np.float64], "point 3"]
 
 
-def raw_tetrahedra(
+def fill_with_tetrahedra(
     points: Points,
     triangles: Int[NDArray[np.int64], "triangle 3"],
     *,
@@ -55,7 +55,7 @@ def raw_tetrahedra(
     envelope
         Greatest distance between the given surface and that of the result [m].
     sizes
-        Points, tetrahedra and wanted lengths at the points of a mesh around the body, see `size_field` [m].
+        Points, tetrahedra and wanted lengths at the points of a mesh around the body, see `make_size_field` [m].
 
     Returns
     -------
@@ -115,16 +115,13 @@ def raw_tetrahedra(
     return corners, tetrahedra
 
 
-def size_field(
+def make_size_field(
     points: Points, spacing: float
 ) -> tuple[Float[NDArray[np.float64], "at 3"], Int[NDArray[np.int64], "cell 4"]]:
     """A coarse mesh of the box around a body, on whose points lengths of edges can be prescribed [m]."""
     low, high = points.min(axis=0) - spacing, points.max(axis=0) + spacing
     counts = np.maximum(1, np.ceil((high - low) / spacing)).astype(int)
-    box = Block(
-        shape=lambda u, v, w: tuple(a + (b - a) * t for a, b, t in zip(low, high, (u, v, w), strict=True)),
-        counts=(int(counts[0]), int(counts[1]), int(counts[2])),
-    )
+    box = Block.box([*zip(low, high, strict=True)], (int(counts[0]), int(counts[1]), int(counts[2])), {})
     mesh = mesh_blocks([box], TET10)
     used, cells = np.unique(mesh.cells[TET10.cell_type][:, :4], return_inverse=True)
     return mesh.points[used], cells.reshape(-1, 4)

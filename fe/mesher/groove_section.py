@@ -1,13 +1,16 @@
 """How the section of a grooved pad is cut into three columns of cells: a lip, the groove and the other lip."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from fe.mesher.block import Lattice
+from fe.mesher.block import Coordinates, Lattice
 from geometry.groove import half_mouth
 
 PAD_COLUMNS = ("lip_left", "groove", "lip_right")
+#: Radius of a groove over a distance |y| [m].
+RadiusAt = Callable[[Lattice], Lattice]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,6 +61,14 @@ class GroovePlan:
         """x, z between the pad's lower edge (v = 0) and its top."""
         x, z = self.line(column, u, radius)
         return x + (self.straight(column, u, self.top_width) - x) * v, z + (self.top - z) * v
+
+    def sweep(
+        self, column: str, radius_at: RadiusAt, ends: tuple[float, float], side: int, u: Lattice, v: Lattice, w: Lattice
+    ) -> Coordinates:
+        """x, y, z of the pad swept between two |y|, on the side of +y or -y, while the groove's radius changes."""
+        y = ends[0] + (ends[1] - ends[0]) * w
+        x, z = self.pad(column, u, v, radius_at(y))
+        return x, side * y, z
 
     def below(
         self, column: str, u: Lattice, v: Lattice, radius: Lattice, *, foot: float, foot_width: float

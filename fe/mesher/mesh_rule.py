@@ -1,5 +1,6 @@
-"""The meshing rule of the blades: how many elements go along a length, from the number through the thickness."""
+"""Numbers of elements: the meshing rule of the blades, and the counts that a body can be meshed with."""
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import ceil, isfinite
 
@@ -57,6 +58,33 @@ class MeshRule:
         return min(self.length_ratio * thickness / self.through_thickness, self.length_cap)
 
 
-def count(length: float, size: float) -> int:
+def count_elements(length: float, size: float) -> int:
     """Elements of at most `size` that fill `length`, at least one [-]."""
     return max(1, ceil(length / size - COUNT_GUARD))
+
+
+def check_counts(body: str, counts: Mapping[str, int], *, even: Iterable[str] = (), why_even: str = "") -> None:
+    """Refuse numbers of elements.
+
+    Parameters
+    ----------
+    body
+        What is meshed, for the message.
+    counts
+        Numbers of elements by the name of their field [-].
+    even
+        Fields that must be even.
+    why_even
+        "so that ...", for the message.
+
+    Raises
+    ------
+    MeshError
+        One below 1, or an odd one that must be even.
+    """
+    for name, value in counts.items():
+        if value < 1:
+            raise MeshError(f"{body}: {name} = {value} elements: give at least 1")
+    for name in even:
+        if counts[name] % 2:
+            raise MeshError(f"{body}: {name} = {counts[name]} elements: give an even number, {why_even}")

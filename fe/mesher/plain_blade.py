@@ -3,12 +3,10 @@
 from itertools import product
 
 from fe.mesh import Mesh
-from fe.mesher.block import Block, Lattice, mesh_blocks, subdivide
-from fe.mesher.mesh_rule import SMALLEST_STEP, MeshRule, count
-from fe.node_sets import with_named_points
+from fe.mesher.block import Block, Interval, mesh_blocks, subdivide
+from fe.mesher.mesh_rule import SMALLEST_STEP, MeshRule, count_elements
+from fe.node_sets import add_named_points
 from geometry.plain_blade import PlainBlade, named_points
-
-Interval = tuple[float, float]
 
 
 def mesh_plain_blade(blade: PlainBlade, rule: MeshRule) -> Mesh:
@@ -43,21 +41,14 @@ def mesh_plain_blade(blade: PlainBlade, rule: MeshRule) -> Mesh:
         if part == "blade" and not in_section:
             continue
         counts = (
-            count(x[1] - x[0], h),
-            rule.through_thickness if j == middle_y else count(y[1] - y[0], layer),
-            count(span[part][1] - span[part][0], h),
+            count_elements(x[1] - x[0], h),
+            rule.through_thickness if j == middle_y else count_elements(y[1] - y[0], layer),
+            count_elements(span[part][1] - span[part][0], h),
         )
         faces = {"w0": "root_bottom"} if part == "root" else {"w1": "tip"}
         if part == "root":
             faces |= {"v0": "clamp"} if j == 0 else {}
             faces |= {"v1": "clamp"} if j == len(depth) - 1 else {}
-        blocks.append(_box(x, y, span[part], counts, faces))
+        blocks.append(Block.box((x, y, span[part]), counts, faces))
     mesh = mesh_blocks(subdivide(blocks, rule.subdivisions), rule.element)
-    return with_named_points(mesh, named_points(blade))
-
-
-def _box(x: Interval, y: Interval, z: Interval, counts: tuple[int, int, int], faces: dict[str, str]) -> Block:
-    def shape(u: Lattice, v: Lattice, w: Lattice) -> tuple[Lattice, Lattice, Lattice]:
-        return x[0] + (x[1] - x[0]) * u, y[0] + (y[1] - y[0]) * v, z[0] + (z[1] - z[0]) * w
-
-    return Block(shape=shape, counts=counts, faces=faces)
+    return add_named_points(mesh, named_points(blade))

@@ -10,7 +10,7 @@ from fe.mesher.blade import PadMesh, mesh_blade
 from fe.mesher.damper import DamperMesh, mesh_damper
 from fe.mesher.decoupler import DecouplerMesh, mesh_decoupler
 from fe.mesher.mesh_rule import MeshRule
-from fe.node_sets import with_named_points
+from fe.node_sets import add_named_points
 from geometry.decoupler import Decoupler
 from geometry.groove import half_mouth
 from geometry.rig import Rig, named_points, placements
@@ -23,7 +23,7 @@ INTERVALS = 6
 
 @dataclass(frozen=True, kw_only=True)
 class RigMesh:
-    """How the five bodies are meshed; `rig_mesh` makes one from a size.
+    """How the five bodies are meshed; `choose_rig_mesh` makes one from a size.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class RigMesh:
     decoupler: DecouplerMesh = field(default_factory=DecouplerMesh)
 
 
-def rig_mesh(rig: Rig, element: Element, size: float, subdivisions: int = 1) -> RigMesh:
+def choose_rig_mesh(rig: Rig, element: Element, size: float, subdivisions: int = 1) -> RigMesh:
     """Cells of about one size in all bodies, as regular as the contact lines and points allow.
 
     Parameters
@@ -138,7 +138,7 @@ def mesh_rig(rig: Rig, cells: RigMesh) -> dict[str, Mesh]:
     lasers = {name: point for name, point in named_points(rig)["blade"].items() if name.startswith("laser")}
     # The disc that the shaker pushes spans few elements: halves of it with as many are resolved best.
     blade = mesh_blade(rig.blade, cells.blade, cells.pads, rig.blade.excitation_height)
-    found = {"blade": with_named_points(blade, lasers)}
+    found = {"blade": add_named_points(blade, lasers)}
     for body, place in placements(rig).items():
         if body.startswith("damper"):
             found[body] = mesh_damper(rig.damper, element, cells.damper, placement=place, subdivisions=subdivisions)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fe.element import TET10
 from fe.mesh import Mesh
-from fe.mesh_quality import cell_quality
+from fe.mesh_quality import measure_cell_quality
 from geometry.solid_skin import SolidSkin
 
 Points = Float[NDArray[np.float64], "k 3"]
@@ -21,7 +21,7 @@ FLAT, FOLDED = 0.01, 0.15
 ROUNDS, HALVINGS = 20, 4
 
 
-def snapped_corners(
+def snap_corners(
     points: Points, cells: Int[NDArray[np.int64], "cell 4"], labels: Labels, skin: SolidSkin, limit: float
 ) -> Points:
     """Corner nodes on their faces, edges and corners, except where a cell would fold.
@@ -50,9 +50,7 @@ def snapped_corners(
     return result
 
 
-def with_midside_nodes(
-    points: Points, cells: Int[NDArray[np.int64], "cell 4"], labels: Labels, skin: SolidSkin
-) -> Mesh:
+def add_midside_nodes(points: Points, cells: Int[NDArray[np.int64], "cell 4"], labels: Labels, skin: SolidSkin) -> Mesh:
     """Tetrahedra of ten nodes whose midside nodes on the boundary are on the CAD solid, except where a cell would fold.
 
     Parameters
@@ -60,18 +58,18 @@ def with_midside_nodes(
     points, cells
         Corners [m].
     labels
-        Faces of each edge on the boundary, by its place among the sorted edges: see `sorted_edges`.
+        Faces of each edge on the boundary, by its place among the sorted edges: see `sort_edges`.
     skin
         The CAD solid.
     """
-    edges, which = sorted_edges(cells)
+    edges, which = sort_edges(cells)
     straight = (points[edges[:, 0]] + points[edges[:, 1]]) / 2
     length = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
     middles = _projected(straight, labels, skin, 0.3 * length)
     quadratic = np.column_stack([cells, len(points) + which])
     while True:
         mesh = Mesh(points=np.vstack([points, middles]), cells={TET10.cell_type: quadratic})
-        bad = np.flatnonzero(cell_quality(mesh).determinant_ratio < FOLDED)
+        bad = np.flatnonzero(measure_cell_quality(mesh).determinant_ratio < FOLDED)
         back = np.unique(which[bad])
         back = back[(middles[back] != straight[back]).any(axis=1)]
         if not back.size:
@@ -79,7 +77,7 @@ def with_midside_nodes(
         middles[back] = straight[back]
 
 
-def sorted_edges(
+def sort_edges(
     cells: Int[NDArray[np.int64], "cell 4"],
 ) -> tuple[Int[NDArray[np.int64], "edge 2"], Int[NDArray[np.int64], "cell 6"]]:
     """All edges, each by its two nodes in rising order, and the six of each cell in the order of its midside nodes."""

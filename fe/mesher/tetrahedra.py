@@ -16,13 +16,13 @@ from scipy.spatial import cKDTree
 
 from fe.element import TET10
 from fe.errors import MeshError
-from fe.face_integral import enclosed_volume, face_areas, outer_faces
+from fe.face_integral import find_outer_faces, integrate_areas, integrate_volume
 from fe.mesh import Mesh
 from fe.mesh_quality import check_quality
-from fe.mesher.face_labels import face_labels
-from fe.mesher.ftetwild import raw_tetrahedra, size_field
-from fe.mesher.snapping import snapped_corners, sorted_edges, with_midside_nodes
-from fe.node_sets import with_named_points
+from fe.mesher.face_labels import label_faces
+from fe.mesher.ftetwild import fill_with_tetrahedra, make_size_field
+from fe.mesher.snapping import add_midside_nodes, snap_corners, sort_edges
+from fe.node_sets import add_named_points
 from geometry.part import Part
 from geometry.solid_skin import Facets, SolidSkin
 
@@ -108,19 +108,19 @@ def mesh_solid(part: Part, rule: TetRule) -> Mesh:
     smallest = min([rule.size, *rule.near.values()])
     skin = SolidSkin(part.solid)
     facets = skin.facets(DEFLECTION * smallest)
-    raw, cells = raw_tetrahedra(
+    raw, cells = fill_with_tetrahedra(
         facets.points,
         facets.triangles,
         size=rule.size,
         envelope=ENVELOPE * smallest,
         sizes=_sizes(part, rule, skin, facets),
     )
-    surface = outer_faces(_linear(raw, cells))
+    surface = find_outer_faces(_linear(raw, cells))
     corners = np.array([face[:3] for face in TET10.faces])
     triangles = cells[surface[:, :1], corners[surface[:, 1]]]
-    label = face_labels(raw, triangles, facets)
-    points = snapped_corners(raw, cells, _at_nodes(triangles, label), skin, LONGEST_WAY * smallest)
-    mesh = with_midside_nodes(points, cells, _at_edges(cells, triangles, label), skin)
+    label = label_faces(raw, triangles, facets)
+    points = snap_corners(raw, cells, _at_nodes(triangles, label), skin, LONGEST_WAY * smallest)
+    mesh = add_midside_nodes(points, cells, _at_edges(cells, triangles, label), skin)
     number = {face: i for i, face in enumerate(skin.faces)}
     face_sets = {
         name: surface[np.isin(label, [number[face] for face in region.faces])] for name, region in part.faces.items()
@@ -130,7 +130,7 @@ def mesh_solid(part: Part, rule: TetRule) -> Mesh:
     _prove(mesh, part)
     # A point of the name of a face is its middle: the face says more.
     named = {name: point for name, point in part.points.items() if name not in part.faces}
-    return with_named_points(mesh, named) if named else mesh
+    return add_named_points(mesh, named) if named else mesh
 
 
 def _sizes(
@@ -139,7 +139,7 @@ def _sizes(
     """Wanted lengths of edges on a coarse mesh around the part."""
     if not rule.near:
         return np.zeros((0, 3)), np.zeros((0, 4), dtype=np.int64), np.zeros(0)
-    at, cells = size_field(facets.points, rule.size)
+    at, cells = make_size_field(facets.points, rule.size)
     sizes = np.full(len(at), rule.size)
     number = {face: i for i, face in enumerate(skin.faces)}
     for name, size in rule.near.items():
@@ -161,7 +161,7 @@ def _spread(triangles: Float[NDArray[np.float64], "t 3 3"], spacing: float) -> F
 
 def _linear(points: Float[NDArray[np.float64], "k 3"], cells: Int[NDArray[np.int64], "cell 4"]) -> Mesh:
     """The raw cells with straight edges, as a mesh whose faces can be asked for."""
-    edges, which = sorted_edges(cells)
+    edges, which = sort_edges(cells)
     middles = (points[edges[:, 0]] + points[edges[:, 1]]) / 2
     return Mesh(
         points=np.vstack([points, middles]), cells={TET10.cell_type: np.column_stack([cells, len(points) + which])}
@@ -183,7 +183,7 @@ def _at_edges(
     triangles: Int[NDArray[np.int64], "k 3"],
     label: Int[NDArray[np.int64], " k"],
 ) -> dict[int, frozenset[int]]:
-    edges, _ = sorted_edges(cells)
+    edges, _ = sort_edges(cells)
     place = {(first, second): k for k, (first, second) in enumerate(edges.tolist())}
     found: dict[int, set[int]] = {}
     for (a, b, c), face in zip(np.sort(triangles, axis=1).tolist(), label.tolist(), strict=True):
@@ -195,12 +195,12 @@ def _at_edges(
 def _prove(mesh: Mesh, part: Part) -> None:
     """Refuse a mesh whose named faces or volume are not those of the part."""
     for name, region in part.faces.items():
-        error = face_areas(mesh, mesh.face_sets[name]).sum() / region.area - 1
+        error = integrate_areas(mesh, mesh.face_sets[name]).sum() / region.area - 1
         if abs(error) > AREA:
             raise MeshError(
                 f'{part.name}: the mesh misses the area of the face "{name}" by {error:.2%}: give smaller cells, or '
                 "name faces that end at sharp edges"
             )
-    error = enclosed_volume(mesh) / part.volume - 1
+    error = integrate_volume(mesh) / part.volume - 1
     if abs(error) > VOLUME:
         raise MeshError(f"{part.name}: the mesh misses the volume of the solid by {error:.2%}: give smaller cells")

@@ -8,8 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.compiled import compiled
-from fe.sparse.buffer import Buffer
-from fe.sparse.vector_code import SHORT_SIZE, SIZE, groups
+from fe.sparse.vector_code import SHORT_SIZE, SIZE, Buffer, groups
 from fe.sparse.vector_sum import put_sparse_row
 
 Matrix = NDArray[np.float64]

@@ -18,10 +18,13 @@ import inspect
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
+import numpy as np
+from jaxtyping import Float
 from llvmlite import ir
 from numba.core import cgutils, config, types
 from numba.core.codegen import get_host_cpu_features
 from numba.extending import intrinsic
+from numpy.typing import NDArray
 
 DOUBLE, INTEGER, SHORT = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
 SIZE, SHORT_SIZE = 8, 4
@@ -214,3 +217,19 @@ def operation(write: Callable[..., None], heights: Sequence[int] = HEIGHTS) -> A
     named: Any = define
     named.__signature__ = inspect.Signature([inspect.Parameter(name, POSITIONAL) for name in names])
     return intrinsic(named)
+
+
+class Buffer:
+    """A buffer as large as has ever been asked for."""
+
+    def __init__(self) -> None:
+        self._numbers = np.empty(0)
+
+    def rows(self, n: int, length: int) -> Float[NDArray[np.float64], "n length"]:
+        """Rows that begin on a line of the cache, where a register's load would else touch two; not cleared."""
+        spare = LINE // self._numbers.itemsize
+        if self._numbers.size < n * length + spare:
+            self._numbers = np.empty(0)  # not to stand beside the larger one
+            self._numbers = np.empty(n * length + spare)
+        first = -self._numbers.ctypes.data % LINE // self._numbers.itemsize
+        return self._numbers[first : first + n * length].reshape(n, length)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from fe.mesh import Mesh
-from fe.mesher.whole_mesh import whole_mesh
+from fe.mesher.body import join_meshes
 from figure.scene.caption import Blank, Caption, Colouring, Layout, layout_for
 from figure.scene.film import Image, save_picture
 from figure.scene.view import OVERSAMPLING, TOWARDS_EYE, Scene, Vectors, View, behind, scene, view_of
@@ -108,7 +108,7 @@ def _drawn(
 ) -> Path:
     layout = layout_for(view.half_width / view.half_height)
     colours = list(COLOURS[: len(bodies)])
-    mesh = whole_mesh({f"{name} {k}": each for name, group in bodies.items() for k, each in enumerate(group)})
+    mesh = join_meshes({f"{name} {k}": each for name, group in bodies.items() for k, each in enumerate(group)})
     # Of the colour of each node.
     number = np.repeat(np.arange(float(len(bodies))), [sum(each.n_node for each in group) for group in bodies.values()])
     colouring = Colouring(values=number, limits=(-0.5, len(bodies) - 0.5), colour_map=colours)

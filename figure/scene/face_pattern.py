@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.element import Element
-from fe.face_integral import face_frame
+from fe.face_integral import find_face_frame
 
 #: Corners of a triangle in the two directions of a face.
 TRIANGLE = np.array([[0, 0], [1, 0], [0, 1]], dtype=float)
@@ -46,7 +46,7 @@ def face_pattern(element: Element, local: int, n: int) -> FacePattern:
     """The pattern of a face with `n` facets along its sides, an even number for triangles."""
     face = list(element.faces[local])
     at, facets, rims = (_triangle if len(element.corner_faces[local]) == 3 else _square)(n)
-    origin, along = face_frame(element, local)
+    origin, along = find_face_frame(element, local)
     value = element.shape(origin + at @ along)[:, face]
     u, v = np.einsum("qaj,tj->tqa", element.gradient(origin + at @ along)[:, face], along)
     return FacePattern(value=value, along_u=u, along_v=v, facets=facets, rims=rims)

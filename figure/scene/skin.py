@@ -11,7 +11,7 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.element import Element
-from fe.face_integral import outer_faces
+from fe.face_integral import find_outer_faces
 from fe.mesh import Mesh
 from figure.scene.face_pattern import FacePattern, face_pattern
 
@@ -89,7 +89,7 @@ def skin_of(mesh: Mesh) -> Skin:
 def patterned_faces(mesh: Mesh) -> list[tuple[FacePattern, Int[NDArray[np.int64], "face node"]]]:
     """Nodes of the outer faces, corners first and anticlockwise from outside, with the pattern of each kind of face."""
     groups: dict[tuple[Element, int], list[tuple[int, NDArray[np.int64]]]] = {}
-    for _, element, local, cells in mesh.face_groups(outer_faces(mesh)):
+    for _, element, local, cells in mesh.face_groups(find_outer_faces(mesh)):
         nodes = cells[:, element.faces[local]]
         if len(nodes):
             groups.setdefault((element, nodes.shape[1]), []).append((local, nodes))

@@ -114,7 +114,7 @@ def _text(model: Model, file: str) -> str:
         gap = f'gap = ["0 um", "{5e5 * GAP:g} um", "{1e6 * GAP:g} um"]\n' if line == "right" else ""
         tables.append(
             f'[[line]]\nname = "{line}"\nnormal = {{ row = "{line}_normal" }}\ntangent = {{ row = "{line}_tangent" }}\n'
-            f"shares = [1, 4, 1] # of the stiffnesses and the pre-load of the line\n"
+            f"shares = [1, 4, 1] # of the stiffnesses and the preload of the line\n"
             f'normal_stiffness = "{1e-6 * NORMAL_STIFFNESS:g} N/um"\n'
             f'tangential_stiffness = "{1e-6 * TANGENTIAL_STIFFNESS:g} N/um"\n'
             f"friction_coefficient = {FRICTION_COEFFICIENT:g}\n"

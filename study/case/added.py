@@ -13,7 +13,7 @@ from casefile.quantity import DIMENSIONS, RATIO, Dimension, format_quantity, rea
 from casefile.table import Mistakes
 from casefile.validation import did_you_mean
 from correlation.model import Model
-from diagnosis.candidate.catalogue import Catalogue, catalogue
+from diagnosis.candidate.catalogue import Catalogue, list_effects
 from diagnosis.candidate.effect import Effect, EffectError, EffectParameter
 from diagnosis.fit.arrangement import Added
 from diagnosis.fit.calibration_parameter import CalibrationParameter
@@ -42,9 +42,9 @@ def case_catalogue(model: Model, files: Sequence[Path], **options: Any) -> Catal
     files
         With effects of one's own.
     options
-        As for `diagnosis.candidate.catalogue.catalogue`.
+        As for `diagnosis.candidate.catalogue.list_effects`.
     """
-    return catalogue(model, extra=files, **options)
+    return list_effects(model, extra=files, **options)
 
 
 def find_effect(found: Catalogue, name: str) -> Effect:

@@ -10,9 +10,9 @@ from correlation.errors import ModelDefinitionError
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from correlation.sensor_placement import with_sensors
-from diagnosis.candidate.catalogue import Catalogue, campaign_catalogue
+from diagnosis.candidate.catalogue import Catalogue, list_campaign_effects
 from diagnosis.fit.arrangement import Added
-from diagnosis.fit.calibration_parameter import CalibrationParameter, calibration_parameters
+from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
 from study.case.added import added_effects, apply_all, apply_by_name
 from study.case.kind import OpenCase, open_case
 from study.case.model import model_of_case
@@ -69,7 +69,7 @@ class Setup:
 
     def candidates(self, campaign: Campaign, without: Collection[str] = ()) -> Catalogue:
         """Effects of the case, all but some kinds, as strong as the tests of a campaign make them."""
-        return campaign_catalogue(campaign, self.model, without=without, extra=self.effects)
+        return list_campaign_effects(campaign, self.model, without=without, extra=self.effects)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -155,7 +155,7 @@ def _setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: RunCont
             refined.append(finer if campaign is None else with_sensors(finer, campaign))
     known: tuple[CalibrationParameter, ...] = ()
     with mistakes.at("accepted"):
-        known = calibration_parameters(model, deviation=case.accepted.deviation, finer=refined)
+        known = list_calibration_parameters(model, deviation=case.accepted.deviation, finer=refined)
     mistakes.raise_if_any()
     files = tuple(folder / file for file in case.effects.files)
     added = added_effects(case, model, files, mistakes)

@@ -10,7 +10,7 @@ from study.run_context import DEFAULTS, Answer, Options, command_app
 app = command_app(
     "add",
     """Writes an effect into a case, with the strength that the last `stickslip diagnose` of this case found and
-    the accepted parameters calibrated beside it. Comments and layout of the file stay. Each step is noted in
+    the calibration parameters calibrated beside it. Comments and layout of the file stay. Each step is noted in
     CASE.history.json, and `stickslip undo` takes it back.""",
     examples=['stickslip add "mass at tip"', 'stickslip add mass at tip --case beam.toml --value "93 mg"'],
 )

@@ -15,7 +15,7 @@ app = command_app(
     Reads a case (structure, contact lines, sensors, loads, priors) and a campaign folder, checks the measurements
     for what looks wrong, predicts every point, and weighs the differences by noise, friction histories and numerical
     error. Writes a CSV of all points, maps of the misfit (level, frequency, sensor, harmonic) and measured beside
-    predicted responses. With --calibrate the accepted parameters are fitted to the training data first.
+    predicted responses. With --calibrate the calibration parameters are fitted to the training data first.
     Every key stands in docs/case.md, the campaign folder in docs/campaign.md.""",
     examples=["stickslip compare beam.toml campaign --out compared", "stickslip compare beam.toml campaign --json"],
 )
@@ -28,7 +28,7 @@ def compare(
     /,
     *,
     out: Out = Path("compared"),
-    calibrate: Annotated[bool, Parameter(negative="", help="Fit the accepted parameters first.")] = False,
+    calibrate: Annotated[bool, Parameter(negative="", help="Fit the calibration parameters first.")] = False,
     options: Options = DEFAULTS,
 ) -> Answer:
     """Compare a model with measurements."""

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from correlation.metric.misfit import AXES, Misfit, Share, configuration, shares, whole, worst, worst_cell
+from correlation.metric.misfit import AXES, Misfit, Share, configuration, split_misfit, whole, worst, worst_cell
 from correlation.metric.peak_error import PeakError
 from study.compare.run import Compared
 
@@ -86,7 +86,7 @@ def _document(of: Misfit) -> dict[str, Any]:
             "sensor": str(points.sensor[0]),
             "harmonic": int(points.harmonic[0]),
         },
-        "by": {axis: [_share_document(share) for share in shares(of, axis)] for axis in AXES},
+        "by": {axis: [_share_document(share) for share in split_misfit(of, axis)] for axis in AXES},
     }
 
 
@@ -119,7 +119,7 @@ def _side(name: str, of: Misfit) -> Iterator[str]:
     missing = _not_found(of)
     if missing:
         yield f"  no steady state was found at {missing} of {len(of)} points; each counts 10 standard deviations"
-    rows = [(WORDS[axis], worst(split)) for axis in AXES if len(split := shares(of, axis)) > 1]
+    rows = [(WORDS[axis], worst(split)) for axis in AXES if len(split := split_misfit(of, axis)) > 1]
     width = max([len(share.label) for _, share in rows] + [len("all points")])
     yield f"  {'':<19}  {'':<{width}}  standard deviations  median error of amplitude and phase"
     for what, share in [("all", all_of), *rows]:

@@ -11,9 +11,9 @@ import numpy as np
 from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.campaign.read_campaign import read_campaign
 from correlation.errors import CampaignError
-from correlation.feature.observation import Observation, followed, parted, training
-from correlation.metric.misfit import Misfit, configuration, misfit
-from correlation.metric.peak_error import PeakError, peak_errors
+from correlation.feature.observation import Observation, find_sweep_directions, split_held_out, take_training_part
+from correlation.metric.misfit import Misfit, compute_misfit, configuration
+from correlation.metric.peak_error import PeakError, compute_peak_errors
 from correlation.metric.response import amplitude_error, phase_error
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
@@ -21,7 +21,7 @@ from correlation.prediction import Prediction
 from correlation.sensor_placement import with_sensors
 from diagnosis.fit.arrangement import arrange
 from diagnosis.fit.comparison import NOT_FOUND, Comparison
-from diagnosis.fit.finer_model import as_uncertain
+from diagnosis.fit.finer_model import widen_by_finer_models
 from diagnosis.fit.weighting import Measured, weighted
 from pipeline import fingerprint
 from pipeline.output import replace_file
@@ -41,7 +41,7 @@ COLUMNS = (
 
 @dataclass(frozen=True, kw_only=True)
 class Calibrated:
-    """An accepted parameter after its calibration: a factor on the case's value, and its standard deviation [-]."""
+    """A calibration parameter after its calibration: a factor on the case's value, and its standard deviation [-]."""
 
     name: str
     factor: float
@@ -96,7 +96,7 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
     run
         Where to write.
     calibrate
-        Whether the accepted parameters are fitted to the training data first.
+        Whether the calibration parameters are fitted to the training data first.
 
     Raises
     ------
@@ -143,7 +143,7 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
     campaign
         As read.
     calibrate
-        Whether the accepted parameters are fitted to the training data first.
+        Whether the calibration parameters are fitted to the training data first.
 
     Raises
     ------
@@ -185,7 +185,7 @@ class Side:
         predicted = of.features.of_values(value)
         difference = (of.measured - predicted) / deviation
         standardised = np.where(np.isfinite(predicted), difference, NOT_FOUND)
-        return misfit(of.observed, of.features, value, standardised, of.residual(self.prediction))
+        return compute_misfit(of.observed, of.features, value, standardised, of.residual(self.prediction))
 
 
 def beside(
@@ -208,7 +208,7 @@ def beside(
     before
         A prediction of the same model at other points.
     """
-    measured = Measured.of(observed, sweeps)
+    measured = Measured.prepare(observed, sweeps)
     prediction = measured.predictor.predict(model, before)
     comparison, _ = weighted(measured, model, prediction, budget, budget.refined, fitted=False)
     return Side(comparison=comparison, prediction=prediction)
@@ -218,23 +218,23 @@ def _sides(setup: Setup, campaign: Campaign, calibrate: bool) -> tuple[list[Side
     if calibrate:
         if not setup.accepted:
             raise CampaignError("the case accepts no parameter, so that nothing can be calibrated: add [accepted]")
-        # Effects stay as strong as the case says; the accepted parameters begin anew.
+        # Effects stay as strong as the case says; the calibration parameters begin anew.
         begin = replace(setup, calibrated={})
         arrangement = arrange(campaign, begin.complete, setup.accepted, begin.complete_budget)
-        fit = as_uncertain(arrangement.fit, arrangement.finer)
-        held = arrangement.held.predict(fit.model, fit.prediction)
+        fit = widen_by_finer_models(arrangement.fit, arrangement.finer)
+        held = arrangement.held_out.predict(fit.model, fit.prediction)
         sides = [
             Side(comparison=arrangement.train, prediction=fit.prediction),
-            Side(comparison=arrangement.held, prediction=held),
+            Side(comparison=arrangement.held_out, prediction=held),
         ]
         found = zip(setup.accepted, fit.values.tolist(), fit.deviation.tolist(), strict=True)
         calibrated = tuple(Calibrated(name=each.name, factor=a, deviation=b) for each, a, b in found)
         return sides, calibrated, fit.model
     model, budget = setup.complete, setup.complete_budget
-    sweeps = followed(campaign)
+    sweeps = find_sweep_directions(campaign)
     if not (campaign.held_out.levels or campaign.held_out.repeats):
-        return [beside(training(campaign), sweeps, model, budget)], (), model
-    seen, unseen = parted(campaign)
+        return [beside(take_training_part(campaign), sweeps, model, budget)], (), model
+    seen, unseen = split_held_out(campaign)
     side = beside(seen, sweeps, model, budget)
     return [side, beside(unseen, sweeps, model, budget, side.prediction)], (), model
 
@@ -244,7 +244,7 @@ def _peaks(sides: Sequence[Side]) -> tuple[PeakError, ...]:
     found: dict[tuple[bool, float], PeakError] = {}
     for side in sides:
         of = side.comparison
-        for peak in peak_errors(of.observed, side.prediction.value, of.features, of.whitening):
+        for peak in compute_peak_errors(of.observed, side.prediction.value, of.features, of.whitening):
             found.setdefault((peak.free, peak.level), peak)
     return tuple(found[key] for key in sorted(found))
 

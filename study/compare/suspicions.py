@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from correlation.campaign.manifest import MANIFEST
 from correlation.campaign.measurement import Campaign, Suspicion
 from correlation.errors import CampaignError
-from correlation.feature.table import features
+from correlation.feature.table import extract_features
 from correlation.model import Model
 from correlation.prediction import Points, Prediction, Predictor
-from correlation.suspicion.jump import jump_suspicions
-from correlation.suspicion.model import conjugate_tests, suspicions_against, swapped_sensors
-from correlation.suspicion.unit import wrong_units
-from fe.dense_modes import dense_modes
+from correlation.suspicion.jump import find_jump_suspicions
+from correlation.suspicion.model import find_conjugate_tests, find_model_suspicions, find_swapped_sensors
+from correlation.suspicion.unit import find_wrong_units
+from fe.dense_modes import compute_dense_modes
 from study.case.structure import stuck_at_rest
 
 #: Resonances that a test may be meant to show, of the stuck and of the free structure.
@@ -34,7 +34,7 @@ def all_suspicions(campaign: Campaign, model: Model, before: Prediction | None =
     before
         States to start from, if some are there.
     """
-    table = features(campaign)
+    table = extract_features(campaign)
     names = np.array([sensor.name for sensor in campaign.sensors])
     free = np.array([test.configuration == "free" for test in campaign.tests])
     points = Points(
@@ -47,11 +47,11 @@ def all_suspicions(campaign: Campaign, model: Model, before: Prediction | None =
     predicted = Predictor(points=points).predict(model, before).value
     return (
         *campaign.suspicions,
-        *suspicions_against(campaign, model_frequencies(model)),
-        *jump_suspicions(campaign),
-        *conjugate_tests(campaign, table, predicted),
-        *swapped_sensors(campaign, table, predicted),
-        *wrong_units(campaign, points, predicted),
+        *find_model_suspicions(campaign, model_frequencies(model)),
+        *find_jump_suspicions(campaign),
+        *find_conjugate_tests(campaign, table, predicted),
+        *find_swapped_sensors(campaign, table, predicted),
+        *find_wrong_units(campaign, points, predicted),
     )
 
 
@@ -60,7 +60,7 @@ def model_frequencies(model: Model) -> Float[NDArray[np.float64], " m"]:
     found = []
     for each in (model, model.free()):
         system = each.system
-        modes = dense_modes(system.mass, stuck_at_rest(system.stiffness, system.joints))
+        modes = compute_dense_modes(system.mass, stuck_at_rest(system.stiffness, system.joints))
         frequency = np.sqrt(np.maximum(modes.lambda_, 0.0)) / (2 * np.pi)
         found.append(frequency[frequency > 0][:N_MODE])
     return np.concatenate(found)

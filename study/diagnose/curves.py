@@ -25,8 +25,8 @@ def joined_misfit(result: Round, stage: Stage) -> tuple[Misfit, set[float]]:
     arrangement = result.diagnosis.arrangement
     train = result.misfit(stage.refit)
     fit = stage.refit.fit
-    predicted = result.keep(f"held out, {stage.name}", lambda: arrangement.held.predict(fit.model, fit.prediction))
-    held_out = Side(comparison=arrangement.held, prediction=predicted).misfit
+    predicted = result.keep(f"held out, {stage.name}", lambda: arrangement.held_out.predict(fit.model, fit.prediction))
+    held_out = Side(comparison=arrangement.held_out, prediction=predicted).misfit
     return joined(train, held_out)
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from diagnosis.candidate.effect import Effect
-from diagnosis.threshold.bootstrap import null_trial
+from diagnosis.threshold.bootstrap import run_null_trial
 from diagnosis.threshold.simulation import Simulation
 from pipeline.store import stage
 
@@ -12,4 +12,4 @@ from pipeline.store import stage
 def null_campaign(layout: str, seed: int, simulation: Simulation, effects: Sequence[Effect]) -> dict[str, float]:
     """One campaign of a layout without any effect, diagnosed."""
     del layout
-    return vars(null_trial(simulation, effects, seed))
+    return vars(run_null_trial(simulation, effects, seed))

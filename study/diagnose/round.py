@@ -152,7 +152,7 @@ def bootstrap(
     with progress.step("calibration"):
         arrangement = keep(
             "arrangement",
-            lambda: arrange(campaign, setup.model, setup.accepted, setup.budget, added=setup.added, listed=finer),
+            lambda: arrange(campaign, setup.model, setup.accepted, setup.budget, added=setup.added, catalogue_of=finer),
         )
     added = {item.effect.name for item in setup.added}
     effects = [item for item in known.candidates if item.name not in added]

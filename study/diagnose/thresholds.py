@@ -10,7 +10,7 @@ import numpy as np
 from correlation.campaign.measurement import Campaign
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.candidate.effect import Effect
-from diagnosis.threshold.bootstrap import Trial, thresholds_from
+from diagnosis.threshold.bootstrap import Trial, fit_thresholds
 from diagnosis.threshold.simulation import Simulation
 from diagnosis.threshold.thresholds import Thresholds
 from pipeline.parallel import Task, run_parallel
@@ -101,7 +101,7 @@ def simulated_thresholds(
         for seed in range(n_trial)
     ]
     trials = [outcome.value for outcome in run_parallel(tasks, store, progress, "detection thresholds")]
-    return thresholds_from([Trial(seed=int(t["seed"]), gain=t["gain"], misfit=t["misfit"]) for t in trials])
+    return fit_thresholds([Trial(seed=int(t["seed"]), gain=t["gain"], misfit=t["misfit"]) for t in trials])
 
 
 def are_simulated(key: str, n_trial: int, store: Store) -> bool:

@@ -7,12 +7,11 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.assembly import assemble_compact
-from fe.boundary import Support, supported_system, unsupported_system
-from fe.free_modes import free_modes
+from fe.boundary import Support, make_unsupported_system, supported_system
 from fe.material import Material
 from fe.mesh import Mesh
-from fe.modal import ModeSet, modes
-from fe.stress import nodal_stress, von_mises
+from fe.modal import ModeSet, compute_free_modes, modes
+from fe.stress import compute_nodal_stress, compute_von_mises
 from fe.system import LinearSystem
 from pipeline.store import stage
 
@@ -54,8 +53,8 @@ def mesh_shapes(mesh: Mesh, material: Material, fixed: tuple[str, ...], n_mode: 
     if fixed:
         system = supported_system(mesh, mass, stiffness, [Support(nodes=mesh.nodes(name)) for name in fixed])
         return shapes_of(mesh, material, system, modes(system, n_mode))
-    system = unsupported_system(mesh, mass, stiffness)
-    return shapes_of(mesh, material, system, free_modes(system, mesh, material, n_mode))
+    system = make_unsupported_system(mesh, mass, stiffness)
+    return shapes_of(mesh, material, system, compute_free_modes(system, mesh, material, n_mode))
 
 
 def shapes_of(mesh: Mesh, material: Material, system: LinearSystem, found: ModeSet) -> Shapes:
@@ -72,5 +71,5 @@ def stressed_shapes(
 ) -> Shapes:
     """Shapes on a mesh, with their stress."""
     shapes = np.moveaxis(displacement, 2, 0)
-    stress = [von_mises(nodal_stress(mesh, material, shape)) for shape in shapes]
+    stress = [compute_von_mises(compute_nodal_stress(mesh, material, shape)) for shape in shapes]
     return Shapes(mesh=mesh, n_dof=n_dof, frequency=frequency, displacement=shapes, von_mises=np.stack(stress))

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from fe.dense_modes import RIGID, dense_modes
+from fe.dense_modes import RIGID, compute_dense_modes
 from pipeline.output import replace_file
 from reduction.jointed_system import JointedSystem
 from study.case.kind import OpenCase
@@ -75,7 +75,7 @@ def frequency_columns(system: JointedSystem, n_mode: int) -> dict[str, Values]:
 
 
 def _modes(mass: Matrix, damping: Matrix, stiffness: Matrix, n_mode: int) -> tuple[Values, Values]:
-    found = dense_modes(mass, stiffness)
+    found = compute_dense_modes(mass, stiffness)
     shapes = found.mode_shapes[:, :n_mode]
     squared = found.lambda_[:n_mode]
     omega = np.sqrt(np.where(squared > RIGID * found.lambda_[-1], squared, 0.0))

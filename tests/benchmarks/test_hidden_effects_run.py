@@ -22,7 +22,7 @@ from benchmarks.hidden_effects_run import run
 from correlation.feature.vector import FeatureVector
 from correlation.noise.whitening import Whitening
 from correlation.prediction import Points
-from diagnosis.candidate.catalogue import catalogue
+from diagnosis.candidate.catalogue import list_effects
 from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.diagnose import Diagnosis
 from diagnosis.fit.problem import Refit
@@ -127,7 +127,7 @@ def test_a_process_may_die_and_ctrl_c_ends_all_and_keeps_what_is_done(tmp_path: 
 
 def test_every_planted_effect_has_its_name_in_the_catalogue() -> None:
     base = setup().model
-    names = catalogue(base, level=10.0).names
+    names = list_effects(base, level=10.0).names
     for kind, _ in ROWS.values():
         for place in KINDS.get(kind, ()):
             name = effect_name(truth(kind, place), base)
@@ -150,7 +150,7 @@ def test_an_effect_is_left_out_with_the_kinds_of_its_group() -> None:
     assert excluded_kinds("cubic at tip", NO_GROUPS) == ("cubic", "spring")
     assert excluded_kinds("air damping at tip", NO_GROUPS) == ("air damping",)
     assert excluded_kinds("", NO_GROUPS) == ()
-    for effect in catalogue(setup().model, level=10.0).candidates:
+    for effect in list_effects(setup().model, level=10.0).candidates:
         assert kind_of(effect.name) == effect.kind
 
 
@@ -172,7 +172,7 @@ POINTS = Points(
 
 def comparison() -> SimpleNamespace:
     motion = np.array([True, True, True, False, False, True])
-    features = FeatureVector.of(POINTS, VALUE, motion)
+    features = FeatureVector.choose(POINTS, VALUE, motion)
     measured = features.of_values(VALUE)
     draw = np.random.default_rng(5)
     # The first mode moves a ratio and its reference together.
@@ -214,7 +214,7 @@ def make(folder: Path, *, seed: int, kind: str) -> PlantedTruth:
 
 def judge(campaign: Any, base: Any, *_: object, without: tuple[str, ...], **__: object) -> Diagnosis:
     """The first candidate of the kind that is looked for, right by its name alone."""
-    names = catalogue(base, level=10.0, without=without)
+    names = list_effects(base, level=10.0, without=without)
     effect = names.effect("mass at tip")
     before = refit(None, chi2=900.0, held_error=0.02)
     best = refit(effect, chi2=800.0, held_error=0.011)

@@ -138,8 +138,8 @@ def test_strengths_are_judged_where_their_deviation_is_small() -> None:
 
 def test_a_strength_counts_from_where_the_effect_vanishes() -> None:
     """A ratio of 1.08 instead of 1.1 is off by a fifth of what is missing."""
-    ratio = replace(fitted("pre-load of left", strength=1.08, deviation=0.004), vanishes=1.0)
-    line = record("preload", 1, "pre-load of left", MISSING, ratio)
+    ratio = replace(fitted("preload of left", strength=1.08, deviation=0.004), vanishes=1.0)
+    line = record("preload", 1, "preload of left", MISSING, ratio)
     line = replace(line, planted=replace(line.planted, value=1.1))
     assert score([line], GROUPS).planted["preload"].strength == Share(count=0, of=1)
     near = replace(line, ranking=(replace(ratio, strength=1.09),))

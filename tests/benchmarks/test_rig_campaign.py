@@ -78,7 +78,7 @@ def measured(specimen: Specimen, effect: HiddenEffect) -> Readings:
 
 def predicted(model: Model) -> tuple[np.ndarray, np.ndarray]:
     """Harmonic 1 of the motions, and harmonics 0 and 1 of the lines' forces."""
-    solver = Configuration.of(model, False, None)
+    solver = Configuration.from_model(model, False, None)
     state = steady_state(solver.balance.at_level(LEVEL), 2 * np.pi * FREQUENCY)
     motion = solver.read(state, np.array(SENSORS), np.ones(len(SENSORS), dtype=np.int64))
     force = [solver.read(state, np.array(ORDER), np.full(len(ORDER), k)) for k in (0, 1)]

@@ -142,9 +142,9 @@ def test_derivatives_are_those_of_predictions(name: str, small: Model, predicted
 
 @pytest.mark.parametrize("offset", [0.0, 0.02])
 def test_derivatives_of_a_shift_are_those_of_predictions(offset: float, small: Model, paper: ModuleType) -> None:
-    from diagnosis.fit.tangent import tangents
+    from diagnosis.fit.tangent import differentiate
 
-    (tangent,) = tangents(
+    (tangent,) = differentiate(
         lambda values: shift(small, float(values[0])), np.array([offset]), np.array([1e-3]), [(-0.1, 0.1)]
     )
     moved = shift(small, offset)

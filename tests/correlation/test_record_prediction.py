@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
 from correlation.model import Model, Sensor
-from correlation.record_prediction import Drive, drive, numerical_error, predict_record, record_rates
+from correlation.record_prediction import Drive, estimate_numerical_error, predict_rates, predict_record, prepare_drive
 from geometry.errors import InputError
 from reduction.jointed_system import (
     CubicSpring,
@@ -112,7 +112,7 @@ def test_a_force_that_rises_evenly_is_answered_exactly() -> None:
     passing = 2 * zeta / w * np.cos(damped * t) + (2 * zeta**2 - 1) / damped * np.sin(damped * t)
     exact = a / k * (t - 2 * zeta / w + decay * passing)
     # Round-off of the exponential alone.
-    np.testing.assert_allclose(predicted(one, drive(run, steps=1))[0], exact, atol=1e-12 * exact.max())
+    np.testing.assert_allclose(predicted(one, prepare_drive(run, steps=1))[0], exact, atol=1e-12 * exact.max())
 
 
 @pytest.mark.parametrize(
@@ -127,22 +127,24 @@ def test_the_march_agrees_with_an_independent_integrator(joints: tuple[Joint, ..
     bench, run = model(*joints, static=0.5), record(multisine)
     exact = integrated(bench, run.time, np.zeros(4))
     inner = slice(0, -40)  # the force is not known beyond the record's end
-    found = predicted(bench, drive(run))
+    found = predicted(bench, prepare_drive(run))
     assert (errors(found[:, inner], exact[:, inner]) < tolerance).all()
     if joints:  # and the joints matter
-        assert errors(predicted(model(static=0.5), drive(run))[:, inner], exact[:, inner]).min() > 10 * tolerance
+        assert (
+            errors(predicted(model(static=0.5), prepare_drive(run))[:, inner], exact[:, inner]).min() > 10 * tolerance
+        )
 
 
 def test_the_error_falls_with_the_square_of_the_step() -> None:
     bench, run = model(CUBIC, AIR), record(multisine)
     exact = integrated(bench, run.time, np.zeros(4))
     inner = slice(0, -40)
-    found = [errors(predicted(bench, drive(run, steps=n))[:, inner], exact[:, inner]).max() for n in (4, 8, 16)]
+    found = [errors(predicted(bench, prepare_drive(run, steps=n))[:, inner], exact[:, inner]).max() for n in (4, 8, 16)]
     order = np.log2(np.array(found[:-1]) / np.array(found[1:]))
     # The coarsest steps are 24 a period of the second resonance, where the next order still shows.
     np.testing.assert_allclose(order, 2.0, atol=0.15)
     # What the model says of its own error is that error, less the share of the finer steps.
-    assert numerical_error(bench, drive(run, steps=4)) == pytest.approx(0.75 * found[0], rel=0.4)
+    assert estimate_numerical_error(bench, prepare_drive(run, steps=4)) == pytest.approx(0.75 * found[0], rel=0.4)
 
 
 def test_a_ring_down_starts_where_it_is_told() -> None:
@@ -152,12 +154,12 @@ def test_a_ring_down_starts_where_it_is_told() -> None:
     bench = model(CUBIC, AIR)
     still = bench.with_system(harmonic_force=np.zeros((2, 2)))
     # As above; accelerations at the start hold the cubic force in full.
-    assert (errors(predicted(bench, drive(silent), start), integrated(still, run.time, start)) < 4e-3).all()
+    assert (errors(predicted(bench, prepare_drive(silent), start), integrated(still, run.time, start)) < 4e-3).all()
 
 
 def test_rates_are_the_slopes_of_the_prediction() -> None:
     run = record(multisine)
-    driven = drive(run, run_in=0.1)
+    driven = prepare_drive(run, run_in=0.1)
     start = np.array([1e-4, 0.0, 0.0, 0.01])
 
     def bench(p: NDArray[np.float64]) -> Model:
@@ -174,7 +176,7 @@ def test_rates_are_the_slopes_of_the_prediction() -> None:
         return bench(here - step), bench(here + step), float(2 * step[number])
 
     basis = np.eye(4)[[1, 2]]
-    rates = record_rates(bench(here), driven, [pair(number, 1e-4) for number in range(7)], start, basis)
+    rates = predict_rates(bench(here), driven, [pair(number, 1e-4) for number in range(7)], start, basis)
     for number in range(7):
         low, high, step = pair(number, 1e-5)
         slope = (predicted(high, driven, start) - predicted(low, driven, start)) / step
@@ -189,11 +191,11 @@ def test_rates_are_the_slopes_of_the_prediction() -> None:
 
 def test_a_model_that_runs_away_is_told_by_none() -> None:
     soft = model(replace(CUBIC, stiffness=-1e11))
-    assert predict_record(soft, drive(record(multisine))) is None
+    assert predict_record(soft, prepare_drive(record(multisine))) is None
 
 
 def test_what_no_record_can_drive_is_refused() -> None:
-    driven = drive(record(multisine))
+    driven = prepare_drive(record(multisine))
     contact = FrictionContact(
         name="pad", normal=EXCITER, tangents=TIP, normal_stiffness=1e4, tangential_stiffness=1e4,
         friction_coefficient=0.5,
@@ -215,10 +217,10 @@ def test_what_no_record_can_drive_is_refused() -> None:
 def test_a_record_without_what_it_needs_is_refused() -> None:
     run = record(multisine)
     with pytest.raises(CampaignError, match="run-in of 9 s"):
-        drive(run, run_in=9.0)
+        prepare_drive(run, run_in=9.0)
     with pytest.raises(CampaignError, match="no channel but the force"):
-        drive(run, sensors=())
+        prepare_drive(run, sensors=())
     with pytest.raises(CampaignError, match='no channel "root"'):
-        drive(run, sensors=("root",))
+        prepare_drive(run, sensors=("root",))
     with pytest.raises(CampaignError, match="0 steps"):
-        drive(run, steps=0)
+        prepare_drive(run, steps=0)

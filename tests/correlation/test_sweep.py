@@ -6,7 +6,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from correlation.feature.observation import followed
+from correlation.feature.observation import find_sweep_directions
 from correlation.model import Model
 from correlation.prediction import Points, Predictor
 from hbsolve.balance import HarmonicBalance
@@ -61,11 +61,11 @@ def test_sweeps_are_those_of_the_jointed_structure_in_their_order(small: Model, 
     table = campaign.measurement
 
     def swept(sweep: np.ndarray) -> tuple[int, ...]:
-        return followed(replace(campaign, measurement=replace(table, sweep=sweep.astype(int))))
+        return find_sweep_directions(replace(campaign, measurement=replace(table, sweep=sweep.astype(int))))
 
     late = table.order > table.order.max() // 2
     free = np.array([test.configuration == "free" for test in campaign.tests])[table.test]
-    assert followed(campaign) == (1,)
+    assert find_sweep_directions(campaign) == (1,)
     assert swept(np.where(late, -1, 1)) == (1, -1)
     assert swept(np.where(late, 1, -1)) == (-1, 1)
     assert swept(np.zeros(len(table))) == ()

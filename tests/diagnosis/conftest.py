@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from correlation.campaign.measurement import Campaign
 from correlation.model import Dof, LineSensor, Model, Part, Sensor
 from correlation.noise.nuisance import Budget
-from diagnosis.candidate.catalogue import Catalogue, catalogue
+from diagnosis.candidate.catalogue import Catalogue, list_effects
 from diagnosis.fit.arrangement import Arrangement, arrange
-from diagnosis.fit.calibration_parameter import calibration_parameters
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from reduction.jointed_system import FrictionContact, JointedSystem, along
 
 #: Nodes 0 to 2 of the beam move in z and x, degrees of freedom 2 n and 2 n + 1; then the stand in z.
@@ -122,7 +122,7 @@ def small(paper: ModuleType) -> Model:
 
 @pytest.fixture(scope="session")
 def listed(small: Model, paper: ModuleType) -> Catalogue:
-    return catalogue(small, level=paper.LEVELS[1])
+    return list_effects(small, level=paper.LEVELS[1])
 
 
 @pytest.fixture(scope="session")
@@ -137,6 +137,6 @@ def heavy(small: Model, heavy_campaign: Campaign) -> Arrangement:
     return arrange(
         heavy_campaign,
         small,
-        calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0}),
+        list_calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0}),
         Budget(frequency=0.0, compliance=0.0),
     )

@@ -11,19 +11,19 @@ import pytest
 from correlation.errors import CampaignError
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
-from diagnosis.candidate.catalogue import catalogue
+from diagnosis.candidate.catalogue import list_effects
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.rules import gain, held_gain, support
 from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.arrangement import Added
-from diagnosis.fit.calibration_parameter import calibration_parameters
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.refit import is_lost, shortlist
-from diagnosis.threshold.thresholds import Thresholds, linear_thresholds
+from diagnosis.threshold.thresholds import Thresholds, compute_linear_thresholds
 
 EXACT_MODEL = Budget(frequency=0.0, compliance=0.0)
 MASS, WHERE = 5e-3, "mass at tip z"  # kg, of 0.8
-RATIO, LINE = 1.02, "pre-load of left"
+RATIO, LINE = 1.02, "preload of left"
 CUBIC, RATE = "cubic at tip z", 1e6  # N/m^3
 #: What every round does, whatever comes out; refits are of what was shortlisted.
 STEPS = ("arrangement", "scores", "held-out error", "places")
@@ -48,8 +48,8 @@ class Bench:
 
     def __init__(self, small: Model, paper: ModuleType) -> None:
         self.small, self.paper = small, paper
-        self.accepted = calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0})
-        self.listed = catalogue(small, level=paper.LEVELS[1])
+        self.accepted = list_calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0})
+        self.listed = list_effects(small, level=paper.LEVELS[1])
 
     def effect(self, name: str) -> Effect:
         return self.listed.effect(name)
@@ -108,7 +108,7 @@ def test_a_hidden_mass_is_named_with_its_strength(heavy: Diagnosis) -> None:
 def test_one_repeat_of_many_is_enough_to_test_a_claim(bench: Bench, n_repeat: int, seed: int) -> None:
     """A weaker mass beside seven repeats: chi^2 of the eighth falls by a seventh of what that of the others does."""
     campaign = bench.campaign((WHERE, 6e-4), seed=seed, n_repeat=n_repeat, held=(n_repeat,))
-    found = bench.diagnose(campaign, without=["density", "spring", "cubic", "gap", "pre-load"])
+    found = bench.diagnose(campaign, without=["density", "spring", "cubic", "gap", "preload"])
     assert WHERE in names(found)
     assert held_gain(found.arrangement, found.before, found.refits[0]) < 0.25 * gain(found.arrangement, found.refits[0])
 
@@ -124,7 +124,7 @@ def test_refits_are_ranked_by_both_falls(heavy: Diagnosis) -> None:
 
 def test_scores_are_of_all_candidates_and_limits_of_the_scores(heavy: Diagnosis) -> None:
     assert {score.effect.name for score in heavy.scores} == {each.name for each in heavy.catalogue.candidates}
-    assert heavy.thresholds == linear_thresholds(heavy.scores)
+    assert heavy.thresholds == compute_linear_thresholds(heavy.scores)
     assert heavy.verdict.threshold == heavy.thresholds.gain
     assert {place.name for place in heavy.places} == {"root z", "tip z"}
 
@@ -240,7 +240,7 @@ def test_what_was_added_is_fitted_again_with_what_comes_next(bench: Bench) -> No
     (best,) = found.verdict.effects
     fit = best.fit
     assert fit.unknowns.names == ("kt", "mu", "zeta", WHERE, LINE)
-    # It has no prior, and comes to its true value with the accepted parameters and the new effect.
+    # It has no prior, and comes to its true value with the calibration parameters and the new effect.
     assert np.isinf(fit.unknowns.prior[3])
     assert found.arrangement.fit.values[3] != start
     for number, true in ((3, MASS), (4, RATIO)):

@@ -10,7 +10,7 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.place import with_cubic_spring
 from diagnosis.fit.arrangement import arrange
-from diagnosis.fit.calibration_parameter import calibration_parameters
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.localisation import Place, localise
 from reduction.jointed_system import along
 
@@ -23,7 +23,10 @@ def located(model: Model, paper: ModuleType, truth: Model, **known: float) -> li
     deviation = {"kn": 0.0, "E": 0.0, **known}
     return localise(
         arrange(
-            campaign, model, calibration_parameters(model, deviation=deviation), Budget(frequency=0.0, compliance=0.0)
+            campaign,
+            model,
+            list_calibration_parameters(model, deviation=deviation),
+            Budget(frequency=0.0, compliance=0.0),
         )
     )
 

@@ -19,7 +19,7 @@ from correlation.model import Dof, Model, Sensor
 from diagnosis.candidate.effect import Effect
 from diagnosis.decision.verdict import Finding
 from diagnosis.effect.gain import Gain
-from diagnosis.fit.calibration_parameter import calibration_parameters
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.record.arrangement import arrange_records, stretch
 from diagnosis.record.diagnose import RecordDiagnosis, diagnose_records, record_rounds
 from diagnosis.record.gate import named_unit
@@ -47,7 +47,7 @@ def base() -> Model:
 
 
 def fitted(model: Model) -> list[Effect]:
-    return [*calibration_parameters(model), Gain(name="gain of tip", sensor="tip")]
+    return [*list_calibration_parameters(model), Gain(name="gain of tip", sensor="tip")]
 
 
 def force(t: NDArray[np.float64] | float, seed: int) -> NDArray[np.float64]:

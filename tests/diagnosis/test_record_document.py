@@ -10,7 +10,7 @@ import numpy as np
 
 from correlation.campaign.time_record import TimeRecord
 from correlation.model import Model, Sensor
-from correlation.record_prediction import drive, predict_record
+from correlation.record_prediction import predict_record, prepare_drive
 from diagnosis.candidate.place import with_cubic_spring
 from reduction.jointed_system import JointedSystem
 
@@ -27,7 +27,7 @@ def record(model: Model, *, held_out: bool) -> TimeRecord:
         name="shaken", time=time, channels=("force", "tip"), units=("N", "V"), values=np.stack([force, time]),
         force="force", held_out=held_out,
     )  # fmt: skip
-    found = predict_record(model, drive(run))
+    found = predict_record(model, prepare_drive(run))
     assert found is not None
     return TimeRecord(
         name=run.name, time=time, channels=run.channels, units=run.units, values=np.vstack([force, found]),

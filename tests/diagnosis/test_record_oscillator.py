@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from correlation.campaign.time_record import TimeRecord
 from correlation.errors import CampaignError
 from correlation.model import Model, Sensor
-from correlation.record_prediction import drive, predict_record
-from correlation.record_single_dof import single_dof
+from correlation.record_prediction import predict_record, prepare_drive
+from correlation.record_single_dof import fit_single_dof
 from diagnosis.decision.verdict import Finding
 from diagnosis.effect.gain import Gain
-from diagnosis.fit.calibration_parameter import calibration_parameters
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.record.arrangement import about_mean, arrange_records
 from diagnosis.record.diagnose import diagnose_records
 from reduction.jointed_system import JointedSystem
@@ -55,23 +55,23 @@ def matrices(model: Model) -> NDArray[np.float64]:
 
 def test_an_oscillator_is_read_from_a_record() -> None:
     # Hann's window leaks, and spectra between the lines of a multisine are its shape alone: a start, no more.
-    found = single_dof(driven(1), "y")
+    found = fit_single_dof(driven(1), "y")
     np.testing.assert_allclose(matrices(found), [MASS, DAMPING, STIFFNESS], rtol=0.02)
 
 
 def test_a_sensor_that_reads_the_other_way_turns_the_force() -> None:
     run = driven(1)
     turned = replace(run, values=run.values * np.array([[1.0], [-1.0]]))
-    found = single_dof(turned, "y")
+    found = fit_single_dof(turned, "y")
     assert found.system.dynamic[1, 0] == -1.0
-    prediction = predict_record(found, drive(turned, run_in=0.5))
+    prediction = predict_record(found, prepare_drive(turned, run_in=0.5))
     assert prediction is not None
-    assert np.corrcoef(prediction[0], drive(turned, run_in=0.5).measured[0])[0, 1] > 0.99
+    assert np.corrcoef(prediction[0], prepare_drive(turned, run_in=0.5).measured[0])[0, 1] > 0.99
 
 
 def test_a_fit_finds_the_oscillator_exactly() -> None:
     base = oscillator().with_system(damping=[[1.3 * DAMPING]], stiffness=[[1.05 * STIFFNESS]])
-    found = arrange_records(base, [driven(1), driven(2)], calibration_parameters(base), run_in=1.0).fit
+    found = arrange_records(base, [driven(1), driven(2)], list_calibration_parameters(base), run_in=1.0).fit
     # The march: 8 steps a sample are right to 1e-4 here.
     np.testing.assert_allclose(matrices(found.model), [MASS, DAMPING, STIFFNESS], rtol=5e-4)
 
@@ -80,7 +80,7 @@ def test_a_fit_to_a_ring_down_finds_its_start_as_well() -> None:
     base = oscillator().with_system(damping=[[1.3 * DAMPING]], stiffness=[[0.97 * STIFFNESS]])
     runs = [ring_down(0.1, 0.3, held_out=False), ring_down(0.05, -1.0, held_out=False)]
     runs.append(ring_down(0.2, 2.0, held_out=True))
-    found = diagnose_records(base, runs, calibration_parameters(base))
+    found = diagnose_records(base, runs, list_calibration_parameters(base))
     # Without a force the march is exact: the fit ends when it gains no more than 1e-7 of the squared error.
     np.testing.assert_allclose(matrices(found.before.fit.model), [MASS, DAMPING, STIFFNESS], rtol=1e-6)
     # Each has a start of its own, the held-out one as well.
@@ -96,7 +96,7 @@ def test_three_factors_absorb_all_that_is_linear() -> None:
         for each in (driven(1), driven(2))
     ]
     found = diagnose_records(
-        base, noisy, [*calibration_parameters(base), Gain(name="gain of y", sensor="y")], run_in=1.0
+        base, noisy, [*list_calibration_parameters(base), Gain(name="gain of y", sensor="y")], run_in=1.0
     )
     absorbed = {each.effect.kind for each in found.scores if each.absorbed > 0.9999}
     assert absorbed == {"spring", "mass", "density", "dashpot"}
@@ -115,7 +115,7 @@ def test_the_offset_of_a_force_is_taken_off() -> None:
 
 def test_what_is_no_oscillator_is_refused() -> None:
     with pytest.raises(CampaignError, match="has no force"):
-        single_dof(ring_down(0.1, 0.0, held_out=False), "y")
+        fit_single_dof(ring_down(0.1, 0.0, held_out=False), "y")
     # Its response falls with the frequency, and there is no resonance.
     with pytest.raises(CampaignError, match='"y" does not follow "u" like an oscillator'):
-        single_dof(driven(1, mass=-MASS), "y")
+        fit_single_dof(driven(1, mass=-MASS), "y")

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from correlation.campaign.time_record import TimeRecord
-from correlation.record_prediction import numerical_error
-from correlation.record_single_dof import single_dof
+from correlation.record_prediction import estimate_numerical_error
+from correlation.record_single_dof import fit_single_dof
 from diagnosis.decision.verdict import Finding
 from diagnosis.effect.density import Density
-from diagnosis.fit.calibration_parameter import calibration_parameters
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.record.arrangement import about_mean, stretch
 from diagnosis.record.diagnose import RecordDiagnosis, record_rounds
 
@@ -48,9 +48,9 @@ def diagnosed(whole: TimeRecord, train: int, held: int, most: int = 3) -> list[R
         for begin in (FIRST + (number - 1) * PERIOD,)
     ]
     records.append(stretch(whole, *ARROW, name="arrow", held_out=True))
-    base = single_dof(records[0], "V2")
+    base = fit_single_dof(records[0], "V2")
     # Mass, damping and stiffness of one degree of freedom in volts: three factors.
-    fitted = [*calibration_parameters(base), Density(name="density of all", part="all")]
+    fitted = [*list_calibration_parameters(base), Density(name="density of all", part="all")]
     return record_rounds(base, records, fitted, run_in=0.5, units={"N": "V", "m": "V"}, most=most)
 
 
@@ -104,5 +104,5 @@ def test_nothing_further_passes_the_gate(rounds: list[RecordDiagnosis]) -> None:
 
 def test_the_numerical_error_is_far_below_what_is_left(rounds: list[RecordDiagnosis]) -> None:
     arrangement = rounds[1].arrangement
-    error = numerical_error(arrangement.fit.model, arrangement.train.drives[0])
+    error = estimate_numerical_error(arrangement.fit.model, arrangement.train.drives[0])
     assert error < 0.1 * rounds[1].before.held_error

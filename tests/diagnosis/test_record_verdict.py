@@ -19,7 +19,7 @@ LEVEL = np.random.default_rng(3).uniform(0.5, 1.5, 20)
 def refit(name: str, blocks: NDArray[np.float64]) -> Refit:
     parameter = EffectParameter(name="mass", unit="kg", lower=0.0, upper=1.0, typical=0.01)
     effect = SimpleNamespace(name=name, parameters=(parameter,)) if name else None
-    # An accepted parameter comes first, whose numbers must not be told.
+    # A calibration parameter comes first, whose numbers must not be told.
     fit = SimpleNamespace(values=np.array([99.0, 0.0123]), deviation=np.array([77.0, 0.0005]), n_number=3)
     error = np.sqrt(blocks.mean(keepdims=True))
     return Refit(

@@ -9,10 +9,10 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.fit.arrangement import Arrangement, arrange
-from diagnosis.fit.calibration_parameter import calibration_parameters
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.refit import MOST_RUGGED, baseline_fit, refit, shortlist
-from diagnosis.screening import Score, calibration_basis, screen
-from diagnosis.threshold.null_gain import null_gains, threshold
+from diagnosis.screening import Score, make_calibration_basis, screen
+from diagnosis.threshold.thresholds import draw_null_gains, find_threshold
 
 #: What `heavy` hides [kg], of 0.8.
 MASS, WHERE = 5e-3, "mass at tip z"
@@ -29,7 +29,7 @@ def complete(small: Model, paper: ModuleType) -> Arrangement:
     return arrange(
         campaign,
         small,
-        calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0}),
+        list_calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0}),
         Budget(frequency=0.0, compliance=0.0),
     )
 
@@ -45,7 +45,7 @@ def test_a_planted_mass_comes_first_with_its_strength(scores: list[Score]) -> No
 
 
 def test_directions_are_units_across_the_accepted_parameters(scores: list[Score], heavy: Arrangement) -> None:
-    basis = calibration_basis(heavy)
+    basis = make_calibration_basis(heavy)
     np.testing.assert_allclose(basis.T @ basis, np.eye(3), atol=1e-12)
     for score in scores:
         assert 0 <= score.absorbed <= 1
@@ -57,8 +57,8 @@ def test_directions_are_units_across_the_accepted_parameters(scores: list[Score]
             assert score.detectable == np.inf
 
 
-def test_an_accepted_parameter_is_absorbed_by_itself(heavy: Arrangement) -> None:
-    zeta = heavy.accepted[2]
+def test_a_calibration_parameter_is_absorbed_by_itself(heavy: Arrangement) -> None:
+    zeta = heavy.calibration[2]
     (score,) = screen(heavy, [zeta])
     # Its prior of 20 % is all that the data lack against the same number without one.
     assert score.absorbed > 0.99
@@ -85,4 +85,4 @@ def test_the_refit_finds_the_mass_and_explains_the_held_out_repeat(scores: list[
 def test_when_nothing_is_missing_nothing_stands_out(complete: Arrangement, listed: Catalogue) -> None:
     found = screen(complete, listed.candidates)
     # Chance exceeds it once in a thousand campaigns; twice that for covariances known from four repeats alone.
-    assert found[0].gain < 2 * threshold(null_gains(found), 1e-3)
+    assert found[0].gain < 2 * find_threshold(draw_null_gains(found), 1e-3)

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from correlation.model import Model
-from diagnosis.candidate.catalogue import catalogue
+from diagnosis.candidate.catalogue import list_effects
 from diagnosis.effect import EFFECTS, EffectKind
 from geometry.errors import RegistryError
 from tests.diagnosis import conftest
@@ -36,10 +36,10 @@ globals().update(sweeps("planted_kind", test_effect))
 
 
 def test_it_stands_in_the_list_of_all(effect_kind: EffectKind, bench: Model) -> None:
-    found = catalogue(bench)
+    found = list_effects(bench)
     assert found.kinds[-1] == effect_kind.name == "modulus"
     assert found.effect("modulus of stand").physics == effect_kind.physics
-    assert "modulus" not in catalogue(bench, without=["modulus"]).kinds
+    assert "modulus" not in list_effects(bench, without=["modulus"]).kinds
 
 
 def test_a_file_without_a_fact_is_refused_in_a_sentence(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from casefile.errors import CaseError
 from fe.element import ELEMENTS, HEX20, REGISTRY, TET10, Element
 from fe.errors import MeshError
-from fe.face_integral import enclosed_volume, outer_faces
+from fe.face_integral import find_outer_faces, integrate_volume
 from fe.file.mesh_file import read_mesh, write_mesh
 from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
@@ -115,9 +115,9 @@ def test_bricks_and_wedges_that_share_their_sides_are_one_mesh(element: Element,
     mixed = joined(HEX20, element)
     write_mesh(mixed, tmp_path / "mixed.vtu")
     read = read_mesh(tmp_path / "mixed.vtu")
-    assert enclosed_volume(read) == pytest.approx(2, rel=1e-12)
+    assert integrate_volume(read) == pytest.approx(2, rel=1e-12)
     # Six sides a brick, the one between them inside; the wedges stand on triangles, two a brick.
-    assert len(outer_faces(read)) == 5 + 5 + 2
+    assert len(find_outer_faces(read)) == 5 + 5 + 2
 
 
 def test_tetrahedra_against_the_sides_of_wedges_are_refused(element: Element, tmp_path: Path) -> None:
@@ -164,7 +164,7 @@ def test_a_case_file_names_it_and_the_blade_is_meshed_with_it(element: Element, 
         model = blade_model(case, table, "structure", element=table.mesh.element, through_thickness=1)
         mesh, system, _ = clamped(model)
         assert [ELEMENTS[cell_type].name for cell_type in mesh.cells] == [name]
-        found[name] = enclosed_volume(mesh), modes(system, 3).frequency
+        found[name] = integrate_volume(mesh), modes(system, 3).frequency
     (volume, bricks), (filled, wedges) = found.values()
     assert filled == pytest.approx(volume, rel=1e-12)  # the faces are the same
     # Two meshes of one size and degree: 1.0e-4 to 1.8e-4 apart were measured.

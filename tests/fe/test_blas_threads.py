@@ -8,7 +8,7 @@ import scipy.linalg
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from fe.blas_threads import one_blas_thread
-from fe.dense_modes import dense_modes
+from fe.dense_modes import compute_dense_modes
 
 
 def threads() -> list[int]:
@@ -34,7 +34,7 @@ def test_one_thread_within_and_the_same_as_before_after() -> None:
 
 def test_an_error_gives_the_threads_back() -> None:
     with pytest.raises(np.linalg.LinAlgError):
-        dense_modes(np.eye(2), -np.eye(2))
+        compute_dense_modes(np.eye(2), -np.eye(2))
     assert set(threads()) == {2}
 
 
@@ -47,6 +47,6 @@ def test_dense_modes_run_on_one_thread(monkeypatch: pytest.MonkeyPatch) -> None:
         return eigh(*args, **kwargs)
 
     monkeypatch.setattr(scipy.linalg, "eigh", probe)
-    dense_modes(np.eye(3), np.diag([1.0, 2.0, 3.0]))
+    compute_dense_modes(np.eye(3), np.diag([1.0, 2.0, 3.0]))
     assert set(seen) == {1}
     assert set(threads()) == {2}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from fe.dense_modes import dense_modes
+from fe.dense_modes import compute_dense_modes
 
 
 def exact_lowest(mass: np.ndarray, stiffness: np.ndarray) -> float:
@@ -42,13 +42,15 @@ def test_the_lowest_eigenvalue_has_full_accuracy_beside_much_stiffer_ones() -> N
     stiffness = np.array([[1.0, 0.5, 0.3], [0.5, 1.0, 0.2], [0.3, 0.2, 1.0]]) * np.outer(scale, scale)
     mass = np.array([[2.0, 0.7, 0.4], [0.7, 1.0, 0.6], [0.4, 0.6, 3.0]])
     # Round-off; a solve of K phi = lambda M phi is 60 times farther off even for this small a matrix.
-    np.testing.assert_allclose(dense_modes(mass, stiffness).lambda_[0], exact_lowest(mass, stiffness), rtol=1e-14)
+    np.testing.assert_allclose(
+        compute_dense_modes(mass, stiffness).lambda_[0], exact_lowest(mass, stiffness), rtol=1e-14
+    )
 
 
 def test_shapes_make_the_shifted_stiffness_the_unit_matrix() -> None:
     a, b = np.random.default_rng(0).standard_normal((2, 8, 8))
     mass, stiffness = a @ a.T + np.eye(8), b @ b.T + np.eye(8)
-    modes = dense_modes(mass, stiffness)
+    modes = compute_dense_modes(mass, stiffness)
     shifted = stiffness + modes.shift * mass
     np.testing.assert_allclose(modes.shapes.T @ shifted @ modes.shapes, np.eye(8), atol=1e-12)
     np.testing.assert_allclose(modes.shapes.T @ mass @ modes.shapes, np.diag(modes.mu), atol=1e-12 * modes.mu[0])
@@ -58,7 +60,7 @@ def test_shapes_make_the_shifted_stiffness_the_unit_matrix() -> None:
 def test_mode_shapes_have_a_unit_mass_and_one_sign() -> None:
     a, b = np.random.default_rng(0).standard_normal((2, 8, 8))
     mass, stiffness = a @ a.T + np.eye(8), b @ b.T + np.eye(8)
-    modes = dense_modes(mass, stiffness)
+    modes = compute_dense_modes(mass, stiffness)
     shapes = modes.mode_shapes
     # Both are of size 100, and a solve loses a few more digits.
     np.testing.assert_allclose(shapes.T @ mass @ shapes, np.eye(8), atol=1e-10)
@@ -67,6 +69,6 @@ def test_mode_shapes_have_a_unit_mass_and_one_sign() -> None:
 
 
 def test_a_body_without_stiffness_and_an_indefinite_one() -> None:
-    np.testing.assert_allclose(dense_modes(np.eye(3), np.zeros((3, 3))).lambda_, 0, atol=1e-15)
+    np.testing.assert_allclose(compute_dense_modes(np.eye(3), np.zeros((3, 3))).lambda_, 0, atol=1e-15)
     with pytest.raises(np.linalg.LinAlgError, match="indefinite: lowest eigenvalue -1"):
-        dense_modes(np.eye(2), np.diag([-1.0, 2.0]))
+        compute_dense_modes(np.eye(2), np.diag([-1.0, 2.0]))

@@ -8,12 +8,11 @@ import pytest
 import scipy.linalg
 
 from fe.assembly import assemble
-from fe.boundary import rigid_motions
+from fe.boundary import make_rigid_motions
 from fe.element import HEX8, HEX20, Element
-from fe.free_modes import free_modes
 from fe.material import STEEL, Material
 from fe.mesh import Mesh
-from fe.modal import ModeSet
+from fe.modal import ModeSet, compute_free_modes
 from fe.system import LinearSystem
 
 BoxMesher = Callable[..., Mesh]
@@ -28,20 +27,20 @@ def free_system(mesh: Mesh, material: Material = STEEL) -> LinearSystem:
 
 
 def free(mesh: Mesh, n_mode: int, material: Material = STEEL) -> ModeSet:
-    return free_modes(free_system(mesh, material), mesh, material, n_mode)
+    return compute_free_modes(free_system(mesh, material), mesh, material, n_mode)
 
 
 @pytest.mark.parametrize("element", [HEX8, HEX20], ids=lambda element: element.name)
 def test_six_motions_are_rigid_and_the_others_those_of_a_dense_solve(box: BoxMesher, element: Element) -> None:
     mesh = box(element, counts=(2, 2, 3), distortion=0.2)
     system = free_system(mesh)
-    found = free_modes(system, mesh, STEEL, 12)
+    found = compute_free_modes(system, mesh, STEEL, 12)
     dense = scipy.linalg.eigh(system.stiffness.toarray(), system.mass.toarray(), eigvals_only=True)[:12]
     np.testing.assert_array_equal(found.frequency[:6], 0.0)
     # Taking the shift off loses its ratio to the squared frequency in digits: 1e-16 (1e-16 to 1e-12 of a cube).
     np.testing.assert_allclose(found.angular_frequency[6:], np.sqrt(dense[6:]), rtol=1e-9)
     np.testing.assert_allclose(found.damping_ratio, 0.0)
-    rigid = rigid_motions(mesh.points).reshape(-1, 6)
+    rigid = make_rigid_motions(mesh.points).reshape(-1, 6)
     left = found.mode_shapes[:, :6] - rigid @ np.linalg.lstsq(rigid, found.mode_shapes[:, :6])[0]
     # Shapes of one eigenvalue among elastic ones that lie 1e4 times higher: round-off, and no strain.
     assert np.abs(left).max() < 1e-8 * np.abs(found.mode_shapes).max()
@@ -88,4 +87,4 @@ def test_a_body_on_a_hinge_keeps_one_motion_at_no_frequency(box: BoxMesher) -> N
         free=kept,
         n_node=mesh.n_node,
     )
-    assert (free_modes(hinged, mesh, STEEL, 4).frequency > 0).tolist() == [False, True, True, True]
+    assert (compute_free_modes(hinged, mesh, STEEL, 4).frequency > 0).tolist() == [False, True, True, True]

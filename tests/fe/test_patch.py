@@ -12,7 +12,7 @@ from fe.element import ELEMENTS, HEX8, HEX20, TET10, Element
 from fe.material import STEEL
 from fe.mesh import Mesh
 from fe.sparse.solver import factorise
-from fe.stress import nodal_stress, strain, stress
+from fe.stress import compute_nodal_stress, compute_strain, compute_stress
 
 BoxMesher = Callable[..., Mesh]
 # Round-off times the condition number of the free block, about 1e3 for these few cells.
@@ -53,7 +53,7 @@ def test_constant_strain_is_exact_on_distorted_cells(element: Element, box: BoxM
     field = mesh.points @ GRADIENT.T
     displacement = with_walls_moved(mesh, field)
     np.testing.assert_allclose(displacement, field, atol=EXACT * np.abs(field).max())
-    gauss = strain(mesh, displacement, element.rule[0])
+    gauss = compute_strain(mesh, displacement, element.rule[0])
     np.testing.assert_allclose(gauss, np.broadcast_to(STRAIN, gauss.shape), atol=100 * EXACT * np.abs(STRAIN).max())
 
 
@@ -65,9 +65,9 @@ def test_constant_stress_is_exact_at_gauss_points_and_nodes_of_distorted_cells(
     expected = STEEL.elasticity() @ STRAIN
     # Differences of displacements over a cell lose one digit more than the displacements.
     tolerance = 100 * EXACT * np.abs(expected).max()
-    for found in (stress(mesh, STEEL, displacement), stress(mesh, STEEL, displacement, element.nodes)):
+    for found in (compute_stress(mesh, STEEL, displacement), compute_stress(mesh, STEEL, displacement, element.nodes)):
         np.testing.assert_allclose(found, np.broadcast_to(expected, found.shape), atol=tolerance)
-    nodal = nodal_stress(mesh, STEEL, displacement)
+    nodal = compute_nodal_stress(mesh, STEEL, displacement)
     np.testing.assert_allclose(nodal, np.broadcast_to(expected, nodal.shape), atol=tolerance)
 
 
@@ -109,7 +109,7 @@ def test_pure_bending_is_exact_for_quadratic_elements_on_affine_cells(element: E
     # The stress is linear, so that its extrapolation from the Gauss points to the nodes is exact too.
     expected = np.zeros((mesh.n_node, 6))
     expected[:, 0] = STEEL.young * 0.01 * mesh.points[:, 2]
-    nodal = nodal_stress(mesh, STEEL, displacement)
+    nodal = compute_nodal_stress(mesh, STEEL, displacement)
     np.testing.assert_allclose(nodal, expected, atol=100 * EXACT * np.abs(expected).max())
 
 
@@ -125,6 +125,6 @@ def test_the_linear_brick_answers_bending_with_the_parasitic_shear_of_theory(box
     n, curvature = 3, 0.01
     mesh = box(HEX8, counts=(n, n, n), size=(1.0, 0.8, 0.6))
     # Its edges stay straight, so that u_z lacks the parabola in x: gamma_zx = curvature (x - x_middle of the cell).
-    shear = strain(mesh, bending(mesh.points, curvature), HEX8.rule[0])[..., 5]
+    shear = compute_strain(mesh, bending(mesh.points, curvature), HEX8.rule[0])[..., 5]
     expected = curvature * (1.0 / n) / 2 * HEX8.rule[0][:, 0]
     np.testing.assert_allclose(shear, np.broadcast_to(expected, shear.shape), atol=EXACT)

@@ -13,14 +13,14 @@ from fe.assembly import assemble
 from fe.boundary import Support, supported_system
 from fe.element import HEX20, TET10, Element
 from fe.errors import MeshError
-from fe.face_integral import outer_faces
+from fe.face_integral import find_outer_faces
 from fe.material import STEEL
 from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
 from fe.modal import modes
-from fe.pressed_disc import disc_weights
+from fe.pressed_disc import find_disc_weights
 from fe.sparse.solver import factorise
-from fe.station_coordinates import at_nodes, with_mean
+from fe.station_coordinates import add_mean_coordinate, make_node_coordinates
 
 BoxMesher = Callable[..., Mesh]
 UP = np.array([0.0, 0.0, 1.0])
@@ -29,7 +29,7 @@ CENTRE, RADIUS = np.array([0.45, 0.37, SIZE[2]]), 0.25
 
 
 def on_top(mesh: Mesh) -> NDArray[np.float64]:
-    return disc_weights(mesh, outer_faces(mesh), CENTRE, UP, RADIUS)
+    return find_disc_weights(mesh, find_outer_faces(mesh), CENTRE, UP, RADIUS)
 
 
 def test_the_weights_sum_to_one_about_the_centre_and_stay_on_the_face(element: Element, box: BoxMesher) -> None:
@@ -72,7 +72,7 @@ def compliance(mesh: Mesh, weights: NDArray[np.float64]) -> float:
 
 def test_a_half_space_gives_way_as_elasticity_says() -> None:
     mesh, radius = graded(2), 0.1
-    discs = [disc_weights(mesh, outer_faces(mesh), np.zeros(3), UP, a) for a in (radius, 2 * radius)]
+    discs = [find_disc_weights(mesh, find_outer_faces(mesh), np.zeros(3), UP, a) for a in (radius, 2 * radius)]
     # The block's ends are far for both: what they add is the same but for the square of radius over size.
     found = np.subtract(*(compliance(mesh, weights) for weights in discs))
     # Hankel transforms: the surface under p(k) goes down by 2 (1 - nu^2) p(k) / (E k), p(k) = 4 J2(ka) / (pi (ka)^2).
@@ -88,7 +88,7 @@ def test_a_disc_converges_where_a_node_gives_way_without_bound() -> None:
         return np.eye(mesh.n_node)[np.linalg.norm(mesh.points, axis=1).argmin()]
 
     def disc(mesh: Mesh) -> NDArray[np.float64]:
-        return disc_weights(mesh, outer_faces(mesh), np.zeros(3), UP, 0.1)
+        return find_disc_weights(mesh, find_outer_faces(mesh), np.zeros(3), UP, 0.1)
 
     by_node, by_disc = ([compliance(mesh, which(mesh)) for mesh in (coarse, fine)] for which in (node, disc))
     # Elements of two thirds of the size: the local part of a node's grows by a half.
@@ -101,7 +101,7 @@ def test_as_a_coordinate_it_changes_no_frequency_and_carries_the_force(element: 
     mesh = box(element, counts=(4, 4, 3), size=SIZE, distortion=0.2)
     mass, stiffness = assemble(mesh, STEEL)
     weights, support = on_top(mesh), [Support(nodes=mesh.nodes("x0"))]
-    place = with_mean(at_nodes(mesh), "pushed", weights, fixed=["x0"])
+    place = add_mean_coordinate(make_node_coordinates(mesh), "pushed", weights, fixed=["x0"])
     before = supported_system(mesh, mass, stiffness, support)
     after = supported_system(mesh, place.matrix(mass), place.matrix(stiffness), support)
     # The condition number of the stiffness, some 1e4, times round-off, squared by the two products.
@@ -118,11 +118,11 @@ def test_a_disc_beside_the_body_or_on_a_held_face_is_refused(box: BoxMesher) -> 
     mesh = box(HEX20, counts=(4, 4, 3), size=SIZE)
     sentence = r"the disc of 250 mm radius about \(450, 370, 900\) mm is not on a flat face of the mesh, or cells there"
     with pytest.raises(MeshError, match=sentence):
-        disc_weights(mesh, outer_faces(mesh), CENTRE + 0.3 * UP, UP, RADIUS)
+        find_disc_weights(mesh, find_outer_faces(mesh), CENTRE + 0.3 * UP, UP, RADIUS)
     with pytest.raises(MeshError, match=r"the disc of 10 mm radius .* cells there are too large for it"):
-        disc_weights(mesh, outer_faces(mesh), CENTRE, UP, 0.01)
+        find_disc_weights(mesh, find_outer_faces(mesh), CENTRE, UP, 0.01)
     with pytest.raises(MeshError, match='no node can give up its place to "pushed"'):
-        with_mean(at_nodes(mesh), "pushed", on_top(mesh), fixed=["z1"])
+        add_mean_coordinate(make_node_coordinates(mesh), "pushed", on_top(mesh), fixed=["z1"])
 
 
 def test_what_was_called_so_before_is_replaced_and_other_names_are_kept(box: BoxMesher) -> None:
@@ -130,6 +130,6 @@ def test_what_was_called_so_before_is_replaced_and_other_names_are_kept(box: Box
     weights = on_top(mesh)
     largest = int(np.abs(weights).argmax())
     named = replace(mesh, node_sets={"pushed": np.array([0]), "sensor": np.array([largest])})
-    sets = with_mean(at_nodes(named), "pushed", weights).mesh.node_sets
+    sets = add_mean_coordinate(make_node_coordinates(named), "pushed", weights).mesh.node_sets
     assert sets["sensor"].tolist() == [largest]
     assert sets["pushed"].tolist() not in ([0], [largest])

@@ -9,7 +9,7 @@ from fe.element import HEX8, HEX20, Element
 from fe.errors import SupportError
 from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
-from fe.relaxed_clamp import thinned
+from fe.node_sets import thin_nodes
 
 COUNTS = (4, 2, 6)
 
@@ -39,12 +39,12 @@ def test_of_the_vertices_every_kth_is_free_and_midside_nodes_are_never_held(drop
     linear, quadratic = plate(HEX8), plate(HEX20)
     n_vertex = 2 * (COUNTS[0] + 1) * (COUNTS[2] + 1)
     assert len(linear.nodes("clamp")) == n_vertex
-    kept = thinned(quadratic, quadratic.nodes("clamp"), drop_every)
+    kept = thin_nodes(quadratic, quadratic.nodes("clamp"), drop_every)
     assert len(kept) == n_vertex - n_vertex // drop_every
     assert np.isin(kept, quadratic.corner_nodes()).all()
     assert np.isin(kept, quadratic.nodes("clamp")).all()
     # Both elements have the same vertices, so the same places are held.
-    same = thinned(linear, linear.nodes("clamp"), drop_every)
+    same = thin_nodes(linear, linear.nodes("clamp"), drop_every)
     near = [np.abs(linear.points[same] - place).max(axis=1).min() for place in quadratic.points[kept]]
     assert max(near) < 1e-15
 
@@ -53,7 +53,7 @@ def test_the_dropped_ones_are_every_kth_by_x_then_y_then_z() -> None:
     mesh = plate(HEX8)
     nodes = mesh.nodes("clamp")
     by_hand = sorted(nodes, key=lambda node: tuple(mesh.points[node].round(9)))
-    dropped = np.setdiff1d(nodes, thinned(mesh, nodes, 6))
+    dropped = np.setdiff1d(nodes, thin_nodes(mesh, nodes, 6))
     np.testing.assert_array_equal(np.sort(dropped), np.sort(by_hand[5::6]))
 
 
@@ -61,7 +61,7 @@ def test_the_dropped_ones_are_every_kth_by_x_then_y_then_z() -> None:
 def test_the_choice_depends_on_places_and_not_on_numbers_or_round_off(seed: int, drop_every: int) -> None:
     mesh = plate(HEX20)
     other, new = renumbered(mesh, seed)
-    kept, other_kept = (thinned(each, each.nodes("clamp"), drop_every) for each in (mesh, other))
+    kept, other_kept = (thin_nodes(each, each.nodes("clamp"), drop_every) for each in (mesh, other))
     np.testing.assert_array_equal(np.sort(new[kept]), other_kept)
 
 
@@ -70,7 +70,7 @@ def test_the_choice_is_uniform_over_the_faces(drop_every: int) -> None:
     # Along the sorted order a run of m nodes loses m / k of them, give or take one: no patch is left without support.
     mesh = plate(HEX8)
     nodes = mesh.nodes("clamp")
-    free = np.setdiff1d(nodes, thinned(mesh, nodes, drop_every))
+    free = np.setdiff1d(nodes, thin_nodes(mesh, nodes, drop_every))
     for column in np.unique(mesh.points[nodes, 0].round(9)):
         here = np.abs(mesh.points[nodes, 0] - column) < 1e-9
         lost = np.isin(nodes[here], free).sum()
@@ -85,4 +85,4 @@ def test_the_choice_is_uniform_over_the_faces(drop_every: int) -> None:
 def test_a_step_that_leaves_nothing_is_refused_with_its_value(drop_every: int) -> None:
     mesh = plate(HEX8)
     with pytest.raises(SupportError, match=f"drop_every = {drop_every}: give 2 or more"):
-        thinned(mesh, mesh.nodes("clamp"), drop_every)
+        thin_nodes(mesh, mesh.nodes("clamp"), drop_every)

@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from fe.boundary import rigid_motions
+from fe.boundary import make_rigid_motions
 from fe.element import HEX8, Element
 from fe.errors import InvertedCell, MeshError
 from fe.material import STEEL, Material
@@ -62,7 +62,7 @@ def test_a_cell_has_six_motions_without_strain_energy_and_no_more(element: Eleme
     points = shape.points(element)
     stiffness, _ = matrices(element, points)
     largest = np.linalg.eigvalsh(stiffness)[-1]
-    motions = rigid_motions(points).reshape(-1, 6)
+    motions = make_rigid_motions(points).reshape(-1, 6)
     # Sixty terms of the size of the largest eigenvalue cancel in each entry.
     np.testing.assert_allclose(stiffness @ motions, 0, atol=1e-12 * largest)
     eigenvalues = np.linalg.eigvalsh(stiffness) / largest

@@ -9,17 +9,17 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fe.assembly import assemble
-from fe.boundary import Support, rigid_motions, supported_system
+from fe.boundary import Support, make_rigid_motions, supported_system
 from fe.element import HEX20, TET10, Element
 from fe.errors import MeshError
-from fe.face_integral import outer_faces
-from fe.host_face import station_weights
+from fe.face_integral import find_outer_faces
+from fe.host_face import find_station_weights
 from fe.material import STEEL
 from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
 from fe.modal import modes
 from fe.sparse.solver import factorise
-from fe.station_coordinates import station_coordinates
+from fe.station_coordinates import make_station_coordinates
 from fe.system import LinearSystem
 
 BoxMesher = Callable[..., Mesh]
@@ -30,7 +30,7 @@ LINE = np.column_stack([np.linspace(0, 1, 7), np.linspace(0.1, 0.65, 7), np.full
 
 def test_weights_sum_to_one_and_give_back_the_places(element: Element, box: BoxMesher) -> None:
     mesh = box(element, size=SIZE, distortion=0.2)
-    weights = station_weights(mesh, "line", mesh.face_sets["z1"], LINE)
+    weights = find_station_weights(mesh, "line", mesh.face_sets["z1"], LINE)
     # The last step of Newton leaves round-off; shape functions are of the size of one.
     np.testing.assert_allclose(weights.sum(axis=1), 1, atol=1e-14)
     np.testing.assert_allclose(weights @ mesh.points, LINE, atol=1e-13)
@@ -40,14 +40,14 @@ def test_weights_sum_to_one_and_give_back_the_places(element: Element, box: BoxM
 def test_a_linear_displacement_is_exact_at_stations(element: Element, box: BoxMesher) -> None:
     mesh = box(element, size=SIZE, distortion=0.2)
     gradient = np.random.default_rng(2).standard_normal((3, 3))
-    weights = station_weights(mesh, "line", mesh.face_sets["z1"], LINE)
+    weights = find_station_weights(mesh, "line", mesh.face_sets["z1"], LINE)
     np.testing.assert_allclose(weights @ (mesh.points @ gradient.T), LINE @ gradient.T, atol=1e-12)
 
 
 @pytest.mark.parametrize("element", [HEX20, TET10], ids=lambda element: element.name)
 def test_a_quadratic_displacement_is_exact_at_stations_on_straight_cells(element: Element, box: BoxMesher) -> None:
     mesh = box(element, size=SIZE)
-    weights = station_weights(mesh, "line", mesh.face_sets["z1"], LINE)
+    weights = find_station_weights(mesh, "line", mesh.face_sets["z1"], LINE)
     x, y, _ = mesh.points.T
     np.testing.assert_allclose(
         weights @ (x * y - 2 * y**2 + x**2), LINE[:, 0] * LINE[:, 1] - 2 * LINE[:, 1] ** 2 + LINE[:, 0] ** 2, atol=1e-13
@@ -56,7 +56,7 @@ def test_a_quadratic_displacement_is_exact_at_stations_on_straight_cells(element
 
 def test_a_force_at_a_station_keeps_its_resultant_and_its_moment(element: Element, box: BoxMesher) -> None:
     mesh = box(element, size=SIZE, distortion=0.2)
-    weights = station_weights(mesh, "line", mesh.face_sets["z1"], LINE)
+    weights = find_station_weights(mesh, "line", mesh.face_sets["z1"], LINE)
     forces = np.random.default_rng(3).standard_normal((len(LINE), 3))
     at_nodes = weights.T @ forces
     np.testing.assert_allclose(at_nodes.sum(axis=0), forces.sum(axis=0), atol=1e-13)
@@ -73,7 +73,7 @@ def test_a_station_beside_a_curved_face_goes_to_its_nearest_point() -> None:
     mesh = mesh_blocks([Block(shape=shape, counts=(4, 1, 1), faces={"v1": "outside"})], TET10)
     angle = np.linspace(0.05, 0.95, 7)
     on_cylinder = np.column_stack([2 * np.cos(angle), 2 * np.sin(angle), np.full(7, 0.4)])
-    found = station_weights(mesh, "line", mesh.face_sets["outside"], on_cylinder) @ mesh.points
+    found = find_station_weights(mesh, "line", mesh.face_sets["outside"], on_cylinder) @ mesh.points
     miss = found - on_cylinder
     # Parabolas over a quarter radian miss a circle of radius 2 by some 1e-5, and along its normal.
     assert 1e-7 < np.abs(miss).max() < 1e-4
@@ -88,7 +88,7 @@ def supported(element: Element, box: BoxMesher, distortion: float = 0.2) -> tupl
 
 def test_the_change_of_variables_leaves_the_frequencies_as_they_are(element: Element, box: BoxMesher) -> None:
     mesh, mass, stiffness = supported(element, box)
-    stations = station_coordinates(mesh, {"line": LINE[[1, 3, 5]]}, {"line": "z1"}, fixed=["x0"])
+    stations = make_station_coordinates(mesh, {"line": LINE[[1, 3, 5]]}, {"line": "z1"}, fixed=["x0"])
     support = [Support(nodes=mesh.nodes("x0"))]
     before = supported_system(mesh, mass, stiffness, support)
     after = supported_system(mesh, stations.matrix(mass), stations.matrix(stiffness), support)
@@ -97,7 +97,7 @@ def test_the_change_of_variables_leaves_the_frequencies_as_they_are(element: Ele
     np.testing.assert_allclose(found.frequency, expected.frequency, rtol=1e-9)
     # In the new coordinates the pivots hold what the stations do.
     on_nodes = before.on_mesh(stations.displacement(before, found.mode_shapes))
-    weights = station_weights(mesh, "line", mesh.face_sets["z1"], LINE[[1, 3, 5]])
+    weights = find_station_weights(mesh, "line", mesh.face_sets["z1"], LINE[[1, 3, 5]])
     at_stations = np.einsum("sn,nim->sim", weights.toarray(), on_nodes)
     pivots = stations.mesh.node_sets["line"]
     np.testing.assert_allclose(
@@ -113,9 +113,9 @@ def test_the_change_of_variables_leaves_the_frequencies_as_they_are(element: Ele
 def test_a_spring_on_a_station_coordinate_is_a_spring_on_its_face(element: Element, box: BoxMesher) -> None:
     mesh, mass, stiffness = supported(element, box)
     places, spring = LINE[[1, 3, 5]], 1e10
-    stations = station_coordinates(mesh, {"line": places}, {"line": "z1"}, fixed=["x0"])
+    stations = make_station_coordinates(mesh, {"line": places}, {"line": "z1"}, fixed=["x0"])
     support = [Support(nodes=mesh.nodes("x0"))]
-    weights = sp.kron(station_weights(mesh, "line", mesh.face_sets["z1"], places), sp.eye_array(3))
+    weights = sp.kron(find_station_weights(mesh, "line", mesh.face_sets["z1"], places), sp.eye_array(3))
     on_faces = sp.csr_array(stiffness + spring * weights.T @ weights)
     diagonal = np.zeros(3 * mesh.n_node)
     diagonal[(3 * stations.mesh.node_sets["line"][:, None] + np.arange(3)).ravel()] = spring
@@ -130,12 +130,12 @@ def test_a_spring_on_a_station_coordinate_is_a_spring_on_its_face(element: Eleme
 
 def test_rigid_motions_of_the_stations_are_those_of_the_body(box: BoxMesher) -> None:
     mesh, _, stiffness = supported(TET10, box)
-    stations = station_coordinates(mesh, {"line": LINE[[1, 3, 5]]}, {"line": "z1"})
+    stations = make_station_coordinates(mesh, {"line": LINE[[1, 3, 5]]}, {"line": "z1"})
     moved = mesh.points.copy()
     moved[stations.mesh.node_sets["line"]] = LINE[[1, 3, 5]]
     centre = mesh.points.mean(axis=0)
     # The station stands where its pivot stood: a rigid motion of these places is one of the body.
-    motions = rigid_motions(moved, centre).reshape(-1, 6)
+    motions = make_rigid_motions(moved, centre).reshape(-1, 6)
     np.testing.assert_allclose(stations.matrix(stiffness) @ motions, 0, atol=1e-11 * abs(stiffness).max())
 
 
@@ -159,8 +159,8 @@ def test_a_constant_stress_crosses_a_tied_interface_whose_meshes_do_not_match(fi
                 areas += [0.1**2 / 2 / 3] * 3
     stations = np.column_stack([np.array(places), np.full(len(places), 0.4)])
     sides = (
-        station_weights(lower, "tie", lower.face_sets["above"], stations),
-        station_weights(upper, "tie", upper.face_sets["below"], stations),
+        find_station_weights(lower, "tie", lower.face_sets["above"], stations),
+        find_station_weights(upper, "tie", upper.face_sets["below"], stations),
     )
     relative = sp.kron(sp.hstack([sides[0], -sides[1]]), sp.eye_array(3))
     foundation = 1e12
@@ -187,10 +187,10 @@ def test_a_constant_stress_crosses_a_tied_interface_whose_meshes_do_not_match(fi
 
 def test_pivots_are_neither_held_nor_named_nor_shared(box: BoxMesher) -> None:
     mesh = box(TET10, counts=(3, 3, 2), size=SIZE)
-    weights = station_weights(mesh, "line", mesh.face_sets["z1"], LINE)
+    weights = find_station_weights(mesh, "line", mesh.face_sets["z1"], LINE)
     named = int(weights[[3]].indices[np.abs(weights[[3]].data).argmax()])
     mesh = replace(mesh, node_sets={"sensor": np.array([named])})
-    stations = station_coordinates(mesh, {"line": LINE[1:]}, {"line": "z1"}, fixed=["x0"])
+    stations = make_station_coordinates(mesh, {"line": LINE[1:]}, {"line": "z1"}, fixed=["x0"])
     pivots = stations.mesh.node_sets["line"]
     assert len(set(pivots.tolist())) == 6
     assert not np.isin(pivots, [named, *mesh.nodes("x0")]).any()
@@ -201,22 +201,22 @@ def test_a_station_off_the_body_is_refused_with_its_distance(box: BoxMesher) -> 
     mesh = box(TET10, size=SIZE)
     off = LINE + np.where(np.arange(7)[:, None] == 4, [0, 0, 0.05], 0)
     with pytest.raises(MeshError, match=r'station 5 of "line", at \(.*\) mm, is 50 mm from the nearest face'):
-        station_weights(mesh, "line", outer_faces(mesh), off)
+        find_station_weights(mesh, "line", find_outer_faces(mesh), off)
     with pytest.raises(MeshError, match='"line": there is no face'):
-        station_weights(mesh, "line", np.zeros((0, 2), dtype=np.int64), LINE)
+        find_station_weights(mesh, "line", np.zeros((0, 2), dtype=np.int64), LINE)
     with pytest.raises(MeshError, match='the line "line" lies on the face set "top", but the mesh has x0, x1'):
-        station_coordinates(mesh, {"line": LINE}, {"line": "top"})
+        make_station_coordinates(mesh, {"line": LINE}, {"line": "top"})
 
 
 def test_more_stations_in_a_row_than_a_face_can_tell_apart_are_refused(box: BoxMesher) -> None:
     mesh = box(TET10, counts=(1, 1, 1), size=SIZE)
     with pytest.raises(MeshError, match=r"the stations of line are too close.*cells there|no node can give up"):
-        station_coordinates(mesh, {"line": LINE}, {"line": "z1"})
+        make_station_coordinates(mesh, {"line": LINE}, {"line": "z1"})
 
 
 def test_a_free_body_keeps_its_six_rigid_motions(box: BoxMesher) -> None:
     mesh, mass, stiffness = supported(TET10, box)
-    stations = station_coordinates(mesh, {"line": LINE[[1, 3, 5]]}, {"line": "z1"})
+    stations = make_station_coordinates(mesh, {"line": LINE[[1, 3, 5]]}, {"line": "z1"})
     system = LinearSystem(
         mass=stations.matrix(mass),
         damping=0 * mass,

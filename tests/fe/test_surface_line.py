@@ -8,7 +8,7 @@ import pytest
 from fe.element import HEX8, HEX20, TET10
 from fe.element.table import Element
 from fe.errors import MeshError
-from fe.face_integral import outer_faces
+from fe.face_integral import find_outer_faces
 from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
 from fe.surface_line import line_along_edge, line_between
@@ -24,7 +24,7 @@ def block(element: Element) -> Mesh:
 
 
 def with_faces(mesh: Mesh, planes: dict[str, tuple[int, float]]) -> Mesh:
-    faces = outer_faces(mesh)
+    faces = find_outer_faces(mesh)
     sets = {}
     for name, (axis, at) in planes.items():
         probe = [Mesh(points=mesh.points, cells=mesh.cells, face_sets={"f": face[None]}).nodes("f") for face in faces]
@@ -44,7 +44,7 @@ def cylinder(element: Element = TET10) -> Mesh:
     # Mirrored blocks are turned right by the mesher.
     mesh = mesh_blocks([Block(shape=disc, counts=(2 * n, 1, 3))], element)
     mesh = with_faces(mesh, {"end": (2, HEIGHT)})
-    outer = outer_faces(mesh)
+    outer = find_outer_faces(mesh)
     kept = []
     for face in outer:
         nodes = Mesh(points=mesh.points, cells=mesh.cells, face_sets={"f": face[None]}).nodes("f")

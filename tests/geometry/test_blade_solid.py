@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from geometry.blade import Blade
 from geometry.blade_solid import blade_part
-from geometry.dimension import FLATTEST_CONE
+from geometry.dimension import CONE
 from geometry.errors import GeometryError
 from geometry.part import MILLIMETRES_PER_METRE, Part
 
@@ -177,7 +177,7 @@ def test_faces_keep_their_names_when_pad_and_block_end_in_one_plane() -> None:
         {"chord": 0.06, "root_chord": 0.06},
         {"thickness": 0.01, "root_thickness": 0.01},
         {"root_chord": 0.04 + 1e-9, "chord": 0.04},
-        {"cone_half_angle": FLATTEST_CONE},
+        {"cone_half_angle": CONE["cone_half_angle"][0]},
         {"cone_half_angle": radians(44), "contact_length": 0.004},
     ],
     ids=["no bevel", "all flat", "rectangle", "flush chord", "flush thickness", "1 nm proud", "flattest", "steep"],

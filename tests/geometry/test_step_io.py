@@ -11,7 +11,8 @@ from geometry.blade_solid import blade_part
 from geometry.errors import InputError
 from geometry.part import Part
 from geometry.plain_blade import PlainBlade, plain_blade_part
-from geometry.step_io import read_step, write_step
+from geometry.step_io import write_step
+from geometry.step_part import read_body
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +23,7 @@ def part() -> Part:
 def test_volume_and_place_survive_the_round_trip(part: Part, tmp_path: Path) -> None:
     path = tmp_path / "new folder" / "blade.step"
     write_step(part, path)
-    back = Part(name="back", solid=read_step(path))
+    back = Part(name="back", solid=read_body(path).solid)
     # STEP holds 15 to 17 digits of each coordinate.
     np.testing.assert_allclose(back.volume, part.volume, rtol=1e-9)
     # Boxes are widened by the kernel's tolerance, 1e-7 mm.
@@ -90,7 +91,7 @@ def test_a_kernel_that_cannot_write_leaves_the_old_file(tmp_path: Path, monkeypa
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"nowhere\.step cannot be read \(No such file or directory\)"):
-        read_step(tmp_path / "nowhere.step")
+        read_body(tmp_path / "nowhere.step")
 
 
 def test_a_file_cut_short_is_refused(tmp_path: Path) -> None:
@@ -99,7 +100,7 @@ def test_a_file_cut_short_is_refused(tmp_path: Path) -> None:
     whole = path.read_text()
     path.write_text(whole[: len(whole) // 2])
     with pytest.raises(InputError, match=r"plain\.step is not a complete STEP file"):
-        read_step(path)
+        read_body(path)
 
 
 def test_a_file_of_two_bodies_is_refused_with_their_number(tmp_path: Path) -> None:
@@ -108,4 +109,4 @@ def test_a_file_of_two_bodies_is_refused_with_their_number(tmp_path: Path) -> No
     solid = plain_blade_part(PlainBlade()).solid
     cq.Compound.makeCompound([solid, solid.translate(cq.Vector(1e3, 0, 0))]).exportStep(str(tmp_path / "two.step"))
     with pytest.raises(InputError, match=r"two\.step holds 2 solids"):
-        read_step(tmp_path / "two.step")
+        read_body(tmp_path / "two.step")

@@ -17,7 +17,7 @@ from fe.mesher.blade import mesh_blade
 from fe.mesher.mesh_rule import MeshRule
 from fe.modal import modes
 from fe.sparse.solver import factorise
-from fe.stress import nodal_stress
+from fe.stress import compute_nodal_stress
 from fe.system import LinearSystem
 from geometry.blade import Blade
 from hbsolve.continuation.peak import resonance_peak, undamped_from_peak
@@ -132,5 +132,5 @@ def test_the_reduced_response_is_the_full_response_with_its_stress() -> None:
     full = system.on_mesh(sp.linalg.spsolve(dynamic.tocsc(), force.astype(complex))[:, None])[..., 0]
     # Truncation: 1e-6 in displacement, more in stress, which sees the short waves.
     assert np.abs(field - full).max() < 1e-5 * np.abs(full).max()
-    stress, full_stress = (nodal_stress(mesh, STEEL, part.real) for part in (field, full))
+    stress, full_stress = (compute_nodal_stress(mesh, STEEL, part.real) for part in (field, full))
     assert np.abs(stress - full_stress).max() < 1e-3 * np.abs(full_stress).max()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fe.distributed_load import distributed_load
+from fe.distributed_load import distribute_load
 from fe.mesh import Mesh
 from geometry.interface import straight_contact_line
 from hbsolve.balance import HarmonicBalance
@@ -69,7 +69,7 @@ def bodies(tangents: Tangents) -> tuple[Joined, StaticState]:
     ]  # fmt: skip
     made = joined(assembly, pairs, tangents=tangents)
     mesh = Mesh(points=CUBE, cells={})
-    return made, made.rest(assembly.load("cube", distributed_load(mesh, np.arange(4, 8), WEIGHT, PLACE)))
+    return made, made.rest(assembly.load("cube", distribute_load(mesh, np.arange(4, 8), WEIGHT, PLACE)))
 
 
 def sliders(rest: StaticState) -> Array:

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 import fe.sparse.block_lanczos
 import reduction.craig_bampton
 from fe.assembly import assemble, assemble_compact
-from fe.boundary import GroundedSpring, Support, rigid_motions, supported_system
-from fe.damping import RayleighDamping, damped, rayleigh_damping
+from fe.boundary import GroundedSpring, Support, make_rigid_motions, supported_system
+from fe.damping import RayleighDamping, add_damping, rayleigh_damping
 from fe.material import STEEL, Material
 from fe.mesh import Mesh
 from fe.sparse.factor import Symmetric
@@ -120,7 +120,7 @@ def test_constraint_modes_reproduce_rigid_body_motion_of_a_free_body() -> None:
     )
     nodes = np.array([0, 8, 38])  # not in line: they hold the interior
     rom = craig_bampton(system, {"held": system.rows(nodes)}, n_mode=4)
-    motions = rigid_motions(mesh.points)
+    motions = make_rigid_motions(mesh.points)
     reduced = np.zeros((rom.n_dof, 6))
     reduced[: rom.n_boundary] = motions[nodes].reshape(-1, 6)
     np.testing.assert_allclose(rom.displacement(reduced), motions, atol=ROUND_OFF)
@@ -166,7 +166,7 @@ def test_narrow_blocks_and_a_short_basis_change_nothing_but_the_memory(monkeypat
 
 
 def rigid_mass(mesh: Mesh, mass: sp.csr_array) -> np.ndarray:
-    motions = rigid_motions(mesh.points).reshape(-1, 6)
+    motions = make_rigid_motions(mesh.points).reshape(-1, 6)
     return motions.T @ (mass @ motions)
 
 
@@ -174,7 +174,7 @@ def test_damping_of_the_reduced_model_is_the_full_ones_reduced() -> None:
     _, system = clamped_box()
     damping = RayleighDamping(mass_factor=30.0, stiffness_factor=2e-7)
     boundary = {"a": np.array([7, 3]), "b": np.array([50])}
-    of_full = craig_bampton(damped(system, damping), boundary, n_mode=8).damping
+    of_full = craig_bampton(add_damping(system, damping), boundary, n_mode=8).damping
     of_reduced = rayleigh_damped(craig_bampton(system, boundary, n_mode=8), damping).damping
     np.testing.assert_allclose(of_reduced, of_full, rtol=0, atol=ROUND_OFF * np.abs(of_full).max())
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fe.assembly import assemble
 from fe.boundary import Support, supported_system
-from fe.distributed_load import distributed_load
+from fe.distributed_load import distribute_load
 from fe.element import HEX20
 from fe.material import Material
 from fe.mesh import Mesh
@@ -93,7 +93,7 @@ class Stack:
 
     def load(self, force: float, point: Array) -> Array:
         mesh = self.meshes["block"]
-        nodal = distributed_load(mesh, mesh.nodes("above"), np.array([0.0, 0.0, force]), point)
+        nodal = distribute_load(mesh, mesh.nodes("above"), np.array([0.0, 0.0, force]), point)
         return np.asarray(self.assembly.load("block", nodal))
 
 

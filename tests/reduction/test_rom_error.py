@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from fe.dense_modes import dense_modes
+from fe.dense_modes import compute_dense_modes
 from fe.system import LinearSystem
 from reduction.craig_bampton import craig_bampton
 from reduction.errors import RomError
@@ -45,7 +45,7 @@ def lattice(nx: int, ny: int, heavy: float = 1.0, stiff: float = 1.0) -> LinearS
 
 @cache
 def full_frequency(system: LinearSystem) -> np.ndarray:
-    return np.sqrt(dense_modes(system.mass.toarray(), system.stiffness.toarray()).lambda_) / (2 * np.pi)
+    return np.sqrt(compute_dense_modes(system.mass.toarray(), system.stiffness.toarray()).lambda_) / (2 * np.pi)
 
 
 def true_error(system: LinearSystem, frequency: np.ndarray) -> np.ndarray:

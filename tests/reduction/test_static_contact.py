@@ -198,7 +198,7 @@ def test_seen_from_rest_the_normal_law_is_the_same() -> None:
             np.testing.assert_allclose(max(relative, 0.0), max(1e6 * absolute, 0.0), atol=1e-10)
 
 
-def test_contacts_keep_all_but_pre_load_and_gap() -> None:
+def test_contacts_keep_all_but_preload_and_gap() -> None:
     contacts = block(np.array([-1.0, 1.0]))
     rest = static_state(np.zeros((3, 3)), contacts, pressed_at(0.0, 10.0))
     for before, after in zip(contacts, rest.contacts, strict=True):
@@ -226,7 +226,7 @@ def test_a_body_with_clearance_finds_the_stop_that_it_is_pushed_against() -> Non
     np.testing.assert_allclose(rest.contacts[0].gap, 2e-5 + 5e-6, rtol=1e-12)
 
 
-def test_a_pre_load_is_refused() -> None:
+def test_a_preload_is_refused() -> None:
     feet = block(np.array([-1.0, 1.0]))
     pressed = contact("tight", feet[0].normal, feet[0].tangents)
     object.__setattr__(pressed, "preload", 3.0)

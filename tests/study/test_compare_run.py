@@ -13,7 +13,7 @@ import pytest
 
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.campaign.write_campaign import write_campaign
-from correlation.metric.misfit import shares, whole, worst, worst_cell
+from correlation.metric.misfit import split_misfit, whole, worst, worst_cell
 from correlation.model import Sensor
 from correlation.prediction import Points, Predictor
 from study import cli
@@ -102,7 +102,7 @@ def test_a_perfect_model_is_noise() -> None:
 
 def test_a_sensor_that_reads_too_much_is_named() -> None:
     found = compare(setup(), measured_from_the_model(1.1))
-    assert worst(shares(found.train, "sensor")).label == "mid"
+    assert worst(split_misfit(found.train, "sensor")).label == "mid"
     cell, points = worst_cell(found.train)
     assert set(points.sensor) == {"mid"}
     # 1 / 1.1 - 1, within noise of 0.5 % in the mean of three repeats and a few frequencies.

@@ -82,7 +82,7 @@ def test_effects_of_ones_own_are_found_in_finer_models(two_masses: TwoMasses, mo
     monkeypatch.setattr(diagnose_round, "simulated_thresholds", lambda *_: Thresholds(gain=1.0, misfit=1.0))
     bootstrap(setup, campaign, (), 2, computed, Store(None), SilentProgress(), None)
     finer = setup.model.with_system(mass=1.001 * setup.model.system.mass)
-    known, expected = asked["listed"](finer), replace(setup, model=finer).candidates(campaign)
+    known, expected = asked["catalogue_of"](finer), replace(setup, model=finer).candidates(campaign)
     assert "third harmonic of the exciter" in known.names
     assert known.names == expected.names
     assert known.effect("mass at tip").parameters == expected.effect("mass at tip").parameters

@@ -75,7 +75,7 @@ def test_auto_goes_on_until_nothing_is_missing_and_a_second_run_computes_nothing
     assert [(each["what"], each["effect"]) for each in document["history"]] == [("add", "mass at tip")]
     (candidate,) = [each for each in document["rounds"][0]["candidates"] if each["named"]]
     assert candidate["strength"] == pytest.approx(0.006, rel=0.1)
-    assert {each["effect"] for each in document["untestable"]} >= {"pre-load", "gap"}
+    assert {each["effect"] for each in document["untestable"]} >= {"preload", "gap"}
     errors = document["history"][0]
     assert errors["errors_after"]["held_out"] < 0.05 * errors["errors_before"]["held_out"]
     assert json.loads(Path("out/chain_diagnosis.json").read_text())["verdict"] == document["verdict"]
@@ -154,7 +154,7 @@ REFUSALS = [
     (("diagnose", "chain.toml", "campaign", "--out", "chain.toml"), "the output folder chain.toml is a file"),
     (("add", "mass at tip"), "it has no diagnosis, from which .*: run stickslip diagnose, or give --value"),
     (("add", "mas at tip"), 'there is no effect "mas at tip"; did you mean "mass at tip"'),
-    (("add", "pre-load"), 'the effect "pre-load" cannot act here: the model has no contact lines'),
+    (("add", "preload"), 'the effect "preload" cannot act here: the model has no contact lines'),
     (("add", "mass at tip", "--value", "5 mm"), '--value "5 mm": "mm" makes it a length'),
     (("add", "mass at tip", "--value", "5 g", "--value", "2"), r'"mass at tip" has 1 values \(mass\), not 2'),
     (("add",), "no effect is named: give one as the diagnosis writes it"),

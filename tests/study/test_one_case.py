@@ -12,7 +12,7 @@ from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, 
 from correlation.campaign.write_campaign import write_campaign
 from correlation.model import Model
 from correlation.prediction import Points, Predictor
-from fe.dense_modes import dense_modes
+from fe.dense_modes import compute_dense_modes
 from pipeline.store import Store
 from reduction.stuck import stuck_stiffness
 from study import cli
@@ -50,7 +50,7 @@ def complete(folder: Path) -> Model:
 
 def bending(model: Model) -> float:
     """The first mode that moves the tip by a force on the blade, all contacts stuck [Hz]."""
-    modes = dense_modes(model.system.mass, stuck_stiffness(model.system.stiffness, model.system.joints))
+    modes = compute_dense_modes(model.system.mass, stuck_stiffness(model.system.stiffness, model.system.joints))
     eigenvalue, shapes = modes.lambda_[:20], modes.mode_shapes[:, :20]
     moved = np.abs((model.places["tip"] @ shapes) * (model.places["excitation"] @ shapes)) / eigenvalue
     return float(np.sqrt(eigenvalue[np.argmax(moved > 0.05 * moved.max())]) / (2 * np.pi))

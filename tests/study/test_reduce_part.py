@@ -13,11 +13,11 @@ import pytest
 from fe.assembly import assemble
 from fe.boundary import Support, supported_system
 from fe.calculix_run import find_ccx, run_frequency
-from fe.dense_modes import dense_modes
+from fe.dense_modes import compute_dense_modes
 from fe.element import HEX8, HEX20, TET10
-from fe.face_integral import face_areas
+from fe.face_integral import integrate_areas
 from fe.file.mesh_file import read_mesh, write_mesh
-from fe.host_face import station_weights
+from fe.host_face import find_station_weights
 from fe.material import STEEL
 from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
@@ -206,7 +206,7 @@ def test_what_is_recovered_moves_at_the_stations_as_their_coordinates_say(home: 
     for name in ("tip", "rub", "rim"):
         rows = [row for row in table if row["name"] == name]
         at = np.array([[float(row[axis]) for axis in "xyz"] for row in rows])
-        weights = station_weights(mesh, name, mesh.face_sets["top"], at)
+        weights = find_station_weights(mesh, name, mesh.face_sets["top"], at)
         moved = np.einsum("sn,nim->sim", weights.toarray(), motion).reshape(3 * len(rows), -1)
         own = np.eye(rom.n_boundary)[rom.rows(name)]
         # Round-off of a change of variables whose condition is below 1e3.
@@ -450,7 +450,7 @@ def test_one_case_of_a_part_is_reduced_and_solved_with_its_joints(
     assert [joint.name for joint in read.model.system.joints] == ["plate.1", "plate.2", "plate.3", "stop"]
     assert [sensor.name for sensor in read.model.sensors] == ["end", "friction"]
     system = read.model.system
-    stuck = dense_modes(system.mass, stuck_stiffness(system.stiffness, system.joints))
+    stuck = compute_dense_modes(system.mass, stuck_stiffness(system.stiffness, system.joints))
     omega, shape = np.sqrt(stuck.lambda_[0]), stuck.mode_shapes[:, 0]
     first = omega / (2 * np.pi)
     # 4 N/um beside the bar's own 3 E I / L^3 of 5 N/um.
@@ -507,7 +507,7 @@ def test_a_step_file_is_meshed_and_reduced_and_calculix_finds_the_same_on_that_m
     # Tetrahedra of 6 mm against such of 5 mm cut from bricks: both a few parts in a thousand too stiff.
     np.testing.assert_allclose(found["frequency_hz"][:6], full_frequency(bar(), 6), rtol=5e-3)
     mesh = read_mesh(cad / "out" / "bar.vtu")
-    assert face_areas(mesh, mesh.face_sets["side"]).sum() == pytest.approx(0.02 * 0.06, rel=1e-9)
+    assert integrate_areas(mesh, mesh.face_sets["side"]).sum() == pytest.approx(0.02 * 0.06, rel=1e-9)
     if find_ccx() is not None:
         held = mesh.nodes("foot")
         fixed = np.column_stack([np.repeat(held, 3), np.tile([0, 1, 2], len(held))])

@@ -13,10 +13,10 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from casefile.errors import CaseError
-from fe.dense_modes import dense_modes
-from fe.face_integral import outer_faces
+from fe.dense_modes import compute_dense_modes
+from fe.face_integral import find_outer_faces
 from fe.file.mesh_file import read_mesh
-from fe.pressed_disc import disc_weights
+from fe.pressed_disc import find_disc_weights
 from figure.scene import off_screen
 from geometry.errors import MissingSoftware
 from geometry.rig import Rig, mating_pairs, named_points
@@ -98,11 +98,13 @@ def test_the_model_is_the_rig_at_rest(folder: Path, document: dict[str, Any]) ->
     system = model.system
     assert tuple(model.lines) == ("left_blade", "left_decoupler", "right_blade", "right_decoupler")
     assert model.preloads == ("left dead weight", "right dead weight")
-    stuck = np.sqrt(dense_modes(system.mass, stuck_stiffness(system.stiffness, system.joints)).lambda_) / (2 * np.pi)
+    stuck = np.sqrt(compute_dense_modes(system.mass, stuck_stiffness(system.stiffness, system.joints)).lambda_) / (
+        2 * np.pi
+    )
     np.testing.assert_allclose(stuck[:3], document["stuck_frequency_hz"][:3], rtol=1e-7)
     # Without contacts the dampers hang at 20 Hz. Springs in their second tangents stay, which the blade's bending along
     # y does not move.
-    alone = np.sqrt(dense_modes(system.mass, model.free().system.stiffness).lambda_) / (2 * np.pi)
+    alone = np.sqrt(compute_dense_modes(system.mass, model.free().system.stiffness).lambda_) / (2 * np.pi)
     # Their motions in the plane of y and z: two translations and a rotation of each.
     assert np.count_nonzero(np.isclose(alone, 20.0, rtol=1e-3)) == 6
     assert np.abs(alone / document["blade_frequency_hz"][0] - 1).min() < 1e-4
@@ -266,8 +268,8 @@ def test_the_shaker_pushes_a_disc_about_the_named_point(model: RigModel, by_body
     rom = by_body["blade"].rom
     assert rom.boundary_node[rom.rows("excitation", 1)] == pivot
     # On the mesh the mean over the disc is the coordinate itself, in each direction.
-    weights = disc_weights(
-        place.mesh, outer_faces(place.mesh), centre, np.array([0.0, 1.0, 0.0]), model.rig.excitation_radius
+    weights = find_disc_weights(
+        place.mesh, find_outer_faces(place.mesh), centre, np.array([0.0, 1.0, 0.0]), model.rig.excitation_radius
     )
     on_mesh = rom.displacement(np.eye(rom.n_dof))
     mean = np.einsum("n,nim->im", weights, on_mesh)

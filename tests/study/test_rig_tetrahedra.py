@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from fe.element import TET10
-from fe.face_integral import enclosed_volume, face_areas
+from fe.face_integral import integrate_areas, integrate_volume
 from fe.material import STEEL
-from fe.mesh_quality import cell_quality
-from fe.station_coordinates import StationCoordinates, station_coordinates
+from fe.mesh_quality import measure_cell_quality
+from fe.station_coordinates import StationCoordinates, make_station_coordinates
 from geometry.errors import InputError
 from geometry.rig import Rig, mating_pairs, named_points
 from pipeline.progress import SilentProgress
@@ -36,17 +36,17 @@ def cut(model: RigModel) -> StationCoordinates:
     """The damper in tetrahedra cut from bricks, its stations taken as if nodes knew nothing of them."""
     mesh = replace(model, element="tet10").meshes()[BODY]
     stations = {name: mesh.points[mesh.node_sets[name]] for name in LINES["damper"]}
-    return station_coordinates(replace(mesh, node_sets={}), stations, LINES["damper"])
+    return make_station_coordinates(replace(mesh, node_sets={}), stations, LINES["damper"])
 
 
 def test_a_mirror_image_has_the_reflected_faces_around_the_same_volume(model: RigModel) -> None:
     place = cut(model)
     image = mirrored_tetrahedra(place)
     np.testing.assert_array_equal(image.mesh.points, place.mesh.points * [1, -1, 1])
-    assert cell_quality(image.mesh).determinant_ratio.min() == pytest.approx(
-        cell_quality(place.mesh).determinant_ratio.min(), rel=1e-9
+    assert measure_cell_quality(image.mesh).determinant_ratio.min() == pytest.approx(
+        measure_cell_quality(place.mesh).determinant_ratio.min(), rel=1e-9
     )
-    assert enclosed_volume(image.mesh) == pytest.approx(enclosed_volume(place.mesh), rel=1e-12)
+    assert integrate_volume(image.mesh) == pytest.approx(integrate_volume(place.mesh), rel=1e-12)
     for name, faces in place.mesh.face_sets.items():
         own, reflected = (area_vectors(each.mesh, each.mesh.face_sets[name])[0] for each in (place, image))
         np.testing.assert_allclose(reflected, own * [1, -1, 1], atol=1e-15)
@@ -81,7 +81,7 @@ def test_a_damper_by_tetwild_has_its_stations_and_the_frequencies_of_bricks(mode
     for name, at in expected.items():
         # A cone's facets of parabolas miss it by some um.
         np.testing.assert_allclose(place.places[mesh.node_sets[name]], at, atol=2e-5)
-    assert face_areas(mesh, mesh.face_sets["cylinder"]).sum() > 0
+    assert integrate_areas(mesh, mesh.face_sets["cylinder"]).sum() > 0
     tets, bricks = (
         reduced_body(each, BODY) for each in (replace(model, element="tet10", tetrahedra={BODY: place}), model)
     )

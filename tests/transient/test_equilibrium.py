@@ -51,7 +51,7 @@ def test_preloads_in_balance_leave_the_assembled_specimen_in_any_modes(share: fl
         parameters = replace(random_parameters(random), gap=(0.0, gap))
         state = equilibrium(in_modes(jointed_beam(beam, parameters), share))
         exact = assembled(beam, parameters)
-        # Round-off of a stiffness whose condition is 1e8, and of the 6e-6 m by which a pre-load moves a contact.
+        # Round-off of a stiffness whose condition is 1e8, and of the 6e-6 m by which a preload moves a contact.
         np.testing.assert_allclose(state.displacement, exact, rtol=0, atol=1e-8 * abs(exact).max() + 1e-16)
         assert not state.slider.any()
 
@@ -61,12 +61,12 @@ def test_a_balanced_specimen_stays_at_rest_without_excitation() -> None:
     for _ in range(20):
         system = jointed_beam(beam, replace(random_parameters(random), gap=(0.0, 0.0)))
         final = integrate(system, 2 * np.pi * 468.0, 2, 128, level=0.0).final
-        # Nothing but round-off of the 6e-6 m by which a pre-load moves a contact.
+        # Nothing but round-off of the 6e-6 m by which a preload moves a contact.
         assert np.abs(final.displacement).max() < 1e-15
 
 
 def unilateral(random: np.random.Generator) -> JointedSystem:
-    """Five frictionless contacts, some pre-loaded, some with a gap or held open, under a load that opens some."""
+    """Five frictionless contacts, some preloaded, some with a gap or held open, under a load that opens some."""
     n = 6
     factor = random.standard_normal((n, n))
     joints = [
@@ -119,7 +119,7 @@ N_SLIDING = {0.5: 0, 1.5: 1, 2.5: 2, 4.0: 3, 8.0: 4}
 
 @pytest.mark.parametrize("load", list(N_SLIDING))
 def test_a_chain_pulled_beyond_coulombs_limit_equals_its_complementarity_problem(load: float) -> None:
-    # Four masses in a chain, each on a table of its own pre-load; all slide one way as the pull grows, so that the
+    # Four masses in a chain, each on a table of its own preload; all slide one way as the pull grows, so that the
     # sliders of the ramp are those of the one problem: stick with w = 0, or slide with T = mu N.
     n, tangential, friction = 4, 5.0, 0.4
     weights = np.array([1.0, 2.0, 1.5, 3.0])
@@ -163,7 +163,7 @@ def test_a_chain_pulled_beyond_coulombs_limit_equals_its_complementarity_problem
 
 
 def mixed(random: np.random.Generator) -> JointedSystem:
-    """Joints of all kinds in random directions; in half of the systems the load balances the pre-loads."""
+    """Joints of all kinds in random directions; in half of the systems the load balances the preloads."""
     n = int(random.integers(4, 9))
     factor = random.standard_normal((n, n))
     joints: list[FrictionContact | ElasticStop | CubicSpring | JenkinsElement] = [

@@ -154,7 +154,7 @@ def circular(friction: Friction) -> JointedSystem:
                 friction=friction,
             )
         ],
-        # The static load balances the pre-load, so that N stays 2 N.
+        # The static load balances the preload, so that N stays 2 N.
         static_load=np.array([0.0, 0.0, 2.0]),
         harmonic_force=np.array([[0, 0, 0], [3.0, -3.0j, 0.0]]),
     )

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from correlation.campaign.format.registry import FORMATS, CampaignFormat
+from correlation.campaign.format import FORMATS, CampaignFormat
 from correlation.campaign.manifest import MANIFEST, Manifest, read_manifest
 from correlation.campaign.measurement import Campaign, Measurement, same_level
 from correlation.campaign.stepped_sine import read_csv, sorting
@@ -26,12 +26,12 @@ def read_folder(folder: Path) -> Campaign:
     """
     manifest = read_manifest(folder)
     measurement = _tables(folder, manifest)
-    told = Mistakes()
+    mistakes = Mistakes()
     for number in range(len(manifest.sensors)):
-        told.of(partial(_check_sensor, manifest, measurement, number), None)
-    told.of(partial(_check_held_out, manifest, measurement), None)
+        mistakes.attempt(partial(_check_sensor, manifest, measurement, number), None)
+    mistakes.attempt(partial(_check_held_out, manifest, measurement), None)
     found = [
-        told.of(
+        mistakes.attempt(
             partial(
                 read_time_record, folder / entry.file,
                 name=entry.name, units=entry.units, force=entry.force, held_out=entry.held_out,
@@ -41,8 +41,8 @@ def read_folder(folder: Path) -> Campaign:
         for entry in manifest.records
     ]  # fmt: skip
     records = tuple(each for each in found if each is not None)
-    told.of(partial(_check_records, manifest, records), None)
-    told.tell()
+    mistakes.attempt(partial(_check_records, manifest, records), None)
+    mistakes.refuse()
     return Campaign(
         title=manifest.title,
         folder=folder,
@@ -58,9 +58,9 @@ def _tables(folder: Path, manifest: Manifest) -> Measurement:
     tests: dict[str, list[str]] = {}
     for test, file in zip(manifest.tests, manifest.files, strict=True):
         tests.setdefault(file, []).append(test.name)
-    told = Mistakes()
-    found = [told.of(partial(read_csv, folder / file, manifest, names), None) for file, names in tests.items()]
-    told.tell()
+    mistakes = Mistakes()
+    found = [mistakes.attempt(partial(read_csv, folder / file, manifest, names), None) for file, names in tests.items()]
+    mistakes.refuse()
     tables = [each for each in found if each is not None]
     columns = [each.name for each in fields(Measurement)]
     measurement = Measurement(
@@ -68,8 +68,8 @@ def _tables(folder: Path, manifest: Manifest) -> Measurement:
     )
     for number, (test, file) in enumerate(zip(manifest.tests, manifest.files, strict=True)):
         if not (measurement.test == number).any():
-            told.add(f'{file}: has no rows of test "{test.name}"; add them, or remove the test in {MANIFEST}')
-    told.tell()
+            mistakes.add(f'{file}: has no rows of test "{test.name}"; add them, or remove the test in {MANIFEST}')
+    mistakes.refuse()
     return measurement.where(sorting(measurement)) if len(tables) > 1 else measurement
 
 

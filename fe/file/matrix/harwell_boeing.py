@@ -18,9 +18,8 @@ import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
 from fe.file.format import FileFormat
-from fe.file.fortran_number import columns, reals
 from fe.file.matrix import MATRIX_FORMATS
-from fe.file.matrix_content import FileMatrix, both_triangles
+from fe.file.matrix_content import FileMatrix, both_triangles, columns, reals
 
 _FORMAT = re.compile(r"\(\s*(?:\d*P\s*,?)?\s*\d*\s*[IEDFG]\s*(\d+)", re.IGNORECASE)
 

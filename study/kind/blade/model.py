@@ -17,7 +17,7 @@ from fe.mesh_quality import check_quality
 from fe.mesher.blade import PadMesh
 from fe.mesher.mesh_rule import MeshRule
 from fe.modal import modes
-from fe.relaxed_clamp import thinned
+from fe.node_sets import thin_nodes
 from fe.solid import jacobian
 from fe.system import LinearSystem
 from geometry.blade import Blade
@@ -150,7 +150,7 @@ def first_frequency(model: BladeModel) -> tuple[Mesh, float, int]:
 def held_nodes(mesh: Mesh, drop_every: int) -> NDArray[np.int64]:
     """Clamped nodes: all of the face set "clamp", or thinned."""
     nodes = mesh.nodes("clamp")
-    return thinned(mesh, nodes, drop_every) if drop_every else nodes
+    return thin_nodes(mesh, nodes, drop_every) if drop_every else nodes
 
 
 def boundary_rows(mesh: Mesh, system: LinearSystem) -> dict[str, NDArray[np.int64]]:

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from casefile.table import Mistakes, at_key
 from fe.boundary import Support
 from fe.errors import BesideMesh, MeshError
-from fe.face_integral import outer_faces
+from fe.face_integral import find_outer_faces
 from fe.file.dof_table import N_TRANSLATION
-from fe.host_face import named_faces, station_normals
+from fe.host_face import find_named_faces, find_station_normals
 from fe.mesh import Mesh
-from fe.station_coordinates import station_coordinates
+from fe.station_coordinates import make_station_coordinates
 from fe.surface_line import line_along_edge, line_between
 from geometry.interface import ContactLine
 from study.case.tables import Case
@@ -111,7 +111,7 @@ def places(case: Case[PartTable], mesh: Mesh) -> Places:
         stations too close for the mesh.
     """
     mistakes = Mistakes(case)
-    mesh = replace(mesh, face_sets={**mesh.face_sets, SURFACE: outer_faces(mesh)})
+    mesh = replace(mesh, face_sets={**mesh.face_sets, SURFACE: find_outer_faces(mesh)})
     supports, boundary, lines, faces = [], {}, {}, {}
     for number, support in enumerate(case.structure.support):
         with mistakes.at(), at_key(case, "structure", "support", number, "on"):
@@ -146,7 +146,7 @@ def places(case: Case[PartTable], mesh: Mesh) -> Places:
         held = np.unique(np.concatenate([each.nodes for each in supports] or [np.zeros(0, dtype=np.int64)]))
         stations = {name: line.stations for name, line in lines.items()}
         with mistakes.at():
-            found = station_coordinates(replace(bare, node_sets={**sets, HELD: held}), stations, faces)
+            found = make_station_coordinates(replace(bare, node_sets={**sets, HELD: held}), stations, faces)
             bare, to_nodes = replace(bare, node_sets={**sets, **_pivots(found.mesh, lines)}), found.to_nodes
         mistakes.raise_if_any()
         for name in lines:
@@ -201,7 +201,7 @@ def _single(mesh: Mesh, name: str, on: str, place: tuple[float, float, float]) -
     """One station; one beside the face is told as its user gave it, to whom a point is no station."""
     at = np.array([place])
     try:
-        normal = station_normals(mesh, name, named_faces(mesh, name, on), at)
+        normal = find_station_normals(mesh, name, find_named_faces(mesh, name, on), at)
     except BesideMesh as error:
         # To a nanometre, whose rounding no tolerance sees.
         x, y, z = (f"{round(1e3 * each, 6) + 0.0:.12g} mm" for each in error.nearest)

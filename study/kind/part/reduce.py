@@ -15,7 +15,7 @@ from fe.element import HEX8
 from fe.file.mesh_file import read_mesh, write_mesh
 from fe.material import Material
 from fe.mesh import Mesh
-from fe.mesh_quality import cell_quality
+from fe.mesh_quality import measure_cell_quality
 from fe.mesher.tetrahedra import TetRule
 from fe.sparse.factor import Symmetric
 from geometry.errors import MissingSoftware, SelectorError
@@ -150,7 +150,7 @@ def reduce_part_case(opened: OpenCase, run: RunContext, checked: bool = False) -
     replace_file(files["_frequencies.csv"], frequency_table(compared))
     replace_file(files["_stations.csv"], station_table(found.lines))
     drawn = _drawn(opened, model, run)
-    worst = float(cell_quality(mesh).scaled_jacobian.min())
+    worst = float(measure_cell_quality(mesh).scaled_jacobian.min())
     faces = face_lines(meshed.faces)
     return reduction_answer(
         compared,

@@ -11,7 +11,7 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.assembly import assemble_compact
-from fe.boundary import Support, supported_system, unsupported_system
+from fe.boundary import Support, make_unsupported_system, supported_system
 from fe.errors import SupportError
 from fe.material import Material
 from fe.mesh import Mesh
@@ -205,7 +205,7 @@ def _held(
     if supports:
         # What they leave free the boundary may hold; if it does not, the reduction says so.
         return supported_system(mesh, mass, stiffness, list(supports), may_move=True)
-    return unsupported_system(mesh, mass, stiffness)
+    return make_unsupported_system(mesh, mass, stiffness)
 
 
 def _shapes(mesh: Mesh, material: Material, compared: ComparedReduction) -> Shapes:

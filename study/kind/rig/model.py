@@ -6,13 +6,18 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fe.element import REGISTRY, TET10
-from fe.face_integral import outer_faces
+from fe.face_integral import find_outer_faces
 from fe.material import Material
 from fe.mesh import Mesh
-from fe.mesher.rig import RigMesh, mesh_rig, rig_mesh
+from fe.mesher.rig import RigMesh, choose_rig_mesh, mesh_rig
 from fe.mesher.tetrahedra import TetRule, mesh_solid
-from fe.pressed_disc import disc_weights
-from fe.station_coordinates import StationCoordinates, at_nodes, station_coordinates, with_mean
+from fe.pressed_disc import find_disc_weights
+from fe.station_coordinates import (
+    StationCoordinates,
+    add_mean_coordinate,
+    make_node_coordinates,
+    make_station_coordinates,
+)
 from geometry.rig import Rig, named_points, placements, rig_parts
 from geometry.system_library import preflight
 from pipeline.parallel import Task, run_parallel
@@ -78,7 +83,7 @@ class RigModel:
     @property
     def cells(self) -> RigMesh:
         """How the bodies are meshed."""
-        return rig_mesh(self.rig, REGISTRY[self.element], self.size)
+        return choose_rig_mesh(self.rig, REGISTRY[self.element], self.size)
 
     def meshed(self) -> MeshedRig:
         """All bodies in their places, in the order of `BODIES`."""
@@ -86,7 +91,7 @@ class RigModel:
             made = {body: self.tetrahedra[body] for body in BODIES if body in self.tetrahedra}
             return MeshedRig(meshes={body: each.mesh for body, each in made.items()}, coordinates=made)
         found = mesh_rig(self.rig, self.cells)
-        pushed = with_excitation(at_nodes(found["blade"]), self.rig)
+        pushed = with_excitation(make_node_coordinates(found["blade"]), self.rig)
         found["blade"] = pushed.mesh
         return MeshedRig(meshes={body: found[body] for body in BODIES}, coordinates={"blade": pushed})
 
@@ -111,10 +116,10 @@ def with_excitation(place: StationCoordinates, rig: Rig) -> StationCoordinates:
         The disc is on no face, or its nodes are held or named.
     """
     centre = named_points(rig)["blade"]["excitation"]
-    weights = disc_weights(
-        place.mesh, outer_faces(place.mesh), centre, np.array([0.0, 1.0, 0.0]), rig.excitation_radius
+    weights = find_disc_weights(
+        place.mesh, find_outer_faces(place.mesh), centre, np.array([0.0, 1.0, 0.0]), rig.excitation_radius
     )
-    return with_mean(place, "excitation", weights, fixed=HELD["blade"])
+    return add_mean_coordinate(place, "excitation", weights, fixed=HELD["blade"])
 
 
 def mirror_image(body: str) -> str | None:
@@ -148,8 +153,8 @@ def body_tetrahedra(rig: Rig, body: str, size: float) -> StationCoordinates:
         # Points that are middles of faces are told by these, and the disc about the excitation follows below.
         if name not in part.faces and name != "excitation":
             places[name], on[name] = point[None], SURFACE
-    whole = replace(mesh, face_sets={**mesh.face_sets, SURFACE: outer_faces(mesh)})
-    found = station_coordinates(whole, places, on, fixed=HELD[kind])
+    whole = replace(mesh, face_sets={**mesh.face_sets, SURFACE: find_outer_faces(mesh)})
+    found = make_station_coordinates(whole, places, on, fixed=HELD[kind])
     found = replace(found, mesh=replace(found.mesh, face_sets=mesh.face_sets))
     return with_excitation(found, rig) if body == "blade" else found
 

@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from fe.mesh import Mesh
-from fe.mesher.whole_mesh import whole_mesh
+from fe.mesher.body import join_meshes
 from figure.scene.body_picture import bodies_picture, cut_picture
 from figure.scene.caption import Caption
 from figure.scene.deflection_film import deflection_film
@@ -31,7 +31,7 @@ SHARE, MOVES = 0.35, 0.1
 def rig_pictures(model: RigModel, title: str) -> dict[str, NDArray[np.uint8]]:
     """Draw "assembly.png" and "contact.png"; bytes of each file by name."""
     meshes = model.meshes()
-    whole = whole_mesh(meshes)
+    whole = join_meshes(meshes)
     with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
         folder = Path(name)
         note = f"{whole.n_node} nodes, {whole.n_cell} elements"
@@ -61,7 +61,7 @@ def stuck_mode_pictures(
     report
         Progress.
     """
-    whole = whole_mesh(model.meshes())
+    whole = join_meshes(model.meshes())
     with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
         folder = Path(name)
         for number, (hertz, shape) in enumerate(zip(frequency, displacement, strict=True), start=1):
@@ -108,7 +108,7 @@ def rig_film(
     subtitle: str,
 ) -> NDArray[np.uint8]:
     """Bytes of the film."""
-    whole = whole_mesh(model.meshes())
+    whole = join_meshes(model.meshes())
     nodes = [whole.node_sets[f"{pair.other}.{pair.other_line.name}"] for pair in mating_pairs(model.rig).values()]
     stations = StationStates(node=np.concatenate(nodes), states=status)
     with tempfile.TemporaryDirectory(prefix="stickslip-") as name:

@@ -11,9 +11,9 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from casefile.table import located
-from fe.dense_modes import dense_modes
+from fe.dense_modes import compute_dense_modes
 from fe.file.mesh_file import write_mesh
-from fe.mesher.whole_mesh import whole_mesh
+from fe.mesher.body import join_meshes
 from fe.mode_check import ModeCheck
 from geometry.errors import GeometryError, MissingSoftware
 from geometry.interference import check_no_overlap
@@ -70,7 +70,7 @@ def reduce_rig_case(opened: OpenCase, run: RunContext, checked: bool = False) ->
     named = {
         f"stuck mode {k + 1}: {f:.6g} Hz": u for k, (f, u) in enumerate(zip(frequency, displacement, strict=False))
     }
-    write_mesh(whole_mesh(found.meshes), files[".vtu"], named)
+    write_mesh(join_meshes(found.meshes), files[".vtu"], named)
     save_assembly(_titled(assembly, title), files["_rom.h5"])
     pictures = _drawn(stem, title, model, frequency[:N_DRAWN], displacement, run)
     bodies = {
@@ -136,7 +136,7 @@ def stuck_modes(
     assembly: ReducedAssembly, pairs: Sequence[LinePair], tangents: Tangents
 ) -> tuple[Float[NDArray[np.float64], " r"], Float[NDArray[np.float64], "r r"]]:
     """Frequencies of the rig with all contacts closed and stuck [Hz], and mass-normalised shapes [kg^-1/2]."""
-    modes = dense_modes(assembly.mass, joined(assembly, pairs, tangents=tangents).stuck)
+    modes = compute_dense_modes(assembly.mass, joined(assembly, pairs, tangents=tangents).stuck)
     return np.sqrt(modes.lambda_.clip(min=0)) / (2 * np.pi), modes.mode_shapes
 
 

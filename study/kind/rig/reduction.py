@@ -9,11 +9,10 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.assembly import assemble_compact
-from fe.boundary import Support, supported_system, unsupported_system
+from fe.boundary import Support, SupportReaction, find_reaction, make_unsupported_system, supported_system
 from fe.mesh import Mesh
 from fe.mesh_quality import check_quality
 from fe.mode_check import ModeCheck
-from fe.reaction import SupportReaction, reaction
 from fe.sparse.factor import Symmetric
 from fe.station_coordinates import StationCoordinates
 from fe.system import LinearSystem
@@ -66,7 +65,7 @@ def reduced_body(model: RigModel, body: str) -> ReducedBody:
     if place is not None:
         rom = replace(rom, recovery=place.displacement(system, rom.recovery))
     held = HELD[body.partition("_")[0]]
-    reactions = {name: reaction(stiffness, mass, mesh.nodes(name), system.free) for name in held}
+    reactions = {name: find_reaction(stiffness, mass, mesh.nodes(name), system.free) for name in held}
     return ReducedBody(
         rom=rom,
         least_scaled_jacobian=float(quality.scaled_jacobian.min()),
@@ -102,7 +101,7 @@ def held_body(mesh: Mesh, body: str, mass: Symmetric, stiffness: Symmetric) -> L
     held = HELD[body.partition("_")[0]]
     if held:
         return supported_system(mesh, mass, stiffness, [Support(nodes=mesh.nodes(name)) for name in held])
-    return unsupported_system(mesh, mass, stiffness)
+    return make_unsupported_system(mesh, mass, stiffness)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

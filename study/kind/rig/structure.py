@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from casefile.source import value_at
 from casefile.table import located
 from correlation.model import DeadWeight, Dof, Part, Sensor
-from fe.distributed_load import distributed_load
+from fe.distributed_load import distribute_load
 from geometry.errors import InputError
 from geometry.rig import SIDES, Rig, named_points
 from reduction.file.structure_file import StructureMatrices
@@ -130,7 +130,7 @@ def _pulls(weights: Mapping[str, WirePull], rig: Rig, reduction: RigReduction) -
         cylinder = mesh.nodes("cylinder")
         below = cylinder[mesh.points[cylinder, 2] < rig.damper_axis]
         place = points[body]["dead_weight"] + np.array([0.0, sign * weight.shift, 0.0])
-        found[side] = reduction.assembly.load(body, distributed_load(mesh, below, _pull(weight), place))
+        found[side] = reduction.assembly.load(body, distribute_load(mesh, below, _pull(weight), place))
     return found
 
 

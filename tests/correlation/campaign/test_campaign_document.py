@@ -9,7 +9,7 @@ from correlation.campaign.manifest import DIRECTIONS, PEAK_OF, TIME_SIGNS
 from correlation.campaign.measurement import SI_UNIT
 from correlation.campaign.read_campaign import read_campaign
 from correlation.campaign.stepped_sine import COLUMNS
-from correlation.feature.table import features, split
+from correlation.feature.table import extract_features, split
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "campaign.md"
 
@@ -23,7 +23,7 @@ def test_the_worked_example_can_be_read(tmp_path: Path) -> None:
     campaign = read_campaign(tmp_path)
     assert campaign.suspicions == ()
     assert campaign.records[0].time == pytest.approx([0, 5e-5, 1e-4])
-    assert len(features(campaign)) == 8
+    assert len(extract_features(campaign)) == 8
     training, held_out = split(campaign)
     assert (len(training), len(held_out)) == (8, 8)
 

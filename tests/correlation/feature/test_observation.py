@@ -8,7 +8,7 @@ import pytest
 
 from correlation.campaign.measurement import Campaign, HeldOut
 from correlation.errors import CampaignError
-from correlation.feature.observation import Observation, observation, parted, training
+from correlation.feature.observation import Observation, arrange_campaign, split_held_out, take_training_part
 from correlation.model import Model
 from correlation.prediction import Points
 
@@ -19,7 +19,7 @@ def campaign(small: Model, paper: ModuleType) -> Campaign:
 
 
 def test_every_reading_is_in_the_row_of_its_point_and_the_column_of_its_repeat(campaign: Campaign) -> None:
-    seen, table = observation(campaign), campaign.measurement
+    seen, table = arrange_campaign(campaign), campaign.measurement
     assert seen.repeat.shape == (len(table) // 4, 4)
     points = seen.points
     keys = zip(points.free, points.level, points.frequency, points.sensor, points.harmonic, strict=True)
@@ -40,16 +40,16 @@ def test_both_sweeps_are_averaged(campaign: Campaign) -> None:
     }
     sweep = np.repeat([1, -1], len(table))
     value = np.concatenate([table.value, 3 * table.value])
-    seen = observation(replace(campaign, measurement=replace(table, **both, sweep=sweep, value=value)))
+    seen = arrange_campaign(replace(campaign, measurement=replace(table, **both, sweep=sweep, value=value)))
     # A mean of two numbers.
-    np.testing.assert_allclose(seen.repeat, 2 * observation(campaign).repeat, rtol=1e-15)
+    np.testing.assert_allclose(seen.repeat, 2 * arrange_campaign(campaign).repeat, rtol=1e-15)
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.3e-5, 0.5e-5, 0.77e-5])
 def test_frequencies_that_differ_by_round_off_are_one(campaign: Campaign, offset: float) -> None:
     table = campaign.measurement
     frequency = table.frequency * (1 + offset) * (1 + 4e-6 * (table.repeat % 2))
-    seen = observation(replace(campaign, measurement=replace(table, frequency=frequency)))
+    seen = arrange_campaign(replace(campaign, measurement=replace(table, frequency=frequency)))
     assert seen.repeat.shape == (len(table) // 4, 4)
     assert np.isfinite(seen.repeat).all()
 
@@ -57,26 +57,26 @@ def test_frequencies_that_differ_by_round_off_are_one(campaign: Campaign, offset
 def test_frequencies_that_differ_by_more_are_two(campaign: Campaign) -> None:
     table = campaign.measurement
     frequency = table.frequency * (1 + 3e-5 * (table.repeat == 2))
-    seen = observation(replace(campaign, measurement=replace(table, frequency=frequency)))
+    seen = arrange_campaign(replace(campaign, measurement=replace(table, frequency=frequency)))
     assert len(seen.points) == len(table) // 2
     np.testing.assert_array_equal(np.isfinite(seen.repeat).sum(axis=1) % 2, 1)
 
 
 def test_the_mean_is_over_the_repeats_taken(campaign: Campaign) -> None:
-    seen = training(campaign)
+    seen = take_training_part(campaign)
     np.testing.assert_array_equal(seen.count, 3)
     # Sums in another order.
     np.testing.assert_allclose(seen.value, seen.repeat[:, :3].mean(axis=1), rtol=1e-14)
-    fitted, tested = parted(campaign)
+    fitted, tested = split_held_out(campaign)
     np.testing.assert_array_equal(fitted.value, seen.value)
     np.testing.assert_array_equal(tested.value, seen.repeat[:, 3])
 
 
 def test_a_missing_reading_is_no_number_and_is_not_counted(campaign: Campaign) -> None:
     table = campaign.measurement
-    first = observation(campaign).points
+    first = arrange_campaign(campaign).points
     gone = (table.repeat == 1) & (table.frequency == first.frequency[0]) & (table.level == first.level[0])
-    seen = training(replace(campaign, measurement=table.where(~gone)))
+    seen = take_training_part(replace(campaign, measurement=table.where(~gone)))
     lacking = (seen.points.frequency == first.frequency[0]) & (seen.points.level == first.level[0])
     assert lacking.any()
     assert np.isnan(seen.repeat[lacking, 0]).all()
@@ -86,7 +86,7 @@ def test_a_missing_reading_is_no_number_and_is_not_counted(campaign: Campaign) -
 
 def test_held_out_repeats_test_at_all_levels_what_was_fitted_to_the_rest(campaign: Campaign, paper: ModuleType) -> None:
     both = replace(campaign, held_out=HeldOut(levels=(paper.LEVELS[1],), repeats=(2,)))
-    fitted, tested = parted(both)
+    fitted, tested = split_held_out(both)
     assert set(fitted.points.level) == {paper.LEVELS[0]}
     np.testing.assert_array_equal(fitted.taken, np.tile([True, False, True, True], (len(fitted.points), 1)))
     # One set of repeats, at the held-out level as well: other repeats there test nothing.
@@ -97,14 +97,14 @@ def test_held_out_repeats_test_at_all_levels_what_was_fitted_to_the_rest(campaig
 
 
 def test_held_out_repeats_alone_leave_all_levels_to_the_fit(campaign: Campaign, paper: ModuleType) -> None:
-    fitted, tested = parted(campaign)
+    fitted, tested = split_held_out(campaign)
     assert set(fitted.points.level) == set(tested.points.level) == set(paper.LEVELS)
     assert fitted.count.sum() + tested.count.sum() == len(campaign.measurement)
 
 
 def test_held_out_levels_alone_test_with_all_their_repeats(campaign: Campaign, paper: ModuleType) -> None:
     levels = replace(campaign, held_out=HeldOut(levels=(paper.LEVELS[1],)))
-    fitted, tested = parted(levels)
+    fitted, tested = split_held_out(levels)
     assert set(fitted.points.level) == {paper.LEVELS[0]}
     assert set(tested.points.level) == {paper.LEVELS[1]}
     assert fitted.taken.all()
@@ -114,7 +114,7 @@ def test_held_out_levels_alone_test_with_all_their_repeats(campaign: Campaign, p
 
 def test_nothing_held_out_is_refused(campaign: Campaign) -> None:
     with pytest.raises(CampaignError, match=r"nothing is held out.*\[held_out\]"):
-        parted(replace(campaign, held_out=HeldOut()))
+        split_held_out(replace(campaign, held_out=HeldOut()))
 
 
 def swept(value: dict[str, np.ndarray], noise: float, n_repeat: int) -> Observation:

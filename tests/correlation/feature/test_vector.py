@@ -23,7 +23,7 @@ def features() -> FeatureVector:
         sensor=np.array(["a", "a", "b", "a", "T", "N"]),
         harmonic=HARMONIC,
     )
-    return FeatureVector.of(points, VALUE, MOTION)
+    return FeatureVector.choose(points, VALUE, MOTION)
 
 
 def complex_of(numbers: np.ndarray) -> np.ndarray:
@@ -80,7 +80,7 @@ def test_a_harmonic_without_a_motion_stays_as_it_is() -> None:
         free=np.array([False]), level=np.array([2.0]), frequency=np.array([9.0]), sensor=np.array(["T"]),
         harmonic=np.array([1]),
     )  # fmt: skip
-    alone = FeatureVector.of(points, np.array([3 + 4j]), np.array([False]))
+    alone = FeatureVector.choose(points, np.array([3 + 4j]), np.array([False]))
     np.testing.assert_array_equal(alone.of_values(np.array([3 + 4j])), [3.0, 4.0])
 
 
@@ -97,7 +97,7 @@ def test_the_mean_of_features_of_a_resonance_that_shifts_is_that_of_its_mean_pla
     exact, shift = 30.0 + 40.0j, 5.0
     dynamic = exact + shift * np.array([[-1.0, 1.0, -0.5, 0.5]])
     repeat = LEVEL / dynamic
-    features = FeatureVector.of(readings("a"), repeat.mean(axis=1), np.array([True]))
+    features = FeatureVector.choose(readings("a"), repeat.mean(axis=1), np.array([True]))
     everything = np.ones_like(repeat, dtype=bool)
     mean = repeat.mean(axis=1)
     biased = features.of_values(mean)
@@ -112,7 +112,7 @@ def test_the_mean_of_features_of_a_resonance_that_shifts_is_that_of_its_mean_pla
 def test_where_noise_drowns_a_reading_the_mean_comes_first() -> None:
     """A reading that happens to be next to zero would make the mean of the inverses as large as one likes."""
     repeat = np.array([[0.1, 0.11, 1e-4 + 1e-4j]])
-    features = FeatureVector.of(readings("a"), repeat.mean(axis=1), np.array([True]))
+    features = FeatureVector.choose(readings("a"), repeat.mean(axis=1), np.array([True]))
     found = features.of_repeats(repeat, np.ones((1, 3), dtype=bool))
     np.testing.assert_allclose(found, features.of_values(repeat.mean(axis=1)), rtol=1e-14)
     assert np.abs(found).max() < 2 * LEVEL / 0.07
@@ -160,7 +160,7 @@ def test_an_antiresonance_is_compared_as_a_share_of_the_reference() -> None:
     share = np.array([0.2, 0.1, 0.01j, -0.1, -0.2])
     tip = np.array([1.0, 2.0, 3 + 1j, 2.0, 1.0])
     value = np.concatenate([tip, share * tip])
-    found = FeatureVector.of(points, value, np.ones(10, dtype=bool))
+    found = FeatureVector.choose(points, value, np.ones(10, dtype=bool))
     # 0.01 is far below 0.3 of the median share of 0.1; nothing else is, and the reference has no such place.
     np.testing.assert_array_equal(np.flatnonzero(~found.inverse), [7])
     assert found.fundamental.all()

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
-from correlation.metric.misfit import AXES, Misfit, bands, misfit, shares, whole, worst, worst_cell
+from correlation.metric.misfit import AXES, Misfit, bands, compute_misfit, split_misfit, whole, worst, worst_cell
 from correlation.prediction import Points
 
 FREQUENCY, DAMPING = 100.0, 0.01
@@ -43,11 +43,11 @@ def observed(noise: float = 0.0) -> Observation:
 
 def compared(seen: Observation, predicted: NDArray[np.complex128], deviation: float = 0.01) -> Misfit:
     """Each number has a standard deviation of a share of its modulus, and nothing is common."""
-    features = FeatureVector.of(seen.points, seen.value, seen.motion)
+    features = FeatureVector.choose(seen.points, seen.value, seen.motion)
     measured, model = features.of_values(seen.value), features.of_values(predicted)
     modulus = np.tile(np.abs(seen.points.level / seen.value), 2)
     standardised = np.nan_to_num((measured - model) / (deviation * modulus), nan=10.0)
-    return misfit(seen, features, predicted, standardised, standardised)
+    return compute_misfit(seen, features, predicted, standardised, standardised)
 
 
 def test_an_error_is_found_where_it_is() -> None:
@@ -55,9 +55,9 @@ def test_an_error_is_found_where_it_is() -> None:
     wrong = (seen.points.sensor == "b") & (seen.points.level == 2) & (seen.points.frequency > 104)
     predicted = np.where(wrong, 1.2 * np.exp(0.1j), 1.0) * seen.value
     found = compared(seen, predicted)
-    assert worst(shares(found, "sensor")).label == "b"
-    assert worst(shares(found, "level")).label == "2 N"
-    assert worst(shares(found, "band")).label == "103.7 to 105 Hz jointed"
+    assert worst(split_misfit(found, "sensor")).label == "b"
+    assert worst(split_misfit(found, "level")).label == "2 N"
+    assert worst(split_misfit(found, "band")).label == "103.7 to 105 Hz jointed"
     cell, points = worst_cell(found)
     assert {*points.sensor} == {"b"}
     assert {*points.level} == {2.0}
@@ -70,7 +70,7 @@ def test_an_error_is_found_where_it_is() -> None:
 def test_the_shares_of_every_axis_add_up_to_the_whole(axis: str) -> None:
     seen = observed()
     found = compared(seen, seen.value * (1 + 0.01 * np.sin(np.arange(len(seen.points)))))
-    split = shares(found, axis)
+    split = split_misfit(found, axis)
     assert sum(share.n_number for share in split) == whole(found).n_number == 2 * len(found)
     squares = sum(share.n_number * share.deviations**2 for share in split)
     assert squares == pytest.approx(whole(found).n_number * whole(found).deviations ** 2)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from correlation.feature.vector import FeatureVector
-from correlation.metric.outlier import MUCH, NEIGHBOURS, standing_out
+from correlation.metric.outlier import MUCH, NEIGHBOURS, weigh_outliers
 from correlation.prediction import Points
 
 N, LARGE = 20, 50.0
@@ -22,7 +22,7 @@ def sweeps(*sizes: np.ndarray, free: tuple[bool, ...] | None = None) -> tuple[Fe
     is_free, level, frequency, sensor = (np.array(column) for column in zip(*rows, strict=True))
     motion = sensor == "tip"
     points = Points(free=is_free, level=level, frequency=frequency, sensor=sensor, harmonic=motion.astype(np.int64))
-    features = FeatureVector.of(points, np.ones(len(points), dtype=np.complex128), motion)
+    features = FeatureVector.choose(points, np.ones(len(points), dtype=np.complex128), motion)
     row = features.row
     which = np.column_stack([level[row] - 1, frequency[row] - 20]).astype(int)
     size = np.array([sizes[place][number] for place, number in which])
@@ -34,7 +34,7 @@ def sweeps(*sizes: np.ndarray, free: tuple[bool, ...] | None = None) -> tuple[Fe
 def factors(*sizes: np.ndarray, free: tuple[bool, ...] | None = None) -> list[np.ndarray]:
     """Of each state of each sweep; all numbers of a state must have the same."""
     features, residual, which = sweeps(*sizes, free=free)
-    factor = standing_out(features, residual)
+    factor = weigh_outliers(features, residual)
     assert factor.shape == residual.shape
     found = []
     for level, size in enumerate(sizes):

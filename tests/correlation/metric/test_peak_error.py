@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
-from correlation.metric.peak_error import PeakError, peak_errors
+from correlation.metric.peak_error import PeakError, compute_peak_errors
 from correlation.noise.whitening import Whitening
 from correlation.prediction import Points
 
@@ -48,11 +48,11 @@ def observed(
 
 def peak(seen: Observation, predicted: NDArray[np.complex128], noise: float = 1e-6, shift: float = 0.0) -> PeakError:
     """With noise of a single repeat, a share of each modulus, and a shift of all frequencies in common."""
-    features = FeatureVector.of(seen.points, seen.value, seen.motion)
+    features = FeatureVector.choose(seen.points, seen.value, seen.motion)
     modulus = np.tile(np.abs(1 / seen.value), 2)
     ends = [features.of_values(response(seen.points.frequency * (1 + each))) for each in (1e-6, -1e-6)]
     modes = shift * (ends[0] - ends[1])[:, None] / 2e-6
-    (found,) = peak_errors(seen, predicted, features, Whitening(deviation=noise / 2 * modulus, modes=modes))
+    (found,) = compute_peak_errors(seen, predicted, features, Whitening(deviation=noise / 2 * modulus, modes=modes))
     return found
 
 
@@ -113,6 +113,6 @@ def test_friction_that_bends_a_peak_of_few_points_is_no_error_of_the_damping(fri
 def test_a_band_without_a_resonance_has_no_peak() -> None:
     seen = observed(response(COARSE), COARSE)
     below = seen.where(seen.points.frequency < 98)
-    features = FeatureVector.of(below.points, below.value, below.motion)
+    features = FeatureVector.choose(below.points, below.value, below.motion)
     whitening = Whitening(deviation=np.ones(2 * len(below.points)))
-    assert peak_errors(below, below.value, features, whitening) == ()
+    assert compute_peak_errors(below, below.value, features, whitening) == ()

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from correlation.feature.vector import FeatureVector
-from correlation.noise.kink import REACH, SEEN, WEIGHT, Shift, kink_modes
+from correlation.noise.kink import REACH, SEEN, WEIGHT, Shift, make_kink_modes
+from correlation.noise.nuisance import ModelFeatures
 from correlation.prediction import Points, Prediction
 
 #: Three states of two mean forces each: their features are the readings themselves.
@@ -37,15 +38,16 @@ class Told:
         return Prediction(points=self.points, value=self.response(float(model)).astype(np.complex128), states={})
 
 
-def made(response: Response) -> tuple[Any, FeatureVector, Prediction]:
+def made(response: Response) -> ModelFeatures:
     k = len(STATE)
     points = Points(
         free=np.zeros(k, dtype=bool), level=np.ones(k), frequency=20.0 + STATE.astype(float),
         sensor=np.tile(["left_N", "right_N"], N_STATE), harmonic=np.zeros(k, dtype=np.int64),
     )  # fmt: skip
-    predictor = Told(points, response)
-    prediction = predictor.predict(0.0)
-    return predictor, FeatureVector.of(points, prediction.value, np.zeros(k, dtype=bool)), prediction
+    prediction = Told(points, response).predict(0.0)
+    features = FeatureVector.choose(points, prediction.value, np.zeros(k, dtype=bool))
+    predictor: Any = Told(points, response)
+    return ModelFeatures(predictor, features, predictor, prediction)
 
 
 def shift(slope: np.ndarray) -> Shift:
@@ -54,7 +56,7 @@ def shift(slope: np.ndarray) -> Shift:
 
 
 def modes_of(response: Response, *slopes: np.ndarray, deviation: np.ndarray = QUIET, n: float = N_REPEAT) -> np.ndarray:
-    return np.asarray(kink_modes(*made(response), [shift(each) for each in slopes], deviation, n))
+    return np.asarray(make_kink_modes(made(response), [shift(each) for each in slopes], deviation, n))
 
 
 def test_a_linear_response_has_none() -> None:

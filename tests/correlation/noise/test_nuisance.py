@@ -11,11 +11,12 @@ from correlation.model import Model, Sensor
 from correlation.noise.nuisance import (
     HISTORY,
     Budget,
-    budget_modes,
+    ModelFeatures,
     bulge,
-    curvature_modes,
-    history_modes,
-    jitter_modes,
+    make_budget_modes,
+    make_curvature_modes,
+    make_history_modes,
+    make_jitter_modes,
 )
 from correlation.prediction import Points, Prediction, Predictor
 from reduction.jointed_system import FrictionContact, along
@@ -32,15 +33,19 @@ class Bench:
         self.predictor = Predictor(points=points)
         self.prediction: Prediction = self.predictor.predict(model)
         motion = np.isin(points.sensor, ["tip", "root"])
-        self.features = FeatureVector.of(points, self.prediction.value, motion)
+        self.features = FeatureVector.choose(points, self.prediction.value, motion)
 
     def change(self, plus: Model, minus: Model) -> np.ndarray:
         ends = [self.features.of_values(self.predictor.predict(each, self.prediction).value) for each in (minus, plus)]
         return (ends[1] - ends[0]) / (2 * STEP)
 
     @property
+    def nominal(self) -> ModelFeatures:
+        return ModelFeatures(self.predictor, self.features, self.model, self.prediction)
+
+    @property
     def jitter(self) -> list[np.ndarray]:
-        return jitter_modes(self.predictor, self.features, self.model, self.prediction)
+        return make_jitter_modes(self.nominal)
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +77,7 @@ def test_the_last_cause_is_the_preload_of_each_line(bench: Bench) -> None:
     block = bench.jitter[2]
     assert block.shape[1] == 2
     for line, mode in zip(bench.model.lines, block.T, strict=True):
-        ends = [Preload(name=line, of=line).apply(bench.model, [1 + side * STEP]) for side in (1, -1)]
+        ends = [Preload(name=line, target=line).apply(bench.model, [1 + side * STEP]) for side in (1, -1)]
         same(mode, bench.change(*ends), bench)
 
 
@@ -81,10 +86,10 @@ def test_lines_that_one_screw_presses_have_one_mode(small: Model, paper: ModuleT
     (mode,) = bench.jitter[2].T
     ends = [bench.model.pressed("left", 1 + side * STEP).pressed("right", 1 + side * STEP) for side in (1, -1)]
     same(mode, bench.change(*ends), bench)
-    # And so are the histories drawn with: a pre-load of 0 % scatter draws what no pre-load at all does.
-    of = (bench.predictor, bench.features, bench.model, bench.prediction, 2, 1)
-    np.testing.assert_array_equal(history_modes(*of, np.zeros((1, 1))), history_modes(*of))
-    assert history_modes(*of, np.array([[1e-4]])).shape == history_modes(*of).shape
+    # And so are the histories drawn with: a preload of 0 % scatter draws what no preload at all does.
+    of = (bench.nominal, 2, 1)
+    np.testing.assert_array_equal(make_history_modes(*of, np.zeros((1, 1))), make_history_modes(*of))
+    assert make_history_modes(*of, np.array([[1e-4]])).shape == make_history_modes(*of).shape
 
 
 def test_a_model_without_lines_has_frequencies_alone(small: Model, paper: ModuleType) -> None:
@@ -93,15 +98,18 @@ def test_a_model_without_lines_has_frequencies_alone(small: Model, paper: Module
     kept = points.where(points.free)
     predictor = Predictor(points=kept)
     prediction = predictor.predict(free)
-    features = FeatureVector.of(kept, prediction.value, np.ones(len(kept), dtype=bool))
-    blocks = jitter_modes(predictor, features, free, prediction)
+    features = FeatureVector.choose(kept, prediction.value, np.ones(len(kept), dtype=bool))
+    blocks = make_jitter_modes(ModelFeatures(predictor, features, free, prediction))
     assert [block.shape[1] for block in blocks if block.size] == [1, 1]
-    assert history_modes(predictor, features, free, prediction, 2, 1).shape == (len(features.row), 0)
+    assert make_history_modes(ModelFeatures(predictor, features, free, prediction), 2, 1).shape == (
+        len(features.row),
+        0,
+    )
 
 
 def test_the_budget_scales_with_its_numbers(bench: Bench) -> None:
     def modes(budget: Budget) -> np.ndarray:
-        return budget_modes(bench.predictor, bench.features, bench.model, bench.prediction, budget, ())
+        return make_budget_modes(bench.nominal, budget, ())
 
     one = modes(Budget(frequency=1e-3, compliance=0.01))
     assert one.shape == (len(bench.features.row), 2 + 4)
@@ -112,7 +120,7 @@ def test_the_budget_scales_with_its_numbers(bench: Bench) -> None:
 
 def test_the_budget_of_natural_frequencies_leaves_the_exciter_alone(bench: Bench) -> None:
     """All natural frequencies of the free structure 1e-5 lower: (1 + 2 e) M and (1 + e) C, read at the same Omega."""
-    modes = budget_modes(bench.predictor, bench.features, bench.model, bench.prediction, Budget(frequency=1.0), ())
+    modes = make_budget_modes(bench.nominal, Budget(frequency=1.0), ())
     system = bench.model.system
     ends = [
         bench.model.with_system(mass=(1 + 2 * side * STEP) * system.mass, damping=(1 + side * STEP) * system.damping)
@@ -123,7 +131,7 @@ def test_the_budget_of_natural_frequencies_leaves_the_exciter_alone(bench: Bench
 
 
 def test_a_line_that_is_stiffer_is_a_mode_of_the_budget(bench: Bench) -> None:
-    modes = budget_modes(bench.predictor, bench.features, bench.model, bench.prediction, Budget(compliance=1.0), ())
+    modes = make_budget_modes(bench.nominal, Budget(compliance=1.0), ())
     names = bench.model.lines["left"]
     ends = [
         bench.model.with_joints({name: {"tangential_stiffness": 5e3 * (1 + side * STEP)} for name in names})
@@ -134,7 +142,7 @@ def test_a_line_that_is_stiffer_is_a_mode_of_the_budget(bench: Bench) -> None:
 
 def test_a_finer_model_adds_its_difference_at_each_level(bench: Bench, paper: ModuleType) -> None:
     finer = bench.model.with_system(stiffness=1.001 * bench.model.system.stiffness)
-    modes = budget_modes(bench.predictor, bench.features, bench.model, bench.prediction, Budget(), [finer])[:, 6:]
+    modes = make_budget_modes(bench.nominal, Budget(), [finer])[:, 6:]
     values = [bench.predictor.predict(each).value for each in (finer, bench.model)]
     change = bench.features.of_values(values[0]) - bench.features.of_values(values[1])
     level = bench.features.points.level[bench.features.row]
@@ -191,7 +199,7 @@ def test_lines_of_two_contacts_or_idle_ones_share_nothing(weights: tuple[float, 
 @pytest.mark.parametrize("number", [0, 1, 2])
 def test_other_shares_of_the_lines_are_modes_of_each_level(long: Bench, paper: ModuleType, number: int) -> None:
     field, n_level = SHARED[number], len(paper.LEVELS)
-    modes = budget_modes(long.predictor, long.features, long.model, long.prediction, Budget(shares=1.0), ())
+    modes = make_budget_modes(long.nominal, Budget(shares=1.0), ())
     assert modes.shape[1] == 2 + 4 + len(SHARED) * n_level
     pattern, ends = bulge(WEIGHT), []
     for side in (1, -1):
@@ -211,13 +219,13 @@ def test_other_shares_of_the_lines_are_modes_of_each_level(long: Bench, paper: M
         if np.abs(expected).max() > 1e-6:
             same(mode, expected, long)
         else:
-            # Other pre-loads change nothing while all contacts stick: Newton's 1e-9 over the step.
+            # Other preloads change nothing while all contacts stick: Newton's 1e-9 over the step.
             assert np.abs(mode).max() < 1e-6
 
 
 def test_histories_are_drawn_for_each_level_and_leave_the_free_structure(bench: Bench, paper: ModuleType) -> None:
     n_draw = 4
-    modes = history_modes(bench.predictor, bench.features, bench.model, bench.prediction, n_draw, 7)
+    modes = make_history_modes(bench.nominal, n_draw, 7)
     points, row = bench.features.points, bench.features.row
     assert modes.shape == (len(row), len(paper.LEVELS) * (n_draw + 1))
     assert not modes[points.free[row]].any()
@@ -229,15 +237,15 @@ def test_histories_are_drawn_for_each_level_and_leave_the_free_structure(bench: 
 
 
 def test_histories_grow_with_the_preloads_of_their_draws(bench: Bench, paper: ModuleType) -> None:
-    """What sticks keeps a share of its limit: 1 % more pre-load of all lines is 1 % more of what a history does."""
+    """What sticks keeps a share of its limit: 1 % more preload of all lines is 1 % more of what a history does."""
     n_draw, seed, together = 4, 7, np.full((2, 2), 1e-4)
     points = paper.make_points(bench.model).where(paper.make_points(bench.model).level == paper.LEVELS[0])
     object.__setattr__(points, "level", np.full(len(points), 1e-3))
     predictor = Predictor(points=points)
     prediction = predictor.predict(bench.model)
-    features = FeatureVector.of(points, prediction.value, np.isin(points.sensor, ["tip", "root"]))
+    features = FeatureVector.choose(points, prediction.value, np.isin(points.sensor, ["tip", "root"]))
     plain, none, pressed = (
-        history_modes(predictor, features, bench.model, prediction, n_draw, seed, covariance)
+        make_history_modes(ModelFeatures(predictor, features, bench.model, prediction), n_draw, seed, covariance)
         for covariance in (None, np.zeros((2, 2)), together)
     )
     np.testing.assert_array_equal(none, plain)
@@ -276,8 +284,8 @@ def test_histories_of_contacts_that_stick_have_the_covariance_of_all_that_the_co
     )  # fmt: skip
     predictor = Predictor(points=points)
     prediction = predictor.predict(model)
-    features = FeatureVector.of(points, prediction.value, np.ones(4, dtype=bool))
-    modes = history_modes(predictor, features, model, prediction, n_draw, seed)
+    features = FeatureVector.choose(points, prediction.value, np.ones(4, dtype=bool))
+    modes = make_history_modes(ModelFeatures(predictor, features, model, prediction), n_draw, seed)
     tangents = np.array([np.ravel(each.tangents) for each in joints]).T
     normals = np.array([each.normal for each in joints]).T
     springs = [each.tangential_stiffness for each in joints], [each.normal_stiffness for each in joints]
@@ -305,8 +313,8 @@ def test_a_history_within_the_cone_changes_no_contact_that_sticks(bench: Bench, 
     object.__setattr__(points, "level", np.full(len(points), 1e-3))
     predictor = Predictor(points=points)
     prediction = predictor.predict(bench.model)
-    features = FeatureVector.of(points, prediction.value, np.isin(points.sensor, ["tip", "root"]))
-    modes = history_modes(predictor, features, bench.model, prediction, 4, 7)
+    features = FeatureVector.choose(points, prediction.value, np.isin(points.sensor, ["tip", "root"]))
+    modes = make_history_modes(ModelFeatures(predictor, features, bench.model, prediction), 4, 7)
     fundamental = np.isin(points.sensor, ["tip", "root"])[features.row] & (points.harmonic[features.row] == 1)
     assert HISTORY < 1
     # A stuck contact is linear: round-off, relative to F / X.
@@ -317,7 +325,7 @@ def test_a_history_within_the_cone_changes_no_contact_that_sticks(bench: Bench, 
 def test_curvature_is_the_mean_that_jitter_leaves_behind(bench: Bench) -> None:
     """Where the frequency is + or - one deviation, features are on average off by half their second derivative."""
     deviation = {"jointed": 2e-3, "free": 1e-3}
-    modes = curvature_modes(bench.predictor, bench.features, bench.model, bench.prediction, deviation)
+    modes = make_curvature_modes(bench.nominal, deviation)
     free = bench.features.points.free[bench.features.row]
     assert modes.shape == (len(free), 2)
     nominal = bench.features.of_values(bench.prediction.value)
@@ -334,5 +342,5 @@ def test_curvature_is_the_mean_that_jitter_leaves_behind(bench: Bench) -> None:
         np.testing.assert_allclose(mode, expected, rtol=0, atol=1e-5 * np.abs(nominal).max())
         assert np.abs(mode).max() > 1e-4
     # The second order: twice the jitter, four times the mode.
-    twice = curvature_modes(bench.predictor, bench.features, bench.model, bench.prediction, {"free": 2e-3})[:, 0]
+    twice = make_curvature_modes(bench.nominal, {"free": 2e-3})[:, 0]
     np.testing.assert_allclose(twice, 4 * modes[:, 1], rtol=0, atol=0.02 * np.abs(twice).max())

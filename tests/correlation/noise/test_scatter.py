@@ -10,8 +10,8 @@ from correlation.errors import CampaignError
 from correlation.feature.observation import Observation
 from correlation.feature.vector import FeatureVector
 from correlation.model import Model
-from correlation.noise.nuisance import jitter_modes
-from correlation.noise.scatter import POOLED, STATE, Scatter, _unrest, scatter
+from correlation.noise.nuisance import ModelFeatures, make_jitter_modes
+from correlation.noise.scatter import POOLED, STATE, Scatter, _unrest, estimate_scatter
 from correlation.prediction import Prediction, Predictor
 
 #: Relative, of the frequency of either test: it moves readings by 1 %, ten times the noise, straight on to 1e-4.
@@ -27,9 +27,9 @@ class Bench:
         self.prediction: Prediction = predictor.predict(model)
         motion = np.isin(self.points.sensor, ["tip", "root"])
         self.motion = motion
-        self.features = FeatureVector.of(self.points, self.prediction.value, motion)
+        self.features = FeatureVector.choose(self.points, self.prediction.value, motion)
         self.deviation = paper.make_deviation(self.points, self.prediction.value)
-        self.modes = jitter_modes(predictor, self.features, model, self.prediction)[:2]
+        self.modes = make_jitter_modes(ModelFeatures(predictor, self.features, model, self.prediction))[:2]
         self.slopes = [self.slope(predictor, model, number) for number in range(2)]
         self.expected = self.variance()
         self.none = np.zeros((len(self.features.row), 0))
@@ -58,7 +58,7 @@ class Bench:
         return Observation(points=self.points, repeat=value, motion=self.motion, taken=np.ones((k, n), dtype=bool))
 
     def scatter(self, observed: Observation) -> Scatter:
-        return scatter(observed, self.features, self.modes, self.none, self.none)
+        return estimate_scatter(observed, self.features, self.modes, self.none, self.none)
 
 
 @pytest.fixture(scope="module")

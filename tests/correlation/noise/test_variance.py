@@ -7,8 +7,8 @@ import pytest
 
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
 from correlation.errors import CampaignError
-from correlation.feature.table import FeatureTable, features, split
-from correlation.noise.variance import variance_law
+from correlation.feature.table import FeatureTable, extract_features, split
+from correlation.noise.variance import fit_variance_law
 
 LEVELS = (1.0, 3.0, 5.0, 10.0)
 FREQUENCY = np.linspace(90.0, 106.0, 24)
@@ -91,7 +91,7 @@ def whitened(table: FeatureTable) -> np.ndarray:
 )
 def test_nineteen_in_twenty_means_are_within_two_deviations(noise: dict[str, float], seed: int) -> None:
     made = campaign(seed, **noise)  # type: ignore[arg-type]
-    for table in (features(made), *split(made)):
+    for table in (extract_features(made), *split(made)):
         within = np.abs(whitened(table)) < TWO_SIDED_95
         # 95 %, give or take 3 standard deviations of a share of some 1400 values or more (0.6 % each), and a few per
         # mille because deviations from 4 to 10 values are themselves uncertain.
@@ -102,7 +102,7 @@ def test_the_law_of_the_variance_is_found() -> None:
     rng = np.random.default_rng(4)
     amplitude, dof = rng.uniform(0.1, 2.0, 4000), np.full(4000, 8.0)
     scatter = (0.03**2 * amplitude**2 + 0.02**2) * rng.chisquare(8, 4000) / 8
-    a2, b2 = variance_law(amplitude**2, scatter, dof)
+    a2, b2 = fit_variance_law(amplitude**2, scatter, dof)
     # A variance from 4000 * 8 degrees of freedom is good to 0.8 %; two terms that share them, to a few times that.
     assert a2 == pytest.approx(0.03**2, rel=0.05)
     assert b2 == pytest.approx(0.02**2, rel=0.05)
@@ -113,7 +113,7 @@ def test_a_few_wild_points_do_not_move_the_law() -> None:
     amplitude, dof = rng.uniform(0.1, 2.0, 1000), np.full(1000, 8.0)
     scatter = (0.03**2 * amplitude**2 + 0.02**2) * rng.chisquare(8, 1000) / 8
     scatter[::33] *= 100.0
-    a2, b2 = variance_law(amplitude**2, scatter, dof)
+    a2, b2 = fit_variance_law(amplitude**2, scatter, dof)
     # Three per cent of points, a hundred times too wild, quadruple a mean; cut at the 95 % quantile they add 6 %.
     assert a2 + b2 == pytest.approx(0.03**2 + 0.02**2, rel=0.15)
 
@@ -127,7 +127,7 @@ def test_a_wild_point_keeps_its_own_deviation() -> None:
     columns = {name: getattr(table, name) for name in ("test", "order", "repeat", "sweep", "level", "frequency")}
     noisy = Measurement(**columns, sensor=table.sensor, harmonic=table.harmonic, value=value)
     before, after = (
-        features(
+        extract_features(
             Campaign(title="", folder=Path(), sensors=made.sensors, tests=made.tests, measurement=m, held_out=HeldOut())
         )
         for m in (table, noisy)
@@ -142,7 +142,7 @@ def test_a_wild_point_keeps_its_own_deviation() -> None:
 
 
 def test_sweeps_that_disagree_are_told_by_their_spread() -> None:
-    agree, disagree = features(campaign(8)), features(campaign(8, sweep_offset=2e-6))
+    agree, disagree = extract_features(campaign(8)), extract_features(campaign(8, sweep_offset=2e-6))
     # Rayleigh's distribution: 95 % below sqrt(-2 ln 0.05) = 2.448 for complex values; of real ones, more.
     assert 0.93 < (agree.spread[agree.harmonic > 0] < 2.448).mean() < 0.97
     np.testing.assert_allclose(agree.deviation, disagree.deviation, rtol=1e-3)  # no noise; amplitudes differ by 1e-6
@@ -174,7 +174,7 @@ def test_no_value_of_training_is_held_out() -> None:
 
 def test_features_are_means_at_each_point() -> None:
     made = campaign(10, n_sensor=1)
-    table, measured = features(made, levels=[3.0], repeats=[1, 2]), made.measurement
+    table, measured = extract_features(made, levels=[3.0], repeats=[1, 2]), made.measurement
     assert set(table.level) == {3.0}
     for row in (0, len(table) // 2, len(table) - 1):
         at = (measured.level == 3.0) & (measured.repeat <= 2) & (measured.frequency == table.frequency[row])
@@ -189,26 +189,26 @@ def test_frequencies_that_are_rounded_differently_are_one() -> None:
     names = ("test", "order", "repeat", "sweep", "level", "sensor", "harmonic", "value")
     rounded = np.where(table.sweep == 1, table.frequency, np.round(table.frequency, 4))
     other = Measurement(**{name: getattr(table, name) for name in names}, frequency=rounded)
-    again = features(
+    again = extract_features(
         Campaign(title="", folder=Path(), sensors=made.sensors, tests=made.tests, measurement=other, held_out=HeldOut())
     )
     assert set(again.n) == {10}
 
 
 def test_without_noise_deviations_stay_positive() -> None:
-    table = features(campaign(12, proportional=0.0, constant=0.0, n_sensor=1))
+    table = extract_features(campaign(12, proportional=0.0, constant=0.0, n_sensor=1))
     assert (table.deviation > 0).all()
     assert (table.deviation < 1e-8 * np.abs(table.value).max()).all()
 
 
 def test_unknown_noise_is_refused() -> None:
     with pytest.raises(CampaignError, match='test "stepped", sensor "s0": no point was measured twice in one sweep'):
-        features(campaign(13, n_sensor=1), repeats=[1])
+        extract_features(campaign(13, n_sensor=1), repeats=[1])
 
 
 def test_an_empty_choice_is_refused() -> None:
     with pytest.raises(CampaignError, match="nothing was measured at these levels and repeats"):
-        features(campaign(14, n_sensor=1), levels=[4.0])
+        extract_features(campaign(14, n_sensor=1), levels=[4.0])
 
 
 def test_nothing_held_out_is_refused() -> None:
@@ -228,7 +228,7 @@ def test_nothing_held_out_is_refused() -> None:
 def test_held_out_means_have_the_noise_of_the_whole_campaign() -> None:
     made = campaign(16, n_sensor=1)
     _, held = split(made)
-    whole = features(made)
+    whole = extract_features(made)
     rows = {key: row for row, key in enumerate(zip(whole.harmonic, whole.level, whole.frequency, strict=True))}
     same = whole.where(np.array([rows[key] for key in zip(held.harmonic, held.level, held.frequency, strict=True)]))
     np.testing.assert_allclose(held.deviation**2 * held.n, same.deviation**2 * same.n, rtol=1e-12)  # round-off

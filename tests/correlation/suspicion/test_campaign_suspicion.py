@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Test
-from correlation.feature.table import features
-from correlation.suspicion.campaign import suspicions
-from correlation.suspicion.model import conjugate_tests, suspicions_against, swapped_sensors
+from correlation.feature.table import extract_features
+from correlation.suspicion.campaign import find_suspicions
+from correlation.suspicion.model import find_conjugate_tests, find_model_suspicions, find_swapped_sensors
 
 LEVELS = (1.0, 3.0, 10.0)
 FREQUENCY = np.linspace(92.0, 108.0, 17)
@@ -54,13 +54,13 @@ def with_values(made: Campaign, value: np.ndarray) -> Campaign:
 
 
 def sentences(made: Campaign) -> str:
-    return "\n".join(map(str, suspicions(made)))
+    return "\n".join(map(str, find_suspicions(made)))
 
 
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("noise", [0.001, 0.03])
 def test_a_sound_campaign_is_not_suspected(seed: int, noise: float) -> None:
-    assert suspicions(campaign(seed, noise)) == ()
+    assert find_suspicions(campaign(seed, noise)) == ()
 
 
 def test_a_band_below_the_resonance_is_not_taken_for_phases() -> None:
@@ -134,7 +134,7 @@ def test_sweeps_that_run_the_other_way_are_suspected() -> None:
 
 def test_radians_per_second_labelled_hertz_are_suspected_beside_a_model() -> None:
     wrong = campaign(factor=2 * np.pi)
-    (found,) = suspicions_against(wrong, [97.0, 610.0 / 1.5, 2500.0])
+    (found,) = find_model_suspicions(wrong, [97.0, 610.0 / 1.5, 2500.0])
     assert found.where == 'test "stepped"'
     assert '"tip" peaks at 628.3 in the column frequency, which is 2 pi times the model' in found.sentence
     assert "resonance of 97 Hz" in found.sentence
@@ -142,7 +142,7 @@ def test_radians_per_second_labelled_hertz_are_suspected_beside_a_model() -> Non
 
 
 def test_hertz_labelled_radians_per_second_are_suspected_beside_a_model() -> None:
-    (found,) = suspicions_against(campaign(factor=1 / (2 * np.pi)), [97.0])
+    (found,) = find_model_suspicions(campaign(factor=1 / (2 * np.pi)), [97.0])
     assert "a 2 pi-th of the model" in found.sentence
     assert 'write units.frequency = "Hz" instead of "rad/s"' in found.sentence
 
@@ -150,13 +150,13 @@ def test_hertz_labelled_radians_per_second_are_suspected_beside_a_model() -> Non
 def test_a_band_without_a_peak_is_compared_as_a_whole() -> None:
     made = campaign(factor=2 * np.pi)
     below = replace(made, measurement=made.measurement.where(made.measurement.frequency < 600))
-    (found,) = suspicions_against(below, [97.0])
+    (found,) = find_model_suspicions(below, [97.0])
     assert "the column frequency covers 578.1 to 596.9" in found.sentence
 
 
 @pytest.mark.parametrize("model", [[90.0], [110.0, 620.0], [20.0, 350.0], []])
 def test_a_model_that_is_near_or_altogether_different_raises_no_suspicion(model: list[float]) -> None:
-    assert suspicions_against(campaign(), model) == ()
+    assert find_model_suspicions(campaign(), model) == ()
 
 
 @pytest.mark.parametrize(("i", "j"), [(0, 1), (0, 2), (1, 2)])
@@ -167,10 +167,10 @@ def test_swapped_sensors_are_found_though_the_resonance_is_off(i: int, j: int, f
     swap[[i, j]] = j, i
     swapped = replace(made, measurement=replace(made.measurement, sensor=swap[made.measurement.sensor]))
     for each, expected in ((made, 0), (swapped, 1)):
-        table = features(each)
+        table = extract_features(each)
         gain = np.array(list(SHAPE.values()))[table.sensor] / table.harmonic**3
         predicted = gain * [response(*point, f0) for point in zip(table.level, table.frequency, strict=True)]
-        found = swapped_sensors(each, table, predicted)
+        found = find_swapped_sensors(each, table, predicted)
         assert len(found) == expected
     names = list(SHAPE)
     assert found[0].where == f'sensors "{names[min(i, j)]}" and "{names[max(i, j)]}" look swapped'
@@ -180,14 +180,14 @@ def test_swapped_sensors_are_found_though_the_resonance_is_off(i: int, j: int, f
 
 def test_a_wrong_gain_is_not_taken_for_a_swap() -> None:
     made = campaign()
-    table = features(made)
+    table = extract_features(made)
     predicted = np.where(table.sensor == 0, 1.3, 1.0) * table.value
-    assert swapped_sensors(made, table, predicted) == ()
+    assert find_swapped_sensors(made, table, predicted) == ()
 
 
 def predictions(made: Campaign, f0: float = 100.0) -> np.ndarray:
     """Of the model of one mode, at the features of a campaign."""
-    table = features(made)
+    table = extract_features(made)
     gain = np.array(list(SHAPE.values()))[table.sensor] / table.harmonic**3
     return np.asarray(gain * [response(*point, f0) for point in zip(table.level, table.frequency, strict=True)])
 
@@ -203,7 +203,7 @@ def test_forces_along_and_across_a_line_that_are_swapped_are_found() -> None:
     swapped = replace(made, measurement=replace(made.measurement, sensor=swap[made.measurement.sensor]))
     for each, expected in ((made, 0), (swapped, 1)):
         there = replace(each, sensors=sensors)
-        assert len(swapped_sensors(there, features(there), predictions(each))) == expected
+        assert len(find_swapped_sensors(there, extract_features(there), predictions(each))) == expected
 
 
 def test_points_without_a_prediction_are_passed_over() -> None:
@@ -212,16 +212,16 @@ def test_points_without_a_prediction_are_passed_over() -> None:
     swapped = replace(made, measurement=replace(made.measurement, sensor=swap[made.measurement.sensor]))
     predicted = predictions(swapped)
     predicted[::7] = np.nan
-    (found,) = swapped_sensors(swapped, features(swapped), predicted)
+    (found,) = find_swapped_sensors(swapped, extract_features(swapped), predicted)
     assert found.where == 'sensors "tip" and "slot" look swapped'
 
 
 @pytest.mark.parametrize("f0", [100.0, 97.0, 103.0])
 def test_the_other_sign_of_time_is_found_and_a_resonance_that_is_off_is_not_taken_for_it(f0: float) -> None:
     made = campaign()
-    assert conjugate_tests(made, features(made), predictions(made, f0)) == ()
+    assert find_conjugate_tests(made, extract_features(made), predictions(made, f0)) == ()
     other = with_values(made, made.measurement.value.conj())
-    found = conjugate_tests(other, features(other), predictions(other, f0))
+    found = find_conjugate_tests(other, extract_features(other), predictions(other, f0))
     if f0 == 100.0:
         (one,) = found
         assert one.where == 'test "stepped"'

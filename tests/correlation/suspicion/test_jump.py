@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from correlation.campaign.measurement import Campaign
-from correlation.feature.observation import observation, parted
+from correlation.feature.observation import arrange_campaign, split_held_out
 from correlation.model import Model
-from correlation.suspicion.jump import FEWEST, jump_suspicions, jumping
+from correlation.suspicion.jump import FEWEST, find_jump_suspicions, find_jumps
 
 #: The state that jumps: between its two responses the larger is 1.3 times the other.
 FREE, FREQUENCY, LEVEL, RATIO = False, 26.5, 3.0, 1.3
@@ -27,22 +27,22 @@ def jumped(campaign: Campaign, repeats: tuple[int, ...] = (1, 3)) -> Campaign:
 def test_noise_and_jitter_are_no_jump(small: Model, paper: ModuleType, jitter: float, seed: int) -> None:
     """F / X scatters ten times as much at the ends of the grid as at the resonance, and X the other way round."""
     campaign = paper.make_campaign(small, jitter=jitter, seed=seed)
-    assert not jumping(campaign, observation(campaign).points).any()
+    assert not find_jumps(campaign, arrange_campaign(campaign).points).any()
 
 
 @pytest.mark.parametrize("jitter", [0.0, 1e-4])
 def test_a_jump_is_found_at_its_state_alone(small: Model, paper: ModuleType, jitter: float) -> None:
     campaign = jumped(paper.make_campaign(small, jitter=jitter, seed=3))
-    points = observation(campaign).points
+    points = arrange_campaign(campaign).points
     expected = (points.free == FREE) & (points.frequency == FREQUENCY) & (points.level == LEVEL)
-    np.testing.assert_array_equal(jumping(campaign, points), expected)
+    np.testing.assert_array_equal(find_jumps(campaign, points), expected)
     # All sensors and harmonics of it.
     assert set(points.sensor[expected]) == {"tip", "root", "left_T", "left_N"}
 
 
 def test_neither_fits_nor_tests_see_a_state_that_jumps(small: Model, paper: ModuleType) -> None:
     campaign = jumped(paper.make_campaign(small, seed=3))
-    for seen in parted(campaign):
+    for seen in split_held_out(campaign):
         points = seen.points
         there = (points.free == FREE) & (points.level == LEVEL)
         assert there.any()
@@ -53,7 +53,7 @@ def test_neither_fits_nor_tests_see_a_state_that_jumps(small: Model, paper: Modu
 
 def test_a_few_readings_tell_no_jump(small: Model, paper: ModuleType) -> None:
     campaign = jumped(paper.make_campaign(small, seed=3, n_repeat=FEWEST - 1, held=()))
-    assert not jumping(campaign, observation(campaign).points).any()
+    assert not find_jumps(campaign, arrange_campaign(campaign).points).any()
 
 
 def test_a_zero_reading_is_no_jump(small: Model, paper: ModuleType) -> None:
@@ -61,13 +61,13 @@ def test_a_zero_reading_is_no_jump(small: Model, paper: ModuleType) -> None:
     campaign = paper.make_campaign(small, seed=3)
     table = campaign.measurement
     silent = replace(campaign, measurement=replace(table, value=np.zeros_like(table.value)))
-    assert not jumping(silent, observation(campaign).points).any()
+    assert not find_jumps(silent, arrange_campaign(campaign).points).any()
 
 
 def test_a_jump_is_told_with_its_place(small: Model, paper: ModuleType) -> None:
     campaign = paper.make_campaign(small, seed=3)
-    assert jump_suspicions(campaign) == ()
-    (told,) = jump_suspicions(jumped(campaign))
+    assert find_jump_suspicions(campaign) == ()
+    (told,) = find_jump_suspicions(jumped(campaign))
     assert told.where == "jointed test, 3 N, 26.5 Hz"
     assert "left out" in told.sentence
 
@@ -89,6 +89,6 @@ def test_sweeps_that_disagree_in_every_repeat_tell_of_two_states(
     ]
     both = replace(ways[0], **{name: np.concatenate([getattr(each, name) for each in ways]) for name in vars(table)})
     swept = replace(campaign, measurement=both)
-    points = observation(campaign).points
+    points = arrange_campaign(campaign).points
     expected = found & (points.free == FREE) & (points.frequency == FREQUENCY) & (points.level == LEVEL)
-    np.testing.assert_array_equal(jumping(swept, points), expected)
+    np.testing.assert_array_equal(find_jumps(swept, points), expected)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign, HeldOut, MeasuredSensor, Measurement, Suspicion, Test
 from correlation.prediction import Points
-from correlation.suspicion.unit import wrong_units
+from correlation.suspicion.unit import find_wrong_units
 
 LEVELS, FREQUENCY = (1.0, 10.0), np.linspace(92.0, 108.0, 17)
 #: The last is a contact force.
@@ -53,7 +53,7 @@ def suspected(made: Campaign, f0: float = 100.0, zeta: float = 0.02, gain: float
         sensor=np.array(list(SHAPE))[sensor], harmonic=np.ones(len(level), dtype=int),
     )  # fmt: skip
     shape = np.array(list(SHAPE.values()))[sensor]
-    return wrong_units(made, points, gain * level * shape * response(frequency, f0, zeta))
+    return find_wrong_units(made, points, gain * level * shape * response(frequency, f0, zeta))
 
 
 def spoilt(made: Campaign, factor: float, **where: float) -> Campaign:

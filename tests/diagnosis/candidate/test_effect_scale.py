@@ -7,9 +7,9 @@ import pytest
 from scipy.linalg import eigvalsh
 
 from correlation.model import Dof, Model, Sensor
-from diagnosis.candidate.catalogue import catalogue
+from diagnosis.candidate.catalogue import list_effects
 from diagnosis.candidate.effect import EffectError
-from diagnosis.candidate.scale import scale
+from diagnosis.candidate.scale import measure_scale
 from reduction.jointed_system import JenkinsElement, JointedSystem, along
 from reduction.stuck import stuck_stiffness
 
@@ -27,7 +27,7 @@ def oscillator(direction: str = "z") -> Model:
 
 
 def typical(model: Model, name: str, level: float = LEVEL) -> float:
-    return catalogue(model, level=level).effect(name).parameters[0].typical
+    return list_effects(model, level=level).effect(name).parameters[0].typical
 
 
 def stuck(model: Model) -> float:
@@ -36,7 +36,7 @@ def stuck(model: Model) -> float:
 
 def test_strengths_of_an_oscillator_are_those_of_its_closed_forms() -> None:
     model = oscillator()
-    (resonance,) = scale(model, level=LEVEL).resonances
+    (resonance,) = measure_scale(model, level=LEVEL).resonances
     assert resonance.angular_frequency == pytest.approx(OMEGA)
     assert resonance.amplitude(model.places["p"]) == pytest.approx(AMPLITUDE)
     assert resonance.modal_mass(model.places["p"]) == pytest.approx(MASS)
@@ -67,7 +67,7 @@ def test_typical_springs_and_masses_shift_the_first_frequency_that_is_tested_by_
     bench: Model, configurations: list[str]
 ) -> None:
     seen = set()
-    for effect in catalogue(bench, configurations=configurations).candidates:
+    for effect in list_effects(bench, configurations=configurations).candidates:
         if effect.kind in {"spring", "mass"}:
             parameter = effect.parameters[0]
             changed = effect.apply(bench, [parameter.typical])
@@ -81,7 +81,7 @@ def test_typical_springs_and_masses_shift_the_first_frequency_that_is_tested_by_
 
 
 def test_a_place_of_no_consequence_is_not_tested(bench: Model) -> None:
-    found = catalogue(bench, configurations=["jointed"])
+    found = list_effects(bench, configurations=["jointed"])
     with pytest.raises(EffectError, match="no stiffness there can shift the first resonance"):
         found.effect("spring at stand z")
     with pytest.raises(EffectError, match="of the largest motion in the first mode"):
@@ -97,12 +97,12 @@ def test_where_no_spring_is_stiff_enough_taking_stiffness_away_is_typical() -> N
     model = Model(system=system, sensors=(), places=rows)
     strength = typical(model, "spring at root")
     assert -0.9 * root < strength < 0
-    relaxed = catalogue(model).effect("spring at root").apply(model, [strength])
+    relaxed = list_effects(model).effect("spring at root").apply(model, [strength])
     assert stuck(relaxed) / stuck(model) == pytest.approx(0.995, rel=1e-9)
 
 
 def test_a_spring_joins_places_of_two_bodies_along_one_direction(bench: Model) -> None:
-    found = catalogue(bench)
+    found = list_effects(bench)
     joining = [name for name in found.names if "between" in name]
     assert joining == ["spring between tip z and stand z", "spring between root z and stand z"]
     changed = found.effect("spring between root z and stand z").apply(bench, [1e5])
@@ -118,44 +118,44 @@ def test_strengths_scale_with_the_level_as_their_exponents() -> None:
 
 
 def test_a_rotation_asks_for_moments() -> None:
-    found = catalogue(oscillator("rx"))
+    found = list_effects(oscillator("rx"))
     units = {each.kind: each.parameters[0].unit for each in found.candidates}
     assert units["spring"] == units["cubic"] == "N m"
     assert (units["mass"], units["dashpot"], units["air damping"]) == ("kg m^2", "N m s", "N m s^2")
 
 
 def test_the_first_mode_that_the_force_drives_sets_the_scale(bench: Model) -> None:
-    free, jointed = scale(bench).resonances
+    free, jointed = measure_scale(bench).resonances
     assert jointed.angular_frequency == pytest.approx(stuck(bench))
     assert free.angular_frequency == pytest.approx(stuck(bench.free()))
     M, K = np.eye(2), np.diag([1e4, 4e4])
     system = JointedSystem(mass=M, damping=1e-4 * K, stiffness=K, harmonic_force=[[0, 0], [0, 1]])
-    (driven,) = scale(Model(system=system, sensors=())).resonances
+    (driven,) = measure_scale(Model(system=system, sensors=())).resonances
     assert driven.angular_frequency == pytest.approx(200.0)
 
 
 def test_what_contacts_alone_hold_has_no_free_resonance(bench: Model) -> None:
     floating = bench.with_system(stiffness=np.zeros((7, 7)) + np.diag([1e6] * 2 + [0.0] * 4 + [1e6]))
     held = floating.with_system(stiffness=floating.system.stiffness + 1e-3 * np.diag([0, 0, 1.0, 1, 1, 1, 0]))
-    assert len(scale(held).resonances) == 2
-    assert len(scale(floating).resonances) == 1
-    assert catalogue(floating).effect("spring at tip z").parameters[0].lower == 0  # nothing to take away
+    assert len(measure_scale(held).resonances) == 2
+    assert len(measure_scale(floating).resonances) == 1
+    assert list_effects(floating).effect("spring at tip z").parameters[0].lower == 0  # nothing to take away
 
 
 def test_a_jenkins_element_holds_what_sticks() -> None:
     model = oscillator()
     slider = JenkinsElement(name="j", direction=[1.0], tangential_stiffness=3 * STIFFNESS, limit_force=1.0)
     held = model.with_system(joints=[slider])
-    assert scale(held).resonances[0].angular_frequency == pytest.approx(2 * OMEGA)
+    assert measure_scale(held).resonances[0].angular_frequency == pytest.approx(2 * OMEGA)
 
 
 def test_bad_scales_are_refused_in_words() -> None:
     model = oscillator()
     with pytest.raises(EffectError, match="level = -3 N must be positive"):
-        scale(model, level=-3.0)
+        measure_scale(model, level=-3.0)
     with pytest.raises(EffectError, match='"glued" is no configuration: give any of jointed, free'):
-        scale(model, configurations=["glued"])
+        measure_scale(model, configurations=["glued"])
     with pytest.raises(EffectError, match="all contacts stuck is 0 Hz"):
-        scale(replace(model, parts=(), system=replace(model.system, stiffness=[[0.0]])))
+        measure_scale(replace(model, parts=(), system=replace(model.system, stiffness=[[0.0]])))
     with pytest.raises(EffectError, match="not positive definite"):
-        scale(replace(model, parts=(), system=replace(model.system, mass=[[-1.0]])))
+        measure_scale(replace(model, parts=(), system=replace(model.system, mass=[[-1.0]])))

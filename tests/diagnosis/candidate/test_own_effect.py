@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from correlation.model import Model
-from diagnosis.candidate.catalogue import catalogue
+from diagnosis.candidate.catalogue import list_effects
 from diagnosis.candidate.effect import EffectError
 from diagnosis.candidate.own_effect import read_effects
 
@@ -46,13 +46,13 @@ def written(folder: Path, text: str) -> Path:
 
 
 def test_an_effect_of_a_file_acts(bench: Model, tmp_path: Path) -> None:
-    effect = catalogue(bench, extra=[written(tmp_path, GOOD)]).effect("louder exciter")
+    effect = list_effects(bench, extra=[written(tmp_path, GOOD)]).effect("louder exciter")
     assert (effect.kind, effect.parameters[0].typical) == ("exciter gain", 1.1)
     np.testing.assert_allclose(effect.apply(bench, [2.0]).system.dynamic, 2 * bench.system.dynamic)
 
 
 def test_an_effect_of_a_file_is_at_home_in_other_processes(bench: Model, tmp_path: Path) -> None:
-    effect = catalogue(bench, extra=[written(tmp_path, GOOD)]).effect("louder exciter")
+    effect = list_effects(bench, extra=[written(tmp_path, GOOD)]).effect("louder exciter")
     read_effects(tmp_path / "own.py")  # once more: the class must stay the one that it was
     stored = tmp_path / "effect.pickle"
     stored.write_bytes(pickle.dumps((effect, bench)))
@@ -67,8 +67,8 @@ def test_an_effect_of_a_file_is_at_home_in_other_processes(bench: Model, tmp_pat
 
 
 def test_a_file_that_was_edited_is_read_again(bench: Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    before = catalogue(bench, extra=[written(tmp_path, GOOD)]).effect("louder exciter")
-    after = catalogue(bench, extra=[written(tmp_path, GOOD.replace("1.1", "1.2"))]).effect("louder exciter")
+    before = list_effects(bench, extra=[written(tmp_path, GOOD)]).effect("louder exciter")
+    after = list_effects(bench, extra=[written(tmp_path, GOOD.replace("1.1", "1.2"))]).effect("louder exciter")
     assert (before.parameters[0].typical, after.parameters[0].typical) == (1.1, 1.2)
     stored = pickle.dumps(before)
     assert pickle.loads(stored).parameters[0].typical == 1.1
@@ -132,7 +132,7 @@ def test_what_is_no_python_file_is_refused(tmp_path: Path, name: str) -> None:
 
 def test_an_effect_that_fails_later_says_where(bench: Model, tmp_path: Path) -> None:
     text = GOOD.replace("        return model", "        assert values[0] < 1.5, 'too loud'\n        return model")
-    effect = catalogue(bench, extra=[written(tmp_path, text)]).effect("louder exciter")
+    effect = list_effects(bench, extra=[written(tmp_path, text)]).effect("louder exciter")
     with pytest.raises(EffectError, match=r"own\.py, line 16: `apply` of .* fails with AssertionError \(too loud\)"):
         effect.apply(bench, [1.8])
 
@@ -155,10 +155,10 @@ EFFECTS.register(
 
 def test_a_file_that_registers_a_kind_counts_where_it_is_named_alone(bench: Model, tmp_path: Path) -> None:
     file = written(tmp_path, GOOD + KIND)
-    assert "louder exciter" in catalogue(bench, extra=[file]).names
-    assert "louder exciter" in catalogue(bench, extra=[file]).names  # read again: nothing is registered twice
-    assert "louder exciter" not in catalogue(bench).names
-    effect = catalogue(bench, extra=[file]).effect("louder exciter")
+    assert "louder exciter" in list_effects(bench, extra=[file]).names
+    assert "louder exciter" in list_effects(bench, extra=[file]).names  # read again: nothing is registered twice
+    assert "louder exciter" not in list_effects(bench).names
+    effect = list_effects(bench, extra=[file]).effect("louder exciter")
     assert pickle.loads(pickle.dumps(effect)).apply(bench, [2.0]).system.dynamic.max() == 2.0
 
 
@@ -180,7 +180,7 @@ def installed(tmp_path: Path, value: str) -> str:
     (about / "entry_points.txt").write_text(f"[stickslip.effects]\nown = {value}\n", encoding="utf-8")
     script = (
         "import runpy; made = runpy.run_path('tests/diagnosis/conftest.py'); bench = made['make_bench'](); "
-        "from diagnosis.candidate.catalogue import catalogue; found = catalogue(bench); print(len(found.names)); "
+        "from diagnosis.candidate.catalogue import list_effects; found = list_effects(bench); print(len(found.names)); "
         "effect = found.effect('louder exciter'); print(effect.apply(bench, [2.0]).system.dynamic.max().real)"
     )
     paths = os.pathsep.join([str(tmp_path), str(ROOT)])

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from diagnosis.decision.leftover import Leftover
 from diagnosis.decision.rules import (
     BAD,
     BEHIND,
     LEFT,
     STAND_IN,
+    Leftover,
     decide,
     gain,
     held_gain,

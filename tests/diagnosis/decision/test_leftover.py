@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 
 from diagnosis.candidate.catalogue import Catalogue
-from diagnosis.decision import leftover as leftovers
-from diagnosis.decision.leftover import CHECKED, Leftover, leftover, with_effect
-from diagnosis.decision.rules import gain, misfit
+from diagnosis.decision import rules
+from diagnosis.decision.rules import CHECKED, Leftover, find_leftover, gain, misfit, with_effect
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
-from diagnosis.fit.refit import fitted, refit
-from diagnosis.screening import Score, screen, slope_gains
-from diagnosis.threshold.thresholds import Thresholds, linear_thresholds
+from diagnosis.fit.refit import fit_effect, refit
+from diagnosis.screening import Score, compute_slope_gains, screen
+from diagnosis.threshold.thresholds import Thresholds, compute_linear_thresholds
 
 #: What `heavy` hides, and what it does not.
 RIGHT, WRONG = "mass at tip z", "mass at root z"
@@ -32,12 +31,12 @@ def refits(heavy: Arrangement, scores: dict[str, Score]) -> dict[str, Refit]:
 
 @pytest.fixture(scope="module")
 def left(heavy: Arrangement, listed: Catalogue, refits: dict[str, Refit]) -> dict[str, Leftover]:
-    return {name: leftover(with_effect(heavy, each), listed.candidates) for name, each in refits.items()}
+    return {name: find_leftover(with_effect(heavy, each), listed.candidates) for name, each in refits.items()}
 
 
 @pytest.fixture(scope="module")
 def limits(scores: dict[str, Score]) -> Thresholds:
-    return linear_thresholds(list(scores.values()))
+    return compute_linear_thresholds(list(scores.values()))
 
 
 def test_after_the_right_effect_chance_alone_is_left(left: dict[str, Leftover], limits: Thresholds) -> None:
@@ -78,7 +77,7 @@ def test_the_accepted_effect_counts_as_added(heavy: Arrangement, refits: dict[st
 def test_the_accepted_effect_itself_has_nothing_more_to_give(
     heavy: Arrangement, refits: dict[str, Refit], listed: Catalogue
 ) -> None:
-    (more,) = slope_gains(with_effect(heavy, refits[RIGHT]), [listed.effect(RIGHT)])
+    (more,) = compute_slope_gains(with_effect(heavy, refits[RIGHT]), [listed.effect(RIGHT)])
     # It is among what is projected out.
     assert more < 0.1
 
@@ -86,7 +85,7 @@ def test_the_accepted_effect_itself_has_nothing_more_to_give(
 def test_gains_by_slope_are_those_of_screening_where_effects_are_weak(
     heavy: Arrangement, scores: dict[str, Score], listed: Catalogue
 ) -> None:
-    gains = slope_gains(heavy, listed.candidates)
+    gains = compute_slope_gains(heavy, listed.candidates)
     for effect, found in zip(listed.candidates, gains, strict=True):
         assert found >= 0
         if effect.kind in {"gain", "density"}:
@@ -95,13 +94,13 @@ def test_gains_by_slope_are_those_of_screening_where_effects_are_weak(
 
 
 def test_without_candidates_no_effect_is_left(heavy: Arrangement, refits: dict[str, Refit]) -> None:
-    rest = leftover(with_effect(heavy, refits[RIGHT]), [])
+    rest = find_leftover(with_effect(heavy, refits[RIGHT]), [])
     assert (rest.gain, rest.name) == (0.0, "")
     assert rest.places
 
 
 def test_a_refit_begins_where_screening_ends(heavy: Arrangement, scores: dict[str, Score]) -> None:
-    """The accepted parameters make up for the effect, so that chi^2 at the start has fallen by the gain already."""
+    """The calibration parameters make up for the effect, so that chi^2 at the start has fallen by the gain already."""
     score, fit = scores[RIGHT], heavy.fit
     assert score.start[-1] == score.strength
     unknowns = heavy.unknowns([score.effect])
@@ -116,7 +115,7 @@ def test_a_refit_begins_where_screening_ends(heavy: Arrangement, scores: dict[st
     assert apart @ apart > there @ there
 
 
-@pytest.mark.parametrize("name", [RIGHT, "dashpot at tip z", "pre-load of left", "gain of root"])
+@pytest.mark.parametrize("name", [RIGHT, "dashpot at tip z", "preload of left", "gain of root"])
 def test_the_slope_of_a_score_is_the_derivative_at_none(
     heavy: Arrangement, scores: dict[str, Score], name: str
 ) -> None:
@@ -138,13 +137,13 @@ def test_what_is_left_is_confirmed_by_a_fit(
     heavy: Arrangement, refits: dict[str, Refit], left: dict[str, Leftover], listed: Catalogue
 ) -> None:
     accepting, right = with_effect(heavy, refits[WRONG]), listed.effect(RIGHT)
-    found = leftover(accepting, [right], worth=1.0)
+    found = find_leftover(accepting, [right], worth=1.0)
     (score,) = screen(accepting, [right])
     # The same fit again.
-    assert found.gain == pytest.approx(accepting.fit.chi2 - fitted(accepting, score).chi2, rel=1e-9)
+    assert found.gain == pytest.approx(accepting.fit.chi2 - fit_effect(accepting, score).chi2, rel=1e-9)
     # By a mass as weak as this one the derivative promises what the fit keeps, but for the curvature of the resonance.
-    assert found.gain == pytest.approx(leftover(accepting, [right]).gain, rel=0.1)
-    assert found.gain != leftover(accepting, [right]).gain
+    assert found.gain == pytest.approx(find_leftover(accepting, [right]).gain, rel=0.1)
+    assert found.gain != find_leftover(accepting, [right]).gain
 
 
 def checked(monkeypatch: pytest.MonkeyPatch, promised: list[float], kept: list[float], worth: float) -> Any:
@@ -155,13 +154,13 @@ def checked(monkeypatch: pytest.MonkeyPatch, promised: list[float], kept: list[f
         asked.append(score)
         return SimpleNamespace(chi2=chi2 - kept[score])
 
-    monkeypatch.setattr(leftovers, "slope_gains", lambda *_: np.array(promised))
-    monkeypatch.setattr(leftovers, "screen", lambda _, effects: [each.number for each in effects])
-    monkeypatch.setattr(leftovers, "fitted", fit)
-    monkeypatch.setattr(leftovers, "localise", lambda _: [])
+    monkeypatch.setattr(rules, "compute_slope_gains", lambda *_: np.array(promised))
+    monkeypatch.setattr(rules, "screen", lambda _, effects: [each.number for each in effects])
+    monkeypatch.setattr(rules, "fit_effect", fit)
+    monkeypatch.setattr(rules, "localise", lambda _: [])
     effects: list[Any] = [SimpleNamespace(name=f"p {number}", number=number) for number in range(len(promised))]
     arrangement: Any = SimpleNamespace(fit=SimpleNamespace(chi2=chi2))
-    return leftover(arrangement, effects, worth), asked
+    return find_leftover(arrangement, effects, worth), asked
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ def effect(name: str, parameter: EffectParameter) -> SimpleNamespace:
 
 
 def refit(what: SimpleNamespace | None, strength: float, deviation: float, held_error: float) -> Refit:
-    # An accepted parameter comes first, whose numbers must not be told.
+    # A calibration parameter comes first, whose numbers must not be told.
     numbers = [99.0] + ([] if what is None else [strength])
     fit = SimpleNamespace(values=np.array(numbers), deviation=np.array([77.0] + ([] if what is None else [deviation])))
     return Refit(effect=what, fit=fit, held_chi2=1.0, error=held_error, held_error=held_error)  # type: ignore[arg-type]

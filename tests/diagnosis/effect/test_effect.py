@@ -8,12 +8,12 @@ import pytest
 
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
-from diagnosis.candidate.catalogue import catalogue
+from diagnosis.candidate.catalogue import list_effects
 from diagnosis.candidate.effect import Effect, Untestable
-from diagnosis.candidate.scale import scale
+from diagnosis.candidate.scale import measure_scale
 from diagnosis.effect import EFFECTS, EffectKind
 from diagnosis.fit.arrangement import arrange
-from diagnosis.fit.calibration_parameter import calibration_parameters
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.refit import baseline_fit, refit
 from diagnosis.screening import screen
 from hbsolve.balance import HarmonicBalance
@@ -56,7 +56,7 @@ def effect_kind(request: pytest.FixtureRequest) -> EffectKind:
     return EFFECTS[request.param]
 
 
-@pytest.fixture(params=["mass", "pre-load"])
+@pytest.fixture(params=["mass", "preload"])
 def planted_kind(request: pytest.FixtureRequest) -> EffectKind:
     """Some of them: a campaign and its calibration take seconds each."""
     return EFFECTS[request.param]
@@ -64,7 +64,9 @@ def planted_kind(request: pytest.FixtureRequest) -> EffectKind:
 
 def effects(kind: EffectKind, model: Model, level: float = 1.0) -> list[Effect]:
     """All of a kind on a model that can be tested."""
-    found = [each for each in kind.candidates(model, scale(model, level=level)) if not isinstance(each, Untestable)]
+    found = [
+        each for each in kind.candidates(model, measure_scale(model, level=level)) if not isinstance(each, Untestable)
+    ]
     assert found
     return found
 
@@ -159,7 +161,7 @@ def test_planted_it_is_found(planted_kind: EffectKind, small: Model, paper: Modu
     strength = parameter.vanishes + 2 * (parameter.typical - parameter.vanishes)
     rest = [each.typical for each in effect.parameters[1:]]
     campaign = paper.make_campaign(effect.apply(small, [strength, *rest]), jitter=3e-5, seed=5)
-    free = calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0})
+    free = list_calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0})
     arrangement = arrange(campaign, small, free, Budget(frequency=0.0, compliance=0.0))
     (score,) = screen(arrangement, [effect])
     found = refit(arrangement, score)
@@ -174,7 +176,7 @@ def test_planted_it_is_found(planted_kind: EffectKind, small: Model, paper: Modu
 
 @pytest.mark.parametrize("kind", ["cubic", "air damping"])
 def test_an_effect_on_a_model_that_has_it_adds_up(bench: Model, kind: str) -> None:
-    effect = next(each for each in catalogue(bench).candidates if each.kind == kind)
+    effect = next(each for each in list_effects(bench).candidates if each.kind == kind)
     (strength,) = typical(effect)
     twice = effect.apply(effect.apply(bench, [strength]), [2 * strength])
     assert same(twice, effect.apply(bench, [3 * strength]))

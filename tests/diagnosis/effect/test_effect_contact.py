@@ -7,8 +7,8 @@ import pytest
 
 from correlation.errors import ModelDefinitionError
 from correlation.model import DeadWeight, Dof, Model
-from diagnosis.candidate.catalogue import catalogue
-from diagnosis.candidate.contact_line import contacts
+from diagnosis.candidate.catalogue import list_effects
+from diagnosis.candidate.contact_line import find_contacts
 from diagnosis.effect.gap import Gap
 from hbsolve.balance import HarmonicBalance
 from hbsolve.steady_state import steady_state
@@ -18,15 +18,15 @@ from study.beam.model import beam_model
 
 
 def applied(model: Model, name: str, value: float) -> Model:
-    return catalogue(model).effect(name).apply(model, [value])
+    return list_effects(model).effect(name).apply(model, [value])
 
 
 def values(model: Model, line: str, quantity: str) -> np.ndarray:
-    return np.array([getattr(contact, quantity) for contact in contacts(model, line)])
+    return np.array([getattr(contact, quantity) for contact in find_contacts(model, line)])
 
 
 def reasons(model: Model) -> dict[str, str]:
-    return {each.name: each.reason for each in catalogue(model).untestable}
+    return {each.name: each.reason for each in list_effects(model).untestable}
 
 
 def with_lines(model: Model, *names: str) -> Model:
@@ -41,7 +41,7 @@ def with_lines(model: Model, *names: str) -> Model:
     [("friction coefficient", "friction_coefficient"), ("tangential stiffness", "tangential_stiffness")],
 )
 def test_two_lines_have_one_ratio_between_them(bench: Model, kind: str, quantity: str) -> None:
-    assert [each for each in catalogue(bench).names if each.startswith(kind)] == [f"{kind} of left against right"]
+    assert [each for each in list_effects(bench).names if each.startswith(kind)] == [f"{kind} of left against right"]
     changed = applied(bench, f"{kind} of left against right", 1.44)
     np.testing.assert_allclose(values(changed, "left", quantity), 1.2 * values(bench, "left", quantity))
     np.testing.assert_allclose(values(changed, "right", quantity), values(bench, "right", quantity) / 1.2)
@@ -53,7 +53,7 @@ def test_two_lines_have_one_ratio_between_them(bench: Model, kind: str, quantity
 )
 def test_of_three_lines_each_has_its_own(bench: Model, kind: str, quantity: str) -> None:
     three = with_lines(bench, "a", "b", "c")
-    assert [each for each in catalogue(three).names if each.startswith(kind)] == [f"{kind} of {x}" for x in "abc"]
+    assert [each for each in list_effects(three).names if each.startswith(kind)] == [f"{kind} of {x}" for x in "abc"]
     changed = applied(three, f"{kind} of b", 1.44)
     for line, factor in {"a": 1.0, "b": 1.44, "c": 1.0}.items():
         np.testing.assert_allclose(values(changed, line, quantity), factor * values(three, line, quantity))
@@ -64,18 +64,18 @@ def test_a_single_line_has_no_other(bench: Model) -> None:
     assert left["friction coefficient of a"] == (
         "the model has no other line: its common friction coefficient is calibrated"
     )
-    assert "pre-load of a" in catalogue(with_lines(bench, "a")).names
+    assert "preload of a" in list_effects(with_lines(bench, "a")).names
 
 
 def test_without_lines_nothing_of_them_can_be_tested(bench: Model) -> None:
     left = reasons(bench.free())
-    for kind in ("friction coefficient", "tangential stiffness", "pre-load", "gap"):
+    for kind in ("friction coefficient", "tangential stiffness", "preload", "gap"):
         assert left[kind] == "the model has no contact lines"
 
 
 @pytest.mark.parametrize("ratio", [0.1, 0.7, 1.0, 2.5])
 def test_rest_stays_rest_at_any_preload(bench: Model, ratio: float) -> None:
-    changed = applied(bench, "pre-load of right", ratio)
+    changed = applied(bench, "preload of right", ratio)
     np.testing.assert_allclose(values(changed, "right", "preload"), ratio * values(bench, "right", "preload"))
     np.testing.assert_array_equal(values(changed, "left", "preload"), values(bench, "left", "preload"))
     # All loads at rest: the static load and the contacts pushing back.
@@ -94,8 +94,8 @@ def weighted(model: Model) -> Model:
 
 
 def test_lines_under_a_dead_weight_are_pressed_by_it_alone(bench: Model) -> None:
-    names = [each for each in catalogue(weighted(bench)).names if each.startswith("pre-load")]
-    assert names == ["pre-load by weight"]
+    names = [each for each in list_effects(weighted(bench)).names if each.startswith("preload")]
+    assert names == ["preload by weight"]
     only_left = replace(weighted(bench), dead_weights={"weight": DeadWeight(row=np.ones(7), lines=("left",))})
     assert only_left.preloads == ("weight", "right")
     assert weighted(bench).free().preloads == ()
@@ -104,7 +104,7 @@ def test_lines_under_a_dead_weight_are_pressed_by_it_alone(bench: Model) -> None
 @pytest.mark.parametrize("ratio", [0.9, 1.1])
 def test_a_dead_weight_presses_as_stiffness_shares_it(bench: Model, ratio: float) -> None:
     model = weighted(bench)
-    changed = applied(model, "pre-load by weight", ratio)
+    changed = applied(model, "preload by weight", ratio)
     state = steady_state(HarmonicBalance(system=changed.system, n_harmonic=3, level=1e-6), 60.0)
     # All contacts stay closed and stuck: the linear structure with their springs.
     stuck = stuck_stiffness(model.system.stiffness, model.system.joints)
@@ -125,9 +125,9 @@ def test_pressing_twice_multiplies(bench: Model, kind: str) -> None:
 
 
 def test_what_presses_nothing_is_refused(bench: Model) -> None:
-    with pytest.raises(ModelDefinitionError, match='"typo" is no pre-load of the model: there are left, right'):
+    with pytest.raises(ModelDefinitionError, match='"typo" is no preload of the model: there are left, right'):
         bench.pressed("typo", 0.1)
-    with pytest.raises(ModelDefinitionError, match='"left" is no pre-load of the model: there are weight'):
+    with pytest.raises(ModelDefinitionError, match='"left" is no preload of the model: there are weight'):
         weighted(bench).pressed("left", 0.5)
     with pytest.raises(ModelDefinitionError, match='dead weight "none" is zero'):
         replace(bench, dead_weights={"none": DeadWeight(row=np.zeros(7), lines=("left",))})
@@ -137,7 +137,7 @@ def test_a_gap_is_linear_along_its_line(bench: Model) -> None:
     # The stations sit at 0.1, 0.3 and 0.9 between two nodes: a quarter of the way, not a half.
     changed = applied(bench, "gap of left at left 2", 4e-5)
     np.testing.assert_allclose(values(changed, "left", "gap"), [0, 1e-5, 4e-5], atol=1e-18)
-    again = catalogue(changed).effect("gap of left at left 0").apply(changed, [4e-5])
+    again = list_effects(changed).effect("gap of left at left 0").apply(changed, [4e-5])
     np.testing.assert_allclose(values(again, "left", "gap"), [4e-5, 4e-5, 4e-5])
     assert not values(again, "right", "gap").any()
     np.testing.assert_array_equal(again.system.static, bench.system.static)
@@ -164,32 +164,32 @@ def test_a_contact_at_a_node_that_turns_is_where_the_node_is() -> None:
 def test_a_gap_lowers_the_mean_normal_force(bench: Model) -> None:
     def stretch(model: Model) -> float:
         state = steady_state(HarmonicBalance(system=model.system, n_harmonic=3, level=1e-3), 60.0)
-        left = contacts(model, "left")
+        left = find_contacts(model, "left")
         normal = sum(
             joint.preload + joint.normal_stiffness * (joint.normal @ state.coefficients[0].real - joint.gap)
             for joint in left
         )
         return float(normal)
 
-    effect = catalogue(bench).effect("gap of left at left 2")
+    effect = list_effects(bench).effect("gap of left at left 2")
     assert stretch(bench) == pytest.approx(8.0, rel=1e-6)
     assert stretch(effect.apply(bench, [effect.parameters[0].typical])) < 7.9
 
 
 def test_gaps_are_typically_a_quarter_of_what_the_preload_closes(bench: Model) -> None:
-    parameter = catalogue(bench).effect("gap of right at right 0").parameters[0]
+    parameter = list_effects(bench).effect("gap of right at right 0").parameters[0]
     assert parameter.typical == pytest.approx(8.0 / 4e4 / 4)
     loose = bench.with_joints({f"left {number}": {"preload": 0.0} for number in range(3)})
-    normal = contacts(loose, "left")[2].normal
-    assert 0 < catalogue(loose).effect("gap of left at left 0").parameters[0].typical < abs(normal).max()
-    assert reasons(loose)["pre-load of left"] == "it is zero in the model, and a ratio leaves it so"
+    normal = find_contacts(loose, "left")[2].normal
+    assert 0 < list_effects(loose).effect("gap of left at left 0").parameters[0].typical < abs(normal).max()
+    assert reasons(loose)["preload of left"] == "it is zero in the model, and a ratio leaves it so"
     still = loose.with_system(harmonic_force=None)
     assert "never close" in reasons(still)["gap of left"]
 
 
 def test_a_line_of_one_contact_has_one_gap_and_an_empty_one_none(bench: Model) -> None:
     model = replace(bench, lines={"point": ("left 1",), "none": ()}, sensors=())
-    effect = catalogue(model).effect("gap of point")
+    effect = list_effects(model).effect("gap of point")
     assert isinstance(effect, Gap)
     gaps = [joint.gap for joint in effect.apply(model, [1e-5]).system.joints if isinstance(joint, FrictionContact)]
     assert gaps == [0, 1e-5, 0, 0, 0, 0]

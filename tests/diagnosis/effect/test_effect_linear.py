@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from correlation.model import Dof, Model, Part
-from diagnosis.candidate.catalogue import catalogue
+from diagnosis.candidate.catalogue import list_effects
 from diagnosis.candidate.effect import EffectError
 from reduction.jointed_system import CubicSpring, QuadraticDamper, along
 
 
 def applied(model: Model, name: str, value: float) -> Model:
-    return catalogue(model).effect(name).apply(model, [value])
+    return list_effects(model).effect(name).apply(model, [value])
 
 
 def reason(model: Model, name: str) -> str:
-    (left,) = [each for each in catalogue(model).untestable if each.name == name]
+    (left,) = [each for each in list_effects(model).untestable if each.name == name]
     return left.reason
 
 
@@ -88,4 +88,4 @@ def test_without_a_force_nothing_nonlinear_can_be_tested(bench: Model) -> None:
     for kind in ("cubic", "air damping"):
         assert reason(silent, f"{kind} at tip z") == "the model has no harmonic force that would move it"
     with pytest.raises(EffectError, match='"cubic at tip z" cannot be tested'):
-        catalogue(silent).effect("cubic at tip z")
+        list_effects(silent).effect("cubic at tip z")

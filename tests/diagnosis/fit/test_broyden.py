@@ -61,7 +61,7 @@ def unknowns(upper: float = 5.0) -> Unknowns:
         parameter = EffectParameter(name=name, unit="-", lower=-5.0, upper=upper, typical=0.1)
         return Number(name=name, parameters=(parameter,))
 
-    found = Unknowns.of((), [], [number("x", upper), number("y", 5.0)])  # type: ignore[arg-type, list-item]
+    found = Unknowns.from_effects((), [], [number("x", upper), number("y", 5.0)])  # type: ignore[arg-type, list-item]
     # Priors so wide that they say nothing.
     return Unknowns(base=found.base, effects=found.effects, prior=np.array([1e6, 1e6]))
 

@@ -14,7 +14,7 @@ from correlation.noise.nuisance import Budget
 from correlation.prediction import Prediction
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration import Fit, calibrate
-from diagnosis.fit.calibration_parameter import calibration_parameters
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.comparison import NOT_FOUND, Comparison
 from diagnosis.fit.unknowns import Unknowns
 from hbsolve.errors import ModelError
@@ -25,7 +25,7 @@ JITTER = 1e-4
 
 
 def planted(model: Model, factors: dict[str, float]) -> Model:
-    for each in calibration_parameters(model):
+    for each in list_calibration_parameters(model):
         if each.name in factors:
             model = each.apply(model, [factors[each.name]])
     return model
@@ -38,7 +38,7 @@ def campaign(small: Model, paper: ModuleType) -> Campaign:
 
 @pytest.fixture(scope="module")
 def arranged(small: Model, campaign: Campaign) -> Arrangement:
-    return arrange(campaign, small, calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0}), EXACT_MODEL)
+    return arrange(campaign, small, list_calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0}), EXACT_MODEL)
 
 
 def test_planted_parameters_come_back_within_their_errors(arranged: Arrangement) -> None:
@@ -55,7 +55,9 @@ def test_the_fit_is_as_good_as_the_noise(arranged: Arrangement) -> None:
     # chi-square of some 170 numbers is within 4.5 sqrt(2 / 170) = 0.5 of 1; priors add little. The history modes and
     # errors estimated from four repeats lower it.
     assert 0.3 < fit.chi2 / fit.n_number < 1.5
-    settled = calibrate(arranged.settled, u := Unknowns.of(fit.model, arranged.jitter, ()), u.vanishing, fit.prediction)
+    settled = calibrate(
+        arranged.settled, u := Unknowns.from_effects(fit.model, arranged.jitter, ()), u.vanishing, fit.prediction
+    )
     assert 0.3 < settled.chi2 / settled.n_number < 1.6
 
 
@@ -116,9 +118,9 @@ def test_the_jacobian_is_that_of_the_residual(arranged: Arrangement) -> None:
 
 
 def test_it_stops_at_a_bound(arranged: Arrangement, small: Model) -> None:
-    kt, mu, zeta = arranged.accepted
+    kt, mu, zeta = arranged.calibration
     tight = replace(kt, parameters=(replace(kt.parameters[0], upper=1.02, typical=1.01),))
-    unknowns = Unknowns.of(small, [(each, each.deviation) for each in (tight, mu, zeta)], ())
+    unknowns = Unknowns.from_effects(small, [(each, each.deviation) for each in (tight, mu, zeta)], ())
     fit = calibrate(arranged.train, unknowns, unknowns.vanishing)
     assert fit.values[0] == 1.02
     assert fit.chi2 > arranged.fit.chi2
@@ -144,8 +146,8 @@ def test_chi2_falls_from_step_to_step(arranged: Arrangement) -> None:
 
 
 def test_a_prior_alone_holds_what_the_data_do_not_tell(arranged: Arrangement, small: Model) -> None:
-    held = [(each, 1e-6) for each in arranged.accepted]
-    unknowns = Unknowns.of(small, held, ())
+    held = [(each, 1e-6) for each in arranged.calibration]
+    unknowns = Unknowns.from_effects(small, held, ())
     fit = calibrate(arranged.train, unknowns, unknowns.vanishing)
     # A prior of 1e-6 against data that tell 1e-3 or so.
     np.testing.assert_allclose(fit.values, 1.0, atol=1e-4)
@@ -164,10 +166,10 @@ def test_what_is_not_found_counts_as_far_off(arranged: Arrangement) -> None:
 
 def test_held_out_data_are_none_of_those_fitted(arranged: Arrangement) -> None:
     assert (arranged.train.observed.count == 3).all()
-    assert (arranged.held.observed.count == 1).all()
-    np.testing.assert_array_equal(arranged.settled.measured, arranged.held.measured)
+    assert (arranged.held_out.observed.count == 1).all()
+    np.testing.assert_array_equal(arranged.settled.measured, arranged.held_out.measured)
     # Without jitter in it, a covariance is smaller.
-    both = [each.whitening.modes for each in (arranged.held, arranged.settled)]
+    both = [each.whitening.modes for each in (arranged.held_out, arranged.settled)]
     assert both[0].shape[1] - both[1].shape[1] == 4
     assert {effect.kind for effect, _ in arranged.jitter} == {"jitter"}
 
@@ -176,4 +178,4 @@ def test_one_repeat_cannot_be_arranged(small: Model, paper: ModuleType, campaign
     one = paper.make_campaign(small, n_repeat=1, held=())
     single = replace(one, held_out=HeldOut(levels=(paper.LEVELS[1],)))
     with pytest.raises(CampaignError, match="repeat the test"):
-        arrange(single, small, calibration_parameters(small), EXACT_MODEL)
+        arrange(single, small, list_calibration_parameters(small), EXACT_MODEL)

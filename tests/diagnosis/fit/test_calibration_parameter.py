@@ -8,14 +8,14 @@ import pytest
 
 from correlation.model import Model
 from diagnosis.candidate.effect import EffectError
-from diagnosis.fit.calibration_parameter import CalibrationParameter, calibration_parameters
+from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
 from reduction.jointed_system import FrictionContact
 
 FIELD = {"kt": "tangential_stiffness", "kn": "normal_stiffness", "mu": "friction_coefficient"}
 
 
 def of(model: Model, name: str) -> CalibrationParameter:
-    return next(each for each in calibration_parameters(model) if each.name == name)
+    return next(each for each in list_calibration_parameters(model) if each.name == name)
 
 
 @pytest.mark.parametrize("name", ["kt", "kn", "mu"])
@@ -40,7 +40,7 @@ def test_zeta_scales_the_damping_and_e_the_stiffness_of_the_parts(bench: Model) 
 
 
 def test_a_factor_of_one_changes_nothing(bench: Model) -> None:
-    for each in calibration_parameters(bench):
+    for each in list_calibration_parameters(bench):
         assert (each.parameters[0].vanishes, each.parameters[0].unit) == (1.0, "-")
         same = each.apply(bench, [1.0]).system
         for matrix in ("mass", "damping", "stiffness", "static_load"):
@@ -52,19 +52,19 @@ def test_a_factor_of_one_changes_nothing(bench: Model) -> None:
 
 
 def test_priors_are_relative_and_can_be_overridden(bench: Model) -> None:
-    assert {each.name: each.deviation for each in calibration_parameters(bench)} == {
+    assert {each.name: each.deviation for each in list_calibration_parameters(bench)} == {
         "kt": 0.1, "kn": 0.1, "mu": 0.1, "zeta": 0.2, "E": 0.01
     }  # fmt: skip
-    given = {each.name: each for each in calibration_parameters(bench, deviation={"kt": 0.3, "E": 0.0})}
+    given = {each.name: each for each in list_calibration_parameters(bench, deviation={"kt": 0.3, "E": 0.0})}
     assert list(given) == ["kt", "kn", "mu", "zeta"]
     assert (given["kt"].deviation, given["kt"].parameters[0].typical) == (0.3, 1.3)
 
 
 def test_what_a_model_has_not_is_not_calibrated(bench: Model) -> None:
-    assert [each.name for each in calibration_parameters(bench.free())] == ["zeta", "E"]
+    assert [each.name for each in list_calibration_parameters(bench.free())] == ["zeta", "E"]
     smooth = bench.with_joints({joint.name: {"friction_coefficient": 0.0} for joint in bench.system.joints})
-    assert [each.name for each in calibration_parameters(smooth)] == ["kt", "kn", "zeta", "E"]
-    assert [each.name for each in calibration_parameters(bench.with_system(damping=np.zeros((7, 7))))] == [
+    assert [each.name for each in list_calibration_parameters(smooth)] == ["kt", "kn", "zeta", "E"]
+    assert [each.name for each in list_calibration_parameters(bench.with_system(damping=np.zeros((7, 7))))] == [
         "kt",
         "kn",
         "mu",
@@ -73,7 +73,7 @@ def test_what_a_model_has_not_is_not_calibrated(bench: Model) -> None:
 
 
 def test_accepted_parameters_act_before_or_after_the_contacts_are_taken_away(bench: Model) -> None:
-    for each in calibration_parameters(bench):
+    for each in list_calibration_parameters(bench):
         one, other = each.apply(bench, [1.1]).free().system, each.apply(bench.free(), [1.1]).system
         np.testing.assert_array_equal(one.stiffness, other.stiffness)
         np.testing.assert_array_equal(one.damping, other.damping)
@@ -81,12 +81,12 @@ def test_accepted_parameters_act_before_or_after_the_contacts_are_taken_away(ben
 
 
 def test_accepted_parameters_travel(bench: Model) -> None:
-    for each in calibration_parameters(bench):
+    for each in list_calibration_parameters(bench):
         assert pickle.loads(pickle.dumps(each)).parameters == each.parameters
 
 
 def test_bad_priors_are_refused_in_words(bench: Model) -> None:
-    with pytest.raises(EffectError, match='"nu" is no accepted parameter: there are kt, kn, mu, zeta, E'):
-        calibration_parameters(bench, deviation={"nu": 0.1})
+    with pytest.raises(EffectError, match='"nu" is no calibration parameter: there are kt, kn, mu, zeta, E'):
+        list_calibration_parameters(bench, deviation={"nu": 0.1})
     with pytest.raises(EffectError, match=r"the deviation of kt is -0\.1: give a relative standard deviation"):
-        calibration_parameters(bench, deviation={"kt": -0.1})
+        list_calibration_parameters(bench, deviation={"kt": -0.1})

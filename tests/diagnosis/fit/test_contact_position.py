@@ -9,7 +9,7 @@ from scipy.linalg import eigh
 
 from correlation.model import Model
 from diagnosis.effect.preload import Preload
-from diagnosis.fit.calibration_parameter import CalibrationParameter, calibration_parameters
+from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
 from diagnosis.fit.contact_position import SHARED, contact_position_bounds, with_contact_position
 from reduction.jointed_system import FrictionContact, JointedSystem
 from study.beam.model import LINE_ENDS, beam_model
@@ -126,8 +126,8 @@ def test_the_stuck_structure_keeps_its_frequencies(beam: Model) -> None:
 
 
 def test_rest_stays_rest(beam: Model) -> None:
-    """The static load balances the pre-loads of the contacts where they bear; the two lines alone would cancel."""
-    harder = Preload(name="left", of="left").apply(beam, [1.5])
+    """The static load balances the preloads of the contacts where they bear; the two lines alone would cancel."""
+    harder = Preload(name="left", target="left").apply(beam, [1.5])
     for factor in (0.9, 1.1):
         closer = with_contact_position(harder, factor).system
         balance = sum(joint.preload * joint.normal for joint in closer.joints if isinstance(joint, FrictionContact))
@@ -150,14 +150,16 @@ def test_lines_of_two_contacts_and_free_structures_are_left_alone(small: Model) 
 
 
 def given(model: Model) -> CalibrationParameter:
-    (found,) = (each for each in calibration_parameters(model, deviation={"bearing": 0.05}) if each.name == "bearing")
+    (found,) = (
+        each for each in list_calibration_parameters(model, deviation={"bearing": 0.05}) if each.name == "bearing"
+    )
     return found
 
 
 def test_it_is_accepted_where_a_line_has_three_contacts_and_a_prior(beam: Model, small: Model) -> None:
-    assert "bearing" not in [each.name for each in calibration_parameters(beam)]
+    assert "bearing" not in [each.name for each in list_calibration_parameters(beam)]
     assert given(beam).deviation == 0.05
-    assert "bearing" not in [each.name for each in calibration_parameters(small, deviation={"bearing": 0.05})]
+    assert "bearing" not in [each.name for each in list_calibration_parameters(small, deviation={"bearing": 0.05})]
     assert values(given(beam).apply(beam, [0.9]), "left", "preload")[0] == pytest.approx(4 / 0.81)
 
 
@@ -166,7 +168,7 @@ def test_its_bounds_leave_a_finer_model_possible(beam: Model) -> None:
     (alone,), (both,) = (
         [
             each.parameters[0]
-            for each in calibration_parameters(beam, deviation={"bearing": 0.05}, finer=models)
+            for each in list_calibration_parameters(beam, deviation={"bearing": 0.05}, finer=models)
             if each.name == "bearing"
         ]
         for models in ([], [finer])

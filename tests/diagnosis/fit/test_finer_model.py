@@ -11,10 +11,10 @@ from correlation.campaign.measurement import Campaign
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.candidate.catalogue import Catalogue
-from diagnosis.fit.arrangement import Added, Arrangement, arrange, arranged_anew
+from diagnosis.fit.arrangement import Added, Arrangement, arrange, arrange_anew
 from diagnosis.fit.calibration import calibrate
-from diagnosis.fit.calibration_parameter import calibration_parameters
-from diagnosis.fit.finer_model import as_uncertain
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
+from diagnosis.fit.finer_model import widen_by_finer_models
 from diagnosis.fit.refit import baseline_fit, refit
 from diagnosis.fit.unknowns import Unknowns
 from diagnosis.screening import screen
@@ -33,13 +33,13 @@ def campaign(small: Model, paper: ModuleType) -> Campaign:
 
 
 def stiffer(model: Model) -> Model:
-    (young,) = (each for each in calibration_parameters(model) if each.name == "E")
+    (young,) = (each for each in list_calibration_parameters(model) if each.name == "E")
     return young.apply(model, [1 + STIFFER])
 
 
 def beside(campaign: Campaign, small: Model, finer: Model, added: tuple[Added, ...] = ()) -> Arrangement:
     budget = Budget(frequency=0.0, compliance=0.0, shares=0.0, refined=(finer,))
-    return arrange(campaign, small, calibration_parameters(small, deviation={"kn": 0.0}), budget, added=added)
+    return arrange(campaign, small, list_calibration_parameters(small, deviation={"kn": 0.0}), budget, added=added)
 
 
 def left(of: Arrangement) -> NDArray[np.float64]:
@@ -54,7 +54,7 @@ def test_what_calibration_makes_good_is_no_error_but_an_uncertainty(
     small: Model, campaign: Campaign, listed: Catalogue
 ) -> None:
     found = beside(campaign, small, stiffer(small))
-    names = [each.name for each in found.accepted]
+    names = [each.name for each in found.calibration]
     young = names.index("E")
     shift = found.finer[0].shift
     assert shift is not None
@@ -67,7 +67,7 @@ def test_what_calibration_makes_good_is_no_error_but_an_uncertainty(
     with_mass = calibrate(found.train, found.unknowns([effect]), np.append(found.fit.values, 0.0), found.fit.prediction)
     for fit in (found.fit, with_mass):
         assert fit.deviation[young] < STIFFER / 3
-        assert as_uncertain(fit, found.finer).deviation[young] >= STIFFER * (1 - FOUND)
+        assert widen_by_finer_models(fit, found.finer).deviation[young] >= STIFFER * (1 - FOUND)
     before, (refitted,) = baseline_fit(found), [refit(found, score, with_mass) for score in screen(found, [effect])]
     for each in widen_intervals(campaign, found, before, [before, refitted]):
         assert each.fit.deviation[young] >= STIFFER * (1 - FOUND)
@@ -88,7 +88,7 @@ def test_an_added_effect_keeps_its_value_in_the_finer_model(
     found = beside(heavy_campaign, small, stiffer(small), (Added(effect=mass, values=np.array([5e-3])),))
     shift = found.finer[0].shift
     assert shift is not None
-    assert len(shift) == len(found.accepted) == len(found.fit.values) - 1
+    assert len(shift) == len(found.calibration) == len(found.fit.values) - 1
     composed = found.finer[0].compose(found.fit.values)
     by_hand = Unknowns(base=stiffer(small), effects=found.fit.unknowns.effects, prior=found.fit.unknowns.prior)
     expected = by_hand.compose(found.fit.values + np.append(shift, 0.0))
@@ -98,7 +98,7 @@ def test_an_added_effect_keeps_its_value_in_the_finer_model(
 
 def test_other_measurements_do_not_move_it(small: Model, campaign: Campaign, paper: ModuleType) -> None:
     found = beside(campaign, small, stiffer(small))
-    anew = arranged_anew(found, paper.make_campaign(small, jitter=3e-5, seed=7))
+    anew = arrange_anew(found, paper.make_campaign(small, jitter=3e-5, seed=7))
     assert anew.finer[0].shift is found.finer[0].shift
     assert (anew.fit.values != found.fit.values).any()
 
@@ -110,11 +110,11 @@ def test_a_finer_model_that_is_the_model_needs_no_shift(
     # Damping that was calibrated does not scale a dashpot that was added.
     added = listed.effect(effect)
     strength = added.parameters[0].typical
-    (zeta,) = (each for each in calibration_parameters(small) if each.name == "zeta")
+    (zeta,) = (each for each in list_calibration_parameters(small) if each.name == "zeta")
     truth = added.apply(zeta.apply(small, [1.5]), [strength])
     of = paper.make_campaign(truth, jitter=3e-5, seed=8)
     found = beside(of, small, small, (Added(effect=added, values=np.array([strength])),))
-    assert found.fit.values[[each.name for each in found.accepted].index("zeta")] > 1.3
+    assert found.fit.values[[each.name for each in found.calibration].index("zeta")] > 1.3
     np.testing.assert_allclose(found.finer[0].shift, 0, atol=1e-6)
 
 
@@ -132,9 +132,11 @@ def test_states_that_the_model_does_not_find_say_nothing(small: Model, campaign:
 
 def test_of_several_finer_models_each_counts(small: Model, campaign: Campaign) -> None:
     budget = Budget(frequency=0.0, compliance=0.0, shares=0.0, refined=(stiffer(small), stiffer(small)))
-    found = arrange(campaign, small, calibration_parameters(small, deviation={"kn": 0.0}), budget)
-    young = [each.name for each in found.accepted].index("E")
-    assert as_uncertain(found.fit, found.finer).deviation[young] == pytest.approx(np.sqrt(2) * STIFFER, rel=FOUND)
+    found = arrange(campaign, small, list_calibration_parameters(small, deviation={"kn": 0.0}), budget)
+    young = [each.name for each in found.calibration].index("E")
+    assert widen_by_finer_models(found.fit, found.finer).deviation[young] == pytest.approx(
+        np.sqrt(2) * STIFFER, rel=FOUND
+    )
 
 
 def test_without_accepted_parameters_the_difference_is_what_it_is(

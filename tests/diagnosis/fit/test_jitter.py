@@ -7,7 +7,7 @@ import pytest
 
 from correlation.errors import ModelDefinitionError
 from correlation.model import Model
-from diagnosis.fit.jitter import FrequencyShift, PreloadJitter, jitter, preload_jitter
+from diagnosis.fit.jitter import FrequencyShift, PreloadJitter, list_jitter, list_preload_jitter
 
 
 def test_a_frequency_shift_shifts_its_test_alone(small: Model) -> None:
@@ -24,14 +24,14 @@ def test_a_preload_pattern_scales_each_line_by_its_share(small: Model) -> None:
     for line, factor in (("left", 1.03), ("right", 0.96)):
         for name in small.lines[line]:
             assert moved.contact(name).preload == pytest.approx(factor * small.contact(name).preload)
-    # Rest stays rest: the static load balances the pre-loads.
+    # Rest stays rest: the static load balances the preloads.
     balance = sum(joint.preload * joint.normal for joint in moved.system.joints)
     np.testing.assert_allclose(moved.system.static, balance, rtol=0, atol=1e-13)
 
 
 def test_priors_are_the_covariance(small: Model) -> None:
     lines = np.array([[4e-4, 1e-4], [1e-4, 2e-4]])
-    found = jitter(small, [np.array([[9e-8]]), np.array([[4e-8]]), lines])
+    found = list_jitter(small, [np.array([[9e-8]]), np.array([[4e-8]]), lines])
     (jointed, first), (free, second), *patterns = found
     assert (jointed.name, free.name) == ("frequency of the jointed test", "frequency of the free test")
     assert (first, second) == (pytest.approx(3e-4), pytest.approx(2e-4))
@@ -48,10 +48,10 @@ def test_priors_are_the_covariance(small: Model) -> None:
 
 def test_what_does_not_jitter_is_no_number_to_set(small: Model) -> None:
     none = np.zeros((1, 1))
-    assert jitter(small, [none, none, np.zeros((2, 2))]) == []
-    (only,) = jitter(small, [none, np.array([[1e-8]]), np.zeros((2, 2))])
+    assert list_jitter(small, [none, none, np.zeros((2, 2))]) == []
+    (only,) = list_jitter(small, [none, np.array([[1e-8]]), np.zeros((2, 2))])
     assert only[0].name == "frequency of the free test"
-    assert jitter(small.free(), [none, none]) == []
+    assert list_jitter(small.free(), [none, none]) == []
 
 
 def test_preload_patterns_are_independent(small: Model) -> None:
@@ -59,7 +59,7 @@ def test_preload_patterns_are_independent(small: Model) -> None:
     model = replace(small, lines={**small.lines, "middle": ("left 1",)})
     patterns = np.array([[1, 1, 1], [1, -1, 0], [1, 1, -2]]) / np.sqrt([[3], [2], [6]])
     sizes = np.array([0.03, 0.02, 0.01])
-    found = preload_jitter(model, patterns.T * sizes**2 @ patterns)
+    found = list_preload_jitter(model, patterns.T * sizes**2 @ patterns)
     assert len({effect.name for effect, _ in found}) == 3
     best_first = sorted(found, key=lambda each: -each[1])
     for (effect, deviation), size, pattern in zip(best_first, sizes, patterns, strict=True):
@@ -76,7 +76,7 @@ def test_lines_that_one_screw_presses_differ_by_one_factor(small: Model) -> None
     # The two as one, by 3 %, the third by 2 %.
     patterns = {
         round(deviation, 12): {line: abs(share) for line, share in effect.shares}
-        for effect, deviation in preload_jitter(model, np.diag([9e-4, 4e-4]))
+        for effect, deviation in list_preload_jitter(model, np.diag([9e-4, 4e-4]))
     }
     assert patterns[0.03] == {"right": 1.0, "left": 1.0, "middle": 0.0}
     assert patterns[0.02] == {"right": 0.0, "left": 0.0, "middle": 1.0}
@@ -85,8 +85,8 @@ def test_lines_that_one_screw_presses_differ_by_one_factor(small: Model) -> None
 @pytest.mark.parametrize(
     ("groups", "message"),
     [
-        ((("left", "up"),), '"up" is pressed together with others, but is no pre-load of the model: .* left, right'),
-        (((),), "a group of pre-loads that are pressed together is empty: name them, or leave it out"),
+        ((("left", "up"),), '"up" is pressed together with others, but is no preload of the model: .* left, right'),
+        (((),), "a group of preloads that are pressed together is empty: name them, or leave it out"),
         ((("left", "right"), ("left",)), '"left" is pressed together with others twice: name it once'),
     ],
 )
@@ -98,8 +98,8 @@ def test_what_is_pressed_together_is_a_preload_once(
 
 
 def test_a_line_whose_preload_is_always_the_same_has_no_pattern(small: Model) -> None:
-    ((effect, deviation),) = preload_jitter(small, np.diag([0.0, 9e-4]))
+    ((effect, deviation),) = list_preload_jitter(small, np.diag([0.0, 9e-4]))
     # Round-off of a root.
     assert deviation == pytest.approx(0.03, rel=1e-14)
     assert [abs(share) for _, share in effect.shares] == [0.0, 1.0]
-    assert preload_jitter(small, np.zeros((2, 2))) == []
+    assert list_preload_jitter(small, np.zeros((2, 2))) == []

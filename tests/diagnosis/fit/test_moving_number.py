@@ -11,10 +11,10 @@ from correlation.noise.nuisance import Budget
 from correlation.prediction import Prediction
 from diagnosis.fit import calibration_parameter as accepted_parameters
 from diagnosis.fit.arrangement import Arrangement, arrange
-from diagnosis.fit.calibration_parameter import CalibrationParameter, calibration_parameters
+from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
 from diagnosis.fit.comparison import STEP
 from diagnosis.fit.contact_position import with_contact_position
-from diagnosis.fit.tangent import tangents
+from diagnosis.fit.tangent import differentiate
 from reduction.jointed_system import FrictionContact, along
 
 BEARING, KT = 0.9, 1.04
@@ -42,7 +42,7 @@ def long(small: Model) -> Model:
 
 @pytest.fixture(scope="module")
 def arranged(long: Model, paper: ModuleType) -> Arrangement:
-    known = calibration_parameters(long, deviation={"kn": 0.0, "E": 0.0, "bearing": 0.05})
+    known = list_calibration_parameters(long, deviation={"kn": 0.0, "E": 0.0, "bearing": 0.05})
     (kt,) = (each for each in known if each.name == "kt")
     campaign = paper.make_campaign(with_contact_position(kt.apply(long, [KT]), BEARING), jitter=3e-5, seed=3)
     return arrange(campaign, long, known, EXACT_MODEL)
@@ -61,13 +61,13 @@ def test_it_comes_back_within_its_error(arranged: Arrangement) -> None:
 
 def test_without_it_the_fit_is_bad(arranged: Arrangement, long: Model, paper: ModuleType) -> None:
     campaign = paper.make_campaign(with_contact_position(long, BEARING), jitter=3e-5, seed=3)
-    fixed = arrange(campaign, long, calibration_parameters(long, deviation={"kn": 0.0, "E": 0.0}), EXACT_MODEL)
+    fixed = arrange(campaign, long, list_calibration_parameters(long, deviation={"kn": 0.0, "E": 0.0}), EXACT_MODEL)
     assert fixed.fit.chi2 > 3 * arranged.fit.chi2
 
 
 def test_its_slope_is_the_difference_of_predictions(arranged: Arrangement) -> None:
     fit, unknowns = arranged.fit, arranged.fit.unknowns
-    found = tangents(unknowns.compose, fit.values, unknowns.size, unknowns.bounds)
+    found = differentiate(unknowns.compose, fit.values, unknowns.size, unknowns.bounds)
     assert [each is None for each in found] == [False, False, False, True]
     exact = central(arranged, fit.values, fit.prediction)
     # A one-sided difference of short step: what Newton's method leaves is some 2 % of it, see `fit.comparison`.

@@ -17,8 +17,8 @@ from diagnosis.fit.refit import (
     MOST_RUGGED,
     PARALLEL,
     PROMISING,
-    finalists,
-    fitted,
+    choose_finalists,
+    fit_effect,
     multistart_fits,
     shortlist,
 )
@@ -31,7 +31,7 @@ BEST, MOST, WORTHLESS, FINALISTS, FAR_BEHIND = (
 )
 
 ACCEPTED, CHI2 = np.array([1.02, 0.97]), 500.0
-#: Whitened Jacobian of the accepted parameters, with their priors' rows below.
+#: Whitened Jacobian of the calibration parameters, with their priors' rows below.
 JACOBIAN = np.arange(10.0).reshape(5, 2)
 
 
@@ -78,7 +78,7 @@ def fit(of: Score, *chi2: float, monkeypatch: pytest.MonkeyPatch, n_number: int 
     monkeypatch.setattr(refits, "calibrate", calibrations)
     accepted = SimpleNamespace(values=ACCEPTED, jacobian=JACOBIAN, chi2=CHI2, prediction=None, n_number=n_number)
     arrangement: Any = SimpleNamespace(fit=accepted, train=None, effort=EFFORT, unknowns=lambda effects: effects)
-    return fitted(arrangement, of), calibrations
+    return fit_effect(arrangement, of), calibrations
 
 
 def test_a_fit_that_keeps_what_was_promised_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -87,7 +87,7 @@ def test_a_fit_that_keeps_what_was_promised_is_made_once(monkeypatch: pytest.Mon
     assert found.chi2 == CHI2 - 100 * KEPT - 1
     (start,), (slopes,) = asked.starts, asked.slopes
     np.testing.assert_array_equal(start, promised.start)
-    # The Jacobian that the screening knows, beside that of the accepted parameters; the effect has no prior.
+    # The Jacobian that the screening knows, beside that of the calibration parameters; the effect has no prior.
     np.testing.assert_array_equal(slopes[:5, :2], JACOBIAN)
     np.testing.assert_array_equal(slopes[:5, 2], promised.slope)
     np.testing.assert_array_equal(slopes[5], 0.0)
@@ -217,18 +217,18 @@ def test_what_acts_through_slip_alone_is_refitted_in_any_case() -> None:
 
 def test_those_that_fit_best_are_fitted_thoroughly() -> None:
     fits: list[Any] = [(number, SimpleNamespace(chi2=chi2)) for number, chi2 in enumerate([9.0, 3.0, 7.0, 5.0, 8.0])]
-    assert [number for number, _ in finalists(fits, EFFORT)] == [1, 3, 2][:FINALISTS]
+    assert [number for number, _ in choose_finalists(fits, EFFORT)] == [1, 3, 2][:FINALISTS]
 
 
 @pytest.mark.parametrize(("behind", "kept"), [(FAR_BEHIND - 1, 3), (FAR_BEHIND + 1, 2)])
 def test_a_third_that_is_far_behind_the_best_is_not_worth_it(behind: float, kept: int) -> None:
     """Behind the best, not behind the one before it."""
     fits: list[Any] = [(chi2, SimpleNamespace(chi2=chi2)) for chi2 in (100 + behind, 100.0, 100 + behind / 2)]
-    assert [fit.chi2 for _, fit in finalists(fits, EFFORT)] == [100.0, 100 + behind / 2, 100 + behind][:kept]
+    assert [fit.chi2 for _, fit in choose_finalists(fits, EFFORT)] == [100.0, 100 + behind / 2, 100 + behind][:kept]
 
 
 def test_the_best_two_are_fitted_thoroughly_however_far_apart() -> None:
     fits: list[Any] = [(chi2, SimpleNamespace(chi2=chi2)) for chi2 in (1e3 + 10 * FAR_BEHIND, 1e3, 1e5)]
-    assert [fit.chi2 for _, fit in finalists(fits, EFFORT)] == [1e3, 1e3 + 10 * FAR_BEHIND]
-    assert finalists(fits[1:2], EFFORT) == fits[1:2]
-    assert finalists([], EFFORT) == []
+    assert [fit.chi2 for _, fit in choose_finalists(fits, EFFORT)] == [1e3, 1e3 + 10 * FAR_BEHIND]
+    assert choose_finalists(fits[1:2], EFFORT) == fits[1:2]
+    assert choose_finalists([], EFFORT) == []

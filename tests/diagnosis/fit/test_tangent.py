@@ -8,9 +8,9 @@ import pytest
 from correlation.model import Model
 from diagnosis.candidate.effect import EffectError
 from diagnosis.candidate.place import with_cubic_spring
-from diagnosis.fit.calibration_parameter import calibration_parameters
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.jitter import FrequencyShift
-from diagnosis.fit.tangent import tangents
+from diagnosis.fit.tangent import differentiate
 from diagnosis.fit.unknowns import Unknowns
 from reduction.jointed_system import along
 
@@ -20,13 +20,17 @@ EXACT = 1e-9
 
 
 def at(compose, *values: float, bounds: tuple[float, float] = WIDE):
-    return tangents(compose, np.array(values), np.ones(len(values)), [bounds] * len(values))
+    return differentiate(compose, np.array(values), np.ones(len(values)), [bounds] * len(values))
 
 
 def test_accepted_parameters_scale_what_they_name(small: Model) -> None:
-    unknowns = Unknowns.of(small, [(each, each.deviation) for each in calibration_parameters(small)], ())
+    unknowns = Unknowns.from_effects(small, [(each, each.deviation) for each in list_calibration_parameters(small)], ())
     found = dict(
-        zip(unknowns.names, tangents(unknowns.compose, unknowns.vanishing, unknowns.size, unknowns.bounds), strict=True)
+        zip(
+            unknowns.names,
+            differentiate(unknowns.compose, unknowns.vanishing, unknowns.size, unknowns.bounds),
+            strict=True,
+        )
     )
     system = small.system
     assert set(found) == {"kt", "kn", "mu", "zeta", "E"}
@@ -101,7 +105,7 @@ def test_the_first_parameter_wanted(small: Model) -> None:
             mass=(1 + values[0]) * small.system.mass, damping=(1 + values[1]) * small.system.damping
         )
 
-    found = tangents(compose, np.zeros(2), np.ones(2), [WIDE] * 2, first=1)
+    found = differentiate(compose, np.zeros(2), np.ones(2), [WIDE] * 2, first=1)
     assert len(found) == 1
     assert found[0].jointed.matrices.mass is None
 

@@ -22,7 +22,7 @@ def test_a_silent_sensor_agrees_with_a_model_in_which_it_does_not_move() -> None
     observed = Observation(
         points=points, repeat=repeat, motion=np.ones(2 * k, dtype=bool), taken=np.ones(repeat.shape, dtype=bool)
     )
-    features = Measured.of(observed, ()).features
+    features = Measured.prepare(observed, ()).features
     # A model's zero is a zero or its round-off; the inverse of either would be off by 1e15 standard deviations.
     motion[k:] = 1e-24
     apart = features.of_repeats(observed.repeat, observed.taken) - features.of_values(motion)

@@ -7,9 +7,9 @@ from scipy.stats import chi2, f, gumbel_r
 from correlation.campaign.measurement import Campaign
 from diagnosis.candidate.catalogue import Catalogue
 from diagnosis.fit.arrangement import Arrangement
-from diagnosis.fit.refit import fitted, shortlist
+from diagnosis.fit.refit import fit_effect, shortlist
 from diagnosis.screening import screen
-from diagnosis.threshold.bootstrap import STRANGER, Trial, null_trial, thresholds_from
+from diagnosis.threshold.bootstrap import STRANGER, Trial, fit_thresholds, run_null_trial
 from diagnosis.threshold.simulation import Simulation
 
 SEEDS = range(6)
@@ -23,7 +23,7 @@ def trials(gains: np.ndarray, misfits: np.ndarray) -> list[Trial]:
 def test_the_tail_of_gumbels_law_is_told() -> None:
     draw = np.random.default_rng(1)
     gains, misfits = (gumbel_r.rvs(loc=m, scale=s, size=20_000, random_state=draw) for m, s in ((6, 2), (9, 3)))
-    limits = thresholds_from(trials(gains, misfits), false_alarms=0.01)
+    limits = fit_thresholds(trials(gains, misfits), false_alarms=0.01)
     # The standard deviation of 20,000 draws is known to 1 %; the quantile is 4.6 scales away.
     assert limits.gain == pytest.approx(STRANGER * gumbel_r.isf(0.01, loc=6, scale=2), rel=0.03)
     assert limits.misfit == pytest.approx(gumbel_r.isf(0.01, loc=9, scale=3), rel=0.03)
@@ -31,14 +31,14 @@ def test_the_tail_of_gumbels_law_is_told() -> None:
 
 
 def test_chance_does_as_much_as_one_candidate_alone() -> None:
-    limits = thresholds_from(trials(np.zeros(4), np.zeros(4)), false_alarms=0.01)
+    limits = fit_thresholds(trials(np.zeros(4), np.zeros(4)), false_alarms=0.01)
     assert limits.gain == limits.misfit == pytest.approx(chi2.isf(0.01, 1))
 
 
 @pytest.mark.parametrize("n", [0, 1])
 def test_a_trial_is_no_distribution(n: int) -> None:
     with pytest.raises(ValueError, match=f"{n} trials tell no distribution"):
-        thresholds_from(trials(np.zeros(n), np.zeros(n)))
+        fit_thresholds(trials(np.zeros(n), np.zeros(n)))
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +49,7 @@ def simulation(heavy: Arrangement, heavy_campaign: Campaign) -> Simulation:
 @pytest.fixture(scope="module")
 def drawn(simulation: Simulation, listed: Catalogue) -> list[Trial]:
     """The campaign hides something; the draws do not."""
-    return [null_trial(simulation, listed.candidates, seed) for seed in SEEDS]
+    return [run_null_trial(simulation, listed.candidates, seed) for seed in SEEDS]
 
 
 def test_draws_without_an_effect_gain_what_chance_does(
@@ -63,7 +63,7 @@ def test_draws_without_an_effect_gain_what_chance_does(
     assert gains.max() < f.isf(1e-3 / n, 1, 9)
     # What the hidden mass gains is of another kind.
     gained = max(
-        heavy.fit.chi2 - fitted(heavy, score).chi2
+        heavy.fit.chi2 - fit_effect(heavy, score).chi2
         for score in shortlist(screen(heavy, listed.candidates), heavy.effort)
     )
     assert gained > 2 * gains.max()
@@ -71,4 +71,4 @@ def test_draws_without_an_effect_gain_what_chance_does(
 
 
 def test_a_seed_is_a_draw(simulation: Simulation, listed: Catalogue, drawn: list[Trial]) -> None:
-    assert null_trial(simulation, listed.candidates, SEEDS[1]) == drawn[1]
+    assert run_null_trial(simulation, listed.candidates, SEEDS[1]) == drawn[1]

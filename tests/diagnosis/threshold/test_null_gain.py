@@ -9,7 +9,7 @@ from scipy.stats import chi2
 
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.screening import Score
-from diagnosis.threshold.null_gain import DRAWS, null_gains, threshold
+from diagnosis.threshold.thresholds import DRAWS, draw_null_gains, find_threshold
 
 BOTH = EffectParameter(name="p", unit="-", lower=-1.0, upper=1.0, typical=0.1)
 UP = EffectParameter(name="p", unit="-", lower=0.0, upper=1.0, typical=0.1)
@@ -38,38 +38,38 @@ def check(gains: np.ndarray, distribution) -> None:
 @pytest.mark.parametrize("n", [1, 8])
 def test_orthogonal_directions_are_independent_chi_squares(n: int) -> None:
     directions = np.linalg.qr(np.random.default_rng(1).standard_normal((40, n)))[0].T
-    gains = null_gains(scores(directions, [BOTH] * n))
+    gains = draw_null_gains(scores(directions, [BOTH] * n))
     check(gains, lambda x: chi2.cdf(x, 1) ** n)
     exact = chi2.ppf(0.95 ** (1 / n), 1)
     # A quantile of 20 000 draws: standard deviation sqrt(p (1 - p) / n) / density, some 2 % here.
-    assert threshold(gains, 0.05) == pytest.approx(exact, rel=0.08)
+    assert find_threshold(gains, 0.05) == pytest.approx(exact, rel=0.08)
 
 
 def test_parallel_directions_count_once() -> None:
     direction = np.ones(25) / 5
-    check(null_gains(scores(np.array([direction, -direction, direction]), [BOTH] * 3)), lambda x: chi2.cdf(x, 1))
+    check(draw_null_gains(scores(np.array([direction, -direction, direction]), [BOTH] * 3)), lambda x: chi2.cdf(x, 1))
 
 
 @pytest.mark.parametrize("parameter", [UP, DOWN])
 def test_a_bound_halves_the_chances(parameter: EffectParameter) -> None:
-    gains = null_gains(scores(np.eye(3), [parameter] * 3))
+    gains = draw_null_gains(scores(np.eye(3), [parameter] * 3))
     check(gains, lambda x: (0.5 + 0.5 * chi2.cdf(x, 1)) ** 3)
 
 
 def test_opposite_bounds_along_one_direction_make_both_sides() -> None:
     """A direction is towards the typical strength; up along d and up along -d are two halves of one chi-square."""
     direction = np.eye(4)[0]
-    check(null_gains(scores(np.array([direction, -direction]), [UP, UP])), lambda x: chi2.cdf(x, 1))
+    check(draw_null_gains(scores(np.array([direction, -direction]), [UP, UP])), lambda x: chi2.cdf(x, 1))
 
 
 def test_what_is_unseen_gains_nothing() -> None:
-    np.testing.assert_array_equal(null_gains(scores(np.zeros((2, 5)), [BOTH] * 2, size=0.0)), [0.0])
-    np.testing.assert_array_equal(null_gains([]), [0.0])
+    np.testing.assert_array_equal(draw_null_gains(scores(np.zeros((2, 5)), [BOTH] * 2, size=0.0)), [0.0])
+    np.testing.assert_array_equal(draw_null_gains([]), [0.0])
 
 
 def test_gains_rise_and_are_reproducible() -> None:
     some = scores(np.eye(4), [BOTH, UP, DOWN, BOTH])
-    gains = null_gains(some)
+    gains = draw_null_gains(some)
     assert (np.diff(gains) >= 0).all()
-    np.testing.assert_array_equal(gains, null_gains(some))
-    assert threshold(gains, 0.01) > threshold(gains, 0.1)
+    np.testing.assert_array_equal(gains, draw_null_gains(some))
+    assert find_threshold(gains, 0.01) > find_threshold(gains, 0.1)

@@ -10,9 +10,9 @@ from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.fit.arrangement import Arrangement, arrange
 from diagnosis.fit.calibration import Fit, inverse
-from diagnosis.fit.calibration_parameter import calibration_parameters
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.fit.refit import baseline_fit
-from diagnosis.threshold.parametric_bootstrap import FEW, taken_to, widen_intervals
+from diagnosis.threshold.parametric_bootstrap import FEW, carry_over, widen_intervals
 from diagnosis.threshold.simulation import Simulation
 
 
@@ -23,13 +23,13 @@ def campaign(small: Model, paper: ModuleType) -> Campaign:
 
 @pytest.fixture(scope="module")
 def arrangement(small: Model, campaign: Campaign) -> Arrangement:
-    return arrange(campaign, small, calibration_parameters(small), Budget(frequency=1e-4, compliance=0.0))
+    return arrange(campaign, small, list_calibration_parameters(small), Budget(frequency=1e-4, compliance=0.0))
 
 
 def deviations(fit: Fit, size: float, n: int = 4000) -> np.ndarray:
     """Of a fit that is taken to differences of so many standard deviations."""
     m = len(fit.residual) - len(fit.values)
-    return taken_to(fit, size * np.random.default_rng(1).standard_normal((m, n))).deviation
+    return carry_over(fit, size * np.random.default_rng(1).standard_normal((m, n))).deviation
 
 
 def test_differences_as_large_as_expected_widen_an_interval_for_being_few_alone(arrangement: Arrangement) -> None:
@@ -54,7 +54,7 @@ def test_smaller_differences_narrow_nothing(arrangement: Arrangement) -> None:
 
 def test_correlations_stay_as_they_are(arrangement: Arrangement) -> None:
     fit = arrangement.fit
-    wide = taken_to(fit, 3 * np.random.default_rng(2).standard_normal((len(fit.residual) - len(fit.values), 50)))
+    wide = carry_over(fit, 3 * np.random.default_rng(2).standard_normal((len(fit.residual) - len(fit.values), 50)))
     before, after = (each.covariance / np.outer(each.deviation, each.deviation) for each in (fit, wide))
     np.testing.assert_allclose(after, before, rtol=1e-12)
 

@@ -8,11 +8,11 @@ import pytest
 from numpy.typing import NDArray
 
 from correlation.campaign.measurement import Campaign
-from correlation.feature.observation import observation, point_of_row
+from correlation.feature.observation import arrange_campaign, find_points
 from correlation.model import Model
 from correlation.noise.nuisance import Budget
 from diagnosis.fit.arrangement import Arrangement, arrange
-from diagnosis.fit.calibration_parameter import calibration_parameters
+from diagnosis.fit.calibration_parameter import list_calibration_parameters
 from diagnosis.threshold.simulation import Simulation
 
 DRAWS = 40
@@ -25,7 +25,7 @@ def quiet(small: Model, paper: ModuleType) -> tuple[Campaign, Arrangement]:
     return campaign, arrange(
         campaign,
         small,
-        calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0}),
+        list_calibration_parameters(small, deviation={"kn": 0.0, "E": 0.0}),
         Budget(frequency=0.0, compliance=0.0, shares=0.0),
     )
 
@@ -42,11 +42,11 @@ def draws(simulation: Simulation) -> NDArray[np.complex128]:
 
 def test_rows_of_the_table_find_their_points(quiet: tuple[Campaign, Arrangement]) -> None:
     campaign, arrangement = quiet
-    seen = observation(campaign)
-    rows = point_of_row(campaign, seen.points)
+    seen = arrange_campaign(campaign)
+    rows = find_points(campaign, seen.points)
     column = np.unique(campaign.measurement.repeat, return_inverse=True)[1]
     np.testing.assert_array_equal(seen.repeat[rows, column], campaign.measurement.value)
-    some = point_of_row(campaign, seen.points.where(seen.points.level == seen.points.level.min()))
+    some = find_points(campaign, seen.points.where(seen.points.level == seen.points.level.min()))
     np.testing.assert_array_equal(some >= 0, campaign.measurement.level == seen.points.level.min())
     assert arrangement.train.observed.taken.any()
 
@@ -59,8 +59,8 @@ def test_a_free_structure_is_read_with_the_noise_that_was_measured(
     campaign, arrangement = quiet
     table = campaign.measurement
     free = np.array([test.configuration == "free" for test in campaign.tests])[table.test]
-    expected = arrangement.held.predict(arrangement.fit.model)
-    rows = point_of_row(campaign, expected.points)
+    expected = arrangement.held_out.predict(arrangement.fit.model)
+    rows = find_points(campaign, expected.points)
     here = np.flatnonzero(free & (rows >= 0) & (table.repeat == 1))
     predicted, deviation = expected.value[rows[here]], paper.make_deviation(expected.points, expected.value)[rows[here]]
     apart = (value[:, here] - predicted) / deviation
@@ -89,8 +89,8 @@ def test_numerical_error_is_the_same_in_all_repeats(small: Model, quiet: tuple[C
     simulation = Simulation(
         campaign=campaign, arrangement=replace(arrangement, jitter=(), budget=Budget(frequency=2e-3, compliance=0.0))
     )
-    drawn = observation(simulation.draw(np.random.default_rng(2)))
-    plain = observation(without_jitter(quiet).draw(np.random.default_rng(2)))
+    drawn = arrange_campaign(simulation.draw(np.random.default_rng(2)))
+    plain = arrange_campaign(without_jitter(quiet).draw(np.random.default_rng(2)))
     free = drawn.points.free & (drawn.points.harmonic == 1)
     assert np.abs(drawn.value[free] / plain.value[free] - 1).max() > 0.02
     spread = [np.nanstd(each.repeat[free], axis=1) / np.abs(each.value[free]) for each in (drawn, plain)]
@@ -101,10 +101,10 @@ def test_without_noise_repeats_differ_by_their_friction_histories_alone(quiet: t
     campaign, arrangement = quiet
     sides = {
         name: replace(side, noise=0 * side.noise)
-        for name, side in (("train", arrangement.train), ("held", arrangement.held))
+        for name, side in (("train", arrangement.train), ("held_out", arrangement.held_out))
     }
     simulation = Simulation(campaign=campaign, arrangement=replace(arrangement, jitter=(), **sides))
-    drawn = observation(simulation.draw(np.random.default_rng(4)))
+    drawn = arrange_campaign(simulation.draw(np.random.default_rng(4)))
     predicted = arrangement.train.predictor
     predicted = replace(predicted, points=drawn.points).predict(arrangement.fit.model)
     free = drawn.points.free

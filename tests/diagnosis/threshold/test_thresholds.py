@@ -11,7 +11,7 @@ from scipy.stats import chi2
 from diagnosis.candidate.effect import EffectParameter
 from diagnosis.keep import computed
 from diagnosis.screening import Score
-from diagnosis.threshold.thresholds import LEAST_MISFIT, MARGIN, UNKNOWN_FORCE, Thresholds, linear_thresholds
+from diagnosis.threshold.thresholds import LEAST_MISFIT, MARGIN, UNKNOWN_FORCE, Thresholds, compute_linear_thresholds
 
 BOTH = EffectParameter(name="p", unit="-", lower=-1.0, upper=1.0, typical=0.1)
 
@@ -30,7 +30,7 @@ def scores(directions: np.ndarray) -> list[Score]:
 @pytest.mark.parametrize("n", [1, 30])
 @pytest.mark.parametrize("false_alarms", [0.01, 0.1])
 def test_the_gain_is_the_quantile_of_the_largest_of_independent_chi_squares(n: int, false_alarms: float) -> None:
-    found = linear_thresholds(scores(np.eye(n)), false_alarms)
+    found = compute_linear_thresholds(scores(np.eye(n)), false_alarms)
     exact = chi2.ppf((1 - false_alarms) ** (1 / n), 1)
     # A quantile of 20 000 draws: a standard deviation of some 2 % at 1 %.
     assert found.gain == pytest.approx(MARGIN * exact, rel=0.08)
@@ -40,17 +40,17 @@ def test_the_gain_is_the_quantile_of_the_largest_of_independent_chi_squares(n: i
 
 
 def test_limits_rise_with_what_is_tried_and_with_caution() -> None:
-    few, many = linear_thresholds(scores(np.eye(3))), linear_thresholds(scores(np.eye(40)))
+    few, many = compute_linear_thresholds(scores(np.eye(3))), compute_linear_thresholds(scores(np.eye(40)))
     assert many.gain > few.gain
-    assert linear_thresholds(scores(np.eye(3)), 1e-3).gain > few.gain
+    assert compute_linear_thresholds(scores(np.eye(3)), 1e-3).gain > few.gain
     # Candidates that are all alike are one.
-    alike = linear_thresholds(scores(np.tile(np.eye(3)[:1], (40, 1))))
-    assert alike.gain == pytest.approx(linear_thresholds(scores(np.eye(1))).gain, rel=0.08)
+    alike = compute_linear_thresholds(scores(np.tile(np.eye(3)[:1], (40, 1))))
+    assert alike.gain == pytest.approx(compute_linear_thresholds(scores(np.eye(1))).gain, rel=0.08)
 
 
 def test_without_candidates_an_unknown_force_still_gains_by_chance() -> None:
     """Eight numbers at one of ten places, once in a hundred campaigns, beyond what eight numbers gain anyway."""
-    found = linear_thresholds([])
+    found = compute_linear_thresholds([])
     assert found.gain == 0.0
     assert found.misfit == pytest.approx(chi2.ppf(0.99 ** (1 / 10), 8) - 8, rel=0.05)
 

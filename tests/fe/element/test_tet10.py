@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fe.element import HEX20, TET10
-from fe.mesh_quality import cell_quality
+from fe.mesh_quality import measure_cell_quality
 from fe.mesher.block import Block, mesh_blocks
 from tests.fe.surface import area_vectors, boundary, check_closed
 
@@ -39,7 +39,7 @@ def test_blocks_that_run_in_any_direction_fit_their_neighbour(
     check_closed(mesh)
     _, areas = area_vectors(mesh, boundary(mesh))
     assert areas.sum() == pytest.approx(10, rel=1e-12)
-    quality = cell_quality(mesh)
+    quality = measure_cell_quality(mesh)
     assert quality.volume.sum() == pytest.approx(2, rel=1e-12)
     np.testing.assert_allclose(quality.determinant_ratio, 1, atol=1e-12)
     for name, x in (("left", 0.0), ("right", 2.0)):
@@ -59,4 +59,4 @@ def test_every_node_of_a_curved_brick_stays_on_the_map() -> None:
     assert len(on) == 7 * 5
     # A sector of 1 rad between radii 1 and 2: both miss its volume by the fourth power of the angle of a cell.
     for mesh in (tetrahedra, bricks):
-        assert cell_quality(mesh).volume.sum() == pytest.approx(1.5, rel=1e-4)
+        assert measure_cell_quality(mesh).volume.sum() == pytest.approx(1.5, rel=1e-4)

@@ -10,9 +10,8 @@ import scipy.sparse as sp
 
 from fe.errors import MatrixFileError
 from fe.file.format import suffixes
-from fe.file.fortran_number import fortran_real
 from fe.file.matrix import MATRIX_FORMATS
-from fe.file.matrix_content import FileMatrix
+from fe.file.matrix_content import FileMatrix, fortran_real
 from fe.file.matrix_file import MatrixSource, read_matrix
 
 RNG = np.random.default_rng(7)

@@ -15,7 +15,7 @@ from fe.file.format import suffixes
 from fe.file.mesh import MESH_FORMATS
 from fe.file.mesh_file import read_mesh, write_mesh
 from fe.mesh import Mesh
-from fe.mesh_quality import cell_quality
+from fe.mesh_quality import measure_cell_quality
 from fe.mesher.block import Block, mesh_blocks
 
 # Decks hold 13 digits of coordinates, the other formats all of them.
@@ -49,7 +49,7 @@ def bent_bar(element: Element) -> Mesh:
 
 
 def volume_of_set(mesh: Mesh, name: str) -> float:
-    return float(cell_quality(mesh).volume[mesh.cell_sets[name]].sum())
+    return float(measure_cell_quality(mesh).volume[mesh.cell_sets[name]].sum())
 
 
 def face_centres(mesh: Mesh, name: str) -> NDArray[np.float64]:
@@ -87,9 +87,9 @@ def test_a_round_trip_keeps_cells_sets_and_the_order_of_stations(
 def test_volume_and_determinant_survive_the_file(mesh_suffix: str, tmp_path: Path) -> None:
     mesh = bent_bar(HEX20)
     write_mesh(mesh, tmp_path / f"bar{mesh_suffix}")
-    quality = cell_quality(read_mesh(tmp_path / f"bar{mesh_suffix}"))
+    quality = measure_cell_quality(read_mesh(tmp_path / f"bar{mesh_suffix}"))
     assert quality.determinant_ratio.min() > 0
-    np.testing.assert_allclose(np.sort(quality.volume), np.sort(cell_quality(mesh).volume), rtol=1e-11)
+    np.testing.assert_allclose(np.sort(quality.volume), np.sort(measure_cell_quality(mesh).volume), rtol=1e-11)
 
 
 def test_a_hexahedron_of_the_gmsh_manual_is_read_in_its_order(tmp_path: Path) -> None:
@@ -168,7 +168,7 @@ def test_a_deck_of_another_program_is_read(tmp_path: Path) -> None:
     )
     mesh = read_mesh(write_deck(tmp_path / "deck.inp", text))
     assert (mesh.n_node, mesh.n_cell) == (12, 2)
-    assert cell_quality(mesh).volume.sum() == pytest.approx(2)
+    assert measure_cell_quality(mesh).volume.sum() == pytest.approx(2)
     assert {name: len(cells) for name, cells in mesh.cell_sets.items()} == {"body": 2, "last": 1, "both": 2}
     # Node 99 belongs to no cell: it is gone from the mesh and from its set.
     assert len(mesh.node_sets["everything"]) == 12
@@ -199,7 +199,7 @@ def test_decks_keep_to_sixteen_entries_and_twenty_characters(tmp_path: Path) -> 
 
 def test_a_file_in_millimetres_is_scaled(tmp_path: Path) -> None:
     mesh = read_mesh(write_deck(tmp_path / "deck.inp", BRICK), length_unit_in_metre=0.001)
-    assert cell_quality(mesh).volume.sum() == pytest.approx(2e-9)
+    assert measure_cell_quality(mesh).volume.sum() == pytest.approx(2e-9)
     with pytest.raises(MeshError, match=r"length unit 0 m must be positive"):
         read_mesh(tmp_path / "deck.inp", length_unit_in_metre=0)
 

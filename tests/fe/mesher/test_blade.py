@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from fe.element import HEX8, HEX20, Element
 from fe.errors import MeshError
 from fe.mesh import Mesh
-from fe.mesh_quality import cell_quality
+from fe.mesh_quality import measure_cell_quality
 from fe.mesher.blade import PadMesh, mesh_blade
 from fe.mesher.mesh_rule import MeshRule
 from geometry.blade import Blade, contact_lines
@@ -90,7 +90,7 @@ CURVED = {"hex8": 5e-4, "hex20": 1e-6, "tet10": 1e-6}
 
 def test_volume_and_surface_are_those_of_the_dimensions(element: Element) -> None:
     theory, cells = Theory(Blade()), mesh(element)
-    assert cell_quality(cells).volume.sum() == pytest.approx(theory.volume, rel=CURVED[element.name])
+    assert measure_cell_quality(cells).volume.sum() == pytest.approx(theory.volume, rel=CURVED[element.name])
     _, areas = area_vectors(cells, boundary(cells))
     # A crack between blocks would show as faces on both of its sides.
     assert areas.sum() == pytest.approx(theory.surface, rel=CURVED[element.name])
@@ -116,7 +116,7 @@ def test_the_surface_is_closed_and_without_holes(element: Element) -> None:
 
 def test_cells_keep_their_shape(element: Element) -> None:
     for n in (1, 2, 4):
-        quality = cell_quality(mesh(element, n=n))
+        quality = measure_cell_quality(mesh(element, n=n))
         # A mapped mesh of sound blocks: 0.2 is where solvers start to warn, 0.5 was measured. Tetrahedra cut from long
         # bricks are as long, which is a fault to this measure of them; but none is bent much.
         assert quality.scaled_jacobian.min() > (0.5 if element.n_corner == 8 else 0.02)
@@ -170,7 +170,7 @@ def test_a_layer_of_nodes_is_moved_to_a_height_and_no_cell_is_added(height: floa
     moved = np.abs(cells.points - as_they_fall.points).max(axis=0)
     assert moved[1] < 1e-15
     assert 0 < moved[2] <= 0.004
-    assert cell_quality(cells).scaled_jacobian.min() > 0.5
+    assert measure_cell_quality(cells).scaled_jacobian.min() > 0.5
 
 
 @pytest.mark.parametrize("height", [0.001, 0.2])
@@ -216,12 +216,12 @@ def test_any_sound_blade_is_meshed_conformingly_and_well(
     except GeometryError:
         assume(False)
     cells = mesh_blade(blade, rule(element, n, max(ratio, n), 0.03), FEW)
-    assert cell_quality(cells).scaled_jacobian.min() > 0.2
+    assert measure_cell_quality(cells).scaled_jacobian.min() > 0.2
     theory = Theory(blade)
     _, areas = area_vectors(cells, boundary(cells))
     # Two cells across the groove: chords miss 30 % of what it cuts out, parabolas half a per cent, of 1 % or so.
     tolerance = {"hex8": 1e-2, "hex20": 2e-4}[element.name]
-    assert cell_quality(cells).volume.sum() == pytest.approx(theory.volume, rel=tolerance)
+    assert measure_cell_quality(cells).volume.sum() == pytest.approx(theory.volume, rel=tolerance)
     assert areas.sum() == pytest.approx(theory.surface, rel=tolerance)
 
 
@@ -261,4 +261,4 @@ def test_blades_without_bevels_or_overhang_have_no_cells_for_them(change: dict[s
     base = {"chord": 0.04, "root_chord": 0.06} | change
     blade = Blade(**base)
     cells = mesh(HEX20, blade)
-    assert cell_quality(cells).volume.sum() == pytest.approx(Theory(blade).volume, rel=2e-6)
+    assert measure_cell_quality(cells).volume.sum() == pytest.approx(Theory(blade).volume, rel=2e-6)

@@ -8,12 +8,11 @@ from hypothesis import strategies as st
 from fe.element import HEX8, HEX20, Element
 from fe.errors import MeshError, SupportError
 from fe.mesh import Mesh
-from fe.mesh_quality import cell_quality
+from fe.mesh_quality import measure_cell_quality
 from fe.mesher.block import Block, mesh_blocks
-from fe.mesher.mesh_rule import MeshRule, count
+from fe.mesher.mesh_rule import MeshRule, count_elements
 from fe.mesher.plain_blade import mesh_plain_blade
-from fe.node_sets import with_named_points, with_stations
-from fe.relaxed_clamp import thinned
+from fe.node_sets import add_named_points, add_stations, thin_nodes
 from geometry.plain_blade import PlainBlade
 
 
@@ -45,7 +44,7 @@ def test_every_plain_blade_has_its_exact_volume_in_bricks(
         excitation_height=0.02,
     )
     mesh = mesh_plain_blade(blade, rule(element, n, ratio, 0.05))
-    quality = cell_quality(mesh)
+    quality = measure_cell_quality(mesh)
     # Bricks: sums of some thousand exact products.
     assert quality.volume.sum() == pytest.approx(volume(blade), rel=1e-12)
     np.testing.assert_allclose(quality.scaled_jacobian, 1, atol=1e-9)
@@ -94,12 +93,12 @@ def test_the_named_points_are_the_nearest_corner_nodes() -> None:
 
 @given(whole=st.integers(1, 1000), size=st.floats(1e-6, 10))
 def test_a_whole_number_of_elements_gains_none_by_round_off(whole: int, size: float) -> None:
-    assert count(whole * size, size) == whole
+    assert count_elements(whole * size, size) == whole
 
 
 @given(length=st.floats(1e-6, 1), size=st.floats(1e-4, 10))
 def test_elements_are_never_longer_than_asked_nor_one_too_many(length: float, size: float) -> None:
-    n = count(length, size)
+    n = count_elements(length, size)
     assert n >= 1
     assert length / n <= size * (1 + 1e-8)
     assert n == 1 or length / (n - 1) > size * (1 - 1e-8)
@@ -130,7 +129,7 @@ def cube(**change: object) -> Block:
 
 def test_a_left_handed_map_gives_sound_cells_and_the_same_names(element: Element) -> None:
     mesh = mesh_blocks([cube(shape=lambda u, v, w: (u, v, -w))], element)
-    np.testing.assert_allclose(cell_quality(mesh).volume, 1 / mesh.n_cell)
+    np.testing.assert_allclose(measure_cell_quality(mesh).volume, 1 / mesh.n_cell)
     np.testing.assert_allclose(mesh.points[mesh.nodes("low"), 2], 0)
     np.testing.assert_allclose(mesh.points[mesh.nodes("high"), 2], -1)
 
@@ -158,20 +157,20 @@ def test_blocks_that_give_no_mesh_are_refused(change: dict[str, object], message
 
 def test_named_points_take_corner_nodes_and_stations_must_hit_them() -> None:
     mesh = mesh_blocks([cube()], HEX20)
-    named = with_named_points(mesh, {"here": np.array([0.26, 0.1, 0.1])})
+    named = add_named_points(mesh, {"here": np.array([0.26, 0.1, 0.1])})
     # The midside node at x = 0.25 is nearer, but it is no corner.
     np.testing.assert_allclose(named.points[named.node_sets["here"]], [[0.5, 0, 0]])
-    hit = with_stations(mesh, {"line": np.array([[1.0, 0, 0], [0, 0, 0], [0.5, 0, 0]])})
+    hit = add_stations(mesh, {"line": np.array([[1.0, 0, 0], [0, 0, 0], [0.5, 0, 0]])})
     np.testing.assert_allclose(hit.points[hit.node_sets["line"], 0], [1, 0, 0.5])
     with pytest.raises(MeshError, match=r'station 2 of "line" is 2e\+05 um from the nearest corner node'):
-        with_stations(mesh, {"line": np.array([[1.0, 0, 0], [0.2, 0, 0]])})
+        add_stations(mesh, {"line": np.array([[1.0, 0, 0], [0.2, 0, 0]])})
 
 
 @given(drop_every=st.integers(2, 9), n=st.integers(1, 3))
 def test_thinning_drops_every_kth_vertex_and_all_midside_nodes(drop_every: int, n: int) -> None:
     mesh = mesh_plain_blade(PlainBlade(), rule(HEX20, n, 6.0, 0.05))
     clamp = mesh.nodes("clamp")
-    kept = thinned(mesh, clamp, drop_every)
+    kept = thin_nodes(mesh, clamp, drop_every)
     vertices = np.intersect1d(clamp, mesh.corner_nodes())
     assert set(kept) <= set(vertices)
     assert len(vertices) - len(kept) == len(vertices) // drop_every
@@ -184,10 +183,12 @@ def test_thinning_does_not_depend_on_the_numbers_of_the_nodes() -> None:
     points[new] = mesh.points
     renumbered = Mesh(points=points, cells={"hexahedron20": new[mesh.cells["hexahedron20"]]})
     clamp = mesh.nodes("clamp")
-    np.testing.assert_array_equal(np.sort(new[thinned(mesh, clamp, 3)]), np.sort(thinned(renumbered, new[clamp], 3)))
+    np.testing.assert_array_equal(
+        np.sort(new[thin_nodes(mesh, clamp, 3)]), np.sort(thin_nodes(renumbered, new[clamp], 3))
+    )
 
 
 def test_thinning_that_leaves_nothing_is_refused() -> None:
     mesh = mesh_plain_blade(PlainBlade(), rule(HEX8))
     with pytest.raises(SupportError, match="drop_every = 1: give 2 or more"):
-        thinned(mesh, mesh.nodes("clamp"), 1)
+        thin_nodes(mesh, mesh.nodes("clamp"), 1)

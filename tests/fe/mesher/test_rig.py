@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from fe.element import ELEMENTS, HEX8, HEX20, Element
 from fe.errors import MeshError
 from fe.mesh import Mesh
-from fe.mesh_quality import cell_quality
+from fe.mesh_quality import measure_cell_quality
 from fe.mesher.damper import DamperMesh, mesh_damper
 from fe.mesher.decoupler import DecouplerMesh, mesh_decoupler
-from fe.mesher.rig import mesh_rig, rig_mesh
+from fe.mesher.rig import choose_rig_mesh, mesh_rig
 from geometry.damper import Damper
 from geometry.decoupler import Decoupler
 from geometry.errors import GeometryError
@@ -38,7 +38,7 @@ def rig() -> Rig:
 
 @pytest.fixture(scope="module", params=[HEX8, HEX20], ids=["hex8", "hex20"])
 def meshes(request: pytest.FixtureRequest, rig: Rig) -> dict[str, Mesh]:
-    return mesh_rig(rig, rig_mesh(rig, request.param, 0.003))
+    return mesh_rig(rig, choose_rig_mesh(rig, request.param, 0.003))
 
 
 def test_bodies_have_their_volumes_and_sound_cells(meshes: dict[str, Mesh], rig: Rig) -> None:
@@ -46,7 +46,7 @@ def test_bodies_have_their_volumes_and_sound_cells(meshes: dict[str, Mesh], rig:
     curved = {"damper": rig.damper.volume, "decoupler": groove_volume(rig.decoupler)}
     missed = {"damper": CURVED["damper"], "decoupler": CURVED["groove"]}
     for body, cells in meshes.items():
-        quality = cell_quality(cells)
+        quality = measure_cell_quality(cells)
         assert quality.scaled_jacobian.min() > SOUND
         if body == "blade":  # tests of its own
             continue
@@ -119,7 +119,7 @@ def test_every_node_of_cone_and_groove_is_on_its_cone(rig: Rig) -> None:
 
 
 def test_subdivided_meshes_are_nested(rig: Rig) -> None:
-    coarse, fine = (mesh_rig(rig, rig_mesh(rig, HEX8, 0.006, times)) for times in (1, 2))
+    coarse, fine = (mesh_rig(rig, choose_rig_mesh(rig, HEX8, 0.006, times)) for times in (1, 2))
     for body, cells in coarse.items():
         assert fine[body].n_cell == 8 * cells.n_cell
         there = {tuple(point) for point in np.round(fine[body].points * 1e9).astype(np.int64).tolist()}
@@ -149,7 +149,7 @@ def test_any_sound_decoupler_is_meshed_conformingly(
     # Where the plate ends a hair above or below the pad, its rows of cells there are as flat as that.
     assume(min(body.plate_top - body.top, body.lip_above_axis - body.plate_bottom) > 0.001)
     cells = mesh_decoupler(body, element)
-    quality = cell_quality(cells)
+    quality = measure_cell_quality(cells)
     assert quality.scaled_jacobian.min() > SOUND_AT_WORST
     missed = CURVED["groove"][element.name] * groove_volume(body)
     assert quality.volume.sum() == pytest.approx(volume(body), rel=0, abs=missed)
@@ -162,9 +162,9 @@ def test_any_sound_damper_is_meshed_conformingly(radius: float, middle: float, a
     assume(radius - 0.013 * np.tan(radians(angle)) > 0.3 * radius)
     body = Damper(radius=radius, cylinder_length=middle * radius, cone_half_angle=radians(angle))
     cells = mesh_damper(body, HEX20, DamperMesh(around_quarter=2 * quarter))
-    assert cell_quality(cells).scaled_jacobian.min() > 0.2
+    assert measure_cell_quality(cells).scaled_jacobian.min() > 0.2
     # 8 parabolas a circle miss 9e-4 of it.
-    assert cell_quality(cells).volume.sum() == pytest.approx(body.volume, rel=1e-3)
+    assert measure_cell_quality(cells).volume.sum() == pytest.approx(body.volume, rel=1e-3)
     check_closed(cells)
 
 
@@ -196,7 +196,7 @@ def test_counts_that_miss_a_point_are_refused() -> None:
 @pytest.mark.parametrize("size", [0.0, -0.002, np.nan])
 def test_a_size_that_is_none_is_refused(rig: Rig, size: float) -> None:
     with pytest.raises(MeshError, match=r"an element size of .* mm is not positive: 2\.5 mm is a usual value"):
-        rig_mesh(rig, HEX20, size)
+        choose_rig_mesh(rig, HEX20, size)
 
 
 def test_a_placed_mesh_is_the_own_one_moved(rig: Rig) -> None:
@@ -206,4 +206,4 @@ def test_a_placed_mesh_is_the_own_one_moved(rig: Rig) -> None:
         sorted(place.points(own.points).round(9).tolist()), sorted(placed.points.round(9).tolist()), atol=2e-9
     )
     stiff = replace(rig.decoupler, neck_thickness=rig.decoupler.arm_thickness)
-    assert cell_quality(mesh_decoupler(stiff, HEX8)).volume.sum() > cell_quality(own).volume.sum()
+    assert measure_cell_quality(mesh_decoupler(stiff, HEX8)).volume.sum() > measure_cell_quality(own).volume.sum()

@@ -13,12 +13,12 @@ from fe.boundary import Support, supported_system
 from fe.calculix_run import find_ccx, run_frequency
 from fe.element import TET10
 from fe.errors import MeshError
-from fe.face_integral import enclosed_volume, face_areas, outer_faces
+from fe.face_integral import find_outer_faces, integrate_areas, integrate_volume
 from fe.material import STEEL
 from fe.mesh import Mesh
-from fe.mesh_quality import cell_quality
-from fe.mesher.face_labels import face_labels
-from fe.mesher.snapping import snapped_corners, with_midside_nodes
+from fe.mesh_quality import measure_cell_quality
+from fe.mesher.face_labels import label_faces
+from fe.mesher.snapping import add_midside_nodes, snap_corners
 from fe.mesher.tetrahedra import TetRule, mesh_solid
 from fe.modal import modes
 from geometry.errors import InputError
@@ -81,8 +81,8 @@ def test_nodes_of_named_faces_are_on_them_midside_nodes_too(mesh: Mesh) -> None:
 def test_the_surface_is_closed_and_the_volume_that_of_the_solid(mesh: Mesh) -> None:
     check_closed(mesh)
     expected = np.prod(SIZE) - np.pi * RADIUS**2 * SIZE[2]
-    assert enclosed_volume(mesh) == pytest.approx(expected, rel=1e-4)
-    quality = cell_quality(mesh)
+    assert integrate_volume(mesh) == pytest.approx(expected, rel=1e-4)
+    quality = measure_cell_quality(mesh)
     assert quality.determinant_ratio.min() > 0.1
     # fTetWild promises no bound; its usual worst cell scores 0.15.
     assert quality.scaled_jacobian.min() > 0.02
@@ -98,8 +98,8 @@ def test_cells_are_smaller_near_the_face_that_wants_it(mesh: Mesh) -> None:
     # Triangles of 1.5 instead of 5 mm; the face is 8 mm high, and fTetWild takes sizes as a wish: 2.7 times as many.
     assert faces_on(finer, "left") > 1.5 * faces_on(mesh, "left")
     far = np.flatnonzero(finer.points[finer.cells[TET10.cell_type]].min(axis=1)[:, 0] > 0.8 * SIZE[0])
-    assert np.median(cell_quality(finer).volume[far]) > 2 * np.median(
-        cell_quality(finer).volume[np.unique(finer.face_sets["left"][:, 0])]
+    assert np.median(measure_cell_quality(finer).volume[far]) > 2 * np.median(
+        measure_cell_quality(finer).volume[np.unique(finer.face_sets["left"][:, 0])]
     )
 
 
@@ -164,9 +164,9 @@ def brick() -> tuple[SolidSkin, NDArray[np.float64], NDArray[np.int64]]:
 
 
 def labels_of(skin: SolidSkin, points: NDArray[np.float64], cells: NDArray[np.int64]) -> dict[int, frozenset[int]]:
-    surface = outer_faces(Mesh(points=np.vstack([points] * 10), cells={"tetra10": np.tile(cells, (1, 3))[:, :10]}))
+    surface = find_outer_faces(Mesh(points=np.vstack([points] * 10), cells={"tetra10": np.tile(cells, (1, 3))[:, :10]}))
     triangles = cells[surface[:, :1], np.array([face[:3] for face in TET10.faces])[surface[:, 1]]]
-    label = face_labels(points, triangles, skin.facets(1e-4))
+    label = label_faces(points, triangles, skin.facets(1e-4))
     return {node: frozenset(label[(triangles == node).any(axis=1)].tolist()) for node in range(len(points))}
 
 
@@ -175,9 +175,9 @@ def test_labels_are_found_and_nodes_return_to_corners_from_where_the_envelope_le
     astray = points + np.random.default_rng(3).uniform(-2e-4, 2e-4, points.shape)
     labels = labels_of(skin, astray, cells)
     assert {len(faces) for faces in labels.values()} == {3}
-    np.testing.assert_allclose(snapped_corners(astray, cells, labels, skin, 1e-3), points, atol=1e-12)
+    np.testing.assert_allclose(snap_corners(astray, cells, labels, skin, 1e-3), points, atol=1e-12)
     # What is farther off than the limit stays.
-    np.testing.assert_array_equal(snapped_corners(astray, cells, labels, skin, 1e-6), astray)
+    np.testing.assert_array_equal(snap_corners(astray, cells, labels, skin, 1e-6), astray)
 
 
 def test_a_node_goes_back_where_its_way_would_fold_a_cell() -> None:
@@ -185,7 +185,7 @@ def test_a_node_goes_back_where_its_way_would_fold_a_cell() -> None:
     labels = {node: frozenset() for node in range(8)} | labels_of(skin, points, cells)
     # Two corners that both claim the faces of one corner would meet there.
     twice = {**labels, 1: labels[0]}
-    found = snapped_corners(points, cells, {node: faces for node, faces in twice.items() if faces}, skin, 0.02)
+    found = snap_corners(points, cells, {node: faces for node, faces in twice.items() if faces}, skin, 0.02)
     edges = found[cells[:, 1:]] - found[cells[:, :1]]
     # A tenth of the six volumes of the cells at first, 1e-6 m^3; on the corner node 1 would leave nothing.
     assert np.linalg.det(edges).min() > 0.1 * 1e-6
@@ -203,7 +203,7 @@ def test_a_midside_node_goes_back_where_its_way_would_fold_a_cell() -> None:
     if np.linalg.det(points[cells[0, 1:]] - points[0]) < 0:
         cells = cells[:, [0, 2, 1, 3]]
     bore = next(i for i, face in enumerate(skin.faces) if face.geomType() == "CYLINDER")
-    mesh = with_midside_nodes(points, cells, {k: frozenset([bore]) for k in range(3)}, skin)
-    assert cell_quality(mesh).determinant_ratio.min() >= 0.15
+    mesh = add_midside_nodes(points, cells, {k: frozenset([bore]) for k in range(3)}, skin)
+    assert measure_cell_quality(mesh).determinant_ratio.min() >= 0.15
     straight = Mesh(points=mesh.points, cells=mesh.cells)
-    assert face_areas(straight, outer_faces(straight)).min() > 0
+    assert integrate_areas(straight, find_outer_faces(straight)).min() > 0

@@ -6,7 +6,7 @@ import pytest
 from fe.element import HEX8, HEX20, Element
 from fe.errors import MeshError
 from fe.mesh import Mesh
-from fe.mesher.whole_mesh import whole_mesh
+from fe.mesher.body import join_meshes
 
 
 def bar(element: Element, n_cell: int, shift: float) -> Mesh:
@@ -19,7 +19,7 @@ def bar(element: Element, n_cell: int, shift: float) -> Mesh:
 
 def test_all_bodies_are_in_it_with_their_sets_where_they_were(element: Element) -> None:
     meshes = {"short": bar(element, 2, 0.0), "long": bar(element, 3, 20.0)}
-    whole = whole_mesh(meshes)
+    whole = join_meshes(meshes)
     assert whole.n_node == 5 * element.n_node
     assert {body: list(cells) for body, cells in whole.cell_sets.items()} == {"short": [0, 1], "long": [2, 3, 4]}
     for body, mesh in meshes.items():
@@ -31,4 +31,4 @@ def test_all_bodies_are_in_it_with_their_sets_where_they_were(element: Element) 
 
 def test_bodies_of_several_elements_are_refused() -> None:
     with pytest.raises(MeshError, match="types hexahedron, hexahedron20 do not make one mesh"):
-        whole_mesh({"coarse": bar(HEX8, 1, 0.0), "fine": bar(HEX20, 1, 5.0)})
+        join_meshes({"coarse": bar(HEX8, 1, 0.0), "fine": bar(HEX20, 1, 5.0)})

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fe.allocator import give_back
 from fe.assembly import assemble_compact
-from fe.boundary import unsupported_system
+from fe.boundary import make_unsupported_system
 from fe.element import HEX20
 from fe.material import STEEL
 from fe.mesh import Mesh
@@ -38,7 +38,7 @@ pytestmark = pytest.mark.skipif(not is_available(Backend.CHOLMOD), reason="the s
 def held(box: BoxMesher) -> Symmetric:
     """A bar that is held at one end, in blocks of its nodes."""
     mesh = box(HEX20, counts=(14, 4, 4), size=(0.14, 0.04, 0.05), distortion=0.2)
-    system = unsupported_system(mesh, *assemble_compact(mesh, STEEL))
+    system = make_unsupported_system(mesh, *assemble_compact(mesh, STEEL))
     free = np.setdiff1d(np.arange(system.n_dof), system.rows(mesh.nodes("x0")))
     return part(system.stiffness, free)
 

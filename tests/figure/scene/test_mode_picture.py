@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fe.element import ELEMENTS, HEX8, HEX20, TET10, Element
-from fe.face_integral import outer_faces
+from fe.face_integral import find_outer_faces
 from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
 from figure.scene.mode_picture import ModeColour, mode_animation, mode_picture
@@ -52,7 +52,7 @@ def test_a_box_has_its_six_sides_and_twelve_edges(element: Element) -> None:
     sides = 2 * (counts[0] * counts[1] + counts[1] * counts[2] + counts[0] * counts[2])
     # Tetrahedra cut each side of a brick into two triangles, wedges those that they stand on.
     cut = {8: 0, 6: 2 * counts[0] * counts[1], 4: sides}[element.n_corner]
-    faces = outer_faces(mesh)
+    faces = find_outer_faces(mesh)
     assert len(faces) == sides + cut
     # Edges on a closed surface: half of those of all faces; features: four of each length.
     assert len(skin.edges) == sum(len(element.corner_faces[local]) for local in faces[:, 1]) / 2

@@ -1,6 +1,6 @@
 """Where the upper limit has its resonance, beside gaps that vibration closes and a contact that it makes slip.
 
-A mass on a spring and on a pre-loaded friction contact lies between two contacts with gaps, closed by turns. With one
+A mass on a spring and on a preloaded friction contact lies between two contacts with gaps, closed by turns. With one
 harmonic their stiffness is a describing function of the amplitude A; g is the gap, r = g / A <= 1,
 
     k(A) = k_n (1 - (2 / pi) (asin r + r sqrt(1 - r^2)))
