@@ -20,7 +20,7 @@ from study.console import plain
 from study.diagnose.add import add
 from study.diagnose.history import ADD, DIAGNOSIS, UNDO, History, Step, case_key, history_of, read_text
 from study.diagnose.report import document, headline, in_words
-from study.diagnose.round import Round, diagnose_case, errors, stored_steps
+from study.diagnose.round import Round, Steps, diagnose_case, errors
 from study.diagnose.table import write_up
 from study.run_context import RunContext
 
@@ -115,7 +115,7 @@ def diagnose_file(
     require_repeats(campaign, folder)
     setup = require_loads(read_case(case, campaign, run)).setup
     if run is not None:  # before what takes minutes: it may be in vain
-        keep = stored_steps(run.store, setup, campaign, without)
+        keep = Steps(run.store, setup, campaign, without)
         model = with_sensors(setup.complete, campaign)
         for suspicion in keep("suspicions", partial(all_suspicions, campaign, model)):
             run.warn(str(suspicion))
