@@ -101,7 +101,7 @@ def taken_back(before: str, after: str, current: str) -> str | None:
 
 
 def _wanted(data: dict[str, Any], added: Mapping[str, Values], calibrated: Values) -> dict[str, Any]:
-    """What the file must say in the end."""
+    """Content of the file after the edit."""
     data = deepcopy(data)
     for effect, values in added.items():
         tables = data.setdefault("added", [])

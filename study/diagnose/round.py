@@ -82,14 +82,14 @@ def diagnose_case(
     setup
         The case.
     campaign
-        As read.
+        Measurements.
     without
         Kinds of effects that are left out, besides those of the case.
     trials
         Number of simulated campaigns that give the detection thresholds of a layout for which none are shipped; 0 for
         linear theory, with a margin.
     store
-        Where steps are stored; nowhere by default.
+        Store of the steps; by default nothing is stored.
     progress
         Shows the phases.
     announce

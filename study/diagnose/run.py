@@ -64,7 +64,7 @@ def run_diagnose(
     folder
         A campaign.
     run
-        Where to write, store and show.
+        Output folder, store and progress.
     without
         Kinds of effects that are left out.
     auto
@@ -105,7 +105,7 @@ def diagnose_file(
     auto: bool = False,
     trials: int = 0,
 ) -> Diagnosed:
-    """The same without files but the history of the case, and with `auto` the case itself."""
+    """`run_diagnose` that writes the history of the case only, and with `auto` the case itself."""
     if not len(campaign.measurement):
         raise CampaignError(
             f"{folder} holds time records alone, which this command does not read: diagnose them in Python, as "

@@ -27,7 +27,7 @@ def ship(case: Path, folder: Path, trials: int, store: Store, progress: Progress
     trials
         Number of simulated campaigns without any effect.
     store, progress
-        Where each is stored, and what shows the time left.
+        Store of the campaigns, and progress.
     file
         The shipped file; other layouts stay in it.
     """
