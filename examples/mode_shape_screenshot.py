@@ -22,9 +22,9 @@ found = modes(system, 1)
 shape = system.on_mesh(found.mode_shapes)[:, :, 0]
 stress = compute_von_mises(compute_nodal_stress(mesh, STEEL, shape))
 frequency = float(found.frequency[0])
-von_mises = ModeColour(field="von_mises", values=stress)
+colour = ModeColour(field="von_mises", values=stress)
 mode_picture(mesh, shape, "mode1.png", frequency=frequency, title="Mode 1")
-mode_picture(mesh, shape, "stress1.png", frequency=frequency, title="Mode 1", colour=compute_von_mises)
+mode_picture(mesh, shape, "stress1.png", frequency=frequency, title="Mode 1", colour=colour)
 
 beam = 1.8751**2 / (2 * pi) * sqrt(STEEL.young * bar.thickness**2 / (12 * STEEL.density)) / bar.length**2
 print(f"mode 1: {frequency:.3f} Hz; clamped-free beam: {beam:.3f} Hz; pictures: mode1.png, stress1.png")

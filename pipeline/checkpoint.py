@@ -1,4 +1,4 @@
-"""What an unfinished computation has reached, in files of its own, so that the same command goes on from there."""
+"""Checkpoints of an unfinished computation, from which the same command goes on."""
 
 import hashlib
 import shutil
@@ -20,9 +20,9 @@ class Checkpoint:
     Parameters
     ----------
     file
-        In an existing folder.
+        Path of the record, in an existing folder.
     key
-        Of the inputs and the code: a value that was saved under another key counts as none.
+        Hash of the inputs and the code; a value that was saved under another key counts as none.
     warn
         Receives one sentence about a damaged record.
     every

@@ -1,4 +1,4 @@
-"""Which files the result of a module's code depends on: those that it imports, those that these import, and so on.
+"""Files that the result of a module's code depends on: those that it imports, those that these import, and so on.
 
 Imports are read from the source, within functions too: nothing is run, and no list of modules is written by hand.
 A module that makes a registry, or imports from a package itself and not from a module of it, may find members of the
@@ -125,6 +125,6 @@ def _folder(top: str) -> Path | None:
 
 @cache
 def _installed() -> tuple[Path, ...]:
-    """Where Python's own modules and the installed packages are."""
+    """Folders of Python's own modules and of the installed packages."""
     paths = sysconfig.get_paths()
     return tuple(Path(paths[name]) for name in ("stdlib", "platstdlib", "purelib", "platlib"))

@@ -80,7 +80,7 @@ def decode(tree: Any, array: Callable[[str], Any]) -> Any:
     Parameters
     ----------
     tree
-        From `encode`.
+        Tree from `encode`.
     array
         Gives an array by its name.
 

@@ -1,4 +1,4 @@
-"""What a stage's result depends on, as one number: its inputs, its code and the numerical libraries below it."""
+"""Hash of all that a stage's result depends on: its inputs, its code and the numerical libraries below it."""
 
 import ast
 import dataclasses
@@ -16,7 +16,7 @@ from geometry.registry import REGISTRIES
 from pipeline.code_dependencies import dependencies
 from pipeline.codec import is_array, is_numpy_scalar, is_sparse
 
-# Their results may change in the last digits from one version to the next.
+#: Libraries whose results may change in the last digits from one version to the next.
 NUMERICAL_LIBRARIES = ("numpy", "scipy")
 
 

@@ -14,7 +14,7 @@ from geometry.errors import OutputError
 
 #: Folders that a command made for its files.
 _MADE: ContextVar[list[Path] | None] = ContextVar("made folders", default=None)
-#: What a disk does that takes no more, and no mistake of ours.
+#: Errors of a disk, such as a full one.
 DISK = {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.EFBIG}
 
 
@@ -78,7 +78,7 @@ def draft_of(path: Path, drafts: Path | None = None) -> Iterator[BinaryIO]:
     path
         The file, in an existing folder: a reader, or a crash, finds its old content or the new, never a part.
     drafts
-        Where the file is until then, on the same disk; beside `path` by default.
+        Folder of the draft, on the same disk; that of `path` by default.
     """
     handle, name = tempfile.mkstemp(prefix=f".{path.name}-", dir=drafts or path.parent)
     draft = Path(name)
@@ -112,7 +112,7 @@ def replace_file(path: Path, content: str | bytes) -> None:
 
 
 def disk_failure(error: BaseException) -> str | None:
-    """What to say of a write that the disk did not take, with file and remedy; None of any other error.
+    """Message for a write that the disk refused, with file and remedy; None for any other error.
 
     HDF5 gives the number of the failure and the file in its text alone.
     """

@@ -55,7 +55,7 @@ class Task:
     weight
         How much work it is, compared with the other tasks [-]; the heaviest start first.
     memory
-        What its process will take [byte], roughly.
+        Memory of its process [byte], roughly.
     """
 
     stage: Stage[Any, Any]
@@ -78,9 +78,9 @@ def run_parallel(
     Parameters
     ----------
     tasks
-        What to run.
+        Stages with their inputs.
     store
-        Where results are stored; each is there as soon as it is done.
+        Store of the results; each is there as soon as it is computed.
     progress, title
         Shows the share of the weight that is done.
     workers
@@ -93,7 +93,7 @@ def run_parallel(
     ComputationFailed
         A process was killed, most often for lack of memory.
     InputError
-        As the stages raise it.
+        Errors of the stages.
     """
     total = sum(task.weight for task in tasks)
     stored = (store.look_up(task.stage, **task.inputs) for task in tasks)
@@ -122,7 +122,7 @@ def run_parallel(
 def _admitted(
     tasks: Sequence[Task], missing: Sequence[int], running: Sequence[int], n_worker: int, memory: float
 ) -> list[int]:
-    """Which tasks to start now: the heaviest first, as far as processes and memory go; one runs in any case."""
+    """Tasks to start now: the heaviest first, as far as processes and memory go; one runs in any case."""
     taken = sum(tasks[number].memory for number in running)
     admitted: list[int] = []
     for number in missing:
@@ -201,7 +201,7 @@ def single_threaded() -> Iterator[None]:
 
 
 def _reference(stage: Stage[Any, Any]) -> tuple[str, str]:
-    """Where the stage is: it cannot be pickled itself, because its name means the stage and not the function."""
+    """Module and name of a stage: it cannot be pickled itself, as its name means the stage and not the function."""
     return stage.compute.__module__, stage.compute.__name__
 
 
@@ -251,7 +251,7 @@ def process_pool(modules: Sequence[str], workers: int | None = None) -> Iterator
     Parameters
     ----------
     modules
-        What the tasks need, imported once for all processes.
+        Modules that the tasks need, imported once for all processes.
     workers
         Processes [-]; by default one for each core.
     """

@@ -28,7 +28,7 @@ LINE_EVERY = 10.0
 
 
 class Report(Protocol):
-    """What a long function calls now and then; it may raise KeyboardInterrupt, never anything else."""
+    """Callback of a long function; it may raise KeyboardInterrupt, never anything else."""
 
     def __call__(self, done: float, total: float) -> None:
         """So much is done, of so much in all, in any unit."""
@@ -63,7 +63,7 @@ class LineProgress:
     Parameters
     ----------
     stream
-        Where to; standard error by default, so that results can be piped.
+        Output stream; standard error by default, so that results can be piped.
     durations
         For steps that report nothing.
     clock
@@ -108,7 +108,7 @@ class LineProgress:
             self._line(f"{indent}{name}: done in {format_duration(seconds)}")
 
     def stored(self, name: str) -> None:
-        """Say so."""
+        """Show a stored step; see `Progress`."""
         self._line(f"{'  ' * self._depth}{name}: stored")
 
     def _line(self, text: str) -> None:
@@ -164,7 +164,7 @@ class BarProgress:
         self._durations.remember(name, seconds)
 
     def stored(self, name: str) -> None:
-        """Say so."""
+        """Show a stored step; see `Progress`."""
         bars = self._bars or self._start()
         bars.console.print(f"{'  ' * self._depth}{name}: stored", style="dim", markup=False, highlight=False)
         if self._depth == 0:
@@ -187,7 +187,7 @@ class ShownStep:
     name
         Shown.
     store, progress
-        Of the command's run.
+        Store and progress of the command's run.
     expected
         Time that it takes, until a run knows better [s].
     """

@@ -41,9 +41,9 @@ class Record:
     Parameters
     ----------
     value
-        As `pipeline.codec` knows it.
+        Value of a kind that `pipeline.codec` knows.
     name
-        What it is, for messages.
+        Name for messages.
     key
         Hexadecimal number of the inputs and the code that it belongs to.
     seconds
@@ -62,7 +62,7 @@ def write_record(file: Path, record: Record, drafts: Path | None = None) -> None
     Parameters
     ----------
     file
-        In an existing folder.
+        Path in an existing folder.
     record
         To be written.
     drafts
@@ -129,7 +129,7 @@ def _is_intact(stream: BinaryIO) -> bool:
 
 
 def _checksum(stream: BinaryIO, length: int) -> bytes:
-    """Of the first bytes of a file, which is then read up to there."""
+    """SHA-256 of the first bytes of a file; the stream is behind them then."""
     digest = hashlib.sha256()
     stream.seek(0)
     while length and (block := stream.read(min(length, 1 << 20))):

@@ -134,7 +134,7 @@ class Store:
         *args: P.args,
         **kwargs: P.kwargs,
     ) -> Outcome[R]:
-        """The same, computed within a context that is not entered for a result that is stored."""
+        """`outcome` that computes within a context, which is not entered for a stored result."""
         file = self._file(stage, *args, **kwargs)
         known = self._read(stage, file)
         if known is not None:

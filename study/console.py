@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Output:
-    """Where a command's answer goes, as text or as one JSON document.
+    """Prints a command's answer, as text or as one JSON document.
 
     Parameters
     ----------

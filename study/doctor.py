@@ -57,7 +57,7 @@ class Finding:
     Parameters
     ----------
     subject
-        What was looked for.
+        Name of what was looked for.
     verdict
         "missing" also where it is there and does not work.
     detail
@@ -82,7 +82,7 @@ def examine(cache_folder: Path) -> list[Finding]:
     Parameters
     ----------
     cache_folder
-        Where results would be stored.
+        Folder of stored results.
     """
     return [_python(), *_libraries(), *_packages(), _picture(), _cholmod(), _calculix(), _cache(cache_folder)]
 

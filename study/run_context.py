@@ -167,7 +167,7 @@ class Options:
 
     @property
     def cache_folder(self) -> Path:
-        """Where results are stored."""
+        """Folder of stored results."""
         from pipeline.store import default_folder
 
         return self.cache if self.cache is not None else default_folder()
@@ -183,7 +183,7 @@ def command_app(name: str, details: str, *, examples: Sequence[str]) -> App:
     Parameters
     ----------
     name
-        As typed.
+        Name of the command.
     details
         Shown by the command's own help, below the line of `study.cli.COMMANDS` and the options.
     examples

@@ -34,13 +34,13 @@ N_HARMONIC = (8, 12)
 NAME, FINER = "beam", "beam_finer"
 HEAD = f"""\
 # A cantilever of steel, 300 x 20 x 10 mm, between two lines of three frictional contacts on inclined flanks.
-# It is the beam of the virtual test bench as an engineer would model it: the parameters are those of the drawing.
+# A model of the beam of the virtual test bench, with the parameters of its drawing.
 schema = 2
 title = "Beam with two contact lines"
 
 [structure]
 kind = "plain"
-# M, C ({100 * DAMPING_RATIO:g} % Rayleigh), K, what each degree of freedom is, and the rows that are named below
+# M, C ({100 * DAMPING_RATIO:g} % Rayleigh), K, the table of degrees of freedom, and the rows named below
 """
 FINER_HEAD = f"""\
 # The beam of {NAME}.toml with twice the elements and more harmonics.
@@ -123,16 +123,16 @@ def _text(model: Model, file: str) -> str:
     tables.append('[[load]] # 1 N; the level of a test scales it\nplace = "excitation"\n')
     if file == NAME:  # the finer case is there for its structure alone
         tables.append(
-            "[accepted] # relative standard deviations of what the drawing says\n"
+            "[accepted] # prior standard deviations of the values of the drawing, relative\n"
             'kt = "10 %"\nkn = "10 %"\nmu = "10 %"\nzeta = "20 %"\nE = "1 %"\n'
             'bearing = "5 %" # distance of the contacts from the middle of their line\n'
             "\n[numerical_error]\n"
             'frequency = "0.002 %"\ncompliance = "0.1 %"\n'
-            'shares = "0 %" # the line has these three contacts by its drawing\n'
+            'shares = "0 %" # by the drawing, the line has exactly these three contacts\n'
             f'refined = ["{FINER}.toml"]\n'
         )
         tables.append(
-            "[sweep] # what stickslip solve follows, and stickslip limits bounds\n"
+            "[sweep] # for stickslip solve and stickslip limits\n"
             'from = "430 Hz"\nto = "500 Hz"\nstep = "2 Hz"\nlevels = [1, 3, 10]\n'
         )
     tables.append(f"[harmonics]\nhighest = {model.n_harmonic - 1}\n")

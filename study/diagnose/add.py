@@ -40,11 +40,11 @@ def add(case: Path, name: str, values: Sequence[str] = (), run: RunContext | Non
     case
         A case file.
     name
-        Of the effect.
+        Name of the effect.
     values
-        One for each of its parameters; by default those of the last diagnosis, which also calibrates all else.
+        Value of each of its parameters, with a unit; by default all values are those of the last diagnosis.
     run
-        Where the structure is stored.
+        Store and progress for the structure.
 
     Returns
     -------
@@ -152,7 +152,7 @@ def find_case(folder: Path) -> Path:
 
 
 def _diagnosed(case: Path, history: History, text: str, name: str, run: RunContext | None) -> dict[str, Any]:
-    """What the last diagnosis would write."""
+    """Fields of the step with the values of the last diagnosis."""
     key = case_key(text)
     steps = [step for step in history.steps if step.what == DIAGNOSIS and step.case_key == key]
     if not steps:
@@ -179,7 +179,7 @@ def _diagnosed(case: Path, history: History, text: str, name: str, run: RunConte
 
 
 def _given(case: Path, history: History, name: str, texts: Sequence[str], run: RunContext | None) -> dict[str, Any]:
-    """What the user says."""
+    """Fields of the step with the values of the user."""
     setup = _setup(case, history, run)
     effect = find_effect(case_catalogue(setup.model, setup.effects), name)
     if len(texts) != len(effect.parameters):
@@ -232,7 +232,7 @@ def _saved(case: Path, history: History, step: Step, text: str) -> Step:
 
 
 def _case(file: Path) -> dict[str, Any] | None:
-    """What a file says; none if it is no case. One of an earlier form is named, so that it is refused with a remedy."""
+    """Tables of a case file, one of an earlier schema included; None of any other file."""
     try:
         data = tomllib.loads(file.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError):

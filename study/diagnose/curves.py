@@ -153,7 +153,7 @@ def _group(
 
 
 def _phase(value: NDArray[np.complex128], deviation: Numbers, harmonic: int) -> Numbers:
-    """In degrees: of a fundamental on the turn from -90 to 270; of others from -180 to 180, where there is a signal."""
+    """Phase of a fundamental on the turn from -90 to 270; of others from -180 to 180, where there is a signal [deg]."""
     phase = np.degrees(np.angle(np.nan_to_num(value)))
     if harmonic == 1:
         phase = np.unwrap(phase, period=360)

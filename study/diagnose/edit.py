@@ -1,8 +1,8 @@
-"""A case file changed as a careful engineer would: values in their places, new tables at the end, comments kept."""
+"""Edits of a case file: values in their places, new tables at the end; comments stay."""
 
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from copy import deepcopy
 from difflib import SequenceMatcher, unified_diff
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -12,7 +12,7 @@ from casefile.errors import CaseError, Problem
 if TYPE_CHECKING:
     from tomlkit.items import Item
 
-#: How a deviation is noted behind a value; a comment of another form is the user's, and stays.
+#: Beginning of a comment with an interval behind a value; a comment of another form is the user's, and stays.
 NOTE = "+- "
 
 
@@ -27,18 +27,18 @@ Values = Mapping[str, Written]
 
 
 def edited(text: str, added: Mapping[str, Values], calibrated: Values, file: str = "the case") -> str:
-    """A case file with effects and calibrated factors written into it.
+    """A case file with effects and calibration factors written into it.
 
     Parameters
     ----------
     text
-        Of the file.
+        Text of the file.
     added
-        Values of each effect by key; one that is there already gets new values.
+        Values of each effect by key; an effect that is there already gets new values.
     calibrated
         Factors by name.
     file
-        For messages.
+        Name of the file for messages.
 
     Raises
     ------
@@ -53,8 +53,10 @@ def edited(text: str, added: Mapping[str, Values], calibrated: Values, file: str
     wanted = _wanted(tomllib.loads(plain), added, calibrated)
     try:
         document: Any = tomlkit.parse(plain)
-        new = _calibrate(document, calibrated)
-        new += "".join(_add(document, effect, values) for effect, values in added.items())
+        new = _written(document.get("calibrated"), "[calibrated]", calibrated) if calibrated else ""
+        for effect, values in added.items():
+            table = _table_of(effect, document.get("added", []))
+            new += _written(table, f'[[added]]\neffect = "{_escaped(effect)}"', values)
         result = tomlkit.dumps(document)
     except TOMLKitError as error:
         raise _refusal(file, str(error)) from error
@@ -99,11 +101,11 @@ def taken_back(before: str, after: str, current: str) -> str | None:
 
 
 def _wanted(data: dict[str, Any], added: Mapping[str, Values], calibrated: Values) -> dict[str, Any]:
-    """What the file must say in the end."""
+    """Content of the file after the edit."""
     data = deepcopy(data)
     for effect, values in added.items():
         tables = data.setdefault("added", [])
-        table = next((item for item in tables if _same(item.get("effect", ""), effect)), None)
+        table = _table_of(effect, tables)
         if table is None:
             tables.append(table := {"effect": effect})
         table |= {key: item.value for key, item in values.items()}
@@ -112,46 +114,27 @@ def _wanted(data: dict[str, Any], added: Mapping[str, Values], calibrated: Value
     return data
 
 
-def _calibrate(document: Any, calibrated: Values) -> str:
-    """Write factors where the table is; else the text of a new table."""
-    if not calibrated:
-        return ""
-    if "calibrated" in document:
-        for key, item in calibrated.items():
-            _set(document["calibrated"], key, item)
-        return ""
-    return f"\n[calibrated]\n{_lines(calibrated)}"
+def _written(table: Any, header: str, values: Values) -> str:
+    """Write values into a table of the document; the text of a new table where there is none."""
+    if table is None:
+        lines = [header]
+        for key, (value, note) in values.items():
+            text = f'"{_escaped(value)}"' if isinstance(value, str) else repr(value)
+            lines.append(f"{key} = {text}{f' # {NOTE}{note}' if note else ''}")
+        return "\n" + "".join(f"{line}\n" for line in lines)
+    for key, (value, note) in values.items():
+        before = table[key].trivia.comment if key in table else ""
+        table[key] = value
+        item: Item = table[key]
+        if note and (not before or before.lstrip("# ").startswith(NOTE)):
+            item.comment(NOTE + note)
+    return ""
 
 
-def _add(document: Any, effect: str, values: Values) -> str:
-    """Write values where the effect is; else the text of a new table."""
-    tables: Sequence[Any] = document.get("added", [])
-    for table in tables:
-        if _same(str(table.get("effect", "")), effect):
-            for key, item in values.items():
-                _set(table, key, item)
-            return ""
-    return f'\n[[added]]\neffect = "{_escaped(effect)}"\n{_lines(values)}'
-
-
-def _set(table: Any, key: str, written: Written) -> None:
-    new = key not in table
-    note = "" if new else table[key].trivia.comment
-    table[key] = written.value
-    item: Item = table[key]
-    if written.note and (not note or note.lstrip("# ").startswith(NOTE)):
-        item.comment(NOTE + written.note)
-
-
-def _lines(values: Values) -> str:
-    shown = {key: f'"{_escaped(v.value)}"' if isinstance(v.value, str) else repr(v.value) for key, v in values.items()}
-    return "".join(
-        f"{key} = {shown[key]}{f' # {NOTE}{item.note}' if item.note else ''}\n" for key, item in values.items()
-    )
-
-
-def _same(name: str, other: str) -> bool:
-    return " ".join(name.split()).casefold() == " ".join(other.split()).casefold()
+def _table_of(effect: str, tables: Iterable[Any]) -> Any:
+    """The table of an effect; None if there is none."""
+    names = [(" ".join(str(table.get("effect", "")).split()).casefold(), table) for table in tables]
+    return dict(reversed(names)).get(" ".join(effect.split()).casefold())
 
 
 def _escaped(text: str) -> str:

@@ -1,4 +1,4 @@
-"""What was done to a case, beside it: diagnoses, added effects and what was taken back, as ``case.history.json``."""
+"""History of a case in ``CASE.history.json`` beside it: diagnoses, effects that were added or taken back."""
 
 import hashlib
 import json
@@ -37,12 +37,12 @@ class Errors:
 
     @property
     def document(self) -> dict[str, float | None]:
-        """As JSON: what is not known is null."""
+        """JSON object; unknown errors are null."""
         return {name: value if isfinite(value) else None for name, value in vars(self).items()}
 
     @classmethod
     def read(cls, document: Mapping[str, float | None]) -> "Errors":
-        """From JSON."""
+        """Errors from such an object."""
         return cls(**{name: nan if value is None else float(value) for name, value in document.items()})
 
 
@@ -71,7 +71,7 @@ class Step:
     sentence, finding
         Verdict of a diagnosis.
     candidates
-        What `add` would write for each fitted effect of a diagnosis.
+        Values that `add` would write for each fitted effect of a diagnosis.
     case_before, case_after
         The whole file.
     diff
@@ -104,9 +104,9 @@ class History:
     Parameters
     ----------
     file
-        Where it is stored.
+        Path of the history.
     steps
-        As they were done.
+        Steps in their order.
     """
 
     file: Path

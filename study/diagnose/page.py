@@ -38,9 +38,9 @@ def contents(result: Round, history: History, case: Path) -> dict[str, bytes]:
     result
         The last round.
     history
-        Of its case.
+        History of the case.
     case
-        Its file.
+        Case file.
     """
     steps, listed = waterfall(result, history), rows(result)[:MOST]
     title = side_by_side(result.setup.title, result.campaign.title)
@@ -77,7 +77,7 @@ def page(result: Round, history: History) -> str:
     result
         The round.
     history
-        Of its case.
+        History of the case.
     """
     from jinja2 import Environment, StrictUndefined
     from plotly.offline import get_plotlyjs
@@ -177,7 +177,7 @@ def _place(place: Place) -> dict[str, Any]:
 
 
 def _reads(place: Place) -> str:
-    """What such a force could be."""
+    """Effects that such a force could be."""
     off = {180.0: "a spring", 0.0: "inertia", -90.0: "damping"}
     kind = next((words for at, words in off.items() if abs((place.phase - at + 180) % 360 - 180) < NEAR_PHASE), "")
     power = {1.0: "linear", 2.0: "quadratic", 3.0: "cubic"}

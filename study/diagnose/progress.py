@@ -30,7 +30,7 @@ class Phases:
     Parameters
     ----------
     progress
-        Where to.
+        Shows the phases.
     whole
         Report of the round as a whole.
     """
@@ -62,7 +62,7 @@ class Phases:
             self._progress.stored(self._name)
 
     def watched(self, keep: Keep) -> Keep:
-        """The same store of steps; each step that is looked up or computed is noticed."""
+        """A store of steps whose use shows as progress."""
 
         def look_up(name: str, make: Callable[[], T]) -> T:
             def compute() -> T:
@@ -85,11 +85,11 @@ def phases(progress: Progress, is_stored: Callable[[str], bool], number: int = 1
     Parameters
     ----------
     progress
-        Where to.
+        Shows the round.
     is_stored
         Whether a step of the round is stored.
     number
-        Of the round: what took minutes before the first effect was added takes much less after it.
+        Number of the round: later rounds take much less time than the first one.
     """
     title = next((title for step, title in TITLES.items() if not is_stored(step)), ALL_STORED)
     expected = EXPECTED if title == TITLES["arrangement"] else None

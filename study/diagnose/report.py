@@ -67,7 +67,7 @@ def held_out_falls(before: Errors, after: Errors) -> str:
 
 
 def advice(result: Round) -> str:
-    """What to do next."""
+    """The next step for the user."""
     best = result.best
     effect = best.effect.name if best is not None and best.effect is not None else ""
     return ADVICE[result.diagnosis.verdict.finding].format(effect=effect)
@@ -157,7 +157,7 @@ def errors_in_words(values: Errors) -> str:
 
 
 def step_in_words(step: Step, case: Path) -> str:
-    """What `add` or `undo` did."""
+    """Report of `add` or `undo`."""
     values = ", ".join(str(value) for value, _ in step.values.values())
     lines = [f'{case}: "{step.effect}" ({values}) added' if step.what == ADD else f'{case}: "{step.effect}" taken back']
     if step.before is not None and step.after is not None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -17,7 +16,7 @@ from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.arrangement import Added, Arrangement, arrange
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit
-from diagnosis.keep import Keep, computed
+from diagnosis.keep import Keep
 from diagnosis.threshold.simulation import Simulation
 from diagnosis.threshold.thresholds import Thresholds
 from pipeline import fingerprint
@@ -83,14 +82,14 @@ def diagnose_case(
     setup
         The case.
     campaign
-        As read.
+        Measurements.
     without
         Kinds of effects that are left out, besides those of the case.
     trials
         Number of simulated campaigns that give the detection thresholds of a layout for which none are shipped; 0 for
         linear theory, with a margin.
     store
-        Where steps are stored; nowhere by default.
+        Store of the steps; by default nothing is stored.
     progress
         Shows the phases.
     announce
@@ -106,11 +105,11 @@ def diagnose_case(
     setup = beside(setup, campaign)
     without = tuple(sorted({*setup.without, *without}))
     store, progress = store or Store(None), progress or SilentProgress()
-    keep = memoised(stored_steps(store, setup, campaign, without))
+    keep = Steps(store, setup, campaign, without)
     thresholds = shipped_thresholds(setup, campaign, without)
     if thresholds is None and trials:
         thresholds = bootstrap(setup, campaign, without, trials, keep, store, progress, announce)
-    with phases(progress, partial(is_stored, store, setup, campaign, without), len(setup.added) + 1) as shown:
+    with phases(progress, keep.is_stored, len(setup.added) + 1) as shown:
         diagnosis = diagnose(
             campaign,
             setup.model,
@@ -161,19 +160,6 @@ def bootstrap(
     )
 
 
-def memoised(keep: Keep) -> Keep:
-    """The same, and each result is in memory once it was asked for."""
-    results: dict[str, Any] = {}
-
-    def look_up(name: str, make: Callable[[], T]) -> T:
-        if name not in results:
-            results[name] = keep(name, make)
-        value: T = results[name]
-        return value
-
-    return look_up
-
-
 def beside(setup: Setup, campaign: Campaign) -> Setup:
     """A case with the sensors of a campaign, and its added effects as they are at the campaign's levels."""
     model = with_sensors(setup.model, campaign)
@@ -216,32 +202,31 @@ def step(key: str, name: str, make: Callable[[], Any]) -> Any:
     return make()
 
 
-def stored_steps(store: Store, setup: Setup, campaign: Campaign, without: Sequence[str]) -> Keep:
-    """Looks steps up in a store, by a fingerprint of all that they depend on; thresholds only judge them."""
-    if store.folder is None:
-        return computed
-    key = _key(setup, campaign, without)
+class Steps:
+    """Steps of a round, by a fingerprint of all that they depend on: from memory, from a store, or computed.
 
-    def keep(name: str, make: Callable[[], T]) -> T:
-        value: T = store.run(step, key, name, make)
+    Detection thresholds are no part of it: they only judge the results.
+    """
+
+    def __init__(self, store: Store, setup: Setup, campaign: Campaign, without: Sequence[str]) -> None:
+        self._store, self._key = store, ""
+        self._results: dict[str, Any] = {}
+        if store.folder is not None:
+            # What was read from a campaign counts, not its folder.
+            measured = {name: value for name, value in vars(campaign).items() if name != "folder"}
+            inputs = {"setup": replace(setup, title=""), "campaign": measured, "without": without}
+            self._key = fingerprint.key("diagnosis", inputs, __name__)
+
+    def __call__(self, name: str, make: Callable[[], T]) -> T:
+        """See `diagnosis.keep.Keep`."""
+        if name not in self._results:
+            self._results[name] = self._store.run(step, self._key, name, make)
+        value: T = self._results[name]
         return value
 
-    return keep
-
-
-def is_stored(store: Store, setup: Setup, campaign: Campaign, without: Sequence[str], name: str) -> bool:
-    """Whether a step of a round is in a store, and sound."""
-    return store.folder is not None and store.has(step, _key(setup, campaign, without), name, dict)
-
-
-def _key(setup: Setup, campaign: Campaign, without: Sequence[str]) -> str:
-    inputs = {"setup": replace(setup, title=""), "campaign": campaign, "without": without}
-    return fingerprint.key("diagnosis", _content(inputs), __name__)
-
-
-def _content(inputs: dict[str, Any]) -> dict[str, Any]:
-    """The folder of a campaign is no content: what was read from it is."""
-    return {**inputs, "campaign": {name: value for name, value in vars(inputs["campaign"]).items() if name != "folder"}}
+    def is_stored(self, name: str) -> bool:
+        """Whether a step is in the store, and sound."""
+        return self._store.has(step, self._key, name, dict)
 
 
 def _at_levels(added: Added, known: Catalogue) -> Added:

@@ -20,7 +20,7 @@ from study.console import plain
 from study.diagnose.add import add
 from study.diagnose.history import ADD, DIAGNOSIS, UNDO, History, Step, case_key, history_of, read_text
 from study.diagnose.report import document, headline, in_words
-from study.diagnose.round import Round, diagnose_case, errors, stored_steps
+from study.diagnose.round import Round, Steps, diagnose_case, errors
 from study.diagnose.table import write_up
 from study.run_context import RunContext
 
@@ -64,7 +64,7 @@ def run_diagnose(
     folder
         A campaign.
     run
-        Where to write, store and show.
+        Output folder, store and progress.
     without
         Kinds of effects that are left out.
     auto
@@ -105,7 +105,7 @@ def diagnose_file(
     auto: bool = False,
     trials: int = 0,
 ) -> Diagnosed:
-    """The same without files but the history of the case, and with `auto` the case itself."""
+    """`run_diagnose` that writes the history of the case only, and with `auto` the case itself."""
     if not len(campaign.measurement):
         raise CampaignError(
             f"{folder} holds time records alone, which this command does not read: diagnose them in Python, as "
@@ -115,7 +115,7 @@ def diagnose_file(
     require_repeats(campaign, folder)
     setup = require_loads(read_case(case, campaign, run)).setup
     if run is not None:  # before what takes minutes: it may be in vain
-        keep = stored_steps(run.store, setup, campaign, without)
+        keep = Steps(run.store, setup, campaign, without)
         model = with_sensors(setup.complete, campaign)
         for suspicion in keep("suspicions", partial(all_suspicions, campaign, model)):
             run.warn(str(suspicion))

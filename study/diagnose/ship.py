@@ -10,7 +10,7 @@ from pipeline.output import replace_file
 from pipeline.progress import LineProgress, Progress
 from pipeline.store import Store, default_folder
 from study.case.setup import read_case
-from study.diagnose.round import beside, bootstrap, stored_steps
+from study.diagnose.round import Steps, beside, bootstrap
 from study.diagnose.thresholds import SHIPPED, layout, layout_key
 
 #: Campaigns without any effect, unless another number is given.
@@ -27,7 +27,7 @@ def ship(case: Path, folder: Path, trials: int, store: Store, progress: Progress
     trials
         Number of simulated campaigns without any effect.
     store, progress
-        Where each is stored, and what shows the time left.
+        Store of the campaigns, and progress.
     file
         The shipped file; other layouts stay in it.
     """
@@ -35,7 +35,7 @@ def ship(case: Path, folder: Path, trials: int, store: Store, progress: Progress
     setup = beside(read_case(case, campaign).setup, campaign)
     without = tuple(sorted(setup.without))
     thresholds = bootstrap(
-        setup, campaign, without, trials, stored_steps(store, setup, campaign, without), store, progress, None
+        setup, campaign, without, trials, Steps(store, setup, campaign, without), store, progress, None
     )
     described = layout(setup, campaign, setup.candidates(campaign, without))
     known = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}

@@ -16,9 +16,9 @@ class Stage:
     Parameters
     ----------
     name
-        In words.
+        Name for tables and figures.
     refit
-        With its prediction.
+        Fit with its prediction and errors.
     """
 
     name: str

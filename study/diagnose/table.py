@@ -137,7 +137,7 @@ def strengths(result: Round, refit: Refit) -> list[tuple[Effect, float, float]]:
 
 
 def write_up(result: Round, refit: Refit) -> dict[str, Any]:
-    """What `stickslip add` would write into the case for a refit: all of its values, with what is noted behind each."""
+    """Values that `stickslip add` would write into the case for a refit, each with half its 95 % interval."""
     added = {
         effect.name: {
             key_of(parameter): _written(value, deviation, parameter)

@@ -25,14 +25,14 @@ SHIPPED = CASES / "detection_thresholds.json"
 
 
 def layout(setup: Setup, campaign: Campaign, candidates: Catalogue) -> dict[str, Any]:
-    """What the thresholds depend on: tests, sensors, held-out data, kind of model, candidates; no values.
+    """Design of a campaign, on which thresholds depend: tests, sensors, held-out data, kind of model, candidates.
 
     Parameters
     ----------
     setup
-        Of the case.
+        The case.
     campaign
-        As read.
+        Measurements.
     candidates
         Effects that take part.
     """
@@ -88,7 +88,7 @@ def simulated_thresholds(
     n_trial
         Number of campaigns, two at least.
     store
-        Where each is stored.
+        Store of the campaigns.
     progress
         Shows the time left.
     """

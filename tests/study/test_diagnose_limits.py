@@ -13,6 +13,7 @@ from diagnosis.keep import computed
 from diagnosis.threshold.thresholds import Thresholds
 from pipeline.progress import SilentProgress
 from pipeline.store import Store
+from study.case.added import case_catalogue
 from study.case.setup import read_case
 from study.diagnose import round as diagnose_round
 from study.diagnose import thresholds as diagnose_limits
@@ -20,9 +21,19 @@ from study.diagnose.null_campaign import null_campaign
 from study.diagnose.round import bootstrap, diagnose_case
 from study.diagnose.ship import ship
 from study.diagnose.thresholds import are_simulated, layout, layout_key, shipped_thresholds
+from study.shipped import BEAM
 
 TwoMasses = Callable[..., Path]
 OWN = Path(__file__).parents[2] / "examples" / "effects" / "exciter_third_harmonic.py"
+
+
+def test_the_shipped_thresholds_are_those_of_the_shipped_beam() -> None:
+    # A renamed effect or calibration parameter would lose them without a word.
+    setup = read_case(BEAM).setup
+    ((key, entry),) = json.loads(diagnose_limits.SHIPPED.read_text(encoding="utf-8")).items()
+    assert layout_key(entry["layout"]) == key
+    assert entry["layout"]["candidates"] == sorted(case_catalogue(setup.model, setup.effects).names)
+    assert entry["layout"]["accepted"] == [item.name for item in setup.accepted]
 
 
 def test_a_new_layout_is_measured_once(two_masses: TwoMasses, monkeypatch: pytest.MonkeyPatch) -> None:
