@@ -72,8 +72,8 @@ def test_the_orientation_is_kept_round_folds_and_kinks(balance: HarmonicBalance)
         point, state = continuation.advance(state)
         if point is not None and not state.stop_reason:
             signs.add(state.orientation)
-            turns += np.sign(state.tangent_value) != last
-            last = np.sign(state.tangent_value)
+            turns += np.sign(state.tangent.value) != last
+            last = np.sign(state.tangent.value)
 
     assert state.stop_reason is StopReason.REACHED
     assert signs == {1}

@@ -83,4 +83,4 @@ def test_one_state_alone_is_no_jump_and_not_open(wedge: JointedSystem) -> None:
     best[1, LimitSide.UPPER] = replace(best[1, LimitSide.UPPER], w=best[1, LimitSide.UPPER].w + 3e-5)
     curve = LimitCurve(problem=problem, level=level, angular_frequency=omega)
     assert not is_open(best, 0)
-    assert not any(each.jump for each in certify(curve, [0], best).values())
+    assert not any(each["jump"] for each in certify(curve, [0], best).values())
