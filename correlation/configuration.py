@@ -51,11 +51,11 @@ class Configuration:
     model
         As it is in this configuration.
     balance
-        Of its system.
+        Harmonic balance of its system.
     condensed
         The linear structure at the frequencies seen so far, by frequency [Hz].
     recovery
-        What recovers its full response, where that is worth while.
+        Recovery of the full response by frequency [Hz], where it saves time.
     levels
         The balance at the levels seen so far, by level [N].
     slider

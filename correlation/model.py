@@ -39,7 +39,7 @@ class Sensor:
     quantity
         "displacement", "velocity" or "acceleration".
     gain
-        What it reads of one unit [-].
+        Reading per unit [-].
     """
 
     name: str
@@ -66,7 +66,7 @@ class LineSensor:
     component
         "tangential" (along the first tangents) or "normal" (positive in compression).
     gain
-        What it reads of one newton [-].
+        Reading per newton [-].
     """
 
     name: str
@@ -86,11 +86,11 @@ class Dof:
     Parameters
     ----------
     body, node
-        Whose it is.
+        Body and number of its node.
     direction
         "x", "y", "z", "rx", "ry", "rz"; "modal" for one that is no motion of a point.
     coordinates
-        Of the point, shape (3,) [m]; none if it is none or not known.
+        Coordinates of the point, shape (3,) [m]; none if it is no point or not known.
     """
 
     body: str = "structure"
@@ -124,7 +124,7 @@ class DeadWeight:
     row
         The load over the degrees of freedom, shape (r,) [N].
     lines
-        That it presses: they have no preload but by dead weights.
+        Lines that it presses; they have no other preload.
     """
 
     row: Row
@@ -143,17 +143,17 @@ class Model:
     system
         Structure, joints, and loads for a level of 1 N.
     sensors
-        What is measured.
+        Sensors.
     parts
         Shares of mass and stiffness; one, "all", by default.
     dofs
-        What each degree of freedom is; unknown by default.
+        Descriptions of the degrees of freedom; unknown by default.
     lines
         Contacts of each line, in order along it, by their names.
     places
         Named points with a direction, as rows of displacement: where an effect may act.
     dead_weights
-        What presses lines, by name. The preloads are those under it: the system's static load holds it already.
+        Dead weights that press lines, by name; static load and preloads of the system contain them already.
     pressed_together
         Groups of `preloads` that one screw sets: from one assembly to the next they differ by one factor. All others
         differ by themselves.
@@ -161,7 +161,7 @@ class Model:
         Stiffness that holds the structure when its contacts are taken away for a test, shape (r, r) [N/m]; none by
         default.
     shift
-        By how much the true frequency of a test is above its label, by configuration, "jointed" or "free"; none by
+        Relative shift of the true frequency of a test above its label, by configuration, "jointed" or "free"; none by
         default [-].
     n_harmonic, n_sample
         H + 1, and instants a period (0 leaves them to the balance) [-].

@@ -63,7 +63,7 @@ def thin_nodes(mesh: Mesh, nodes: Int[NDArray[np.int64], " k"], drop_every: int)
     mesh
         The mesh.
     nodes
-        Of the clamped face, shape (k,) [-].
+        Nodes of the clamped face, shape (k,) [-].
     drop_every
         2 leaves out every other node, 5 every fifth [-].
 

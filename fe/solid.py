@@ -33,7 +33,7 @@ def jacobian(
     at
         Reference points, shape (n_point, 3) [-].
     number
-        What the cells are called in a refusal, shape (n_cell,) [-]; by default they count from 0.
+        Numbers of the cells in a message, shape (n_cell,) [-]; by default they count from 0.
 
     Returns
     -------
@@ -109,9 +109,9 @@ def element_blocks(
     points
         Node coordinates of each cell, shape (n_cell, n_node, 3) [m].
     lame, shear, density
-        Of each cell, shape (n_cell,) [Pa, Pa, kg/m^3].
+        Lamé constants and density of each cell, shape (n_cell,) [Pa, Pa, kg/m^3].
     number
-        What the cells are called in a refusal, as in `jacobian`.
+        Numbers of the cells in a message, as in `jacobian`.
 
     Returns
     -------

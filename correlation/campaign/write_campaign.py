@@ -18,9 +18,9 @@ def write_campaign(campaign: Campaign, folder: Path) -> None:
     Parameters
     ----------
     campaign
-        What to write; every number keeps all its digits.
+        Campaign to write; every number keeps all its digits.
     folder
-        Where to; it is made if it is not there.
+        Folder, which is made if it does not exist.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)

@@ -29,7 +29,7 @@ class Observation(RowTable):
     motion
         Whether the row's sensor follows a motion (and no force), shape (k,).
     taken
-        Which repeats are compared with a model, shape (k, R); all of them tell about the noise.
+        Mask of the repeats that are compared with a model, shape (k, R); the noise follows from all of them.
     """
 
     points: Points
@@ -117,7 +117,7 @@ def average_readings(
     value
         Readings, shape (rows,); those that are not finite count as none.
     point, column
-        Which point each is of, -1 for none, and which repeat, shape (rows,).
+        Indices of the point (-1 for none) and of the repeat of each reading, shape (rows,).
     shape
         Number of points and of repeats [-].
     """

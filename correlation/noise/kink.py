@@ -47,7 +47,7 @@ def make_kink_modes(
     shifts
         Independent causes.
     deviation
-        Of each number by noise.
+        Standard deviation of each number by noise, shape (m,).
     n_repeat
         Repeats in a mean [-].
     """

@@ -61,7 +61,7 @@ def estimate_scatter(
     observed
         Repeats.
     features
-        Of the same points.
+        Features of the same points.
     jitter
         Modes along which repeats differ, in any unit; their sizes are found here. Those of one cause, such as the
         preloads of all lines, are one block, within which they may differ together; causes are independent.

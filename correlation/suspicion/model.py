@@ -25,7 +25,7 @@ def find_model_suspicions(campaign: Campaign, model_frequencies: ArrayLike) -> t
     Parameters
     ----------
     campaign
-        What was measured.
+        Campaign.
     model_frequencies
         Resonances of the model, with its contacts stuck and without them, shape (m,) [Hz].
 
@@ -64,7 +64,7 @@ def find_swapped_sensors(
     Parameters
     ----------
     campaign
-        Whose sensors these are.
+        Campaign with its sensors.
     table
         Features as measured.
     predicted
@@ -114,7 +114,7 @@ def find_conjugate_tests(
     Parameters
     ----------
     campaign
-        Whose tests these are.
+        Campaign with its tests.
     table
         Features as measured.
     predicted

@@ -78,7 +78,7 @@ def write_calculix(
     n_mode
         Number of modes [-].
     output
-        What the step leaves behind.
+        Output of the step.
     springs
         Springs between nodes.
 

@@ -56,18 +56,18 @@ def block_lanczos(
     Parameters
     ----------
     factor
-        Of the stiffness K, shape (n, n).
+        Factor of the stiffness K, shape (n, n).
     mass
         Symmetric positive definite, shape (n, n).
     n_mode
-        How many pairs, 1 to n.
+        Number of pairs, 1 to n [-].
     block
         Columns in a block, by default fewer for few modes.
     max_basis
         Columns of Q at which a restart compresses them, by default as `basis_columns` says; it always holds some blocks
         more than the modes.
     seed
-        Of the random columns: two runs with one seed agree to the last bit.
+        Seed of the random columns: two runs with one seed agree to the last bit.
 
     Returns
     -------
