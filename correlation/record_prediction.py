@@ -84,7 +84,7 @@ def prepare_drive(
             "nothing to compare"
         )
     if steps < 1:
-        raise CampaignError(f"{steps} steps a sample: give 1 or more")
+        raise CampaignError(f"{steps} steps per sample: give 1 or more")
     if record.force is None:
         force = np.zeros((len(record.time) - 1) * steps + 1)
     else:

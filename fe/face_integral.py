@@ -12,7 +12,7 @@ from fe.mesh import Mesh
 
 Faces = Int[NDArray[np.int64], "k 2"]
 
-#: Gauss points a direction: exact to degree 9, above what the faces of quadratic cells need for area vectors (4).
+#: Gauss points per direction: exact to degree 9, above what the faces of quadratic cells need for area vectors (4).
 N_POINT = 5
 
 

@@ -26,7 +26,7 @@ def add_named_points(mesh: Mesh, points: Mapping[str, Float[NDArray[np.float64],
 
 
 def add_stations(mesh: Mesh, stations: Mapping[str, Float[NDArray[np.float64], "_ 3"]], within: float = 1e-9) -> Mesh:
-    """The mesh with a node set for each list of stations, one corner node a station, in the order of the stations.
+    """The mesh with a node set for each list of stations, one corner node per station, in the order of the stations.
 
     Raises
     ------

@@ -88,7 +88,7 @@ def read_manifest(folder: Path) -> Manifest:
     Raises
     ------
     CampaignError
-        It is missing, no TOML, or holds keys or values that cannot be used: all of them, a line each.
+        It is missing, no TOML, or holds keys or values that cannot be used: all of them, one per line.
     """
     root = TomlTable(file=MANIFEST, values=_toml(folder))
     schema = root.take("schema", int)

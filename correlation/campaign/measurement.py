@@ -88,7 +88,7 @@ class Test:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Measurement(RowTable):
-    """Complex amplitudes, one a row; sorted by test, level, frequency, sensor, harmonic, sweep, repeat when read.
+    """Complex amplitudes, one per row; sorted by test, level, frequency, sensor, harmonic, sweep, repeat when read.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ from correlation.campaign.time_record import TIME
 
 
 def write_campaign(campaign: Campaign, folder: Path) -> None:
-    """Write manifest, one table a test, one file a time record; files of these names are replaced.
+    """Write manifest, one table per test, one file per time record; files of these names are replaced.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What looks wrong in a campaign beside a model, each with its evidence in numbers."""
+"""Suspected mistakes in a campaign by comparison with a model, each with its evidence in numbers."""
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -92,11 +92,11 @@ def find_swapped_sensors(
                 )
                 found.append((swapped / own, i, j, sentence))
     # Two that are swapped make each of them look wrong beside a third: the pair that explains best stands for all.
-    told: set[int] = set()
+    reported: set[int] = set()
     suspicions = []
     for _, i, j, sentence in sorted(found):
-        if told.isdisjoint({i, j}):
-            told |= {i, j}
+        if reported.isdisjoint({i, j}):
+            reported |= {i, j}
             names = f'"{campaign.sensors[j].name}" and "{campaign.sensors[i].name}"'
             suspicions.append(Suspicion(where=f"sensors {names} look swapped", sentence=sentence))
     return tuple(suspicions)

@@ -68,7 +68,7 @@ class ImportedMatrices:
         """
         label, place = np.unique(self.dofs.node, return_inverse=True)
         turning = self.dofs.direction >= N_TRANSLATION
-        # A linear system has three directions a node: rotations belong to nodes of their own, behind the others.
+        # A linear system has three directions per node: rotations belong to nodes of their own, behind the others.
         mesh_dof = N_TRANSLATION * (place + len(label) * turning) + self.dofs.direction % N_TRANSLATION
         free = np.setdiff1d(np.arange(self.dofs.n_dof), fixed)
         if not len(free):

@@ -70,7 +70,7 @@ def join_meshes(meshes: Mapping[str, Mesh]) -> Mesh:
 
     Returns
     -------
-    A mesh with one cell set a body; its other sets are called "body.set".
+    A mesh with one cell set per body; its other sets are called "body.set".
 
     Raises
     ------
