@@ -24,7 +24,7 @@ from reduction.line_contact import station_stiffness
 from study.case.kind import open_case
 from study.case.tables import Case
 from study.kind.rig.contact import line_pairs
-from study.kind.rig.model import BODIES, HELD
+from study.kind.rig.model import BODIES, FIXED_SETS
 from study.kind.rig.reduce import stuck_modes
 from study.kind.rig.reduction import reduce_rig
 from study.kind.rig.table import RigTable, rig_model
@@ -59,7 +59,9 @@ def contact_springs(case: Case[RigTable], rig: Rig, whole: Mesh) -> list[NodeSpr
 def held(whole: Mesh) -> NDArray[np.int64]:
     """Nodes and directions of all supports, shape (k, 2)."""
     nodes = np.unique(
-        np.concatenate([whole.nodes(f"{body}.{name}") for body in BODIES for name in HELD[body.partition("_")[0]]])
+        np.concatenate(
+            [whole.nodes(f"{body}.{name}") for body in BODIES for name in FIXED_SETS[body.partition("_")[0]]]
+        )
     )
     return np.column_stack([np.repeat(nodes, 3), np.tile([0, 1, 2], len(nodes))])
 

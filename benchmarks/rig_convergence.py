@@ -34,7 +34,7 @@ from study.case.kind import open_case
 from study.case.tables import Case
 from study.kind.rig.contact import line_pairs
 from study.kind.rig.model import BODIES, RigModel
-from study.kind.rig.reduction import held_body, reduce_rig
+from study.kind.rig.reduction import reduce_rig, supported_body
 from study.kind.rig.table import RigTable, rig_model
 from study.shipped import RIG
 from study.table1.stages import richardson
@@ -54,7 +54,7 @@ def free_blade(model: RigModel) -> None:
     for cut in CUTS:
         cells = choose_rig_mesh(model.rig, HEX20, COARSE, cut)
         mesh = mesh_blade(model.rig.blade, cells.blade, cells.pads)
-        system = held_body(mesh, "blade", *assemble(mesh, model.material))
+        system = supported_body(mesh, "blade", *assemble(mesh, model.material))
         found.append(float(modes(system, 1).frequency[0]))
         print(f"| {cut} | {system.n_dof} | {found[-1]:.4f} |", flush=True)
     limit = richardson(found, 2.0, 2)
@@ -101,7 +101,9 @@ def reduced_rig(case: Case[RigTable], model: RigModel) -> None:
     model = replace(model, size=REDUCED)
     reduction = reduce_rig(model, Store(default_folder()), SilentProgress())
     assembly = reduction.assembly
-    systems = {body: held_body(mesh, body, *assemble(mesh, model.material)) for body, mesh in reduction.meshes.items()}
+    systems = {
+        body: supported_body(mesh, body, *assemble(mesh, model.material)) for body, mesh in reduction.meshes.items()
+    }
     springs = joined(assembly, line_pairs(case, model.rig), tangents=case.structure.contact.sliding).springs
     found = assembly_error(systems, assembly, springs, N_MODE, np.array(BAND))
     print(f"\n{reduction.n_dof} degrees of freedom reduced to {assembly.n_dof}, all contacts stuck\n")

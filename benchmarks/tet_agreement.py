@@ -23,7 +23,10 @@ from fe.mesh import Mesh
 from fe.mesh_quality import measure_cell_quality
 from fe.mesher.tetrahedra import TetRule, mesh_solid
 from fe.modal import modes
-from fe.station_coordinates import StationCoordinates, make_station_coordinates
+from fe.station_coordinates import (
+    StationCoordinates,
+    make_station_coordinates,
+)
 from geometry.rig import rig_parts
 from reduction.assembly import ReducedAssembly
 from reduction.craig_bampton import craig_bampton
@@ -32,8 +35,8 @@ from reduction.rom import ReducedModel
 from study.case.kind import open_case
 from study.case.tables import Case
 from study.kind.rig.contact import line_pairs
-from study.kind.rig.model import BODIES, HELD, LINES, RigModel, mirror_image, with_excitation
-from study.kind.rig.reduction import held_body, mirrored
+from study.kind.rig.model import BODIES, FIXED_SETS, LINES, RigModel, mirror_image, with_excitation
+from study.kind.rig.reduction import mirrored, supported_body
 from study.kind.rig.table import RigTable, rig_model
 from study.shipped import RIG
 
@@ -70,7 +73,7 @@ def from_tetwild(model: RigModel, size: float) -> Bodies:
         spent = time.perf_counter() - start
         faces = LINES[body.partition("_")[0]]
         lines = {name: line.stations for name, line in part.contact_lines.items() if name in faces}
-        place = make_station_coordinates(mesh, lines, faces, fixed=HELD[body.partition("_")[0]])
+        place = make_station_coordinates(mesh, lines, faces, fixed=FIXED_SETS[body.partition("_")[0]])
         if body == "blade":
             place = with_excitation(place, model.rig)
         area = max(
@@ -92,7 +95,7 @@ def reduced(model: RigModel, body: str, mesh: Mesh, place: StationCoordinates | 
     mass, stiffness = assemble(mesh, model.material)
     if place is not None:
         mass, stiffness = place.matrix(mass), place.matrix(stiffness)
-    system = held_body(mesh, body, mass, stiffness)
+    system = supported_body(mesh, body, mass, stiffness)
     rom = craig_bampton(system, {name: system.rows(nodes) for name, nodes in mesh.node_sets.items()}, N_MODE)
     return rom if place is None else replace(rom, recovery=place.displacement(system, rom.recovery))
 

@@ -19,7 +19,7 @@ class Plausibility:
     usual, usual_of
         Least and greatest value of some materials [`si`], and these in words; beyond them a value is used, with a
         warning.
-    shown
+    unit
         Unit of the numbers in messages.
     confused
         Units that are written for each other, the likeliest first.
@@ -29,7 +29,7 @@ class Plausibility:
     possible: tuple[float, float]
     usual: tuple[float, float]
     usual_of: str
-    shown: str
+    unit: str
     confused: Sequence[str]
 
     def refusal(self, value: float, text: object) -> str:
@@ -44,7 +44,7 @@ class Plausibility:
         """
         if value <= 0 or self.possible[0] <= value <= self.possible[1]:
             return ""
-        return f"{self._number(value)} {self.shown} is beyond any solid ({self._range(self.possible)})" + (
+        return f"{self._number(value)} {self.unit} is beyond any solid ({self._range(self.possible)})" + (
             self._likely(value, text) or "; check its number and its unit"
         )
 
@@ -53,15 +53,15 @@ class Plausibility:
         if value <= 0 or self.usual[0] <= value <= self.usual[1]:
             return ""
         return (
-            f"{self._number(value)} {self.shown} is used, but {self.usual_of} have {self._range(self.usual)}"
+            f"{self._number(value)} {self.unit} is used, but {self.usual_of} have {self._range(self.usual)}"
             + self._likely(value, text)
         )
 
     def _number(self, value: float) -> str:
-        return f"{value / si_factor(self.shown, self.si):,.6g}"
+        return f"{value / si_factor(self.unit, self.si):,.6g}"
 
     def _range(self, ends: tuple[float, float]) -> str:
-        return f"{self._number(ends[0])} to {self._number(ends[1])} {self.shown}"
+        return f"{self._number(ends[0])} to {self._number(ends[1])} {self.unit}"
 
     def _likely(self, value: float, text: object) -> str:
         """The same number with the unit that makes it usual, as a question."""
@@ -82,7 +82,7 @@ YOUNGS_MODULUS = Plausibility(
     possible=(1e3, 1.3e12),
     usual=(10e9, 600e9),
     usual_of="metals",
-    shown="GPa",
+    unit="GPa",
     confused=("GPa", "MPa", "Pa", "psi"),
 )
 #: Least: aerogels. Greatest: osmium, 22,590 kg/m^3 (Arblaster, Platinum Metals Rev. 57, 2013).
@@ -92,6 +92,6 @@ MATERIAL_DENSITY = Plausibility(
     possible=(0.1, 25e3),
     usual=(1.5e3, 23e3),
     usual_of="metals",
-    shown="kg/m^3",
+    unit="kg/m^3",
     confused=("kg/m^3", "g/cm^3", "tonne/mm^3"),
 )

@@ -120,9 +120,9 @@ def dimensions(field: FieldInfo) -> Iterator[Dimension]:
     while waiting:
         part = waiting.pop(0)
         waiting += [*getattr(part, "__metadata__", ()), *get_args(part)]
-        found = getattr(getattr(part, "func", None), "__self__", None)
-        if isinstance(found, Dimension):
-            yield found
+        result = getattr(getattr(part, "func", None), "__self__", None)
+        if isinstance(result, Dimension):
+            yield result
 
 
 def format_quantity(value: float, unit: str, digits: int = 4) -> str:
@@ -159,8 +159,8 @@ def _si(number: Decimal, unit: str, dimension: Dimension) -> float:
         return float(number * factor / wanted_factor)
     if dimension is FREQUENCY and root == root_units("rad/s")[1]:
         return float(number * factor) / (2 * math.pi)
-    found = next((other for other in DIMENSIONS if root_units(other.si)[1] == root), None)
-    what = found.name if found else ("a bare number" if not root else f"of another kind [{_readable(unit)}]")
+    result = next((other for other in DIMENSIONS if root_units(other.si)[1] == root), None)
+    what = result.name if result else ("a bare number" if not root else f"of another kind [{_readable(unit)}]")
     raise ValueError(f'"{unit}" makes it {what}, but {dimension.name} is needed, e.g. "{dimension.example}"')
 
 

@@ -40,8 +40,8 @@ class CaseSource:
         while known not in self.lines:
             known = known[:-1]
         key = dotted(path)
-        shown = value_text(self.data, path) if show_value else ""
-        label = f"{key}{shown}: " if key else ""
+        written = value_text(self.data, path) if show_value else ""
+        label = f"{key}{written}: " if key else ""
         return Problem(file=self.file, line=self.lines[known], key=key, text=label + text)
 
 
@@ -87,10 +87,10 @@ def key_in_message(message: str, table: Any, keys: Mapping[str, str]) -> str | N
     if not isinstance(table, Mapping):
         return None
     names = {key: key for key in table} | dict(keys)
-    found: list[tuple[int, int, str]] = []
+    result: list[tuple[int, int, str]] = []
     for name, key in names.items():
         match = re.search(rf"(?<!\w){re.escape(name).replace('_', '[_ ]')}(?!\w)", message, re.IGNORECASE)
         if match and key in table:
             # Of two names that start together the longer is meant: "root height", not "root".
-            found.append((match.start(), -len(name), key))
-    return min(found)[2] if found else None
+            result.append((match.start(), -len(name), key))
+    return min(result)[2] if result else None

@@ -139,22 +139,22 @@ def located(case: CaseModel, *table: str | int, keys: Mapping[str, str] | None =
         path = table if key is None else (*table, key)
         return source.problem(path, message, show_value=key is not None)
 
-    return _told(case, problem)
+    return _located(case, problem)
 
 
 def at_key(case: CaseModel, *path: str | int) -> AbstractContextManager[None]:
-    """As `located`, of a mistake that belongs to one key whatever its message speaks of: it is shown with its value.
+    """As `located`, of a mistake that belongs to one key, whatever its message speaks of; its value is written too.
 
     Raises
     ------
     CaseError
         In place of any other `InputError` raised within.
     """
-    return _told(case, lambda source, message: source.problem(path, message))
+    return _located(case, lambda source, message: source.problem(path, message))
 
 
 @contextmanager
-def _told(case: CaseModel, problem: Callable[[CaseSource, str], Problem]) -> Iterator[None]:
+def _located(case: CaseModel, problem: Callable[[CaseSource, str], Problem]) -> Iterator[None]:
     try:
         yield
     except CaseError:
@@ -220,13 +220,13 @@ def _schema_problems(source: CaseSource) -> list[Problem]:
     wanted = f"schema = {SCHEMA}"
     if "schema" not in source.data:
         return [source.problem((), f'schema is missing; write "{wanted}" as the first line')]
-    found = source.data["schema"]
-    if found == SCHEMA and type(found) is int:
+    result = source.data["schema"]
+    if result == SCHEMA and type(result) is int:
         return []
-    if found == 1 and type(found) is int:
+    if result == 1 and type(result) is int:
         return [source.problem(("schema",), f"a case of an earlier form, which is no longer read: {FROM_SCHEMA_1}")]
     remedy = f'this version of stickslip reads "{wanted}"'
-    if type(found) is int and found > SCHEMA:
+    if type(result) is int and result > SCHEMA:
         remedy = f"a later form of case files; {remedy}: install a later stickslip, or rewrite the file"
         return [source.problem(("schema",), remedy)]
     return [source.problem(("schema",), f"unknown form of case files; {remedy}")]

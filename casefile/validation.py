@@ -47,10 +47,10 @@ def problems(error: ValidationError, model: type[BaseModel], source: CaseSource)
     source
         The file that the data came from.
     """
-    found = error.errors()
-    places = [details["loc"] for details in found]
+    result = error.errors()
+    places = [details["loc"] for details in result]
     # A list whose entries were refused is empty then, and pydantic calls it too short as well.
-    own = [each for each in found if each["type"] != "too_short" or not _refused_within(each["loc"], places)]
+    own = [item for item in result if item["type"] != "too_short" or not _refused_within(item["loc"], places)]
     # A union reports its problem once for every branch.
     return list(dict.fromkeys(_problem(details, model, source) for details in own))
 
@@ -99,8 +99,8 @@ def all_different(values: tuple[Item, ...]) -> tuple[Item, ...]:
     """
     for place, value in enumerate(values):
         if value in values[:place]:
-            shown = f"{value:g}" if isinstance(value, float) else f'"{value}"' if isinstance(value, str) else value
-            raise ValueError(f"{shown} stands there twice: remove one")
+            text = f"{value:g}" if isinstance(value, float) else f'"{value}"' if isinstance(value, str) else value
+            raise ValueError(f"{text} stands there twice: remove one")
     return values
 
 
@@ -165,7 +165,7 @@ def _is_branch(table: Any, part: str | int, rest: Sequence[str | int], *, keep_l
     """Whether a part names a branch of a union, such as "friction", though the table has a key of that name too."""
     if isinstance(table[part], Mapping | list):
         return False
-    return bool(rest) and (keep_last or any(each in table for each in rest))
+    return bool(rest) and (keep_last or any(item in table for item in rest))
 
 
 def _missing(path: Path, model: type[BaseModel], source: CaseSource) -> Problem:
@@ -188,8 +188,8 @@ def _example(path: Path, model: type[BaseModel], data: Any) -> str:
 
 
 def _si_unit(path: Path, model: type[BaseModel], data: Any) -> str:
-    found = [dimension.si for field in _fields_at(path, model, data) for dimension in dimensions(field)]
-    return f" {found[0]}" if found and found[0] else ""
+    result = [dimension.si for field in _fields_at(path, model, data) for dimension in dimensions(field)]
+    return f" {result[0]}" if result and result[0] else ""
 
 
 def _fields_at(path: Path, model: type[BaseModel], data: Any) -> list[FieldInfo]:

@@ -1,4 +1,4 @@
-"""One configuration of a tested structure, with or without its contacts: its steady states and what sensors read."""
+"""One configuration of a tested structure, with or without its contacts: steady states and sensor readings."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -21,7 +21,7 @@ from hbsolve.steady_state import rescue
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tangent:
-    """How a model's data change with one parameter.
+    """Rates of a model with one parameter.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class Tangent:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Configuration:
-    """The balance of one configuration, and what its sensors read.
+    """Harmonic balance of one configuration, and the readings of its sensors.
 
     Parameters
     ----------
@@ -51,11 +51,11 @@ class Configuration:
     model
         As it is in this configuration.
     balance
-        Of its system.
+        Harmonic balance of its system.
     condensed
         The linear structure at the frequencies seen so far, by frequency [Hz].
     recovery
-        What recovers its full response, where that is worth while.
+        Recovery of the full response by frequency [Hz], where it saves time.
     levels
         The balance at the levels seen so far, by level [N].
     slider
@@ -74,14 +74,14 @@ class Configuration:
     def from_model(
         cls, model: Model, free: bool, slider: Callable[[HarmonicBalance], NDArray[np.float64]] | None
     ) -> "Configuration":
-        """That of a model, its contacts left out if it is `free`; `slider` says where its sliders begin [m]."""
+        """Configuration of a model, without contacts if it is `free`; `slider` gives initial slider positions [m]."""
         seen = model.free() if free else model
         balance = HarmonicBalance(system=seen.system, n_harmonic=model.n_harmonic, n_sample=model.n_sample)
         start = np.zeros(balance.n_slider) if slider is None or free else slider(balance)
         return cls(free=free, model=seen, balance=balance, condensed={}, recovery={}, levels={}, slider=start)
 
     def starting(self, slider: Callable[[HarmonicBalance], NDArray[np.float64]] | None) -> "Configuration":
-        """The same with other initial sliders: what was found of the linear structure serves both."""
+        """The same with other initial sliders; both share the results of the linear structure."""
         return replace(self, slider=np.zeros(self.balance.n_slider) if slider is None else slider(self.balance))
 
     def at(self, frequency: float) -> Condensed:
@@ -91,13 +91,13 @@ class Configuration:
         return self.condensed[frequency]
 
     def _recovery(self, frequency: float) -> Recovery | None:
-        """What recovers all states at a frequency, where that takes fewer dense solves than one state after another."""
+        """Recovery of all states at a frequency, where that takes fewer dense solves than state by state."""
         if self.balance.is_dense and frequency not in self.recovery:
             self.recovery[frequency] = self.balance.structure.recovery(self.at(frequency))
         return self.recovery.get(frequency)
 
     def true(self, frequency: float) -> float:
-        """What the exciter does where its label says `frequency` [Hz]."""
+        """True frequency of the exciter at a labelled one [Hz]."""
         return frequency * (1 + self.model.shift.get(self.configuration, 0.0))
 
     @property
@@ -130,7 +130,7 @@ class Configuration:
     def read(
         self, state: SteadyState, names: NDArray[np.str_], harmonics: NDArray[np.int64]
     ) -> Complex[NDArray[np.complex128], " k"]:
-        """What sensors read of a state, one harmonic each."""
+        """Readings of sensors in a state, one harmonic each, shape (k,)."""
         table = self._readings(state.coefficients, self._forces(state), state)
         return np.asarray(table[harmonics, self._numbers(names)])
 
@@ -155,7 +155,7 @@ class Configuration:
         return np.asarray(values + read[:, None] * ((rates / gain[:, None])[numbers] + order[numbers, None] * shift))
 
     def _numbers(self, names: NDArray[np.str_]) -> NDArray[np.int64]:
-        """Which sensors they are."""
+        """Indices of sensors by their names."""
         order = {sensor.name: number for number, sensor in enumerate(self.model.sensors)}
         return np.array([order[str(name)] for name in names], dtype=np.int64)
 
@@ -172,7 +172,7 @@ class Configuration:
 
     @cached_property
     def _rows(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
-        """Of each sensor what it follows of the motion and of the joint forces, gains included; time derivatives."""
+        """Rows of each sensor over motion and joint forces, with its gain; number of its time derivatives."""
         motion = np.zeros((len(self.model.sensors), self.model.system.n_dof))
         force = np.zeros((len(self.model.sensors), self.balance.n_direction))
         order = np.zeros(len(self.model.sensors), dtype=np.int64)

@@ -41,7 +41,7 @@ class Mistakes:
         Raises
         ------
         CampaignError
-            With all of them, a line each.
+            With all of them, one per line.
         """
         if self._messages:
             raise CampaignError("\n".join(dict.fromkeys(self._messages)))

@@ -1,7 +1,7 @@
-"""A jointed system as a test sees it: where its points are, what its sensors read, which contacts make a line.
+"""Model of a test: a jointed system with its places, sensors and contact lines.
 
-An effect changes this: parts get lighter, springs are added, a sensor reads too much. Loads are those of a level of
-1 N; the level of a test scales the harmonic force alone.
+Effects change it: parts get lighter, springs are added, a sensor reads too much. Loads are those of a level of 1 N; the
+level of a test scales the harmonic force alone.
 """
 
 from collections.abc import Mapping
@@ -28,7 +28,7 @@ DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz", "modal")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Sensor:
-    """What reads the motion of a point.
+    """Sensor of the motion of a point.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class Sensor:
     quantity
         "displacement", "velocity" or "acceleration".
     gain
-        What it reads of one unit [-].
+        Reading per unit [-].
     """
 
     name: str
@@ -55,7 +55,7 @@ class Sensor:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LineSensor:
-    """What reads the force of a contact line on the structure, summed over its contacts.
+    """Sensor of the force of a contact line on the structure, summed over its contacts.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class LineSensor:
     component
         "tangential" (along the first tangents) or "normal" (positive in compression).
     gain
-        What it reads of one newton [-].
+        Reading per newton [-].
     """
 
     name: str
@@ -86,11 +86,11 @@ class Dof:
     Parameters
     ----------
     body, node
-        Whose it is.
+        Body and number of its node.
     direction
         "x", "y", "z", "rx", "ry", "rz"; "modal" for one that is no motion of a point.
     coordinates
-        Of the point, shape (3,) [m]; none if it is none or not known.
+        Coordinates of the point, shape (3,) [m]; none if it is no point or not known.
     """
 
     body: str = "structure"
@@ -124,7 +124,7 @@ class DeadWeight:
     row
         The load over the degrees of freedom, shape (r,) [N].
     lines
-        That it presses: they have no preload but by dead weights.
+        Lines that it presses; they have no other preload.
     """
 
     row: Row
@@ -143,17 +143,17 @@ class Model:
     system
         Structure, joints, and loads for a level of 1 N.
     sensors
-        What is measured.
+        Sensors.
     parts
         Shares of mass and stiffness; one, "all", by default.
     dofs
-        What each degree of freedom is; unknown by default.
+        Descriptions of the degrees of freedom; unknown by default.
     lines
         Contacts of each line, in order along it, by their names.
     places
         Named points with a direction, as rows of displacement: where an effect may act.
     dead_weights
-        What presses lines, by name. The preloads are those under it: the system's static load holds it already.
+        Dead weights that press lines, by name; static load and preloads of the system contain them already.
     pressed_together
         Groups of `preloads` that one screw sets: from one assembly to the next they differ by one factor. All others
         differ by themselves.
@@ -161,7 +161,7 @@ class Model:
         Stiffness that holds the structure when its contacts are taken away for a test, shape (r, r) [N/m]; none by
         default.
     shift
-        By how much the true frequency of a test is above its label, by configuration, "jointed" or "free"; none by
+        Relative shift of the true frequency of a test above its label, by configuration, "jointed" or "free"; none by
         default [-].
     n_harmonic, n_sample
         H + 1, and instants a period (0 leaves them to the balance) [-].
@@ -208,7 +208,7 @@ class Model:
         rows |= {f'dead weight "{name}"': each.row for name, each in self.dead_weights.items()}
         for what, row in rows.items():
             if row.shape != (r,):
-                raise ModelDefinitionError(f"{what} has a row of shape {row.shape}: give ({r},), one number a DOF")
+                raise ModelDefinitionError(f"{what} has a row of shape {row.shape}: give ({r},), one number per DOF")
         for part in self.parts:
             if part.mass.shape != (r, r) or part.stiffness.shape != (r, r):
                 raise ModelDefinitionError(f'part "{part.name}" has matrices of another size than ({r}, {r})')
@@ -256,7 +256,7 @@ class Model:
 
     @property
     def preloads(self) -> tuple[str, ...]:
-        """What may be pressed more or less by itself: dead weights, and lines that none of them presses."""
+        """Names of independent preloads: dead weights, and lines that none of them presses."""
         pressed = {line for weight in self.dead_weights.values() for line in weight.lines}
         return (*self.dead_weights, *(line for line in self.lines if line not in pressed))
 
@@ -267,7 +267,7 @@ class Model:
         return (*self.pressed_together, *((name,) for name in self.preloads if name not in together))
 
     def preload_slope(self, name: str) -> tuple[Row, dict[str, float]]:
-        """What 100 % more of one of `preloads` adds: static load, shape (r,) [N], and preloads by contact [N].
+        """Change by 100 % more of one of `preloads`: static load, shape (r,) [N], and preloads by contact [N].
 
         A dead weight moves the bodies and so presses the contacts: only the load changes. Bolts and the like press a
         line where it is: with its preloads the load that balances them.

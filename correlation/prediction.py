@@ -1,4 +1,4 @@
-"""What a test model predicts at the points of a campaign, and how that changes with the model.
+"""Prediction of a model at the points of a campaign, and its derivatives with respect to the model.
 
 All points of a configuration share the condensed structure of their frequency; each is solved from the state that the
 model had there before (after a small change of the model one or two Newton steps are enough), else from its neighbour
@@ -26,7 +26,7 @@ from hbsolve.state import SteadyState
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Points(RowTable):
-    """Where something is measured: k rows, each one harmonic of one sensor at one level and frequency.
+    """Points of measurement: k rows, each one harmonic of one sensor at one level and frequency.
 
     Parameters
     ----------

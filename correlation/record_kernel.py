@@ -57,7 +57,7 @@ def march(of: Propagator, start: Array, force: Array, every: int, value: Array) 
     start
         State at the first instant, and its rates, shape (p + 1, n).
     force
-        At all instants of the march, shape (t,).
+        Force at all instants of the march, shape (t,).
     every
         Instants between two samples.
     value

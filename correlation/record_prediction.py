@@ -32,9 +32,9 @@ class Drive:
     sensors
         Channels that are compared.
     force
-        At all instants of the march, zeros for a ring-down, shape ((n - 1) steps + 1,) [N, or V].
+        Force at all instants of the march, zeros for a ring-down, shape ((n - 1) steps + 1,) [N, or V].
     steps
-        Of the march a sample [-].
+        Steps of the march per sample [-].
     first
         First sample that is compared: those before settle from rest [-].
     """
@@ -59,13 +59,13 @@ def prepare_drive(
     Parameters
     ----------
     record
-        With a uniform step.
+        Record with a uniform step.
     run_in
-        What is not compared at its beginning, since the model starts from rest: a few decay times [s].
+        Duration at its beginning that is not compared, since the model starts from rest: a few decay times [s].
     sensors
         Channels to compare; all but the force by default.
     steps
-        Of the march a sample [-].
+        Steps of the march per sample [-].
 
     Raises
     ------
@@ -84,7 +84,7 @@ def prepare_drive(
             "nothing to compare"
         )
     if steps < 1:
-        raise CampaignError(f"{steps} steps a sample: give 1 or more")
+        raise CampaignError(f"{steps} steps per sample: give 1 or more")
     if record.force is None:
         force = np.zeros((len(record.time) - 1) * steps + 1)
     else:
@@ -98,7 +98,7 @@ def predict_record(test_model: Model, driven: Drive, start: State | None = None)
     Parameters
     ----------
     test_model
-        With springs, stops and dampers as joints.
+        Model with springs, stops and dampers as joints.
     driven
         The record.
     start

@@ -37,7 +37,7 @@ class Propagator(NamedTuple):
     table, law
         Laws of the joints and their parameters, shape (joints, m).
     output, feed
-        What each sensor reads of the state and of the inputs, shapes (s, n) and (s, m).
+        Rows of each sensor over the state and over the inputs, shapes (s, n) and (s, m).
     """
 
     phi: Array
@@ -71,7 +71,7 @@ def make_propagator(test_model: Model, sensors: tuple[str, ...], step: float) ->
     Parameters
     ----------
     test_model
-        With springs, stops and dampers as joints.
+        Model with springs, stops and dampers as joints.
     sensors
         Names of those that are read.
     step

@@ -30,7 +30,7 @@ def fit_single_dof(record: TimeRecord, sensor: str) -> Model:
     Parameters
     ----------
     record
-        With a force and a uniform step.
+        Record with a force and a uniform step.
     sensor
         Channel that is a displacement, or proportional to one.
 

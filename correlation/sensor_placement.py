@@ -21,9 +21,9 @@ def with_sensors(model: Model, campaign: Campaign) -> Model:
     Parameters
     ----------
     model
-        With its places, lines and degrees of freedom.
+        Model with its places, lines and degrees of freedom.
     campaign
-        Whose sensors these are.
+        Campaign with its sensors.
 
     Raises
     ------

@@ -35,7 +35,7 @@ campaign, case = read_campaign(measured), write_beam_case(folder)  # the case: t
 def show(compared: Compared, name: str) -> None:
     """Show where the model fails, as text and as responses."""
     print(f"\n=== {name}\n{compare_words.in_words(compared)}")
-    drawn = pictures(compared.model, compared.train, compared.held, compared.prediction, f"Beam, {name}")
+    drawn = pictures(compared.model, compared.train, compared.held_out, compared.prediction, f"Beam, {name}")
     (folder / f"{name.replace(' ', '_')}_frf.png").write_bytes(drawn["frf_jointed"])
 
 

@@ -38,7 +38,7 @@ class Support:
     nodes
         Node numbers, shape (k,) [-].
     directions
-        Held directions: 0, 1, 2 for x, y, z.
+        Fixed directions: 0, 1, 2 for x, y, z.
 
     Raises
     ------
@@ -63,7 +63,7 @@ class GroundedSpring:
     nodes
         Node numbers, shape (k,) [-].
     stiffness
-        Of each node's spring in x, y and z [N/m], none negative.
+        Stiffness of each node's spring in x, y and z [N/m], none negative.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def supported_system(
     mass, stiffness
         From `fe.assembly.assemble` or `assemble_compact`, shape (3 n_node, 3 n_node) [kg, N/m].
     supports, springs
-        What holds the body.
+        Supports and springs of the body.
     damping
         Rayleigh coefficients; none means no damping.
     may_move
@@ -113,7 +113,7 @@ def supported_system(
     """
     for support in supports:
         if not len(support.nodes):
-            raise SupportError("a support holds no node: name a set that has nodes")
+            raise SupportError("a support fixes no node: name a set that has nodes")
     for nodes in [support.nodes for support in supports] + [spring.nodes for spring in springs]:
         if np.size(nodes) and not 0 <= np.min(nodes) <= np.max(nodes) < mesh.n_node:
             bad = np.max(nodes) if np.max(nodes) >= mesh.n_node else np.min(nodes)
@@ -129,7 +129,7 @@ def supported_system(
         _refuse_rigid_motion(mesh, stiffness, fixed, grounded)
     free = np.flatnonzero(~fixed.ravel())
     if not free.size:
-        raise SupportError("the supports hold every degree of freedom of the mesh: leave some nodes to move")
+        raise SupportError("the supports fix every degree of freedom of the mesh: leave some nodes to move")
     if grounded.any():
         stiffness = _plus_diagonal(stiffness, grounded.ravel())
     system = LinearSystem(
@@ -200,7 +200,7 @@ def _refuse_rigid_motion(
         motion = ", ".join(free) or f"a motion that is mostly {MOTIONS[int(np.abs(vector[:, 0]).argmax())]}"
         which = "the body" if n_body == 1 else f"body {body + 1} of {n_body} ({len(nodes)} nodes)"
         raise SupportError(
-            f"the supports leave {which} free in {motion}: hold {'more nodes' if resisting.any() else 'nodes'} "
+            f"the supports leave {which} free in {motion}: fix {'more nodes' if resisting.any() else 'nodes'} "
             "or add grounded springs"
         )
 
@@ -230,7 +230,7 @@ def find_reaction(
     Parameters
     ----------
     stiffness, mass
-        Of the whole mesh, before supports, shape (3 n_node, 3 n_node) [N/m, kg].
+        Matrices of the whole mesh, before supports, shape (3 n_node, 3 n_node) [N/m, kg].
     nodes
         Fixed in all directions.
     free

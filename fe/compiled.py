@@ -68,7 +68,7 @@ def compiled_switch(
     module
         Name of the calling module, which the machine code is stored for.
     arguments
-        Their names, separated by commas.
+        Names of the arguments, separated by commas.
     cases
         Called with these arguments for kind = 0, 1, ...
     other

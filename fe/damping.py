@@ -40,7 +40,7 @@ def rayleigh_damping(damping_ratio: float, frequency: float) -> RayleighDamping:
     damping_ratio
         zeta [-], in [0, 1).
     frequency
-        Of the mode [Hz], positive.
+        Frequency of the mode [Hz], positive.
 
     Raises
     ------

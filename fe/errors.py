@@ -19,7 +19,7 @@ class BesideMesh(MeshError):
     message
         One sentence.
     number
-        Which of the places, from 0.
+        Index of the place.
     distance
         From the nearest face [m].
     nearest

@@ -12,7 +12,7 @@ from fe.mesh import Mesh
 
 Faces = Int[NDArray[np.int64], "k 2"]
 
-#: Gauss points a direction: exact to degree 9, above what the faces of quadratic cells need for area vectors (4).
+#: Gauss points per direction: exact to degree 9, above what the faces of quadratic cells need for area vectors (4).
 N_POINT = 5
 
 
@@ -40,7 +40,7 @@ def integrate_over_faces(
     mesh, faces
         Cell and local face of each face, shape (k, 2) [-].
     density
-        Of points and unit outward normals there, shapes (..., 3): the densities p, shape (..., n).
+        Function of points and unit outward normals there, shapes (..., 3): the densities p, shape (..., n).
     """
     points, vectors = _samples(mesh, faces)
     area = np.linalg.norm(vectors, axis=2, keepdims=True)

@@ -52,7 +52,7 @@ def find_station_weights(mesh: Mesh, name: str, faces: Faces, stations: Places) 
     mesh
         The mesh.
     name
-        What the places are called in a refusal.
+        Name of the places, for the message.
     faces
         Cell and local face of the faces to look at, shape (k, 2) [-].
     stations

@@ -13,7 +13,7 @@ from fe.mesh import Mesh
 
 PerCell = Float[NDArray[np.float64], " cell"]
 
-#: Cells at a time: 47 points x 9 entries x 8 bytes a hex20 keep a chunk near 70 MB, whatever the mesh.
+#: Cells at a time: 47 points x 9 entries x 8 bytes per hex20 keep a chunk near 70 MB, whatever the mesh.
 CHUNK = 20_000
 #: det J may not fall below this part of its mean: zero, with a margin for the round-off of a collapsed corner.
 COLLAPSED = 1e-9

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 SINGULAR = (
     "the stiffness is singular to working accuracy: the supports leave a rigid-body motion or a mechanism, or are too "
-    "soft to tell from none; hold more nodes or stiffen the grounded springs"
+    "soft to tell from none; fix more nodes or stiffen the grounded springs"
 )
 #: Below this size a dense solve is faster than Lanczos, and cannot miss a mode.
 DENSE = 600
@@ -80,9 +80,9 @@ def modes(system: LinearSystem, n_mode: int, factor: Factor | None = None) -> Mo
     system
         A supported system: its stiffness is positive definite.
     n_mode
-        How many modes [-]; at most the number of degrees of freedom.
+        Number of modes [-]; at most the number of degrees of freedom.
     factor
-        Of the system's stiffness, if there is one already.
+        Factor of the system's stiffness, if there is one already.
 
     Raises
     ------
@@ -152,11 +152,11 @@ def compute_free_modes(system: LinearSystem, mesh: Mesh, material: Material, n_m
     Parameters
     ----------
     system
-        Of the whole mesh or of a part of its degrees of freedom.
+        System of the whole mesh or of a part of its degrees of freedom.
     mesh, material
         Give the scale of frequency, shear-wave speed over size.
     n_mode
-        How many modes, the rigid-body ones included [-].
+        Number of modes, the rigid-body ones included [-].
     """
     size = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
     shift = (SHARE * sqrt(material.shear / material.density) / size) ** 2

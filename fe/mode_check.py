@@ -24,16 +24,16 @@ class ModeCheck:
     Parameters
     ----------
     residual
-        Of each mode in the energy norm,
+        Residual of each mode in the energy norm,
         :math:`\|K x - \lambda M x\|_{K^{-1}} / \|x\|_K`, shape (m,) [-]: a bound on the relative distance from
         lambda to the nearest eigenvalue, and to first order the relative error of the shape's energy outside its own
         eigenspace.
     shift
         Below which eigenvalues were counted [rad^2/s^2].
     n_below
-        How many there are [-].
+        Number of eigenvalues below the shift [-].
     n_found
-        How many of the modes lie there [-].
+        Number of the given modes below the shift [-].
     """
 
     residual: Float[NDArray[np.float64], " m"]
@@ -64,7 +64,7 @@ def check_modes(
     lambda_, shapes
         Eigenvalues, ascending and positive [rad^2/s^2], and their shapes (n, m).
     factor
-        Of the stiffness, if there is one already.
+        Factor of the stiffness, if there is one already.
     backend
         For the factorisation of K - shift M and, if none is given, of K.
 

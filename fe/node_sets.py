@@ -26,7 +26,7 @@ def add_named_points(mesh: Mesh, points: Mapping[str, Float[NDArray[np.float64],
 
 
 def add_stations(mesh: Mesh, stations: Mapping[str, Float[NDArray[np.float64], "_ 3"]], within: float = 1e-9) -> Mesh:
-    """The mesh with a node set for each list of stations, one corner node a station, in the order of the stations.
+    """The mesh with a node set for each list of stations, one corner node per station, in the order of the stations.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def thin_nodes(mesh: Mesh, nodes: Int[NDArray[np.int64], " k"], drop_every: int)
     mesh
         The mesh.
     nodes
-        Of the clamped face, shape (k,) [-].
+        Nodes of the clamped face, shape (k,) [-].
     drop_every
         2 leaves out every other node, 5 every fifth [-].
 

@@ -39,9 +39,9 @@ def find_disc_weights(
     faces
         Those to look at, cell and local face, shape (k, 2) [-].
     centre
-        Of the disc, on a flat face [m].
+        Centre of the disc, on a flat face, shape (3,) [m].
     normal
-        Of that face, out of the body, a unit vector.
+        Unit normal of that face, out of the body, shape (3,) [-].
     radius
         a [m].
 

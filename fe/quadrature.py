@@ -13,7 +13,7 @@ def gauss_hexahedron(n: int) -> Rule:
     Parameters
     ----------
     n
-        Points a direction [-], at least 1.
+        Points per direction [-], at least 1.
 
     Returns
     -------

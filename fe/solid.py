@@ -33,7 +33,7 @@ def jacobian(
     at
         Reference points, shape (n_point, 3) [-].
     number
-        What the cells are called in a refusal, shape (n_cell,) [-]; by default they count from 0.
+        Numbers of the cells in a message, shape (n_cell,) [-]; by default they count from 0.
 
     Returns
     -------
@@ -109,9 +109,9 @@ def element_blocks(
     points
         Node coordinates of each cell, shape (n_cell, n_node, 3) [m].
     lame, shear, density
-        Of each cell, shape (n_cell,) [Pa, Pa, kg/m^3].
+        Lamé constants and density of each cell, shape (n_cell,) [Pa, Pa, kg/m^3].
     number
-        What the cells are called in a refusal, as in `jacobian`.
+        Numbers of the cells in a message, as in `jacobian`.
 
     Returns
     -------
@@ -133,7 +133,7 @@ def element_blocks(
     determinant, gradient = _jacobian(element, points, reference, number)
     n_cell, n_point, n_node = gradient.shape[:3]
     volume = determinant * element.rule[1]
-    # Rows of quadrature points, columns of (direction, node): one product a cell gives all integrals of N_a,i N_b,j.
+    # Rows of quadrature points, columns of (direction, node): one product per cell gives all integrals of N_a,i N_b,j.
     B = gradient.swapaxes(2, 3).reshape(n_cell, n_point, 3 * n_node)
     outer = np.matmul((B * volume[..., None]).swapaxes(1, 2), B).reshape(n_cell, 3, n_node, 3, n_node)
     lame, shear = lame[:, None, None], shear[:, None, None]

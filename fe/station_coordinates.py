@@ -81,7 +81,7 @@ def make_station_coordinates(
     mesh
         The mesh. Nodes in its node sets stay what they are.
     stations
-        By name of their line, shape (n_station, 3) [m].
+        Stations by the name of their line, shape (n_station, 3) [m].
     faces
         Face set on which the stations of each line lie, by the name of the line.
     fixed
@@ -126,11 +126,11 @@ def add_mean_coordinate(
     Parameters
     ----------
     place
-        What is a coordinate so far.
+        Coordinates so far.
     name
-        Of the node set of its pivot; one of that name is replaced.
+        Name of the node set of its pivot; one of that name is replaced.
     weights
-        Of the nodes; they sum to one [-].
+        Weights of the nodes, shape (n_node,), which sum to one [-].
     fixed
         Sets of nodes that will be fixed, whose nodes cannot give up their place.
 

@@ -26,7 +26,7 @@ def compute_strain(
     mesh
         The mesh.
     displacement
-        At the nodes, shape (n_node, 3) [m].
+        Displacement of the nodes, shape (n_node, 3) [m].
     at
         Reference points of every cell, shape (n_point, 3) [-].
 

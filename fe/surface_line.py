@@ -30,11 +30,11 @@ def line_between(mesh: Mesh, name: str, on: str, ends: tuple[Point, Point], n_st
     mesh
         The mesh.
     name
-        What the line is called.
+        Name of the line.
     on
         The face set that it lies on.
     ends
-        Its first and last point [m].
+        First and last point of the line [m].
     n_station
         Number of stations, ends included [-].
 
@@ -69,7 +69,7 @@ def line_along_edge(
     mesh
         The mesh.
     name
-        What the line is called.
+        Name of the line.
     on
         Two face sets.
     n_station

@@ -71,31 +71,31 @@ def candidates_figure(result: Candidates) -> Figure:
     place = np.arange(n)[::-1]
     # A gain of nothing has no logarithm.
     least = min(1.0, result.threshold / 10)
-    for at, each in zip(place, result.candidates, strict=True):
-        colour = _colour(each)
-        left.barh(at, max(each.gain, least), 0.7, color=colour, zorder=2)
+    for at, item in zip(place, result.candidates, strict=True):
+        colour = _colour(item)
+        left.barh(at, max(item.gain, least), 0.7, color=colour, zorder=2)
         left.text(
-            max(each.gain, least) * 1.15, at, each.strength, va="center", fontsize=8, color=INK, zorder=3,
+            max(item.gain, least) * 1.15, at, item.strength, va="center", fontsize=8, color=INK, zorder=3,
             clip_on=False, bbox={"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none"},
         )  # fmt: skip
-        if each.held_out is not None:
-            right.plot(100 * each.held_out, at, "o", color=colour, markersize=6, zorder=3)
+        if item.held_out is not None:
+            right.plot(100 * item.held_out, at, "o", color=colour, markersize=6, zorder=3)
     left.set_xscale("log")
-    most = max([each.gain for each in result.candidates] + [result.threshold])
+    most = max([item.gain for item in result.candidates] + [result.threshold])
     left.set_xlim(least, most * (most / least) ** 0.35)
     left.axvline(result.threshold, color=INK, linewidth=0.9, linestyle=(0, (4, 3)), zorder=1)
     left.set_xlabel("fall of chi-squared [-], and strength")
-    left.set_yticks(place, [each.name for each in result.candidates], fontsize=9)
+    left.set_yticks(place, [item.name for item in result.candidates], fontsize=9)
     right.axvline(100 * result.before, color=PALE, linewidth=0.9, linestyle=(0, (4, 3)))
     right.set_xlim(
-        left=0, right=1.12 * 100 * max([result.before] + [each.held_out or 0.0 for each in result.candidates])
+        left=0, right=1.12 * 100 * max([result.before] + [item.held_out or 0.0 for item in result.candidates])
     )
     right.set_xlabel("held-out error [%]; dashed: without any of them")
     for axes in (left, right):
         open_box(axes, grid="x")
-    shown = {_colour(each) for each in result.candidates}
+    colours = {_colour(item) for item in result.candidates}
     words = {NAMED: "named by the verdict", FITTED: "fitted", EXPECTED: "to first order"}
-    handles = [Patch(color=colour, label=label) for colour, label in words.items() if colour in shown]
+    handles = [Patch(color=colour, label=label) for colour, label in words.items() if colour in colours]
     figure.legend(handles=handles, frameon=False, loc="outside lower left", ncols=len(handles))
     add_heading(figure, result)
     return figure

@@ -64,7 +64,7 @@ def force_limits_figure(result: LineForceLimits) -> Figure:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    forces, lines = (list(dict.fromkeys(getattr(each, name) for each in result.panels)) for name in ("force", "line"))
+    forces, lines = (list(dict.fromkeys(getattr(item, name) for item in result.panels)) for name in ("force", "line"))
     figure = new_figure(1.5 + 3.6 * len(lines), 1.3 + 2.5 * len(forces))
     grid = figure.subplots(len(forces), len(lines), squeeze=False, sharex=True, sharey="row")
     for panel in result.panels:
@@ -85,12 +85,12 @@ def force_limits_figure(result: LineForceLimits) -> Figure:
         row.set_ylabel(f"{force} [N]")
     for axes in grid[-1]:
         axes.set_xlabel(result.level_label)
-    shown = [
+    handles = [
         Line2D([], [], color=LIMITS[1], linewidth=2, label="upper limit"),
         Line2D([], [], color=LIMITS[0], linewidth=2, label="lower limit"),
         Patch(color=PALE, alpha=0.2, label="between them"),
         Line2D([], [], color=INK, marker=".", linestyle="", markersize=4, label=result.sampled_label),
     ]
-    figure.legend(handles=shown, loc="outside lower center", ncols=4, frameon=False)
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False)
     add_title(figure, result.title)
     return figure

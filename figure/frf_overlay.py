@@ -91,8 +91,8 @@ def frf_overlay_figure(result: FrfOverlay) -> Figure:
     for number in range(rows * result.columns):
         row, column = step * (number // result.columns), number % result.columns
         if number >= len(result.panels):
-            for each in axes[row : row + step, column]:
-                each.set_axis_off()
+            for item in axes[row : row + step, column]:
+                item.set_axis_off()
             continue
         panel, last = result.panels[number], number + result.columns >= len(result.panels)
         _amplitude(axes[row, column], panel, colours)
@@ -102,8 +102,8 @@ def frf_overlay_figure(result: FrfOverlay) -> Figure:
         lowest.tick_params(labelbottom=last)
         if last:
             lowest.set_xlabel("frequency [Hz]")
-        for each in axes[row : row + step, column]:
-            open_box(each)
+        for item in axes[row : row + step, column]:
+            open_box(item)
     handles = [
         Line2D([], [], color=colour, linewidth=2, label=level)
         for colour, level in zip(colours, result.levels, strict=True)
@@ -127,13 +127,13 @@ def frf_overlay_figure(result: FrfOverlay) -> Figure:
 
 
 def _amplitude(axes: Axes, panel: OverlayPanel, colours: Sequence[str]) -> None:
-    def shown(value: Complex[NDArray[np.complex128], " f"]) -> Float[NDArray[np.float64], " f"]:
+    def drawn(value: Complex[NDArray[np.complex128], " f"]) -> Float[NDArray[np.float64], " f"]:
         return np.asarray(value.real if panel.is_static else np.abs(value))
 
     for curve in panel.curves:
         colour = colours[curve.level]
-        axes.plot(curve.line_frequency, shown(curve.line), color=colour, linewidth=1.3, zorder=2)
-        _points(axes, curve.frequency, shown(curve.measured), curve.deviation, colour)
+        axes.plot(curve.line_frequency, drawn(curve.line), color=colour, linewidth=1.3, zorder=2)
+        _points(axes, curve.frequency, drawn(curve.measured), curve.deviation, colour)
     axes.set_title(panel.label, fontsize=10, loc="left", color=INK)
     unit = panel.unit.replace("um", "µm")
     axes.set_ylabel(f"static part [{unit}]" if panel.is_static else f"amplitude [{unit}]")

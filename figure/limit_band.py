@@ -88,20 +88,20 @@ def limit_band_figure(result: LimitBands) -> Figure:
         grid[bottom, column].tick_params(labelbottom=True)
     figure.supylabel(result.amplitude_label, fontsize=10)
     jump, repaired = (any(getattr(band, name).any() for band in result.bands) for name in ("jump", "repaired"))
-    shown: dict[str, Any] = {
+    entries: dict[str, Any] = {
         "upper limit": Line2D([], [], color=LIMITS[1], marker="."),
         "lower limit": Line2D([], [], color=LIMITS[0], marker="."),
         "between them": Patch(color=PALE, alpha=0.15),
     }
     if any(np.isfinite(band.sampled).any() for band in result.bands):
-        shown[result.sampled_label] = (Line2D([], [], **REACH), Line2D([], [], **STATE))
+        entries[result.sampled_label] = (Line2D([], [], **REACH), Line2D([], [], **STATE))
     if jump:
-        shown["jump to another optimum"] = Line2D([], [], **_ring("o"))
+        entries["jump to another optimum"] = Line2D([], [], **_ring("o"))
     if repaired:
-        shown["found by a random history"] = Line2D([], [], **_ring("s"))
+        entries["found by a random history"] = Line2D([], [], **_ring("s"))
     # Six in one row would touch the edges of two panels.
-    ncols = min(len(shown), 3 if columns == 1 or len(shown) > 5 else 5)
-    figure.legend(list(shown.values()), list(shown), loc="outside lower center", ncols=ncols, frameon=False)
+    ncols = min(len(entries), 3 if columns == 1 or len(entries) > 5 else 5)
+    figure.legend(list(entries.values()), list(entries), loc="outside lower center", ncols=ncols, frameon=False)
     add_title(figure, result.title)
     return figure
 

@@ -59,7 +59,7 @@ def limit_levels_figure(result: LimitsByLevel) -> Figure:
     rows[-1].set_xlabel(result.level_label)
     for axes in rows:
         open_box(axes)
-    shown = [
+    handles = [
         Line2D([], [], color=LIMITS[side], marker="o", markersize=5, label=f"{name} limit")
         for side, name in ((1, "upper"), (0, "lower"))
     ]
@@ -71,8 +71,8 @@ def limit_levels_figure(result: LimitsByLevel) -> Figure:
             "linestyle": "",
             "markersize": 5,
         }
-        shown.append(Line2D([], [], **style, label="at a jump, or at an end of the frequencies"))
-    figure.legend(handles=shown, loc="outside lower center", ncols=3, frameon=False)
+        handles.append(Line2D([], [], **style, label="at a jump, or at an end of the frequencies"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
     add_title(figure, result.title)
     return figure
 

@@ -128,7 +128,7 @@ def _draw(axes: Axes, line: LineStates) -> None:
     from matplotlib.ticker import MaxNLocator
 
     n_station, n_sample = line.states.shape
-    # A cell lies around its instant; the first one is shown at both ends, as a period ends where it began.
+    # A cell lies around its instant; the first one is drawn at both ends, as a period ends where it began.
     closed = np.hstack([line.states, line.states[:, :1]])
     edge = 0.5 / n_sample
     axes.imshow(

@@ -95,7 +95,7 @@ def pictures(results: Mapping[str, object]) -> dict[str, bytes]:
     drawn: dict[str, bytes] = {}
     for name, result in results.items():
         # The figure that a result comes with is the first.
-        for kind in sorted(REGISTRY, key=lambda each: not each.is_own):
+        for kind in sorted(REGISTRY, key=lambda item: not item.is_own):
             if not isinstance(result, kind.draws):
                 continue
             try:

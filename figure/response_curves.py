@@ -86,8 +86,8 @@ def response_curves_figure(result: ResponseCurves) -> Figure:
 def _looks(curves: Sequence[DrawnCurve]) -> list[tuple[str, str]]:
     """Colour and line of each curve."""
     groups = [number if curve.group is None else (curve.group,) for number, curve in enumerate(curves)]
-    each = list(dict.fromkeys(groups))
-    colour = dict(zip(each, family_colours(len(each)), strict=True))
+    distinct = list(dict.fromkeys(groups))
+    colour = dict(zip(distinct, family_colours(len(distinct)), strict=True))
     return [(colour[group], LINES[groups[:number].count(group) % len(LINES)]) for number, group in enumerate(groups)]
 
 

@@ -42,25 +42,25 @@ class Blade:
         From root block to tip. Searched, together with the root block's thickness, so that the mesh study of Table 1 is
         reproduced; many times the thickness, so that the first modes are those of a slender beam.
     thickness
-        Of the flat middle. With the length it sets the first frequency (proportional to thickness / length^2); sized
-        for the measured one before the length was searched.
+        Thickness of the flat middle. With the length it sets the first frequency (proportional to thickness /
+        length^2); sized for the measured one before the length was searched.
     edge_thickness
-        At the two long edges: a blade thins towards its edges, and bevels have exact areas and volumes.
+        Thickness at the two long edges: a blade thins towards its edges, and bevels have exact areas and volumes.
     chord
         Width. Four thicknesses, so that edgewise bending lies about four times as high as the first mode, and the
         second mode above twice the first.
     flat_width
         Width of the flat middle and of the pads on it: the groove's widest mouth and a lip of solid metal each side.
     root_chord, root_thickness, root_height
-        Of the root block: larger than the section, so that the blade stands inside it and the block's two faces normal
-        to y can be clamped. The thickness was searched, together with the length, so that the mesh study of Table 1 is
-        reproduced; the height is three times the blade's thickness.
+        Dimensions of the root block: larger than the section, so that the blade stands inside it and the block's two
+        faces normal to y can be clamped. The thickness was searched, together with the length, so that the mesh study
+        of Table 1 is reproduced; the height is three times the blade's thickness.
     contact_height
         Height z of the middle of a contact line: mid-span, where the first mode moves about a third as much as at the
         tip: enough to make a damper slip, not enough for the pads' mass to govern the frequency.
     contact_length
-        Of a contact line, measured along y: seven stations 2 mm apart, so that each is a corner node of 1 mm or 2 mm
-        elements.
+        Length of a contact line, measured along y: seven stations 2 mm apart, so that each is a corner node of 1 mm or
+        2 mm elements.
     pad_clearance
         Between the blade's face and the inner end of a damper, which must never touch it; contact starts there.
     pad_height_above_groove
@@ -69,11 +69,11 @@ class Blade:
         Height of the pad's lower face above the groove's axis. Positive, so that the groove has no undercut: the
         damper is put in from below and held by its load alone.
     groove_radius
-        Of the groove where contact starts. The damper's cone has 4.05 mm there (radius 6 mm, 15 % taper over 13 mm)
-        and the groove 2 mm more with its axis 2 mm lower: equal cone angles on parallel axes touch along one
+        Radius of the groove where contact starts. The damper's cone has 4.05 mm there (radius 6 mm, 15 % taper over 13
+        mm) and the groove 2 mm more with its axis 2 mm lower: equal cone angles on parallel axes touch along one
         straight line, the crest, and nowhere else.
     cone_half_angle
-        Of the groove [rad]: the damper's published 8.53 degrees, a taper of 15 %.
+        Half-angle of the groove [rad]: the damper's published 8.53 degrees, a taper of 15 %.
     excitation_height
         Height z of the point where the shaker's stinger pushes: near the root, where the blade moves least and the
         shaker loads it least, and below the pads.
@@ -157,7 +157,7 @@ def contact_lines(blade: Blade, n_station: int = N_STATION) -> dict[str, Contact
     Parameters
     ----------
     blade
-        Its dimensions.
+        Dimensions of the blade.
     n_station
         Stations on each line, evenly spaced, ends included [-].
 

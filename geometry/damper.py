@@ -28,13 +28,13 @@ class Damper:
     Parameters
     ----------
     radius
-        Of the cylinder in the middle, where the dead weight's wire pulls.
+        Radius of the cylinder in the middle, where the dead weight's wire pulls.
     cylinder_length
         Between the cones: twice the radius, room for the wire.
     contact_length
-        Of a contact line, measured along the axis from the end of a cone.
+        Length of a contact line, measured along the axis from the end of a cone.
     shoulder
-        Of a cone between its contact line and the cylinder: pads shall not touch the edge of the cylinder.
+        Length of a cone between its contact line and the cylinder: pads shall not touch the edge of the cylinder.
     cone_half_angle
         The published 8.53 degrees, a taper of 15 % [rad].
 
@@ -100,7 +100,7 @@ def contact_lines(damper: Damper, n_station: int = N_STATION) -> dict[str, Conta
     Parameters
     ----------
     damper
-        Its dimensions.
+        Dimensions of the damper.
     n_station
         Stations on each line, evenly spaced, ends included [-].
 

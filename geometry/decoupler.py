@@ -42,30 +42,30 @@ class Decoupler:
     width
         Along x, of all its parts: that of the blade's pads.
     contact_length
-        Of the contact line, measured along the axis from the face of the pad.
+        Length of the contact line, measured along the axis from the face of the pad.
     end_clearance
         Between the damper's end and the plate.
     groove_radius
-        Of the groove where contact starts, at the damper's end.
+        Radius of the groove where contact starts, at the damper's end.
     lip_above_axis
         Height of the pad's lower face above the groove's axis; positive, so that the groove has no undercut.
     pad_height_above_groove
         Metal over the widest crest of the groove.
     plate_thickness
-        Of the plate along y; its height is that of the arms' roots.
+        Thickness of the plate along y; its height is that of the arms' roots.
     arm_angle
-        Of each arm to the plane of the damper's axis: the published 45 degrees [rad].
+        Angle of each arm to the plane of the damper's axis: the published 45 degrees [rad].
     arms_meet
-        Where the axes of the arms meet: at the height of the contact line, so far behind the face of the pad.
+        Place y where the axes of the arms meet: at the height of the contact line, so far behind the face of the pad.
     arm_thickness, stub_length, arm_length
-        Of the arms in the plane of symmetry; of the stub between the plate and the neck, along its outer face, and of
-        the arm beyond the neck.
+        Thickness of the arms in the plane of symmetry; length of the stub between the plate and the neck, along its
+        outer face, and of the arm beyond the neck.
     neck_thickness, neck_length
-        Of the flexible necks.
+        Thickness and length of the flexible necks.
     cell_thickness, cell_length
-        Of the load cells.
+        Thickness and length of the load cells.
     cone_half_angle
-        Of the groove [rad]: the damper's 8.53 degrees.
+        Half-angle of the groove [rad]: the damper's 8.53 degrees.
 
     Raises
     ------
@@ -218,7 +218,7 @@ def contact_lines(decoupler: Decoupler, n_station: int = N_STATION) -> dict[str,
     Parameters
     ----------
     decoupler
-        Its dimensions.
+        Dimensions of the de-coupler.
     n_station
         Stations on the line, evenly spaced, ends included [-].
 

@@ -53,7 +53,7 @@ class SelectorError(InputError):
     region
         The name that it was to give.
     number
-        Which of that name's selectors it is, from 0.
+        Index of the selector among those of that name.
     """
 
     # Defaults, since an error that comes back from another process is made of its message first.

@@ -30,7 +30,7 @@ class FaceSelector:
     Parameters
     ----------
     name
-        Of the face in the file.
+        Name of the face in the file.
     colour
         "#RRGGBB".
     at
@@ -136,11 +136,11 @@ def select_faces(
     Parameters
     ----------
     body
-        What the solid is called in refusals.
+        Name of the solid, for messages.
     known
-        Its faces.
+        Faces of the solid.
     selectors
-        By the name that the region gets.
+        Selectors by the name of their region.
 
     Raises
     ------

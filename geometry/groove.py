@@ -33,7 +33,7 @@ def groove_problems(
     lip_above_axis, narrow_radius, wide_radius, width
         Height of the lips over the axis, radii at both ends, and width of the pad [m].
     width_name, narrow_at, sides
-        What the message calls the field of the width, the narrow end, and the sides of the pad.
+        Names in the message for the field of the width, the narrow end, and the sides of the pad.
     """
     if lip_above_axis > narrow_radius - SMALLEST:
         yield (

@@ -22,7 +22,7 @@ class ContactLine:
     Parameters
     ----------
     name
-        What the line is called in meshes, reduced models and result files.
+        Name of the line in meshes, reduced models and result files.
     stations
         Points of the line in order, ends included, shape (n_station, 3) [m].
     normal
@@ -77,7 +77,7 @@ def straight_contact_line(
     Parameters
     ----------
     name
-        What the line is called.
+        Name of the line.
     start, end
         First and last station, shape (3,) [m].
     normal

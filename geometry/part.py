@@ -31,7 +31,7 @@ class FaceRegion:
     area
         Sum of their areas [m^2].
     centre
-        Their common centroid, shape (3,) [m].
+        Common centroid of the faces, shape (3,) [m].
     """
 
     faces: tuple[Shape, ...]
@@ -50,7 +50,7 @@ class Part:
     Parameters
     ----------
     name
-        What the part is called in files.
+        Name of the part in files.
     solid
         CadQuery solid: the one place where lengths are millimetres.
     faces

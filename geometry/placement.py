@@ -25,7 +25,7 @@ class Placement:
     mirrored
         Whether the body is mirrored at its plane y = 0, before it is moved.
     shift
-        Where its origin lies, shape (3,) [m].
+        Place of its origin, shape (3,) [m].
     """
 
     mirrored: bool = False

@@ -27,9 +27,9 @@ class PlainBlade:
     chord
         Width: four thicknesses, so that edgewise bending lies four times above the first mode.
     root_chord, root_thickness, root_height
-        Of the root block, as wide as the blade. Thickness and height were searched, together with the length, so that
-        the mesh study of Table 1 is reproduced; its two faces normal to y are clamped, and the compliance of the metal
-        between them lowers the frequency.
+        Dimensions of the root block, as wide as the blade. Thickness and height were searched, together with the
+        length, so that the mesh study of Table 1 is reproduced; its two faces normal to y are clamped, and the
+        compliance of the metal between them lowers the frequency.
     excitation_height
         Height z of the point where the shaker's stinger pushes: near the root, where the blade moves least and the
         shaker loads it least.

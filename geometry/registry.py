@@ -44,7 +44,7 @@ class Entry(Generic[M]):
     Parameters
     ----------
     member
-        What was registered.
+        Registered member.
     file, line
         Where.
     """
@@ -65,7 +65,7 @@ class Registry(Generic[M]):
     Parameters
     ----------
     kind
-        What a member is, in the singular: "joint law".
+        Name of a member in the singular: "joint law".
     package
         Dotted name of the package whose modules hold the product's own members.
     group
@@ -76,7 +76,7 @@ class Registry(Generic[M]):
         Attributes that each member must have, with what they are; `key` is always one of them. An attribute may be
         None where that is an answer; what counts is that it was given. An abstract method was not.
     check
-        What else is wrong with a member, as the end of a sentence with its remedy, or None.
+        Function that says what else is wrong with a member, as the end of a sentence with its remedy, or None.
     """
 
     def __init__(

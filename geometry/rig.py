@@ -31,9 +31,10 @@ class Rig:
     Parameters
     ----------
     blade, damper, decoupler
-        Their dimensions; both sides have the same.
+        Dimensions of the bodies; both sides have the same.
     excitation_radius
-        Of the disc on the blade's flat face that the shaker pushes: a force sensor's foot is 10 mm wide and more [m].
+        Radius of the disc on the blade's flat face that the shaker pushes: a force sensor's foot is 10 mm wide and more
+        [m].
 
     Raises
     ------
@@ -86,7 +87,7 @@ class MatingPair:
     damper, other
         Names of the two bodies.
     damper_line, other_line
-        Their lines, in the rig's axes, with the same stations in the same order.
+        Contact lines in the rig's axes, with the same stations in the same order.
     """
 
     name: str

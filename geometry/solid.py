@@ -105,7 +105,7 @@ def plane_faces(
     offset
         Distance of the plane from the origin along the normal [m].
     where
-        Which of them to take, by the centroid [m] of each.
+        Choice among them, by the centroid [m] of each.
     """
     direction = np.array(normal, dtype=np.float64)
 

@@ -41,7 +41,7 @@ def write_assembly_step(name: str, parts: Mapping[str, Part], path: Path) -> Non
     Parameters
     ----------
     name
-        Of the assembly.
+        Name of the assembly.
     parts
         In their places, by the names of the components.
     path

@@ -28,9 +28,9 @@ class StepBody:
     solid
         CadQuery solid, in millimetres.
     faces
-        Its faces with their names and colours.
+        Faces of the solid with their names and colours.
     healing
-        What was mended, a clause each; none where the file was sound.
+        Clauses on what was mended; none where the file was sound.
     """
 
     solid: Shape

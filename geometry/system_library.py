@@ -41,7 +41,7 @@ def preflight(*purposes: Purpose) -> None:
     Raises
     ------
     MissingSoftware
-        With the line that installs what is missing.
+        A library is missing; the message has the line that installs what is missing.
     """
     missing = {purpose: names for purpose in purposes if (names := missing_libraries(purpose))}
     if not missing:

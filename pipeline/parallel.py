@@ -38,6 +38,8 @@ CONTEXT: ForkServerContext | SpawnContext = (
 )
 #: How often progress is shown while nothing ends [s].
 LOOK_EVERY = 1.0
+#: Why a process ends before it begins: it imports the script anew, which starts processes of its own.
+NO_GUARD = 'did not begin: a script that computes in several processes does its work below `if __name__ == "__main__":`'
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -91,7 +93,7 @@ def run_parallel(
     Raises
     ------
     ComputationFailed
-        A process was killed, most often for lack of memory.
+        A process was killed, most often for lack of memory, or cannot begin in a script without a guard.
     InputError
         Errors of the stages.
     """
@@ -230,11 +232,14 @@ def _result(worker: _Worker, task: Task, results: Store) -> Outcome[Any]:
         pass  # it had nothing to say
     finally:
         worker.failure.close()
-    if worker.process.exitcode:
+    code = worker.process.exitcode or 0
+    if code < 0:  # the number of a signal
         raise ComputationFailed(
             f"{task.label} was killed, most often for lack of memory: close other programs, or take fewer elements; "
             "finished work is stored"
         )
+    if code > 0:
+        raise ComputationFailed(f"the process of {task.label} {NO_GUARD}")
     outcome = results.look_up(task.stage, **task.inputs)
     if outcome is None:
         raise ComputationFailed(

@@ -55,15 +55,15 @@ class Manifest:
     Parameters
     ----------
     title
-        Of the campaign.
+        Title of the campaign.
     time_sign
         +1 for amplitudes of e^{+i Omega t}, -1 for those of e^{-i Omega t}.
     peak
         Peak amplitude of one unit of an amplitude in the tables [-].
     level_factor, frequency_factor
-        To newtons, peak, and to hertz.
+        Factors to newtons (peak amplitude) and to hertz [-].
     sensors, tests, files
-        What was measured, and the file of each test.
+        Tests, and the file of each test.
     records
         Time records.
     held_out
@@ -88,7 +88,7 @@ def read_manifest(folder: Path) -> Manifest:
     Raises
     ------
     CampaignError
-        It is missing, no TOML, or holds keys or values that cannot be used: all of them, a line each.
+        It is missing, no TOML, or holds keys or values that cannot be used: all of them, one per line.
     """
     root = TomlTable(file=MANIFEST, values=_toml(folder))
     schema = root.take("schema", int)

@@ -49,9 +49,9 @@ class MeasuredSensor:
     place
         Named place of the model, if it is given by name.
     coordinates
-        Of the point, shape (3,) [m], if it is given by them.
+        Coordinates of the point, shape (3,) [m], if it is given by them.
     line, component
-        Of a contact force: which contact line, and "tangential" or "normal".
+        Contact line of a contact force, and "tangential" or "normal".
     uncertainty
         Relative systematic standard uncertainty of its gain [-]; 0 if none is given.
     """
@@ -88,7 +88,7 @@ class Test:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Measurement(RowTable):
-    """Complex amplitudes, one a row; sorted by test, level, frequency, sensor, harmonic, sweep, repeat when read.
+    """Complex amplitudes, one per row; sorted by test, level, frequency, sensor, harmonic, sweep, repeat when read.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ class Measurement(RowTable):
     level
         Amplitude of the force, shape (k,) [N].
     frequency
-        Of the force, shape (k,) [Hz].
+        Frequency of the force, shape (k,) [Hz].
     harmonic
         k of the value; 0 is the mean, shape (k,).
     value
@@ -150,7 +150,7 @@ class Suspicion:
     where
         File, test or sensor.
     sentence
-        What looks wrong, with the evidence in numbers and the remedy.
+        Suspected mistake, with the evidence in numbers and the remedy.
     """
 
     where: str
@@ -168,9 +168,9 @@ class Campaign:
     Parameters
     ----------
     title, folder
-        What it is and where it was read.
+        Title, and folder of its files.
     sensors, tests
-        What the indices of the table mean.
+        Sensors and tests, in the order of the indices of the table.
     measurement
         The table.
     held_out
@@ -178,7 +178,7 @@ class Campaign:
     records
         Time records.
     suspicions
-        What looked wrong when it was read.
+        Suspected mistakes in the data.
     """
 
     title: str

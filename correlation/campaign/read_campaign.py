@@ -28,7 +28,7 @@ def read_campaign(path: Path) -> Campaign:
     Raises
     ------
     CampaignError
-        One sentence with file, line or key, value and remedy; several that do not follow from each other, a line each.
+        One sentence with file, line or key, value and remedy; several that do not follow from each other, one per line.
     """
     path = Path(path)
     found = [each for each in FORMATS if each.recognise(path)]

@@ -30,7 +30,7 @@ def read_csv(path: Path, manifest: Manifest, tests: Collection[str]) -> Measurem
     path
         The file.
     manifest
-        What its numbers mean.
+        Manifest with sensors, units and conventions.
     tests
         Names of the tests that it may hold.
 

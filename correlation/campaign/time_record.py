@@ -1,4 +1,4 @@
-"""Time records: CSV with the columns ``time`` and one a channel; their units stand in the manifest."""
+"""Time records: CSV with the columns ``time`` and one per channel; their units are in the manifest."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -22,7 +22,7 @@ class TomlTable:
     path
         Dotted path of the table; empty for the file itself.
     values
-        What TOML makes of it.
+        Keys and values.
     known
         Keys that have been asked for.
     """

@@ -13,14 +13,14 @@ from correlation.campaign.time_record import TIME
 
 
 def write_campaign(campaign: Campaign, folder: Path) -> None:
-    """Write manifest, one table a test, one file a time record; files of these names are replaced.
+    """Write manifest, one table per test, one file per time record; files of these names are replaced.
 
     Parameters
     ----------
     campaign
-        What to write; every number keeps all its digits.
+        Campaign to write; every number keeps all its digits.
     folder
-        Where to; it is made if it is not there.
+        Folder, which is made if it does not exist.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Measurements arranged for a comparison: one row a point, one column a repeat."""
+"""Measurements arranged for a comparison: one row per point, one column per repeat."""
 
 from dataclasses import dataclass, replace
 
@@ -18,7 +18,7 @@ HEARD = 2.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Observation(RowTable):
-    """What was measured at k points in R repeats.
+    """Measurements at k points in R repeats.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class Observation(RowTable):
     motion
         Whether the row's sensor follows a motion (and no force), shape (k,).
     taken
-        Which repeats are compared with a model, shape (k, R); all of them tell about the noise.
+        Mask of the repeats that are compared with a model, shape (k, R); the noise follows from all of them.
     """
 
     points: Points
@@ -56,9 +56,9 @@ class Observation(RowTable):
 
     @property
     def heard(self) -> Bool[NDArray[np.bool_], " k"]:
-        """Whether the row's sensor reads more than noise in its harmonic at its level, shape (k,).
+        """Mask of rows whose sensor reads more than noise in its harmonic at its level, shape (k,).
 
-        A sensor on a body that hangs free of what is excited reads nothing: its inverse would be anything at all.
+        A sensor on a body without a connection to the excited one reads noise, whose inverse is arbitrary.
         """
         points, there = self.points, np.isfinite(self.repeat)
         n = there.sum(axis=1)
@@ -70,8 +70,8 @@ class Observation(RowTable):
         # Most of them: where a response jumps, repeats differ by as much as they read. A point that was read once tells
         # nothing of noise.
         loud = size * np.maximum(n - 1, 1) >= HEARD**2 * apart
-        told, heard = np.bincount(group, n > 1), np.bincount(group, loud & (n > 1))
-        return np.asarray((2 * heard >= told)[group])
+        repeated, heard = np.bincount(group, n > 1), np.bincount(group, loud & (n > 1))
+        return np.asarray((2 * heard >= repeated)[group])
 
 
 def arrange_campaign(campaign: Campaign) -> Observation:
@@ -117,7 +117,7 @@ def average_readings(
     value
         Readings, shape (rows,); those that are not finite count as none.
     point, column
-        Which point each is of, -1 for none, and which repeat, shape (rows,).
+        Indices of the point (-1 for none) and of the repeat of each reading, shape (rows,).
     shape
         Number of points and of repeats [-].
     """
@@ -159,12 +159,12 @@ def find_sweep_directions(campaign: Campaign) -> tuple[int, ...]:
 
 
 def take_training_part(campaign: Campaign) -> Observation:
-    """What a model may be fitted to: neither held-out levels nor held-out repeats, and no state that jumps."""
+    """Training data: neither held-out levels nor held-out repeats, and no state that jumps."""
     return _parts(campaign)[0]
 
 
 def split_held_out(campaign: Campaign) -> tuple[Observation, Observation]:
-    """What a model may be fitted to, see `take_training_part`, and what tests the fit.
+    """Training data, see `take_training_part`, and the data that test the fit.
 
     The test is on the held-out repeats at all levels, held out or not; without any, on the held-out levels. One set of
     repeats has one jitter of their mean, which can settle before it judges.
@@ -193,6 +193,6 @@ def _parts(campaign: Campaign) -> tuple[Observation, Observation]:
 
 
 def _taken(seen: Observation, chosen: Bool[NDArray[np.bool_], "#k #R"]) -> Observation:
-    """Some repeats of some rows; rows that none is left of are dropped."""
+    """Some repeats of some rows; rows without any of them are dropped."""
     taken = np.isfinite(seen.repeat) & chosen
     return replace(seen, taken=taken).where(np.asarray(taken.any(axis=1)))

@@ -45,7 +45,7 @@ class Averages:
     first
         A row of each point, k rows.
     point
-        Its number among the points of the whole campaign, shape (k,).
+        Index of each point among the points of the whole campaign, shape (k,).
     mean, n
         Over all values of a point, shape (k,).
     squares, dof

@@ -111,7 +111,7 @@ class Share:
     amplitude_error, phase_error
         Median of the moduli of the clear rows [-, rad]; NaN if none is clear.
     signed_amplitude_error, signed_phase_error
-        Of the rows as one: by how much the prediction is too large, and leads [-, rad].
+        Relative excess and phase lead of the prediction, all rows together [-, rad].
     n_number
         Numbers compared [-].
     """
@@ -140,7 +140,7 @@ def compute_misfit(
     observed
         Measurements, k points.
     features
-        Of these points, m numbers.
+        Features of these points, m numbers.
     predicted
         Shape (k,).
     standardised

@@ -22,7 +22,7 @@ def weigh_outliers(features: FeatureVector, residual: Vector) -> Vector:
     Parameters
     ----------
     features
-        Of the points.
+        Features of the points.
     residual
         Whitened, shape (m,).
     """

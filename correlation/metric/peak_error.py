@@ -42,7 +42,7 @@ class PeakError:
     Parameters
     ----------
     free, level
-        Where [-, N].
+        Configuration and level [-, N].
     sensor
         The motion that it is taken from.
     frequency, predicted_frequency
@@ -85,9 +85,9 @@ def compute_peak_errors(
         Measurements, k points. What is read is the inverse of the mean of F / X: the mean of X over repeats whose
         resonances are a little apart is lower and broader than each of them.
     predicted
-        At the same points, shape (k,).
+        Predicted coefficients at the same points, shape (k,).
     features, whitening
-        Of the same points: what the deviations are made of.
+        Features and covariance of the same points, from which the deviations follow.
     """
     points, found = observed.points, []
     mean = features.values(features.of_repeats(observed.repeat, observed.taken))

@@ -78,7 +78,7 @@ def fit_resonance(
     value
         Displacement per unit of force or at one level, shape (f,).
     points
-        Which take part, three or more, shape (f,); those `find_peak` by default.
+        Mask of three or more points, shape (f,); those `find_peak` by default.
 
     Raises
     ------

@@ -1,10 +1,10 @@
-r"""Where a response is not linear in what differs between repeats: states at which contacts begin to slip.
+r"""Kinks: states at which contacts begin to slip, where a response is not linear in the differences between repeats.
 
-Repeats differ by a jitter x of preload and frequency, of standard deviation s. What is averaged over them is then
+Repeats differ by a jitter x of preload and frequency, of standard deviation s. The mean is that of
 
 .. math:: f(x) = f + f' x + d(x), \qquad d_\pm = f(\pm \sqrt 3 s) - f \mp \sqrt 3 f' s .
 
-Away from a kink d is nothing. At one it is as large as what slip changes, and the states beside it have nothing of it.
+Away from a kink d is zero. At one it is as large as the change by slip, and zero at the states beside it.
 By Gauss and Hermite's rule of three points, where each end counts for a sixth, d has the mean (d_+ + d_-) / 6, which
 stays in a mean over R repeats, and there the variance (d_+^2 + d_-^2) / 6 R: each end is a mode of that state alone.
 """
@@ -29,7 +29,7 @@ SEEN = 1.0
 
 
 class Shift(NamedTuple):
-    """A jitter of `REACH` standard deviations of a single repeat, up and down, and what it changes to first order."""
+    """Jitter of `REACH` standard deviations of a single repeat, up and down, and its first-order change."""
 
     models: tuple[Model, Model]
     change: Vector
@@ -47,7 +47,7 @@ def make_kink_modes(
     shifts
         Independent causes.
     deviation
-        Of each number by noise.
+        Standard deviation of each number by noise, shape (m,).
     n_repeat
         Repeats in a mean [-].
     """

@@ -1,4 +1,4 @@
-"""What differs between repeats, or between a model and its mesh refined, without being an effect to look for."""
+"""Nuisance: differences between repeats, and between a model and its refined mesh, which are no missing effects."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -20,13 +20,13 @@ from reduction.joint.friction_contact import friction_contacts
 Modes = Float[NDArray[np.float64], "m q"]
 
 NOTHING = ModelParameter()
-#: Largest share of Coulomb's limit that a history leaves in a contact.
+#: Largest share of Coulomb's limit of the static force that a friction history leaves in a contact [-].
 HISTORY = 0.9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Budget:
-    """Numerical error of a model, measured on models alone and never on what they are compared with.
+    """Numerical error of a model, estimated from models alone and never from measurements.
 
     Parameters
     ----------
@@ -37,8 +37,8 @@ class Budget:
     shares
         ... of how each line's stiffnesses and preload are shared among its contacts, relative at its ends [-].
     refined
-        The same model with more elements, stations or harmonics: what they change is one standard deviation; where
-        parameters are calibrated, what they change beyond that.
+        Models with more elements, stations or harmonics: their difference is one standard deviation; where parameters
+        are calibrated, the difference after calibration.
     """
 
     frequency: float = 2e-4
@@ -70,7 +70,7 @@ class ModelFeatures(NamedTuple):
 
 
 def make_jitter_modes(nominal: ModelFeatures) -> list[Modes]:
-    """What repeats may differ in, for 100 % of each: the frequency of either test, and all of `Model.presses`."""
+    """Modes of the differences between repeats, for 100 %: frequency of each configuration, and all `Model.presses`."""
     presses = nominal.model.presses
     tangents = [_press(nominal.model, group) for group in presses]
     modes = nominal.slopes([*_frequency_shifts(nominal.model, by_exciter=True), *tangents])
@@ -78,7 +78,7 @@ def make_jitter_modes(nominal: ModelFeatures) -> list[Modes]:
 
 
 def make_curvature_modes(nominal: ModelFeatures, deviation: Mapping[str, float]) -> Modes:
-    """What the second order of a frequency jitter does to a mean over repeats, shape (m, c); matters at antiresonances.
+    """Second-order change of a mean over repeats by frequency jitter, shape (m, c); it matters at antiresonances.
 
     The mean of f(x) over x of variance v is f + f'' v / 2, and as uncertain as a variance from a few repeats.
 
@@ -120,7 +120,7 @@ class ErrorTangents(NamedTuple):
 
 
 def make_error_tangents(model: Model, budget: Budget) -> ErrorTangents:
-    """What discretisation may do to a model."""
+    """Tangents of the discretisation errors of a model."""
     shifts, patterns = _frequency_shifts(model, by_exciter=False), _share_patterns(model)
     softer = [_stiffness(model, line, name) for line in model.lines for name in ("tangential", "normal")]
     numbers = [len(shifts), len(softer), len(patterns)]
@@ -129,7 +129,7 @@ def make_error_tangents(model: Model, budget: Budget) -> ErrorTangents:
 
 
 def _by_level(features: FeatureVector, change: Float[NDArray[np.float64], " m"]) -> Modes:
-    """A change as one mode a level: which contacts slip is another matter at each."""
+    """A change as one mode per level, since other contacts slip at each."""
     level = features.points.level[features.row]
     return np.array([np.where(level == each, change, 0.0) for each in np.unique(level)]).T
 
@@ -137,16 +137,16 @@ def _by_level(features: FeatureVector, change: Float[NDArray[np.float64], " m"])
 def make_history_modes(
     reference: ModelFeatures, n_draw: int, seed: int, pressed: Float[NDArray[np.float64], "q q"] | None = None
 ) -> Modes:
-    """What friction histories change, at one standard deviation, shape (m, h).
+    """Modes of friction histories, at one standard deviation, shape (m, h).
 
     A contact that sticks keeps any static force within Coulomb's cone. Each draw starts all sliders from a force of
-    -90 to 90 % of the limit at rest; a level has a history of its own in each repeat, so that the draws count for each
-    level by itself. The mean of the draws, beside the prediction that starts from none, is one more mode. The draws
-    fill the space evenly: a few random ones leave directions in which histories seem to change nothing.
+    -90 to 90 % of the limit at rest; a level has a history of its own in each repeat, so that the draws are modes of
+    each level separately. The difference between the mean of the draws and the prediction without a history is one more
+    mode. The draws fill the space evenly: a few random ones would leave directions without any change.
 
-    Where preloads differ as well, what slips under one history sticks under another: with the covariance `pressed` of
-    `Model.presses`, shape (q, q), each draw has preloads of its own, and what these do to first order is taken off
-    again. What they do beyond that stays, with a history or without.
+    If preloads differ as well, a contact that slips under one history sticks under another: with the covariance
+    `pressed` of `Model.presses`, shape (q, q), each draw has preloads of its own, and their first-order change is
+    subtracted again, since jitter contains it.
     """
     predictor, features, model, prediction = reference
     points = features.points
@@ -188,7 +188,7 @@ def make_history_modes(
 def left_by(
     model: Model, share: Float[NDArray[np.float64], " joints"]
 ) -> Callable[[HarmonicBalance], NDArray[np.float64]]:
-    """Where a history leaves the sliders: 0 and 1 are `HISTORY` of the limit at rest, to either side, of each joint."""
+    """Slider positions after a history: shares 0 and 1 are `HISTORY` of the limit at rest, to either side, by joint."""
     multiplier = HISTORY * (2 * share - 1)
 
     def slider(balance: HarmonicBalance) -> NDArray[np.float64]:
@@ -228,9 +228,9 @@ def _press(model: Model, group: tuple[str, ...]) -> Tangent:
 
 
 def _share_patterns(model: Model) -> list[Tangent]:
-    """What all lines share among their contacts moved from the middle to the ends, by 100 % of what the ends have.
+    """Shares of all lines moved from the middle contacts to the ends, by 100 % of those at the ends.
 
-    That is what another rule of integration along the line changes. A tilt would be a misalignment, and so an effect.
+    Another rule of integration along the line has this effect. A tilt would be a misalignment, and so a missing effect.
     """
     found = []
     for field in ("preload", "tangential_stiffness", "normal_stiffness"):

@@ -1,13 +1,13 @@
-r"""What repeats say about the noise: a share that moves all points at once, and a share of each point's own.
+r"""Covariance of the mean of repeats: jitter that moves all points at once, and noise of each point.
 
-Repeats differ by more than noise: the exciter's frequency, the preload and the room are a little different each time.
-Such a difference moves all points along a known mode. With the modes taken out, readings X of one sensor and harmonic
-scatter by
+Repeats differ by more than noise: the exciter's frequency, the preload and the temperature are a little different each
+time. Such a difference moves all points along a known mode. Without these modes, readings X of one sensor and harmonic
+have the variance
 
 .. math:: v = a^2 |X|^2 + b^2 .
 
-A few repeats tell a variance badly, so that each point's own is drawn towards this; not
-all the way, because friction scatters where it likes.
+A few repeats give an inaccurate variance, so that the variance of each point is shrunk towards this one, but only in
+part, because the scatter by friction differs from state to state.
 """
 
 from collections.abc import Sequence
@@ -26,22 +26,23 @@ from correlation.noise.whitening import Whitening
 
 Variance = Float[NDArray[np.float64], " m"]
 
-#: Degrees of freedom that the pooled variance counts for beside those of a point's own.
+#: Weight of the pooled variance, in degrees of freedom, beside the variance of a point.
 POOLED = 6.0
-#: Share of what histories do that is noise of each number: a few linear modes do not span it where slip begins. Of
-#: specimens without any effect, effects of contacts are then estimated with errors of about the size that is told.
+#: Share of the change by friction histories that is noise of each number: a few linear modes do not span it where slip
+#: begins. For specimens without any effect, errors of effects of contacts then agree with their intervals.
 ROUGH = 0.2
-#: What a state's own scatter must outweigh, in degrees of freedom of `POOLED` numbers.
+#: Weight of the common scatter beside that of a state, as a multiple of `POOLED`.
 STATE = 4.0
-#: Variance of a number, beside what is pooled, that says no more of its state: its own noise was pooled badly.
+#: Largest ratio of the variance of a number to the pooled one in the scatter of its state: beyond, its pooling failed.
 WILD = 10.0
-#: Variance of a number, beside what is fitted, that counts no more in the fit of a and b: at an antiresonance, or where
-#: slip sets in, readings scatter by a hundred times as much. (In 0.3 % a chi-square of four degrees of freedom does.)
+#: Largest ratio of the variance of a number to the fitted one in the fit of a and b: at an antiresonance, or at the
+#: onset of slip, readings scatter by a hundred times as much. (A chi-square of four degrees of freedom exceeds it in
+#: 0.3 %.)
 TAIL = 4.0
-#: Median of such a chi-square a degree of freedom.
+#: Median of such a chi-square per degree of freedom.
 MEDIAN = 0.84
-#: Chance that what repeats differ in is no larger than the covariance reckons with: five repeats may happen to be all
-#: alike, and their mean is then no better than that of others.
+#: Probability that the jitter is no larger than in the covariance: five repeats may happen to be all alike, and their
+#: mean is then no more accurate than that of others.
 CAUTION = 0.8
 #: Rounds of the weighted fit of a and b.
 ROUNDS = 6
@@ -54,19 +55,19 @@ def estimate_scatter(
     history: Float[NDArray[np.float64], "m h"],
     budget: Float[NDArray[np.float64], "m b"],
 ) -> "Scatter":
-    """Covariance of the mean of the repeats taken; all repeats tell how large it is.
+    """Covariance of the mean of the repeats taken, estimated from all repeats.
 
     Parameters
     ----------
     observed
         Repeats.
     features
-        Of the same points.
+        Features of the same points.
     jitter
-        Modes along which repeats differ, in any unit; their sizes are found here. Those of one cause, such as the
-        preloads of all lines, are one block, within which they may differ together; causes are independent.
+        Modes along which repeats differ, in any unit; their sizes are estimated here. Modes of one cause, such as the
+        preloads of all lines, are one block, within which they may be correlated; causes are independent.
     history
-        Modes of what friction histories change, at one standard deviation of a single repeat.
+        Modes of friction histories, at one standard deviation of a single repeat.
     budget
         Modes of errors that repeats do not show (discretisation, calibration of sensors), at one standard deviation.
 
@@ -114,7 +115,7 @@ def estimate_scatter(
 
 
 class Scatter(NamedTuple):
-    """What repeats say."""
+    """Covariance from repeats."""
 
     whitening: Whitening
     """Its first modes are those of the jitter, in the order of its causes."""
@@ -143,7 +144,7 @@ def _seen(
 
 
 def _margin(freedom: int) -> float:
-    """By how much a variance told by so many degrees of freedom is enlarged for `CAUTION`."""
+    """Factor on a variance with so many degrees of freedom for `CAUTION`."""
     freedom = max(freedom, 1)
     return float(freedom / chi2.ppf(1 - CAUTION, freedom))
 

@@ -1,9 +1,10 @@
-r"""Differences in units of what is to be expected of them: noise of each number, and errors that many numbers share.
+r"""Whitening: differences in standard deviations, by the noise of each number and errors that many numbers share.
 
 .. math:: S = \Lambda + \sum_j u_j u_j^T
 
-The modes u_j are what a shift of all frequencies by the exciter, a change of temperature, or a mesh that is a little
-too stiff does to all numbers at once; as diagonal noise it would hide real effects, left out it would invent some.
+The modes u_j are changes of all numbers at once, by a shift of all frequencies by the exciter, a change of temperature,
+or a mesh that is a little too stiff. As diagonal noise they would hide real effects; without them false ones would
+pass.
 """
 
 from dataclasses import dataclass, field
@@ -53,7 +54,7 @@ class Whitening:
         return Whitening(deviation=self.deviation, modes=modes)
 
     def explained(self, difference: Float[NDArray[np.float64], "m n"]) -> Float[NDArray[np.float64], "m n"]:
-        """What of some differences the modes most probably are, shape (m, n)."""
+        """Most probable part of differences along the modes, shape (m, n)."""
         along = self._basis.T @ (difference / self.deviation[:, None])
         return np.asarray(self.deviation[:, None] * (self._basis @ ((1 - (1 - self._shrink) ** 2)[:, None] * along)))
 

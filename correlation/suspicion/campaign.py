@@ -1,4 +1,4 @@
-"""What looks wrong in a campaign by its data alone, each with its evidence in numbers."""
+"""Suspected mistakes in a campaign by its data alone, each with its evidence in numbers."""
 
 from collections.abc import Iterator
 
@@ -17,7 +17,7 @@ IMAGINARY_RATIO = 3.0
 
 
 def find_suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
-    """What looks wrong in the data alone.
+    """Suspected mistakes in the data alone.
 
     Phases in the imaginary column, channels that stay constant, repeats that are copies, levels, points, sensors and
     repeats that are missing, sweeps that run the other way.

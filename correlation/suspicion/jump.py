@@ -26,7 +26,7 @@ def find_jumps(campaign: Campaign, points: Points) -> Bool[NDArray[np.bool_], " 
     Parameters
     ----------
     campaign
-        With its single readings.
+        Campaign with its single readings.
     points
         Rows of the same campaign.
     """

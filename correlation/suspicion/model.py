@@ -1,4 +1,4 @@
-"""What looks wrong in a campaign beside a model, each with its evidence in numbers."""
+"""Suspected mistakes in a campaign by comparison with a model, each with its evidence in numbers."""
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -25,7 +25,7 @@ def find_model_suspicions(campaign: Campaign, model_frequencies: ArrayLike) -> t
     Parameters
     ----------
     campaign
-        What was measured.
+        Campaign.
     model_frequencies
         Resonances of the model, with its contacts stuck and without them, shape (m,) [Hz].
 
@@ -64,7 +64,7 @@ def find_swapped_sensors(
     Parameters
     ----------
     campaign
-        Whose sensors these are.
+        Campaign with its sensors.
     table
         Features as measured.
     predicted
@@ -92,11 +92,11 @@ def find_swapped_sensors(
                 )
                 found.append((swapped / own, i, j, sentence))
     # Two that are swapped make each of them look wrong beside a third: the pair that explains best stands for all.
-    told: set[int] = set()
+    reported: set[int] = set()
     suspicions = []
     for _, i, j, sentence in sorted(found):
-        if told.isdisjoint({i, j}):
-            told |= {i, j}
+        if reported.isdisjoint({i, j}):
+            reported |= {i, j}
             names = f'"{campaign.sensors[j].name}" and "{campaign.sensors[i].name}"'
             suspicions.append(Suspicion(where=f"sensors {names} look swapped", sentence=sentence))
     return tuple(suspicions)
@@ -114,7 +114,7 @@ def find_conjugate_tests(
     Parameters
     ----------
     campaign
-        Whose tests these are.
+        Campaign with its tests.
     table
         Features as measured.
     predicted

@@ -53,9 +53,9 @@ def find_wrong_units(
     Parameters
     ----------
     campaign
-        What was measured.
+        Campaign.
     points, predicted
-        What the model says at k points, shape (k,).
+        Points and the prediction of the model there, shape (k,).
     """
     runs = _runs(campaign, points, predicted)
     power, beside = _powers(runs)

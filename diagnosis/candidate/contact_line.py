@@ -3,9 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import sqrt
+from typing import Any
 
 from correlation.model import Model
 from diagnosis.candidate.effect import Effect, EffectParameter, Untestable
+from diagnosis.candidate.scale import Scale
+from diagnosis.effect import EffectKind
 from reduction.joint.friction_contact import friction_contacts
 from reduction.jointed_system import FrictionContact
 
@@ -56,10 +59,23 @@ class LineRatio:
         return scale_contacts(model, factor, self.quantity)
 
 
-def list_line_ratios(
+def line_ratio_kind(name: str, quantity: str, *, physics: str, signature: str, **facts: Any) -> EffectKind:
+    """Kind of the ratios of one field of `FrictionContact` between lines; `facts` as of `EffectKind`."""
+
+    def candidates(model: Model, size: Scale | None = None) -> list[Effect | Untestable]:
+        del size
+        return _list_line_ratios(model, kind=name, quantity=quantity, physics=physics, signature=signature)
+
+    return EffectKind(
+        name=name, acts_on="contact lines", physics=physics, signature=signature, parameters={"ratio": ("-",)},
+        candidates=candidates, **facts,
+    )  # fmt: skip
+
+
+def _list_line_ratios(
     model: Model, *, kind: str, quantity: str, physics: str, signature: str
 ) -> list[Effect | Untestable]:
-    """Effects on a property of each line relative to the others.
+    """Effects on a property of each line relative to the others; of two lines, their ratio.
 
     The common value of all lines is a calibration parameter. Two lines therefore have a single effect, their ratio,
     which leaves their geometric mean as it is.

@@ -11,7 +11,7 @@ import pickle
 import sys
 import traceback
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 from types import ModuleType
@@ -52,31 +52,16 @@ class OwnEffect:
 
     effect: Effect
     origin: str
+    name: str = field(init=False)
+    kind: str = field(init=False)
+    physics: str = field(init=False)
+    signature: str = field(init=False)
+    parameters: tuple[EffectParameter, ...] = field(init=False)
 
-    @property
-    def name(self) -> str:
-        """See `Effect`."""
-        return self.effect.name
-
-    @property
-    def kind(self) -> str:
-        """See `Effect`."""
-        return self.effect.kind
-
-    @property
-    def physics(self) -> str:
-        """See `Effect`."""
-        return self.effect.physics
-
-    @property
-    def signature(self) -> str:
-        """See `Effect`."""
-        return self.effect.signature
-
-    @property
-    def parameters(self) -> tuple[EffectParameter, ...]:
-        """See `Effect`."""
-        return tuple(self.effect.parameters)
+    def __post_init__(self) -> None:
+        for word in WORDS:
+            object.__setattr__(self, word, getattr(self.effect, word))
+        object.__setattr__(self, "parameters", tuple(self.effect.parameters))
 
     def apply(self, model: Model, values: Sequence[float]) -> Model:
         """See `Effect`.
@@ -152,11 +137,11 @@ class EffectSource:
         own = OwnEffect(effect=effect, origin=self.origin)
         _called(lambda: pickle.dumps(effect), self.origin, f'storing "{name}" for other processes')
         none = own.apply(model, [each.vanishes for each in parameters])
-        for field in LINEAR:
-            before, after = getattr(model.system, field), getattr(none.system, field)
+        for array in LINEAR:
+            before, after = getattr(model.system, array), getattr(none.system, array)
             if before.shape != after.shape or not np.allclose(after, before, rtol=1e-9, atol=1e-9 * _largest(before)):
                 raise EffectError(
-                    f'{self.origin}: "{name}" changes the {field.replace("_", " ")} at its vanishing values: let '
+                    f'{self.origin}: "{name}" changes the {array.replace("_", " ")} at its vanishing values: let '
                     "`apply` return the model as it is there"
                 )
         if own.apply(model, [each.typical for each in parameters]) is model:

@@ -28,9 +28,9 @@ class Gap:
     Parameters
     ----------
     line
-        Its name.
+        Name of the line.
     share
-        Of the gap at the end, for each contact in order, 0 to 1 [-].
+        Share of the gap at the end, for each contact in order, 0 to 1 [-].
     """
 
     name: str

@@ -35,13 +35,13 @@ class Comparison:
     observed
         Measurements.
     features
-        How they are compared.
+        Features by which they are compared.
     measured
         Features of the measurements, shape (m,).
     whitening
-        Their covariance.
+        Covariance of the features.
     predictor
-        Of the same points.
+        Predictor of the same points.
     noise
         Standard deviation of each number in a single repeat by noise alone, shape (m,).
     """

@@ -47,7 +47,7 @@ class Element:
     shape
         Shape functions: (n_point, 3) -> (n_point, n_node) [-].
     gradient
-        Their derivatives: (n_point, 3) -> (n_point, n_node, 3) [-].
+        Derivatives of the shape functions: (n_point, 3) -> (n_point, n_node, 3) [-].
     corner_shape
         Shape functions of the corners alone, as if there were no other nodes: (n_point, 3) -> (n_point, n_corner) [-].
     faces

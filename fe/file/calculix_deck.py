@@ -78,7 +78,7 @@ def write_calculix(
     n_mode
         Number of modes [-].
     output
-        What the step leaves behind.
+        Output of the step.
     springs
         Springs between nodes.
 
@@ -162,7 +162,7 @@ def _set_text(keyword: str, name: str, members: Int[NDArray[np.int64], " k"]) ->
 
 
 def _rows(form: str, table: NDArray[np.float64] | NDArray[np.int64]) -> str:
-    """The rows of a table through one format: a single formatting call is ten times faster than one a row."""
+    """The rows of a table through one format: a single formatting call is ten times faster than one per row."""
     return form * len(table) % tuple(table.ravel().tolist())
 
 

@@ -68,7 +68,7 @@ class ImportedMatrices:
         """
         label, place = np.unique(self.dofs.node, return_inverse=True)
         turning = self.dofs.direction >= N_TRANSLATION
-        # A linear system has three directions a node: rotations belong to nodes of their own, behind the others.
+        # A linear system has three directions per node: rotations belong to nodes of their own, behind the others.
         mesh_dof = N_TRANSLATION * (place + len(label) * turning) + self.dofs.direction % N_TRANSLATION
         free = np.setdiff1d(np.arange(self.dofs.n_dof), fixed)
         if not len(free):
@@ -114,7 +114,7 @@ class ImportedSystem:
     Parameters
     ----------
     linear
-        What can be reduced; node k of it is the k-th label in ascending order, and rotations follow on nodes of their
+        Linear system; its node k is the k-th label in ascending order, and rotations follow on nodes of their
         own.
     row
         Row of it for each row of the files, -1 where it is fixed, shape (n,) [-].
@@ -137,12 +137,12 @@ def read_matrices(
     Parameters
     ----------
     mass, stiffness, damping
-        Where the matrices stand; without damping it is zero.
+        Sources of the matrices; without one the damping is zero.
     dofs
         File of `fe.file.dof_table.read_dof_table`. Without it, row k is node k in direction x, counted from 0; DMIG
         cards name their degrees of freedom themselves.
     units
-        Of the files.
+        Units of the files.
 
     Raises
     ------

@@ -23,7 +23,7 @@ class FileMatrix:
     matrix
         Shape (n, n), both halves of a symmetric one.
     dofs
-        Which degree of freedom each row is; None where the file does not say.
+        Degree of freedom of each row; None where the file does not name them.
     """
 
     matrix: sp.csr_array

@@ -18,7 +18,7 @@ class MatrixSource:
     Parameters
     ----------
     file
-        Of one of the formats in `fe.file.matrix`: MatrixMarket, Harwell-Boeing, Nastran's OUTPUT4 and DMIG cards,
+        File of one of the formats in `fe.file.matrix`: MatrixMarket, Harwell-Boeing, Nastran's OUTPUT4 and DMIG cards,
         CalculiX, sparse ``.npz``.
     name
         In a file of several matrices, which one; empty for the only one.

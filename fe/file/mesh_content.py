@@ -55,7 +55,7 @@ def solid_mesh(file_mesh: FileMesh, *, source: str, length_unit_in_metre: float)
     Parameters
     ----------
     file_mesh
-        What the file says.
+        Content of the file.
     source
         Name of the file, for refusals.
     length_unit_in_metre

@@ -60,7 +60,7 @@ def mesh_blade(blade: Blade, rule: MeshRule, pads: PadMesh | None = None, layer:
     Parameters
     ----------
     blade
-        Its dimensions [m].
+        Dimensions of the blade [m].
     rule
         Element and sizes outside the pads.
     pads

@@ -34,9 +34,9 @@ def mesh_body(
     element
         Any element; tetrahedra are cut from the hexahedra.
     points, lines
-        What node sets are made for, in the body's own axes [m].
+        Points and lines that get node sets, in the body's own axes [m].
     placement
-        Where the body stands; in its own axes by default.
+        Placement in the rig; the body's own axes by default.
     subdivisions
         Each element is cut into this many along each edge [-].
 
@@ -66,11 +66,11 @@ def join_meshes(meshes: Mapping[str, Mesh]) -> Mesh:
     Parameters
     ----------
     meshes
-        By body.
+        Meshes by the name of their body.
 
     Returns
     -------
-    A mesh with one cell set a body; its other sets are called "body.set".
+    A mesh with one cell set per body; its other sets are called "body.set".
 
     Raises
     ------

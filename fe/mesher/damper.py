@@ -62,13 +62,13 @@ def mesh_damper(
     Parameters
     ----------
     damper
-        Its dimensions [m].
+        Dimensions of the damper [m].
     element
         Any registered element.
     cells
-        How many elements.
+        Numbers of elements.
     placement
-        Where it stands; in its own axes by default.
+        Placement in the rig; its own axes by default.
     subdivisions
         Each element is cut into this many along each edge [-].
 

@@ -85,7 +85,7 @@ def mesh_decoupler(
     Parameters
     ----------
     decoupler
-        Its dimensions [m].
+        Dimensions of the de-coupler [m].
     element, cells, placement, subdivisions
         As in `fe.mesher.damper.mesh_damper`.
 

@@ -20,7 +20,7 @@ class GroovePlan:
     Parameters
     ----------
     half_width
-        Of the pad [m].
+        Half the width of the pad [m].
     axis
         Height z of the groove's axis [m].
     lip_above_axis
@@ -28,7 +28,7 @@ class GroovePlan:
     top
         Height z of the pad's upper face [m].
     top_width
-        How much of the pad's width its middle column keeps at the top [-].
+        Share of the pad's width that its middle column has at the top [-].
     """
 
     half_width: float

@@ -69,7 +69,7 @@ def check_counts(body: str, counts: Mapping[str, int], *, even: Iterable[str] = 
     Parameters
     ----------
     body
-        What is meshed, for the message.
+        Name of the body, for the message.
     counts
         Numbers of elements by the name of their field [-].
     even

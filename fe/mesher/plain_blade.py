@@ -15,7 +15,7 @@ def mesh_plain_blade(blade: PlainBlade, rule: MeshRule) -> Mesh:
     Parameters
     ----------
     blade
-        Its dimensions [m].
+        Dimensions of the blade [m].
     rule
         Element and sizes.
 

@@ -23,10 +23,10 @@ TOLERANCE = 5e-11
 SETTLED, JUMP = 1e-5, 1e-8
 #: Blocks that fresh random columns get to show a mode that all columns before were blind to.
 TRIAL = 3
-#: Blocks of the basis beside two columns a mode: a blade restarts once at most, for up to three per cent of the time (a
-#: cube, with its pairs of modes, for eight), and the basis takes a tenth less memory than it would freely. Where that
-#: were more memory than this [byte], there are two columns a mode, or the least that will do, for up to a tenth more
-#: solves.
+#: Blocks of the basis beside two columns per mode: a blade restarts once at most, for up to three per cent of the time
+#: (a cube, with its pairs of modes, for eight), and the basis takes a tenth less memory than it would freely. Where
+#: that were more memory than this [byte], there are two columns per mode, or the least that will do, for up to a tenth
+#: more solves.
 SPACIOUS, MEMORY = 13, 5e8
 #: Blocks beyond the modes that a restart keeps, and new ones that the basis can take in any case.
 SPARE, NEW = 4, 3
@@ -56,18 +56,18 @@ def block_lanczos(
     Parameters
     ----------
     factor
-        Of the stiffness K, shape (n, n).
+        Factor of the stiffness K, shape (n, n).
     mass
         Symmetric positive definite, shape (n, n).
     n_mode
-        How many pairs, 1 to n.
+        Number of pairs, 1 to n [-].
     block
         Columns in a block, by default fewer for few modes.
     max_basis
         Columns of Q at which a restart compresses them, by default as `basis_columns` says; it always holds some blocks
         more than the modes.
     seed
-        Of the random columns: two runs with one seed agree to the last bit.
+        Seed of the random columns: two runs with one seed agree to the last bit.
 
     Returns
     -------

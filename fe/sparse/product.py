@@ -23,7 +23,7 @@ class SparseProduct:
     Parameters
     ----------
     matrix
-        Of the nodes, shape (n_node, n_node); its arrays are used where they are.
+        Matrix of the nodes, shape (n_node, n_node); its arrays are used where they are.
     direction
         Degrees of freedom of a node [-].
     """

@@ -89,7 +89,7 @@ def factorise(
     matrix
         Shape (n, n).
     definiteness
-        What is known about the matrix; Cholesky takes half the work and memory of LDL^T.
+        Definiteness of the matrix; Cholesky takes half the work and memory of LDL^T.
     backend
         The library, or its name; by default the fastest one that is installed. CHOLMOD's supernodes are for positive
         definite matrices: SuperLU takes an indefinite one in its place.

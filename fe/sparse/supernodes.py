@@ -41,7 +41,7 @@ def pack(
     values
         Blocks of the supernodes, column after column with all their rows.
     column, row_start, value_start
-        Where the columns, the rows and the values of each supernode begin, shape (s + 1,).
+        First column, row and value of each supernode, shape (s + 1,).
     row
         Rows of the supernodes.
 
@@ -67,7 +67,7 @@ class Supernodes:
     Parameters
     ----------
     values, layout
-        What `pack` has made; not copied.
+        Result of `pack`, which is not copied.
     order
         P: row k of the factor is row order[k] of A, shape (n,).
     """

@@ -22,7 +22,7 @@ class UpperBlocks:
     row_start
         Place of each row's first block, and the number of blocks, shape (n_node + 1,) [-].
     column
-        Of each block, ascending in a row, shape (n_block,) [-].
+        Column of each block, ascending in a row, shape (n_block,) [-].
     values
         Shape (n_block, 3, 3); blocks on the diagonal are symmetric.
 

@@ -108,9 +108,9 @@ def _drawn(
 ) -> Path:
     layout = layout_for(view.half_width / view.half_height)
     colours = list(COLOURS[: len(bodies)])
-    mesh = join_meshes({f"{name} {k}": each for name, group in bodies.items() for k, each in enumerate(group)})
+    mesh = join_meshes({f"{name} {k}": item for name, group in bodies.items() for k, item in enumerate(group)})
     # Of the colour of each node.
-    number = np.repeat(np.arange(float(len(bodies))), [sum(each.n_node for each in group) for group in bodies.values()])
+    number = np.repeat(np.arange(float(len(bodies))), [sum(item.n_node for item in group) for group in bodies.values()])
     colouring = Colouring(values=number, limits=(-0.5, len(bodies) - 0.5), colour_map=colours)
     with scene(mesh, colouring, view, layout.body[2:]) as drawn:
         legend, marks = dict(zip(bodies, colours, strict=True)), Marks(label="stations", places=stations)
@@ -128,12 +128,12 @@ def save_with_legend(
 ) -> Path:
     """Mark places in a scene, and write what it shows of a mesh beside words and a legend of colours by name."""
     left, top, width, height = layout.body
-    marks = [each for each in marks if len(each.places)]
-    for each in marks:
-        _dots(drawn, each, each.places + 2 * drawn.lift, 1.0)
-        if each.seen_through:
+    marks = [item for item in marks if len(item.places)]
+    for item in marks:
+        _dots(drawn, item, item.places + 2 * drawn.lift, 1.0)
+        if item.seen_through:
             # Before the whole body: a parallel projection shows them where they are.
-            _dots(drawn, each, each.places + IN_FRONT * drawn.lift, each.seen_through)
+            _dots(drawn, item, item.places + IN_FRONT * drawn.lift, item.seen_through)
     drawn.plotter.reset_camera_clipping_range()
     picture = _furniture(layout, caption, legend, marks)
     picture[top : top + height, left : left + width] = drawn.image(mesh.points)
@@ -163,10 +163,10 @@ def _furniture(layout: Layout, caption: Caption, legend: Mapping[str, str], mark
     body_left, body_top, body_width, body_height = layout.body
     handles: list[Patch | Line2D] = [Patch(color=colour, label=name) for name, colour in legend.items()]
     handles += [
-        Line2D([], [], ls="", marker="o", ms=9 * points * each.size / STATION_SIZE, color=each.colour, label=each.label)
-        for each in marks
+        Line2D([], [], ls="", marker="o", ms=9 * points * item.size / STATION_SIZE, color=item.colour, label=item.label)
+        for item in marks
     ]
-    shown = blank.figure.legend(
+    key = blank.figure.legend(
         handles=handles,
         loc="center left",
         bbox_to_anchor=((body_left + body_width) / width, 1 - (body_top + body_height / 2) / height),
@@ -176,10 +176,10 @@ def _furniture(layout: Layout, caption: Caption, legend: Mapping[str, str], mark
         frameon=False,
     )
     blank.pixels()
-    box = shown.get_window_extent()
+    box = key.get_window_extent()
     if box.x1 > width - MARGIN * scale:
         # A long name is written smaller rather than cut.
         shrink = (width - MARGIN * scale - box.x0) / box.width
-        for text in shown.get_texts():
+        for text in key.get_texts():
             text.set_fontsize(text.get_fontsize() * shrink)
     return blank.pixels()

@@ -179,21 +179,21 @@ def _palette(frames: list[Image], keep: Iterable[str]) -> UInt8[NDArray[np.uint8
     from matplotlib.colors import to_rgb
     from PIL import Image as Pillow
 
-    kept = np.array([to_rgb(colour) for colour in keep])
+    exact = np.array([to_rgb(colour) for colour in keep])
     ends = _pillow(np.concatenate([frames[0], frames[len(frames) // 2]], axis=1))
-    n_free = N_COLOUR - len(kept)
+    n_free = N_COLOUR - len(exact)
     # Means of clusters lie nearer to the colours of a colour map than the median cut alone.
     clusters = ends.quantize(n_free, kmeans=2, dither=Pillow.Dither.NONE)
     free = np.array(clusters.getpalette() or [], dtype=np.float64).reshape(-1, 3)
-    return np.concatenate([np.rint(255 * kept), free[:n_free]]).astype(np.uint8)
+    return np.concatenate([np.rint(255 * exact), free[:n_free]]).astype(np.uint8)
 
 
 def _nearest(frames: list[Image], palette: UInt8[NDArray[np.uint8], "colour 3"]) -> UInt8[NDArray[np.uint8], " rgb"]:
     """Number of the nearest colour of the palette for each colour of the frames: Pillow's own search is not exact."""
-    found = np.zeros(1 << 24, dtype=np.bool_)
+    result = np.zeros(1 << 24, dtype=np.bool_)
     for frame in frames:
-        found[frame @ WEIGHTS] = True
-    (there,) = np.nonzero(found)
+        result[frame @ WEIGHTS] = True
+    (there,) = np.nonzero(result)
     colours = there[:, None] // WEIGHTS % 256
     nearest = np.zeros(1 << 24, dtype=np.uint8)
     nearest[there] = KDTree(palette).query(colours)[1]

@@ -203,11 +203,11 @@ def _colouring(mesh: Mesh, displacement: Vectors, colour: ModeColour) -> Colouri
         if colour.field != "displacement":
             raise InputError(f"{name} cannot be computed from a displacement alone: give it as values")
         values = np.linalg.norm(displacement, axis=1)
-    shown = np.asarray(values, dtype=np.float64)
-    if shown.shape != (mesh.n_node,) or not np.isfinite(shown).all():
-        raise InputError(f"values have the shape {shown.shape}: give {mesh.n_node} finite ones, one per node")
+    scaled = np.asarray(values, dtype=np.float64)
+    if scaled.shape != (mesh.n_node,) or not np.isfinite(scaled).all():
+        raise InputError(f"values have the shape {scaled.shape}: give {mesh.n_node} finite ones, one per node")
     if colour.unit is None:
-        shown = shown / (np.abs(shown).max() or 1.0)
-    low, high = min(0.0, float(shown.min())), float(shown.max())
+        scaled = scaled / (np.abs(scaled).max() or 1.0)
+    low, high = min(0.0, float(scaled.min())), float(scaled.max())
     label = f"{name} / maximum [-]" if colour.unit is None else f"{name} [{colour.unit}]"
-    return Colouring(values=shown, limits=(low, high if high > low else low + 1.0), label=label, colour_map=colour_map)
+    return Colouring(values=scaled, limits=(low, high if high > low else low + 1.0), label=label, colour_map=colour_map)

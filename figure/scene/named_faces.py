@@ -69,7 +69,7 @@ def named_faces_picture(
     ]
     marks.append(Marks(label="stations", places=stations, seen_through=THROUGH))
     colouring = Colouring(values=np.zeros(mesh.n_node), limits=(-0.5, len(colours) - 0.5), colour_map=colours)
-    behind = "; pale dots lie behind" if any(len(each.places) for each in marks) else ""
+    behind = "; pale dots lie behind" if any(len(item.places) for item in marks) else ""
     note = f"{mesh.n_node} nodes, {mesh.n_cell} elements{behind}"
     caption = Caption(title=title, subtitle="Mesh and named faces", note=note)
     with scene(mesh, colouring, view, layout.body[2:]) as drawn:
@@ -85,8 +85,8 @@ def _numbers(mesh: Mesh, faces: Mapping[str, Faces]) -> Float[NDArray[np.float64
         for _, element, local, cells in mesh.face_groups(named):
             corners = np.sort(cells[:, element.corner_faces[local]], axis=1)
             name_of.update(dict.fromkeys(map(tuple, corners.tolist()), number))
-    found = []
+    result = []
     for pattern, nodes in patterned_faces(mesh):
         keys = np.sort(nodes[:, : len(pattern.rims)], axis=1).tolist()
-        found.append(np.repeat([float(name_of.get(tuple(key), 0)) for key in keys], len(pattern.value)))
-    return np.concatenate(found)
+        result.append(np.repeat([float(name_of.get(tuple(key), 0)) for key in keys], len(pattern.value)))
+    return np.concatenate(result)

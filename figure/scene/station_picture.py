@@ -108,15 +108,15 @@ def station_pictures(
     heading = _words((width, above), "Contact stations, bodies cut open", scale)
     half = behind(mesh, float(mesh.points[stations.node, 0].mean()))
     cut = half if half.n_cell else mesh
-    found: list[list[Part]] = []
+    result: list[list[Part]] = []
     with scene(cut, colouring, view, size) as drawn:
         dots = _Dots(drawn, view, mesh.points[stations.node])
         for number, (nodes, states) in enumerate(zip(places, stations.states, strict=True)):
             dots.move(nodes[stations.node], states)
             picture = _framed(drawn.image(nodes))
             words = _words((width, below), f"time / period = {number / len(places):.3f}", scale, STATES)
-            found.append([(left, top, heading), (left, top + above, picture), (left, top + above + size[1], words)])
-    return found
+            result.append([(left, top, heading), (left, top + above, picture), (left, top + above + size[1], words)])
+    return result
 
 
 class _Dots:

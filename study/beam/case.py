@@ -108,8 +108,8 @@ def _text(model: Model, file: str) -> str:
     tables += [f'[[sensor]]\nname = "{name}"\nplace = "{name}"\n' for name in motions]
     for sensor in model.sensors:
         if isinstance(sensor, LineSensor):
-            of = f'line = "{sensor.line}"\ncomponent = "{sensor.component}"'
-            tables.append(f'[[sensor]]\nname = "{sensor.name}"\n{of}\n')
+            misfit = f'line = "{sensor.line}"\ncomponent = "{sensor.component}"'
+            tables.append(f'[[sensor]]\nname = "{sensor.name}"\n{misfit}\n')
     for line in model.lines:
         gap = f'gap = ["0 um", "{5e5 * GAP:g} um", "{1e6 * GAP:g} um"]\n' if line == "right" else ""
         tables.append(

@@ -47,7 +47,7 @@ def case_catalogue(model: Model, files: Sequence[Path], **options: Any) -> Catal
     return list_effects(model, extra=files, **options)
 
 
-def find_effect(found: Catalogue, name: str) -> Effect:
+def find_effect(result: Catalogue, name: str) -> Effect:
     """An effect by its name; case and spaces at the ends do not matter.
 
     Raises
@@ -56,14 +56,14 @@ def find_effect(found: Catalogue, name: str) -> Effect:
         There is none, with the nearest names; or it cannot be tested, with the reason.
     """
     wanted = " ".join(name.split()).casefold()
-    for each in found.candidates:
-        if each.name.casefold() == wanted:
-            return each
-    for left in found.untestable:
+    for item in result.candidates:
+        if item.name.casefold() == wanted:
+            return item
+    for left in result.untestable:
         if left.name.casefold() == wanted:
             raise EffectError(f'the effect "{left.name}" cannot act here: {left.reason}')
-    near = _near(wanted, found.names)
-    remedy = f"did you mean {near}?" if near else f"there are {', '.join(found.names) or 'none'}"
+    near = _near(wanted, result.names)
+    remedy = f"did you mean {near}?" if near else f"there are {', '.join(result.names) or 'none'}"
     raise EffectError(f'there is no effect "{name}"; {remedy}')
 
 
@@ -90,14 +90,14 @@ def added_effects(
         known = case_catalogue(model, files)
     if known is None:
         raise CaseError(mistakes.problems)
-    found: list[Added] = []
+    result: list[Added] = []
     for number, table in enumerate(case.added):
         with mistakes.at("added", number):
             effect = find_effect(known, table.effect)
-            if effect.name in [each.effect.name for each in found]:
+            if effect.name in [item.effect.name for item in result]:
                 raise EffectError(f'"{effect.name}" is added twice: keep one table')
-            found.append(Added(effect=effect, values=_values(table.values, effect, case, number)))
-    return tuple(found)
+            result.append(Added(effect=effect, values=_values(table.values, effect, case, number)))
+    return tuple(result)
 
 
 def apply_all(
@@ -107,8 +107,8 @@ def apply_all(
     for factor in known:
         if factor.name in calibrated:
             model = factor.apply(model, [calibrated[factor.name]])
-    for each in added:
-        model = each.effect.apply(model, [float(value) for value in each.values])
+    for item in added:
+        model = item.effect.apply(model, [float(value) for value in item.values])
     return model
 
 
@@ -128,8 +128,8 @@ def apply_by_name(
     """
     if not added:
         return apply_all(finer, known, calibrated, ())
-    found = case_catalogue(finer, files)
-    own = [Added(effect=found.alike(each.effect), values=each.values) for each in added]
+    result = case_catalogue(finer, files)
+    own = [Added(effect=result.alike(item.effect), values=item.values) for item in added]
     return apply_all(finer, known, calibrated, own)
 
 
@@ -174,8 +174,8 @@ def _values(given: Mapping[str, Any], effect: Effect, case: Case[StructureTable]
     for key, parameter in keys.items():
         if key not in given:
             example = text_of(parameter.typical, parameter, 3)
-            shown = example if parameter.unit == "-" else f'"{example}"'
-            raise EffectError(f'"{effect.name}" lacks its value: add {key} = {shown}')
+            text = example if parameter.unit == "-" else f'"{example}"'
+            raise EffectError(f'"{effect.name}" lacks its value: add {key} = {text}')
     values, source = [], case.source
     for key, parameter in keys.items():
         try:
@@ -190,7 +190,7 @@ def _values(given: Mapping[str, Any], effect: Effect, case: Case[StructureTable]
 def _dimension(parameter: EffectParameter) -> Dimension:
     if parameter.unit in {"-", ""}:
         return RATIO
-    known = next((each for each in DIMENSIONS if each.si == parameter.unit), None)
+    known = next((item for item in DIMENSIONS if item.si == parameter.unit), None)
     example = text_of(parameter.typical, parameter, 3)
     return Dimension(known.name if known else f"a {parameter.name}", parameter.unit, example)
 

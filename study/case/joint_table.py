@@ -32,7 +32,7 @@ DIRECTION = "direction"
 
 
 def joint_table() -> Any:
-    """The type of an entry of ``[[joint]]``: the tables of all laws that are registered, told apart by ``kind``."""
+    """The type of an entry of ``[[joint]]``: the tables of all laws that are registered, distinguished by ``kind``."""
     tables = [table_of_law(law) for law in LAWS]
     union: Any = tables[0]
     for table in tables[1:]:
@@ -70,7 +70,7 @@ def _dimension(parameter: LawParameter) -> Dimension:
     if parameter.unit == "-":
         return RATIO
     known = next(
-        (each for each in (*DIMENSIONS, CUBIC_STIFFNESS, QUADRATIC_DAMPING) if each.si == parameter.unit), None
+        (item for item in (*DIMENSIONS, CUBIC_STIFFNESS, QUADRATIC_DAMPING) if item.si == parameter.unit), None
     )
     return known or Dimension(f"a {parameter.name}", parameter.unit, f"{parameter.typical:g} {parameter.unit}")
 

@@ -177,7 +177,7 @@ class _Plugins(CaseModel):
 def _known(name: str) -> str:
     names = CASE_KINDS.names()
     if name not in names:
-        *others, last = (f'"{each}"' for each in names)
+        *others, last = (f'"{item}"' for item in names)
         raise ValueError(f"must be {', '.join(others)} or {last}{did_you_mean(name, names)}")
     return name
 

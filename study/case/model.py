@@ -129,7 +129,7 @@ def _contacts(line: LineTable, finder: PlaceFinder) -> list[FrictionContact]:
         raise ModelDefinitionError(f"shares has {len(line.shares)} numbers for {n} contacts: give one for each")
     share = np.ones(n) if line.shares is None else np.array(line.shares) / sum(line.shares)
 
-    def each(name: str) -> Row:
+    def item(name: str) -> Row:
         values: Sequence[float] = getattr(line, name)
         if len(values) not in {1, n}:
             raise ModelDefinitionError(
@@ -138,8 +138,8 @@ def _contacts(line: LineTable, finder: PlaceFinder) -> list[FrictionContact]:
         return np.broadcast_to(np.array(values, dtype=np.float64), n)
 
     numbers = zip(
-        each("normal_stiffness") * share, each("tangential_stiffness") * share, each("friction_coefficient"),
-        each("preload") * share, each("gap"), strict=True,
+        item("normal_stiffness") * share, item("tangential_stiffness") * share, item("friction_coefficient"),
+        item("preload") * share, item("gap"), strict=True,
     )  # fmt: skip
     return [
         FrictionContact(
@@ -216,7 +216,7 @@ def _dead_weights(
     lines: dict[str, tuple[str, ...]],
     mistakes: Mistakes,
 ) -> dict[str, DeadWeight]:
-    found = dict(structure.dead_weights)
+    result = dict(structure.dead_weights)
     for number, table in enumerate(case.dead_weight):
         with mistakes.at("dead_weight", number):
             for line in table.presses:
@@ -224,13 +224,13 @@ def _dead_weights(
                     raise ModelDefinitionError(
                         f'presses: "{line}" is no line of the case: there are {", ".join(lines) or "none"}'
                     )
-            found[table.name] = DeadWeight(row=table.force * finder.row(table), lines=table.presses)
-    return found
+            result[table.name] = DeadWeight(row=table.force * finder.row(table), lines=table.presses)
+    return result
 
 
 def _pressed_together(case: Case[StructureTable], mistakes: Mistakes) -> tuple[tuple[str, ...], ...]:
     """Lines by what presses them."""
-    found: dict[str, list[str]] = {}
+    result: dict[str, list[str]] = {}
     pressing = {line: weight.name for weight in case.dead_weight for line in weight.presses}
     for number, line in enumerate(case.line):
         if line.pressed_by is not None:
@@ -244,8 +244,8 @@ def _pressed_together(case: Case[StructureTable], mistakes: Mistakes) -> tuple[t
                     raise ModelDefinitionError(
                         f'pressed_by = "{line.pressed_by}" is a dead weight: list the line in its presses instead'
                     )
-                found.setdefault(line.pressed_by, []).append(line.name)
-    return tuple(tuple(lines) for lines in found.values())
+                result.setdefault(line.pressed_by, []).append(line.name)
+    return tuple(tuple(lines) for lines in result.values())
 
 
 def joints_of_table(case: Case[StructureTable], number: int, finder: PlaceFinder) -> list[Joint]:
@@ -273,15 +273,15 @@ def joints_of_table(case: Case[StructureTable], number: int, finder: PlaceFinder
         if place is not None:
             with located(case, "joint", number, *(() if label == DIRECTION else (label,))):
                 rows[label] = finder.rows(place)
-    counts = {len(each) for each in rows.values()}
+    counts = {len(item) for item in rows.values()}
     if len(counts) > 1:
-        listed = ", ".join(f"{label} {len(each)}" for label, each in rows.items())
+        listed = ", ".join(f"{label} {len(item)}" for label, item in rows.items())
         raise JointError(f"its places have different numbers of stations ({listed}): a contact needs one of each")
-    keys = [*(each.name for each in law.parameters), *(each.name for each in law.options)]
+    keys = [*(item.name for item in law.parameters), *(item.name for item in law.options)]
     values = {key: getattr(table, key) for key in keys}
     count = counts.pop()
     names = [table.name] if count == 1 else [f"{table.name} {station}" for station in range(count)]
     return [
-        law.build(name, {label: each[station] for label, each in rows.items()}, values)
+        law.build(name, {label: item[station] for label, item in rows.items()}, values)
         for station, name in enumerate(names)
     ]

@@ -66,12 +66,12 @@ class PlaceTable(CaseModel):
     def _one_way(self) -> Self:
         ways = [name for name in WAYS if getattr(self, name) is not None]
         if len(ways) != 1:
-            found = f"{' and '.join(ways)} are given" if ways else "says nowhere where"
-            raise ValueError(f"{found}: give one of {', '.join(WAYS)}")
+            result = f"{' and '.join(ways)} are given" if ways else "says nowhere where"
+            raise ValueError(f"{result}: give one of {', '.join(WAYS)}")
         (way,) = ways
         for key in ("other", "other_at", "station", "body", "direction"):
             if getattr(self, key) is not None and key not in COMPANIONS[way]:
-                goes = " or ".join(each for each in WAYS if key in COMPANIONS[each])
+                goes = " or ".join(item for item in WAYS if key in COMPANIONS[item])
                 raise ValueError(f"{key} = {getattr(self, key)} goes with {goes}, not with {way}: remove one of them")
         if self.node is not None and not isinstance(self.direction, str):
             raise ValueError(f'node = {self.node} needs one of its directions, e.g. direction = "z"')
@@ -161,29 +161,29 @@ class PlaceFinder:
                 f'at = "{place.at}" names a boundary of a reduced model, but the structure is plain matrices: give '
                 "dof or weights"
             )
-        found = _station_rows(place, rom, place.at)
+        result = _station_rows(place, rom, place.at)
         if place.other_at is not None:
             against = _station_rows(place, rom, place.other_at)
-            if len(against) != len(found):
+            if len(against) != len(result):
                 raise JointError(
-                    f'at = "{place.at}" has {len(found)} stations but other_at = "{place.other_at}" {len(against)}: '
+                    f'at = "{place.at}" has {len(result)} stations but other_at = "{place.other_at}" {len(against)}: '
                     "name two sets that face each other, station by station"
                 )
-            found = [row - other for row, other in zip(found, against, strict=True)]
+            result = [row - other for row, other in zip(result, against, strict=True)]
         if place.station is None:
-            return found
-        if place.station >= len(found):
+            return result
+        if place.station >= len(result):
             raise JointError(
                 f'station = {place.station} does not exist: boundary set "{place.at}" has stations 0 to '
-                f"{len(found) - 1}"
+                f"{len(result) - 1}"
             )
-        return [found[place.station]]
+        return [result[place.station]]
 
     def _of_node(self, place: PlaceTable) -> Row:
         moving = [(n, dof) for n, dof in enumerate(self.dofs) if dof.direction != "modal"]
         moving = [(n, dof) for n, dof in moving if place.body in {None, dof.body}]
         same = [(number, dof) for number, dof in moving if dof.node == place.node]
-        found = [number for number, dof in same if dof.direction == place.direction]
+        result = [number for number, dof in same if dof.direction == place.direction]
         where = f"node = {place.node}" if place.body is None else f'body = "{place.body}", node = {place.node}'
         if not same:
             nodes = sorted({dof.node for _, dof in moving})
@@ -192,15 +192,15 @@ class PlaceFinder:
             raise ModelDefinitionError(
                 f"{where} is no node of the structure: it has {there}; bodies: {bodies or 'none'}"
             )
-        if not found:
+        if not result:
             has = ", ".join(dof.direction for _, dof in same)
             raise ModelDefinitionError(f'direction = "{place.direction}" is not kept at {where}: it has {has}')
-        if len(found) > 1:
+        if len(result) > 1:
             raise ModelDefinitionError(
-                f"{where} stands for degrees of freedom {found[0]} and {found[1]}: give the body, too"
+                f"{where} stands for degrees of freedom {result[0]} and {result[1]}: give the body, too"
             )
         row = np.zeros(self.matrices.n_dof)
-        row[found[0]] = 1.0
+        row[result[0]] = 1.0
         return row
 
     def _stored(self, name: str) -> NDArray[np.float64]:

@@ -62,8 +62,8 @@ class Setup:
     def complete_budget(self) -> Budget:
         """Its numerical error, the finer models as complete as it is."""
         finer = [
-            apply_by_name(each, self.effects, self.accepted, self.calibrated, self.added)
-            for each in self.budget.refined
+            apply_by_name(item, self.effects, self.accepted, self.calibrated, self.added)
+            for item in self.budget.refined
         ]
         return replace(self.budget, refined=finer)
 
@@ -106,7 +106,7 @@ def read_case(path: Path | str | OpenCase, campaign: Campaign | None = None, run
     campaign
         Whose sensors the model has as well.
     run
-        Where the stages of the structure are stored and shown; nowhere by default.
+        Where the stages of the structure are stored and reported; nowhere by default.
 
     Raises
     ------
@@ -155,13 +155,13 @@ def _setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: RunCont
             refined.append(finer if campaign is None else with_sensors(finer, campaign))
     known: tuple[CalibrationParameter, ...] = ()
     with mistakes.at("accepted"):
-        known = list_calibration_parameters(model, deviation=case.accepted.deviation, finer=refined)
+        known = list_calibration_parameters(model, deviation=case.accepted.given, finer=refined)
     mistakes.raise_if_any()
     files = tuple(folder / file for file in case.effects.files)
     added = added_effects(case, model, files, mistakes)
-    for name in case.calibrated.factors:
+    for name in case.calibrated.given:
         with mistakes.at("calibrated"):
-            if name not in {each.name for each in known}:
+            if name not in {item.name for item in known}:
                 raise ModelDefinitionError(f"{name} is calibrated, but is no calibration parameter here: remove it")
     mistakes.raise_if_any()
     error = case.numerical_error
@@ -173,7 +173,7 @@ def _setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: RunCont
         effects=files,
         without=case.effects.without,
         added=added,
-        calibrated=case.calibrated.factors,
+        calibrated=case.calibrated.given,
     )
     for number in range(len(added)):
         with mistakes.at("added", number):
@@ -187,7 +187,7 @@ def _refined(file: Path, own: Path, model: Model, run: RunContext) -> Model:
         raise ModelDefinitionError(f'refined: "{file}" is this case itself: name one with a finer mesh, or remove it')
     opened = open_case(file)
     finer = model_of_case(opened.case, opened.kind.structure(opened, run))
-    missing = [each.name for each in model.sensors if each.name not in {other.name for other in finer.sensors}]
+    missing = [item.name for item in model.sensors if item.name not in {other.name for other in finer.sensors}]
     if missing:
         raise ModelDefinitionError(f'refined: "{file}" has no sensor "{missing[0]}": give both cases the same sensors')
     for what, names, others in (("line", model.lines, finer.lines), ("place", model.places, finer.places)):

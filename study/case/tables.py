@@ -108,7 +108,16 @@ class HarmonicsTable(CaseModel):
         return self
 
 
-class AcceptedTable(CaseModel):
+class ParameterTable(CaseModel):
+    """A number for each calibration parameter, or for some."""
+
+    @property
+    def given(self) -> Mapping[str, float]:
+        """Those that are given, by name [-]."""
+        return {name: value for name, value in self.model_dump().items() if value is not None}
+
+
+class AcceptedTable(ParameterTable):
     """Relative standard deviations of what every fit calibrates; 0 leaves one out as known."""
 
     kt: NotNegative | None = None
@@ -117,11 +126,6 @@ class AcceptedTable(CaseModel):
     zeta: NotNegative | None = None
     E: NotNegative | None = None
     bearing: NotNegative | None = None
-
-    @property
-    def deviation(self) -> Mapping[str, float]:
-        """Those that are given, by name [-]."""
-        return {name: value for name, value in self.model_dump().items() if value is not None}
 
 
 class NumericalErrorTable(CaseModel):
@@ -160,8 +164,8 @@ class AddedTable(CaseModel):
         return self.model_extra or {}
 
 
-class CalibratedTable(CaseModel):
-    """Factors on what the case says, as a calibration found them."""
+class CalibratedTable(ParameterTable):
+    """Factors on what the case says, as a calibration fitted them."""
 
     kt: Factor | None = None
     kn: Factor | None = None
@@ -169,11 +173,6 @@ class CalibratedTable(CaseModel):
     zeta: Factor | None = None
     E: Factor | None = None
     bearing: Factor | None = None
-
-    @property
-    def factors(self) -> Mapping[str, float]:
-        """Those that are given, by name [-]."""
-        return {name: value for name, value in self.model_dump().items() if value is not None}
 
 
 S = TypeVar("S", bound=StructureTable)

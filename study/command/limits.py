@@ -15,7 +15,7 @@ app = command_app(
     Takes any case with joints that slide, and searches for the smallest and largest amplitude of an output, or
     force of a contact, that the sliders' unknown start can lead to, at each frequency and level, in a process for each
     core. Random histories test the limits. Writes netCDF, CSV and figures: the band, contact states, limits against
-    level. Each task is kept when it is done: after Ctrl-C or a crash the same command goes on from there. What
+    level. Each task is stored when it is done: after Ctrl-C or a crash the same command goes on from there. What
     [limits] may hold stands in docs/case.md. Without a case file: a blade with a wedge damper.""",
     examples=["stickslip limits --out limited", "stickslip limits rig.toml --out limited --json"],
 )

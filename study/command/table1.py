@@ -43,8 +43,8 @@ def table1(
 
     report = write_report(cases or TABLE1, options.open(out))
     studies = [
-        {"title": each.case.title, "worst_error_hz": each.worst_error, "rows": [row.document for row in each.rows]}
-        for each in report.studies
+        {"title": item.case.title, "worst_error_hz": item.worst_error, "rows": [row.document for row in item.rows]}
+        for item in report.studies
     ]
     document = {"studies": studies, "files": [str(file) for file in report.files]}
     return Answer(document=document, text=_table(report.studies[0], report))

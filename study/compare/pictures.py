@@ -39,21 +39,23 @@ HISTORY = (
 )
 
 
-def pictures(model: Model, train: Misfit, held: Misfit | None, prediction: Prediction, title: str) -> dict[str, bytes]:
+def pictures(
+    model: Model, train: Misfit, held_out: Misfit | None, prediction: Prediction, title: str
+) -> dict[str, bytes]:
     """Draw all of them as PNG, by name.
 
     Parameters
     ----------
     model
         What was predicted with.
-    train, held
+    train, held_out
         Misfits; of what is held out, levels are drawn that training does not have.
     prediction
         Steady states to start from.
     title
         Above each figure.
     """
-    everything, new = joined(train, held)
+    everything, new = joined(train, held_out)
     drawn: dict[str, object] = {}
     for free in np.unique(everything.points.free):
         rows = everything.where(np.asarray(everything.points.free == free))
@@ -83,27 +85,27 @@ def _figures(
 ) -> dict[str, tuple[list[tuple[Key, OverlayPanel]], int]]:
     """Panels of each figure and how many stand side by side: fundamental motions, their harmonics, contact forces."""
     lines = {sensor.name for sensor in model.sensors if isinstance(sensor, LineSensor)}
-    forces = [each for each in panels if each[0][0] in lines]
-    motions = [each for each in panels if each[0][0] not in lines]
-    fundamental = [each for each in motions if each[0][1] == 1]
-    higher = [each for each in motions if each[0][1] != 1]
+    forces = [item for item in panels if item[0][0] in lines]
+    motions = [item for item in panels if item[0][0] not in lines]
+    fundamental = [item for item in motions if item[0][1] == 1]
+    higher = [item for item in motions if item[0][1] != 1]
     harmonics = len({key[1] for key, _ in forces})
     return {"frf": (fundamental, 2), "harmonics": (higher, 2), "forces": (forces, max(1, min(harmonics, 4)))}
 
 
-def _stands_out(of: Misfit, key: Key) -> bool:
+def _stands_out(misfit: Misfit, key: Key) -> bool:
     """Whether a sensor's harmonic is more than noise."""
-    rows = of.where(np.asarray((of.points.sensor == key[0]) & (of.points.harmonic == key[1])))
+    rows = misfit.where(np.asarray((misfit.points.sensor == key[0]) & (misfit.points.harmonic == key[1])))
     noise = CLEAR * np.nan_to_num(rows.deviation)
-    return any(float(np.mean(np.abs(each) > noise)) > WORTH_DRAWING for each in (rows.measured, rows.predicted))
+    return any(float(np.mean(np.abs(item) > noise)) > WORTH_DRAWING for item in (rows.measured, rows.predicted))
 
 
-def joined(train: Misfit, held: Misfit | None) -> tuple[Misfit, set[float]]:
+def joined(train: Misfit, held_out: Misfit | None) -> tuple[Misfit, set[float]]:
     """Training data, and held-out levels; and which levels those are."""
-    if held is None:
+    if held_out is None:
         return train, set()
-    new = set(np.setdiff1d(held.points.level, train.points.level).tolist())
-    more = held.where(np.isin(held.points.level, list(new)))
+    new = set(np.setdiff1d(held_out.points.level, train.points.level).tolist())
+    more = held_out.where(np.isin(held_out.points.level, list(new)))
     points = Points(
         **{
             name: np.concatenate([getattr(train.points, name), getattr(more.points, name)])
@@ -117,53 +119,54 @@ def joined(train: Misfit, held: Misfit | None) -> tuple[Misfit, set[float]]:
     return Misfit(points=points, **columns), new
 
 
-def keys(of: Misfit) -> list[Key]:
+def keys(misfit: Misfit) -> list[Key]:
     """Sensors in the order of the campaign, and the harmonics of each."""
-    pairs = zip(map(str, of.points.sensor), of.points.harmonic.tolist(), strict=True)
-    order = {name: number for number, name in enumerate(dict.fromkeys(map(str, of.points.sensor)))}
+    pairs = zip(map(str, misfit.points.sensor), misfit.points.harmonic.tolist(), strict=True)
+    order = {name: number for number, name in enumerate(dict.fromkeys(map(str, misfit.points.sensor)))}
     # Static parts come last: few sensors have one.
     return sorted(dict.fromkeys(pairs), key=lambda key: (order[key[0]], key[1] == 0, key[1]))
 
 
-def _map(of: Misfit, levels: Frequencies, words: Sequence[str], title: str) -> MisfitMap:
-    points, size = of.points, of.size
+def _map(misfit: Misfit, levels: Frequencies, words: Sequence[str], title: str) -> MisfitMap:
+    points, size = misfit.points, misfit.size
     frequency = np.unique(points.frequency)
     panels = []
-    for sensor, harmonic in keys(of):
+    for sensor, harmonic in keys(misfit):
         rows = (points.sensor == sensor) & (points.harmonic == harmonic)
         image = np.full((len(levels), len(frequency)), np.nan)
         at = np.searchsorted(levels, points.level[rows]), np.searchsorted(frequency, points.frequency[rows])
         image[at] = size[rows]
         panels.append(MapPanel(sensor=sensor, harmonic=harmonic, size=image))
-    subtitle = (
-        f"level by frequency; all points together: {np.sqrt(np.nanmean(of.standardised**2)):.3g} standard deviations"
-    )
+    mean = np.sqrt(np.nanmean(misfit.standardised**2))
+    subtitle = f"level by frequency; all points together: {mean:.3g} standard deviations"
     return MisfitMap(panels=panels, levels=words, frequency=frequency, title=title, subtitle=subtitle)
 
 
-def _panels(model: Model, of: Misfit, levels: Frequencies, prediction: Prediction) -> list[tuple[Key, OverlayPanel]]:
-    fine = fine_points(of.points)
+def _panels(
+    model: Model, misfit: Misfit, levels: Frequencies, prediction: Prediction
+) -> list[tuple[Key, OverlayPanel]]:
+    fine = fine_points(misfit.points)
     lines = Predictor(points=fine).predict(model, prediction).value
     sensors = {sensor.name: sensor for sensor in model.sensors}
     panels = []
-    for sensor, harmonic in keys(of):
+    for sensor, harmonic in keys(misfit):
         # Fundamental motions are drawn per newton: levels that agree lie on each other.
         per_level = harmonic == 1 and isinstance(sensors[sensor], Sensor)
-        all_rows = np.flatnonzero((of.points.sensor == sensor) & (of.points.harmonic == harmonic))
-        size = np.abs(of.measured[all_rows]) / (of.points.level[all_rows] if per_level else 1.0)
+        all_rows = np.flatnonzero((misfit.points.sensor == sensor) & (misfit.points.harmonic == harmonic))
+        size = np.abs(misfit.measured[all_rows]) / (misfit.points.level[all_rows] if per_level else 1.0)
         unit, factor = unit_of(sensors[sensor], float(size.max()))
         curves = []
         for number, level in enumerate(levels.tolist()):
-            rows, drawn = (rows_of(points, sensor, harmonic, level) for points in (of.points, fine))
+            rows, drawn = (rows_of(points, sensor, harmonic, level) for points in (misfit.points, fine))
             if not len(rows):
                 continue
             scale = factor / level if per_level else factor
             curves.append(
                 OverlayCurve(
                     level=number,
-                    frequency=of.points.frequency[rows],
-                    measured=scale * of.measured[rows],
-                    deviation=scale * of.deviation[rows],
+                    frequency=misfit.points.frequency[rows],
+                    measured=scale * misfit.measured[rows],
+                    deviation=scale * misfit.deviation[rows],
                     line_frequency=fine.frequency[drawn],
                     line=scale * lines[drawn],
                 )
@@ -183,7 +186,7 @@ def _panels(model: Model, of: Misfit, levels: Frequencies, prediction: Predictio
 def unit_of(sensor: Sensor | LineSensor, largest: float) -> tuple[str, float]:
     """Unit that a sensor's largest value is drawn in, and its factor."""
     units = SHOWN["contact force" if isinstance(sensor, LineSensor) else sensor.quantity]
-    return next((each for each in units if largest * each[1] >= LARGEST), units[-1])
+    return next((item for item in units if largest * item[1] >= LARGEST), units[-1])
 
 
 def rows_of(points: Points, sensor: str, harmonic: int, level: float) -> NDArray[np.int64]:

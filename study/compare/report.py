@@ -27,8 +27,8 @@ def in_words(compared: Compared) -> str:
         "",
     ]
     lines += _calibrated(compared)
-    for name, of in _sides(compared).items():
-        lines += [*_side(name, of), ""]
+    for name, misfit in _sides(compared).items():
+        lines += [*_side(name, misfit), ""]
     if compared.peaks:
         lines += [*_peaks(compared), ""]
     lines += ["A mean hides the few states that fail: stickslip diagnose says whether an effect is missing.", ""]
@@ -40,9 +40,9 @@ def document(compared: Compared) -> dict[str, Any]:
     return {
         "title": compared.title,
         "campaign": compared.campaign.title,
-        "suspicions": [str(each) for each in compared.suspicions],
-        "calibrated": {each.name: {"factor": each.factor, "deviation": each.deviation} for each in compared.calibrated},
-        "sets": {name: _document(of) for name, of in _sides(compared).items()},
+        "suspicions": [str(item) for item in compared.suspicions],
+        "calibrated": {item.name: {"factor": item.factor, "deviation": item.deviation} for item in compared.calibrated},
+        "sets": {name: _document(misfit) for name, misfit in _sides(compared).items()},
         "resonances": [
             {
                 "configuration": configuration(peak.free),
@@ -70,14 +70,14 @@ def side_by_side(case: str, campaign: str) -> str:
 
 def _sides(compared: Compared) -> Mapping[str, Misfit]:
     sides = {"training": compared.train}
-    return sides if compared.held is None else sides | {"held out": compared.held}
+    return sides if compared.held_out is None else sides | {"held out": compared.held_out}
 
 
-def _document(of: Misfit) -> dict[str, Any]:
-    cell, points = worst_cell(of)
+def _document(misfit: Misfit) -> dict[str, Any]:
+    cell, points = worst_cell(misfit)
     return {
-        **_share_document(whole(of)),
-        "n_not_found": _not_found(of),
+        **_share_document(whole(misfit)),
+        "n_not_found": _not_found(misfit),
         "worst_cell": {
             **_share_document(cell),
             "configuration": configuration(bool(points.free[0])),
@@ -86,7 +86,7 @@ def _document(of: Misfit) -> dict[str, Any]:
             "sensor": str(points.sensor[0]),
             "harmonic": int(points.harmonic[0]),
         },
-        "by": {axis: [_share_document(share) for share in split_misfit(of, axis)] for axis in AXES},
+        "by": {axis: [_share_document(share) for share in split_misfit(misfit, axis)] for axis in AXES},
     }
 
 
@@ -101,31 +101,31 @@ def _share_document(share: Share) -> dict[str, Any]:
     }
 
 
-def _not_found(of: Misfit) -> int:
-    return int((~np.isfinite(of.predicted)).sum())
+def _not_found(misfit: Misfit) -> int:
+    return int((~np.isfinite(misfit.predicted)).sum())
 
 
 def _calibrated(compared: Compared) -> list[str]:
     if not compared.calibrated:
         return []
-    values = ", ".join(f"{each.name} x {each.factor:.4f}" for each in compared.calibrated)
+    values = ", ".join(f"{item.name} x {item.factor:.4f}" for item in compared.calibrated)
     return [f"Calibrated on the training data: {values} (stickslip diagnose says how surely)", ""]
 
 
-def _side(name: str, of: Misfit) -> Iterator[str]:
-    all_of = whole(of)
+def _side(name: str, misfit: Misfit) -> Iterator[str]:
+    all_of = whole(misfit)
     mean = f"whitened {all_of.whitened:.3g} standard deviations in the mean (noise alone makes 1)"
     yield f"{name}: {all_of.n_number} numbers, {mean}"
-    missing = _not_found(of)
+    missing = _not_found(misfit)
     if missing:
-        yield f"  no steady state was found at {missing} of {len(of)} points; each counts 10 standard deviations"
-    rows = [(WORDS[axis], worst(split)) for axis in AXES if len(split := split_misfit(of, axis)) > 1]
+        yield f"  no steady state was found at {missing} of {len(misfit)} points; each counts 10 standard deviations"
+    rows = [(WORDS[axis], worst(split)) for axis in AXES if len(split := split_misfit(misfit, axis)) > 1]
     width = max([len(share.label) for _, share in rows] + [len("all points")])
     yield f"  {'':<19}  {'':<{width}}  standard deviations  median error of amplitude and phase"
     for what, share in [("all", all_of), *rows]:
         label = "all points" if share is all_of else share.label
         yield f"  {what:<19}  {label:<{width}}  {share.deviations:19.3g}  {_errors(share)}"
-    cell, _ = worst_cell(of)
+    cell, _ = worst_cell(misfit)
     yield f"  worst of all: {cell.label}: {cell.deviations:.3g} standard deviations{_signed(cell)}"
 
 
@@ -140,10 +140,12 @@ def _signed(cell: Share) -> str:
     if not np.isfinite(cell.signed_amplitude_error):
         return ""
     amplitude, phase = cell.signed_amplitude_error, np.degrees(cell.signed_phase_error)
-    told = f"; there the model's amplitude is {100 * abs(amplitude):.3g} % too {'large' if amplitude > 0 else 'small'}"
+    sentence = (
+        f"; there the model's amplitude is {100 * abs(amplitude):.3g} % too {'large' if amplitude > 0 else 'small'}"
+    )
     if not abs(phase) > NO_PHASE:
-        return told
-    return f"{told} and its phase {abs(phase):.3g} deg too {'early' if phase > 0 else 'late'}"
+        return sentence
+    return f"{sentence} and its phase {abs(phase):.3g} deg too {'early' if phase > 0 else 'late'}"
 
 
 def _peaks(compared: Compared) -> Iterator[str]:
@@ -167,7 +169,7 @@ def _peaks(compared: Compared) -> Iterator[str]:
             )
             if deviation > 0 and np.isfinite(error)
         ),
-        key=lambda each: each[2],
+        key=lambda item: item[2],
         default=(compared.peaks[0], "", 0.0),
     )
     if deviations > CLEAR_PEAK:

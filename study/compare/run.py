@@ -60,7 +60,7 @@ class Compared:
         What was measured.
     model, prediction
         What was compared, with every sensor of the campaign, and its steady states at the training data.
-    train, held
+    train, held_out
         Misfit to the measurements that a model may be fitted to, and to those that test it; none if none is held out.
     peaks
         Errors of the resonances, of all levels.
@@ -77,7 +77,7 @@ class Compared:
     model: Model
     prediction: Prediction
     train: Misfit
-    held: Misfit | None
+    held_out: Misfit | None
     peaks: tuple[PeakError, ...]
     suspicions: tuple[Suspicion, ...]
     calibrated: tuple[Calibrated, ...] = ()
@@ -104,7 +104,7 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
         With what is wrong in the case or the campaign.
     """
     assert run.output is not None
-    opened = open_case(case)  # what is wrong with the file itself is said first
+    opened = open_case(case)  # what is wrong with the file itself is reported first
     with run.progress.step("campaign", expected=1):
         campaign = read_campaign(folder)
     require_repeats(campaign, folder)
@@ -117,9 +117,9 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
         run.warn(str(suspicion))
     title = f"{setup.title}, calibrated" if calibrate else setup.title
     with run.progress.step("figures", expected=10):
-        drawn = pictures(compared.model, compared.train, compared.held, compared.prediction, title)
+        drawn = pictures(compared.model, compared.train, compared.held_out, compared.prediction, title)
     stem = f"{case.stem}_compare"
-    files = {run.output / f"{stem}.csv": misfit_csv(campaign, compared.train, compared.held).encode()}
+    files = {run.output / f"{stem}.csv": misfit_csv(campaign, compared.train, compared.held_out).encode()}
     files |= {run.output / f"{stem}_{name}.png": picture for name, picture in drawn.items()}
     for file, content in files.items():
         replace_file(file, content)
@@ -161,7 +161,7 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
         model=model,
         prediction=sides[0].prediction,
         train=train,
-        held=rest[0] if rest else None,
+        held_out=rest[0] if rest else None,
         peaks=_peaks(sides),
         suspicions=all_suspicions(campaign, model, sides[0].prediction),
         calibrated=calibrated,
@@ -178,14 +178,16 @@ class Side:
     @property
     def misfit(self) -> Misfit:
         """By its points."""
-        of, value = self.comparison, self.prediction.value
-        weights = of.whitening
+        comparison, value = self.comparison, self.prediction.value
+        weights = comparison.whitening
         modes = np.zeros((len(weights.deviation), 0)) if weights.modes is None else weights.modes
         deviation = np.sqrt(weights.deviation**2 + (modes**2).sum(axis=1))
-        predicted = of.features.of_values(value)
-        difference = (of.measured - predicted) / deviation
+        predicted = comparison.features.of_values(value)
+        difference = (comparison.measured - predicted) / deviation
         standardised = np.where(np.isfinite(predicted), difference, NOT_FOUND)
-        return compute_misfit(of.observed, of.features, value, standardised, of.residual(self.prediction))
+        return compute_misfit(
+            comparison.observed, comparison.features, value, standardised, comparison.residual(self.prediction)
+        )
 
 
 def beside(
@@ -222,13 +224,13 @@ def _sides(setup: Setup, campaign: Campaign, calibrate: bool) -> tuple[list[Side
         begin = replace(setup, calibrated={})
         arrangement = arrange(campaign, begin.complete, setup.accepted, begin.complete_budget)
         fit = widen_by_finer_models(arrangement.fit, arrangement.finer)
-        held = arrangement.held_out.predict(fit.model, fit.prediction)
+        held_out = arrangement.held_out.predict(fit.model, fit.prediction)
         sides = [
             Side(comparison=arrangement.train, prediction=fit.prediction),
-            Side(comparison=arrangement.held_out, prediction=held),
+            Side(comparison=arrangement.held_out, prediction=held_out),
         ]
-        found = zip(setup.accepted, fit.values.tolist(), fit.deviation.tolist(), strict=True)
-        calibrated = tuple(Calibrated(name=each.name, factor=a, deviation=b) for each, a, b in found)
+        result = zip(setup.accepted, fit.values.tolist(), fit.deviation.tolist(), strict=True)
+        calibrated = tuple(Calibrated(name=item.name, factor=a, deviation=b) for item, a, b in result)
         return sides, calibrated, fit.model
     model, budget = setup.complete, setup.complete_budget
     sweeps = find_sweep_directions(campaign)
@@ -241,39 +243,40 @@ def _sides(setup: Setup, campaign: Campaign, calibrate: bool) -> tuple[list[Side
 
 def _peaks(sides: Sequence[Side]) -> tuple[PeakError, ...]:
     """Of the training levels from the training data, of the others from what is held out."""
-    found: dict[tuple[bool, float], PeakError] = {}
+    result: dict[tuple[bool, float], PeakError] = {}
     for side in sides:
-        of = side.comparison
-        for peak in compute_peak_errors(of.observed, side.prediction.value, of.features, of.whitening):
-            found.setdefault((peak.free, peak.level), peak)
-    return tuple(found[key] for key in sorted(found))
+        comparison = side.comparison
+        values = side.prediction.value
+        for peak in compute_peak_errors(comparison.observed, values, comparison.features, comparison.whitening):
+            result.setdefault((peak.free, peak.level), peak)
+    return tuple(result[key] for key in sorted(result))
 
 
-def misfit_csv(campaign: Campaign, train: Misfit, held: Misfit | None) -> str:
+def misfit_csv(campaign: Campaign, train: Misfit, held_out: Misfit | None) -> str:
     """One line a point of the training data and of what is held out; what does not exist is empty.
 
     Parameters
     ----------
     campaign
         Knows the units.
-    train, held
+    train, held_out
         Misfits.
     """
     units = {sensor.name: sensor.unit for sensor in campaign.sensors}
     stream = StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(COLUMNS)
-    for name, of in (("training", train), ("held out", held)):
-        if of is None:
+    for name, side in (("training", train), ("held out", held_out)):
+        if side is None:
             continue
-        points = of.points
+        points = side.points
         with np.errstate(invalid="ignore", divide="ignore"):
-            amplitude = amplitude_error(of.measured, of.predicted)
-            phase = np.degrees(phase_error(of.measured, of.predicted))
-        for row in range(len(of)):
+            amplitude = amplitude_error(side.measured, side.predicted)
+            phase = np.degrees(phase_error(side.measured, side.predicted))
+        for row in range(len(side)):
             numbers = (
-                of.measured[row].real, of.measured[row].imag, of.deviation[row], of.predicted[row].real,
-                of.predicted[row].imag, amplitude[row], phase[row], *of.standardised[row], *of.whitened[row],
+                side.measured[row].real, side.measured[row].imag, side.deviation[row], side.predicted[row].real,
+                side.predicted[row].imag, amplitude[row], phase[row], *side.standardised[row], *side.whitened[row],
             )  # fmt: skip
             sensor = str(points.sensor[row])
             writer.writerow(

@@ -57,13 +57,13 @@ def all_suspicions(campaign: Campaign, model: Model, before: Prediction | None =
 
 def model_frequencies(model: Model) -> Float[NDArray[np.float64], " m"]:
     """Lowest resonances, with the contacts stuck and without those of the lines [Hz]."""
-    found = []
-    for each in (model, model.free()):
-        system = each.system
+    result = []
+    for item in (model, model.free()):
+        system = item.system
         modes = compute_dense_modes(system.mass, stuck_at_rest(system.stiffness, system.joints))
         frequency = np.sqrt(np.maximum(modes.lambda_, 0.0)) / (2 * np.pi)
-        found.append(frequency[frequency > 0][:N_MODE])
-    return np.concatenate(found)
+        result.append(frequency[frequency > 0][:N_MODE])
+    return np.concatenate(result)
 
 
 def require_held_out(campaign: Campaign, folder: Path) -> None:

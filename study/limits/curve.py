@@ -1,4 +1,4 @@
-"""Limits of a case as a stage: each task is kept when it is done, and the whole when all are."""
+"""Limits of a case as a stage: a task is stored when it is done, and the whole when all are."""
 
 from collections.abc import Callable, MutableMapping
 from concurrent.futures import BrokenExecutor, Executor
@@ -76,10 +76,10 @@ class FoundLimits:
     amplitude: Float[NDArray[np.float64], "2 l f"] | None
 
 
-@stage("response limits", ignore=("kept", "executor", "report"))
+@stage("response limits", ignore=("tasks", "executor", "report"))
 def found_limits(
     search: LimitSearch,
-    kept: MutableMapping[str, Any] | None = None,
+    tasks: MutableMapping[str, Any] | None = None,
     executor: Executor | None = None,
     report: Callable[[float, float], None] | None = None,
 ) -> FoundLimits:
@@ -89,8 +89,8 @@ def found_limits(
     ----------
     search
         What is asked for.
-    kept
-        Results of its tasks.
+    tasks
+        Results of those that are done.
     executor
         Runs them; this process by default.
     report
@@ -101,7 +101,7 @@ def found_limits(
     ComputationFailed
         No rest under the static load, or a process that was killed.
     """
-    options: dict[str, Any] = {"settings": search.settings, "store": kept, "executor": executor}
+    options: dict[str, Any] = {"settings": search.settings, "store": tasks, "executor": executor}
     if report is not None:
         options["progress"] = SearchProgress(report)
     problem = search.problem()
@@ -121,5 +121,5 @@ def found_limits(
     except BrokenExecutor as error:
         raise ComputationFailed(
             "a process of the search for limits was killed, most often for lack of memory: close other programs, or "
-            "take fewer samples; what was finished is kept, and the same command goes on from there"
+            "take fewer samples; what was finished is stored, and the same command goes on from there"
         ) from error

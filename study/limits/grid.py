@@ -45,7 +45,7 @@ def narrow_resonance(search: LimitSearch) -> NarrowResonance | None:
     Parameters
     ----------
     search
-        With a band of frequencies and an output; of contact forces nothing is said.
+        With a band of frequencies and an output; contact forces are not examined.
     """
     omega, system = np.array(search.angular_frequency), search.system
     if search.row is None or len(omega) < 2:
@@ -69,6 +69,6 @@ def narrow_resonance(search: LimitSearch) -> NarrowResonance | None:
     worst = int(np.argmax(share))
     if share[worst] <= 1:
         return None
-    frequency, half_power, apart = (float(each[worst]) / (2 * pi) for each in (own, width, step))
+    frequency, half_power, apart = (float(item[worst]) / (2 * pi) for item in (own, width, step))
     band = float(omega[-1] - omega[0]) / (2 * pi)
     return NarrowResonance(frequency=frequency, width=half_power, step=apart, band=band)

@@ -151,7 +151,7 @@ def limit_points(case: CaseModel, table: LimitsTable, sweep: Sweep) -> tuple[tup
         There are none, or too many.
     """
     with located(case, "limits"):
-        return tuple(2 * pi * each for each in _frequencies(table, sweep)), _levels(table, sweep)
+        return tuple(2 * pi * item for item in _frequencies(table, sweep)), _levels(table, sweep)
 
 
 def _named(error: BalanceError) -> BalanceError:
@@ -162,10 +162,10 @@ def _named(error: BalanceError) -> BalanceError:
 def _output(table: LimitsTable, outputs: Sequence[Sensor]) -> Sensor:
     if table.sensor is None:
         return outputs[0]
-    for each in outputs:
-        if each.name == table.sensor:
-            return each
-    names = ", ".join(f'"{each.name}"' for each in outputs)
+    for item in outputs:
+        if item.name == table.sensor:
+            return item
+    names = ", ".join(f'"{item.name}"' for item in outputs)
     raise BalanceError(f"sensor is none of the case's: give one of {names}")
 
 
@@ -176,7 +176,7 @@ def _objective(table: LimitsTable, output: Sensor | None, model: SolveModel) -> 
         return OutputHarmonic(row=output.row, harmonic=main_harmonic(model.system))
     assert table.contact is not None
     known = {joint.name: (joint.name,) for joint in model.system.joints} | {
-        name: tuple(each) for name, each in model.lines.items()
+        name: tuple(item) for name, item in model.lines.items()
     }
     if table.contact not in known:
         names = ", ".join(f'"{name}"' for name in model.lines or known)
@@ -207,7 +207,7 @@ def _frequencies(table: LimitsTable, sweep: Sweep) -> Sequence[float]:
     count = int(np.ceil((high - low) / step * (1 - 1e-12))) + 1
     if count > MOST_POINTS:
         raise BalanceError(f"step = {step:g} Hz makes {count} points of each level: take at most {MOST_POINTS}")
-    return [float(each) for each in np.linspace(low, high, count)]
+    return [float(item) for item in np.linspace(low, high, count)]
 
 
 def _levels(table: LimitsTable, sweep: Sweep) -> tuple[float, ...]:

@@ -61,20 +61,20 @@ def limits_text(limited: Limited) -> str:
         f"  {'level':>8}  {'lower':>11}  {'at [Hz]':>10}  {'upper':>11}  {'at [Hz]':>10}  {'widest':>8}  "
         f"{'jumps':>5}  {'repaired':>8}  outside of sampled",
     ]
-    for told in document["levels"]:
-        two = [told[name] for name in SIDES]
-        shown = "  ".join(f"{_number(each['value'], 5):>11}  {_number(each['frequency_hz'], 7):>10}" for each in two)
-        sums = {key: sum(each[key] for each in two) for key in ("n_jump", "n_repaired", "n_outside")}
+    for row in document["levels"]:
+        two = [row[name] for name in SIDES]
+        cells = "  ".join(f"{_number(item['value'], 5):>11}  {_number(item['frequency_hz'], 7):>10}" for item in two)
+        sums = {key: sum(item[key] for item in two) for key in ("n_jump", "n_repaired", "n_outside")}
         lines.append(
-            f"  {told['level']:8.4g}  {shown}  {_number(told['widest_ratio'], 4):>8}  {sums['n_jump']:5}  "
-            f"{sums['n_repaired']:8}  {sums['n_outside']} of {told['n_sampled']}"
+            f"  {row['level']:8.4g}  {cells}  {_number(row['widest_ratio'], 4):>8}  {sums['n_jump']:5}  "
+            f"{sums['n_repaired']:8}  {sums['n_outside']} of {row['n_sampled']}"
         )
     lines += ["", *_remarks(document), "", *document["files"]]
     return "\n".join(lines)
 
 
 def _remarks(document: dict[str, Any]) -> list[str]:
-    sides = [(told["level"], name, told[name]) for told in document["levels"] for name in SIDES]
+    sides = [(row["level"], name, row[name]) for row in document["levels"] for name in SIDES]
     remarks = [
         "  widest: largest ratio of upper to lower limit at one frequency; outside: histories beyond a limit by more "
         "than 0.1 % before repair",
@@ -91,10 +91,12 @@ def _remarks(document: dict[str, Any]) -> list[str]:
     missing = sum(side["n_not_found"] for _, _, side in sides)
     if missing:
         remarks.append(f"  {missing} limits were not found: no steady state there")
-    held = sum(side["n_on_box"] for _, _, side in sides)
-    if held:
-        of = len(sides) * document["n_frequency"]
-        remarks.append(f"  at {held} of {of} limits the box holds a slider: a wider reach may give wider ones there")
+    n_on_box = sum(side["n_on_box"] for _, _, side in sides)
+    if n_on_box:
+        total = len(sides) * document["n_frequency"]
+        remarks.append(
+            f"  at {n_on_box} of {total} limits the box holds a slider: a wider reach may give wider ones there"
+        )
     return remarks
 
 

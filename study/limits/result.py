@@ -28,10 +28,10 @@ class LimitCurves:
     limits
         As found.
     quantity, unit
-        What is shown, in words, and its unit.
+        What is bounded, in words, and its unit.
     has_peaks
-        Whether a level is told by the highest points of both limits, as of an amplitude; that of a static force is told
-        by its range.
+        Whether a level is summed up by the highest points of both limits, as of an amplitude; a static
+        force is summed up by its range.
     order
         Side of `limits` that gives the lower and the upper limit: the largest loss factor gives the lower one.
     value
@@ -69,14 +69,14 @@ class LimitCurves:
         return np.asarray(self.limits.share[[*self.order]])
 
     def extreme(self, side: int, level: int) -> int | None:
-        """Frequency that tells a limit of a level; None if none was found."""
+        """Frequency that sums up a limit of a level; None if none was found."""
         values = self.value[side, level]
         if np.isnan(values).all():
             return None
         return int(np.nanargmax(values) if self.has_peaks or side == 1 else np.nanargmin(values))
 
 
-def limit_curves(table: LimitsTable, output: Sensor | None, harmonic: int, found: FoundLimits) -> LimitCurves:
+def limit_curves(table: LimitsTable, output: Sensor | None, harmonic: int, result: FoundLimits) -> LimitCurves:
     """What a search found, in the unit of the surface.
 
     Parameters
@@ -87,38 +87,26 @@ def limit_curves(table: LimitsTable, output: Sensor | None, harmonic: int, found
         Whose amplitude it is; None for forces.
     harmonic
         Of the amplitude [-].
-    found
+    result
         In SI.
     """
-    limits = found.limits
+    limits = result.limits
+    order, has_peaks, value, sampled = (0, 1), True, limits.value, limits.sampled
     if output is None:
-        what = "mean" if table.objective == "static force" else "amplitude"
-        return LimitCurves(
-            limits=limits,
-            quantity=f"{table.direction or 'tangential'} force of {table.contact}, {what}",
-            unit="N",
-            has_peaks=table.objective != "static force",
-            order=(0, 1),
-            value=limits.value,
-            sampled=limits.sampled,
-        )
-    unit, factor = SURFACE_UNIT[output.quantity]
-    scale = factor * (harmonic * limits.angular_frequency) ** DERIVATIVE[output.quantity]
-    quantity = f"{output.quantity} of {output.name}"
-    if found.amplitude is None:
-        return LimitCurves(
-            limits=limits, quantity=quantity, unit=unit, has_peaks=True, order=(0, 1), value=scale * limits.value,
-            sampled=scale * limits.sampled,
-        )  # fmt: skip
+        has_peaks, unit = table.objective != "static force", "N"
+        quantity = f"{table.direction or 'tangential'} force of {table.contact}, {'amplitude' if has_peaks else 'mean'}"
+    else:
+        unit, factor = SURFACE_UNIT[output.quantity]
+        scale = factor * (harmonic * limits.angular_frequency) ** DERIVATIVE[output.quantity]
+        quantity = f"{output.quantity} of {output.name}"
+        if result.amplitude is None:
+            value, sampled = scale * value, scale * sampled
+        else:
+            order, quantity = (1, 0), f"{quantity} at the extreme loss factor"
+            # What was sampled is the loss factor.
+            value, sampled = scale * result.amplitude, np.full(value.shape, np.nan)
     return LimitCurves(
-        limits=limits,
-        quantity=f"{quantity} at the extreme loss factor",
-        unit=unit,
-        has_peaks=True,
-        order=(1, 0),
-        value=scale * found.amplitude,
-        # What was sampled is the loss factor.
-        sampled=np.full(limits.value.shape, np.nan),
+        limits=limits, quantity=quantity, unit=unit, has_peaks=has_peaks, order=order, value=value, sampled=sampled
     )
 
 
@@ -127,11 +115,11 @@ def limits_csv(curves: LimitCurves) -> str:
     stream = io.StringIO()
     write = csv.writer(stream, lineterminator="\n").writerow
     columns = [_columns(curves, side) for side in range(len(SIDES))]
-    write(["level", "frequency [Hz]", "sampled states", *(name for each in columns for name in each)])
+    write(["level", "frequency [Hz]", "sampled states", *(name for item in columns for name in item)])
     limits = curves.limits
     for level, frequency in np.ndindex(len(limits.level), len(limits.frequency)):
         at = level, frequency
-        bounds = [float(column[at]) for each in columns for column in each.values()]
+        bounds = [float(column[at]) for item in columns for column in item.values()]
         known = [float(limits.level[level]), float(limits.frequency[frequency]), float(limits.n_sampled[at])]
         write([f"{value:.10g}" for value in [*known, *bounds]])
     return stream.getvalue()
@@ -139,10 +127,10 @@ def limits_csv(curves: LimitCurves) -> str:
 
 def _columns(curves: LimitCurves, side: int) -> dict[str, NDArray[Any]]:
     limits, row, name = curves.limits, curves.order[side], SIDES[side]
-    found: dict[str, NDArray[Any]] = {f"{name} [{curves.unit}]": curves.value[side]}
+    result: dict[str, NDArray[Any]] = {f"{name} [{curves.unit}]": curves.value[side]}
     if row != side:
-        found[f"{name} loss factor"] = limits.value[row]
-    found |= {
+        result[f"{name} loss factor"] = limits.value[row]
+    result |= {
         f"{name} sampled [{curves.unit}]": curves.sampled[side],
         f"{name} sampled outside": limits.n_outside[row],
         f"{name} repaired": limits.repaired[row],
@@ -156,4 +144,4 @@ def _columns(curves: LimitCurves, side: int) -> dict[str, NDArray[Any]]:
         f"{name} drift [um]": 1e6 * limits.drift[row],
         f"{name} sliders on the box": limits.on_bound[row],
     }
-    return found | {f"{name} {state}": limits.share[row][..., number] for number, state in enumerate(STATES)}
+    return result | {f"{name} {state}": limits.share[row][..., number] for number, state in enumerate(STATES)}

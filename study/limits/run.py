@@ -80,11 +80,11 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
     narrow = narrow_resonance(search)
     if narrow is not None:
         run.warn(narrow.sentence(listed=table.frequencies is not None))
-    found = _found(search, path.stem, run, executor)
+    rows = _found(search, path.stem, run, executor)
     output = None
     if table.objective not in FORCES:
-        output = next(each for each in model.outputs if table.sensor in {None, each.name})
-    curves = limit_curves(table, output, search.harmonic, found)
+        output = next(item for item in model.outputs if table.sensor in {None, item.name})
+    curves = limit_curves(table, output, search.harmonic, rows)
     files = [run.output / f"{path.stem}_limits.{suffix}" for suffix in ("nc", "csv")]
     _save(curves.limits, files[0])
     replace_file(files[1], limits_csv(curves))
@@ -94,20 +94,20 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
 
 
 def _found(search: LimitSearch, stem: str, run: RunContext, executor: Executor | None) -> FoundLimits:
-    """From the store, or searched for, each task kept beside the results until all are there."""
+    """From the store, or searched for, each task stored beside the results until all are there."""
     assert run.output is not None
     known = run.store.look_up(found_limits, search)
     if known is not None:
         return known.value
-    kept = StoredTasks(run.output / f".{stem}_limits.part", found_limits.key(search), run.warn)
-    before = kept.n_left
+    tasks = StoredTasks(run.output / f".{stem}_limits.part", found_limits.key(search), run.warn)
+    before = tasks.n_left
     if before:
-        run.note(f"the search goes on: {before} of its tasks were finished before, and progress is told of the rest")
+        run.note(f"the search goes on: {before} of its tasks were finished before, and progress is that of the rest")
     pool = nullcontext(executor) if executor is not None else process_pool(["hbsolve.limits.search"])
     with run.progress.step("limits") as report, pool as processes:
-        found = run.store.run(found_limits, search, kept=kept, executor=processes, report=report)
-    kept.remove()
-    return found
+        result = run.store.run(found_limits, search, tasks=tasks, executor=processes, report=report)
+    tasks.remove()
+    return result
 
 
 def _save(limits: ResponseLimits, file: Path) -> None:

@@ -1,7 +1,7 @@
 """Pictures and files of mode shapes, and what ``stickslip modes`` says of them; what was drawn is stored."""
 
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +49,15 @@ def contents(folder: Path) -> dict[str, NDArray[np.uint8]]:
     return {file.name: np.frombuffer(file.read_bytes(), dtype=np.uint8) for file in sorted(folder.iterdir())}
 
 
+def write_contents(run: RunContext, stem: str, pictures: Mapping[str, NDArray[np.uint8]]) -> list[Path]:
+    """Write files of which a stage returned the bytes, by the ends of their names."""
+    assert run.output is not None
+    files = [run.output / f"{stem}_{name}" for name in pictures]
+    for file, content in zip(files, pictures.values(), strict=True):
+        replace_file(file, content.tobytes())
+    return files
+
+
 def picture_modes(shapes: Shapes, stem: str, run: RunContext, film_of: int | None = None) -> list[tuple[Path, str]]:
     """Draw every mode, the von Mises stress of the first elastic one, and a film of one.
 
@@ -67,7 +76,6 @@ def picture_modes(shapes: Shapes, stem: str, run: RunContext, film_of: int | Non
     -------
     Files and their captions.
     """
-    assert run.output is not None
     # A body that nothing holds has up to six modes at zero, without strain.
     elastic = min(int((shapes.frequency == 0).sum()), len(shapes.frequency) - 1)
     moving = elastic if film_of is None else film_of
@@ -78,11 +86,8 @@ def picture_modes(shapes: Shapes, stem: str, run: RunContext, film_of: int | Non
         f"mode{elastic + 1}_stress.png": f"Mode {elastic + 1}, von Mises stress",
         f"mode{moving + 1}.gif": f"Mode {moving + 1} over one period",
     }
-    files = []
-    for name, caption in captions.items():
-        files.append((run.output / f"{stem}_{name}", caption))
-        replace_file(files[-1][0], drawn[name].tobytes())
-    return files
+    files = write_contents(run, stem, {name: drawn[name] for name in captions})
+    return list(zip(files, captions.values(), strict=True))
 
 
 def write_shapes(shapes: Shapes, stem: str, film_of: int | None, run: RunContext) -> Answer:

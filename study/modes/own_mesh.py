@@ -31,7 +31,7 @@ class OwnMesh:
 
     @property
     def is_given(self) -> bool:
-        """Whether anything is said that only a mesh file needs."""
+        """Whether anything is given that only a mesh file needs."""
         return bool(self.fix or self.free or self.length_unit is not None)
 
     def read(self, source: Path) -> "tuple[Mesh, Material]":

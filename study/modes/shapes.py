@@ -48,7 +48,7 @@ class Shapes:
 
 @stage("mode shapes of a mesh")
 def mesh_shapes(mesh: Mesh, material: Material, fixed: tuple[str, ...], n_mode: int) -> Shapes:
-    """Compute the lowest modes of a mesh, held at the named sets, or free if there are none."""
+    """Compute the lowest modes of a mesh, fixed at the named sets, or free if there are none."""
     mass, stiffness = assemble_compact(mesh, material)
     if fixed:
         system = supported_system(mesh, mass, stiffness, [Support(nodes=mesh.nodes(name)) for name in fixed])
@@ -57,9 +57,9 @@ def mesh_shapes(mesh: Mesh, material: Material, fixed: tuple[str, ...], n_mode: 
     return shapes_of(mesh, material, system, compute_free_modes(system, mesh, material, n_mode))
 
 
-def shapes_of(mesh: Mesh, material: Material, system: LinearSystem, found: ModeSet) -> Shapes:
+def shapes_of(mesh: Mesh, material: Material, system: LinearSystem, result: ModeSet) -> Shapes:
     """Modes of a system on its mesh, with their stress."""
-    return stressed_shapes(mesh, material, system.n_dof, found.frequency, system.on_mesh(found.mode_shapes))
+    return stressed_shapes(mesh, material, system.n_dof, result.frequency, system.on_mesh(result.mode_shapes))
 
 
 def stressed_shapes(

@@ -43,8 +43,8 @@ def modes_table(opened: OpenCase, run: RunContext, n_mode: int) -> Answer:
     lines = [f"{system.n_dof} degrees of freedom, {len(system.joints)} joints", ""]
     lines.append("  mode" + "".join(f"  {head:>24}" for head in heads))
     for number, row in enumerate(rows, start=1):
-        shown = (_number(value, name) for name, value in zip(names, row, strict=True))
-        lines.append(f"  {number:4}" + "".join(f"  {text:>24}" for text in shown))
+        cells = (_number(value, name) for name, value in zip(names, row, strict=True))
+        lines.append(f"  {number:4}" + "".join(f"  {text:>24}" for text in cells))
     if "stuck_frequency_hz" in columns:
         lines += ["", "  stuck: all contacts that are closed at rest stick; the other columns are without joints"]
     return Answer(
@@ -75,10 +75,10 @@ def frequency_columns(system: JointedSystem, n_mode: int) -> dict[str, Values]:
 
 
 def _modes(mass: Matrix, damping: Matrix, stiffness: Matrix, n_mode: int) -> tuple[Values, Values]:
-    found = compute_dense_modes(mass, stiffness)
-    shapes = found.mode_shapes[:, :n_mode]
-    squared = found.lambda_[:n_mode]
-    omega = np.sqrt(np.where(squared > RIGID * found.lambda_[-1], squared, 0.0))
+    result = compute_dense_modes(mass, stiffness)
+    shapes = result.mode_shapes[:, :n_mode]
+    squared = result.lambda_[:n_mode]
+    omega = np.sqrt(np.where(squared > RIGID * result.lambda_[-1], squared, 0.0))
     per_mass = np.einsum("rm,rs,sm->m", shapes, damping, shapes)
     return omega / (2 * pi), np.divide(per_mass, 2 * omega, out=np.full(len(omega), np.nan), where=omega > 0)
 

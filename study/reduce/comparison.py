@@ -89,8 +89,8 @@ def compared_reduction(
         It would take more memory than is free, or the boundary leaves the interior loose.
     """
     n_boundary = sum(len(rows) for rows in boundary.values())
-    kept = np.concatenate([np.zeros(0, dtype=np.int64), *boundary.values()])
-    is_compact = whole_nodes(np.setdiff1d(np.arange(system.n_dof), kept)) is not None
+    retained = np.concatenate([np.zeros(0, dtype=np.int64), *boundary.values()])
+    is_compact = whole_nodes(np.setdiff1d(np.arange(system.n_dof), retained)) is not None
     needed = reduction_memory(system.stiffness, n_boundary, n_mode, is_compact=is_compact)
     refuse_beyond_memory(needed, f"reducing {system.n_dof} degrees of freedom to {n_boundary} and {n_mode} modes")
     rom = craig_bampton(system, boundary, n_mode, provenance)
@@ -119,10 +119,10 @@ def _free_frequency(system: LinearSystem, reduced: Frequencies) -> Frequencies:
         LEAST_SHIFT * float((stiff / heavy).max()),
         SHIFT * (2 * np.pi * float(elastic[0])) ** 2 if len(elastic) else 0.0,
     )
-    found = modes(system.shifted(shift), len(reduced))
-    shapes = found.mode_shapes
+    result = modes(system.shifted(shift), len(reduced))
+    shapes = result.mode_shapes
     strain = np.einsum("nm,nm->m", shapes, system.stiffness @ shapes)
     share = strain / np.einsum("nm,n,nm->m", shapes, stiff, shapes)
     # The first motion is rigid, for the stiffness was found singular: what strain it has is round-off.
     rigid = share <= max(STRAINLESS, MARGIN * abs(share[0]))
-    return np.where(rigid, 0.0, np.sqrt((found.angular_frequency**2 - shift).clip(min=0)) / (2 * np.pi))
+    return np.where(rigid, 0.0, np.sqrt((result.angular_frequency**2 - shift).clip(min=0)) / (2 * np.pi))

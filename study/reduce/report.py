@@ -14,7 +14,7 @@ from study.run_context import Answer
 
 
 def reduction_answer(
-    found: ComparedReduction,
+    result: ComparedReduction,
     n_asked: int,
     check: ModeCheck | None,
     files: Sequence[Path],
@@ -27,7 +27,7 @@ def reduction_answer(
 
     Parameters
     ----------
-    found
+    result
         The reduction.
     n_asked
         Fixed-interface modes that the case asks for [-].
@@ -41,11 +41,11 @@ def reduction_answer(
         What the document says besides.
     """
     names = [str(file) for file in files]
-    table = zip(found.frequency, found.rom_frequency, found.rom_error, strict=True)
+    table = zip(result.frequency, result.rom_frequency, result.rom_error, strict=True)
     lines = [
         *head,
-        f"{found.n_dof} degrees of freedom reduced to {found.rom.n_dof}",
-        *fewer_modes(len(found.rom.fixed_interface_frequency), n_asked),
+        f"{result.n_dof} degrees of freedom reduced to {result.rom.n_dof}",
+        *fewer_modes(len(result.rom.fixed_interface_frequency), n_asked),
         "",
         "  mode      full [Hz]   reduced [Hz]   estimated truncation error",
         *(
@@ -60,12 +60,12 @@ def reduction_answer(
         *names,
     ]
     document = {
-        "n_dof": found.n_dof,
-        "n_reduced": found.rom.n_dof,
-        "n_mode": len(found.rom.fixed_interface_frequency),
-        "frequency_hz": list(map(float, found.frequency)),
-        "rom_frequency_hz": list(map(float, found.rom_frequency)),
-        "rom_error": list(map(float, found.rom_error)),
+        "n_dof": result.n_dof,
+        "n_reduced": result.rom.n_dof,
+        "n_mode": len(result.rom.fixed_interface_frequency),
+        "frequency_hz": list(map(float, result.frequency)),
+        "rom_frequency_hz": list(map(float, result.rom_frequency)),
+        "rom_error": list(map(float, result.rom_error)),
         **({} if check is None else {"mode_check": check_document(check)}),
         **facts,
         "files": names,
@@ -94,24 +94,24 @@ def check_document(check: ModeCheck) -> dict[str, Any]:
     }
 
 
-def fewer_modes(n_mode: int, n_asked: int, of: str = "the interior", key: str = "modes") -> list[str]:
+def fewer_modes(n_mode: int, n_asked: int, body: str = "the interior", key: str = "modes") -> list[str]:
     """One sentence if there are fewer modes than were asked for, none else.
 
     Parameters
     ----------
     n_mode, n_asked
         Kept, and as the case has it [-].
-    of, key
+    body, key
         What has these modes, and what the case calls their number.
     """
     if n_mode >= n_asked:
         return []
-    return [f"all {n_mode} fixed-interface modes of {of} are kept: there are no more, though {key} = {n_asked}"]
+    return [f"all {n_mode} fixed-interface modes of {body} are kept: there are no more, though {key} = {n_asked}"]
 
 
 def fewer_modes_of_rig(assembly: ReducedAssembly, asked: int | Mapping[str, int]) -> list[str]:
     """The same of a rig, whose modes are asked for of all bodies together or of each: a sentence for each number."""
-    kept = {body: len(rom.fixed_interface_frequency) for body, rom in assembly.bodies.items()}
+    counts = {body: len(rom.fixed_interface_frequency) for body, rom in assembly.bodies.items()}
     if isinstance(asked, Mapping):
-        return [said for body, n in asked.items() for said in fewer_modes(kept[body], n, body, body)]
-    return fewer_modes(sum(kept.values()), asked, "the bodies")
+        return [sentence for body, n in asked.items() for sentence in fewer_modes(counts[body], n, body, body)]
+    return fewer_modes(sum(counts.values()), asked, "the bodies")

@@ -1,4 +1,4 @@
-"""One response curve as a stage: begun, continued from where it was stopped, and kept when it is done."""
+"""One response curve as a stage: started, continued from where it was stopped, and stored when it is done."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

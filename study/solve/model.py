@@ -85,7 +85,7 @@ def vibrating_model(read: ReadCase) -> SolveModel:
     """
     opened, model = require_loads(read).opened, read.model
     outputs = tuple(
-        replace(each, row=each.gain * each.row, gain=1.0) for each in model.sensors if isinstance(each, Sensor)
+        replace(item, row=item.gain * item.row, gain=1.0) for item in model.sensors if isinstance(item, Sensor)
     )
     if not outputs:
         raise opened.lacks(
@@ -113,11 +113,11 @@ def _curves(read: ReadCase, unit: str) -> tuple[Curve, ...]:
                 parameter="level",
                 first=sweep.first,
                 last=sweep.last,
-                fixed=2 * pi * each,
+                fixed=2 * pi * item,
                 step=sweep.step,
-                label=f"{each:g} Hz",
+                label=f"{item:g} Hz",
             )
-            for each in sweep.frequencies
+            for item in sweep.frequencies
         )
     return tuple(
         Curve(

@@ -15,22 +15,7 @@ def solve_document(solved: Solved, extras: Extras | None = None) -> dict[str, An
         "n_joint": len(solved.model.system.joints),
         "harmonics": solved.model.harmonics,
         "output": solved.model.outputs[0].name,
-        "curves": [
-            {
-                "label": peak.label,
-                "peak_frequency_hz": peak.frequency,
-                "peak_level": peak.level,
-                "peak_amplitude": peak.amplitude,
-                "unit": peak.unit,
-                "peak_at_end": peak.at_end,
-                "n_point": peak.n_point,
-                "peak_truncation_error": peak.truncation_error,
-                "truncation_error": peak.largest_truncation_error,
-                "stop_reason": peak.stop_reason,
-                **more,
-            }
-            for peak, more in zip(solved.peaks, of_curves, strict=True)
-        ],
+        "curves": [vars(peak) | more for peak, more in zip(solved.peaks, of_curves, strict=True)],
         **added,
         "files": [str(file) for file in (*solved.files, *(extras.files if extras else ()))],
     }
@@ -49,10 +34,11 @@ def solve_text(solved: Solved, extras: Extras | None = None) -> str:
         "truncation error at the peak",
     ]
     for peak in solved.peaks:
-        amplitude_width = len(f"amplitude [{peak.unit}]")
+        wide = len(f"amplitude [{peak.unit}]")
+        at_end = "  at the end of the sweep" if peak.peak_at_end else ""
         lines.append(
-            f"  {peak.label:<{width}}  {peak.frequency:14.5f}  {peak.level:8.4g}  {peak.amplitude:{amplitude_width}.5g}"
-            f"  {peak.n_point:6}  {peak.truncation_error:28.1e}{'  at the end of the sweep' if peak.at_end else ''}"
+            f"  {peak.label:<{width}}  {peak.peak_frequency_hz:14.5f}  {peak.peak_level:8.4g}"
+            f"  {peak.peak_amplitude:{wide}.5g}  {peak.n_point:6}  {peak.peak_truncation_error:28.1e}{at_end}"
         )
     lines += ["", *(f"  {peak.label}: {peak.stop_reason}" for peak in solved.peaks), "", *map(str, solved.files)]
     lines += map(str, extras.files if extras else ())

@@ -57,7 +57,7 @@ class SolvedCurve:
     def output(self, output: Sensor) -> Complex[NDArray[np.complex128], "p harmonic"]:
         """Coefficients of an output at each point, shape (p, n_harmonic) [SI]."""
         q = self.branch.coefficients @ output.row
-        omega = np.array([harmonics(float(each), q.shape[1]) for each in self.branch.angular_frequency])
+        omega = np.array([harmonics(float(item), q.shape[1]) for item in self.branch.angular_frequency])
         return np.asarray(q * (1j * omega) ** DERIVATIVE[output.quantity])
 
     def half_range(self, output: Sensor) -> Float[NDArray[np.float64], " p"]:
@@ -97,7 +97,7 @@ def state_names(joint: Joint, names: Sequence[str] = STATES) -> dict[int, str]:
 
 
 def main_harmonic(system: JointedSystem) -> int:
-    """The lowest harmonic that the load acts at: the one that amplitudes and phases are shown of [-]."""
+    """The lowest harmonic that the load acts at: the one that amplitudes and phases are reported of [-]."""
     return int(np.flatnonzero(system.dynamic.any(axis=1))[0])
 
 
@@ -108,15 +108,15 @@ def response_dataset(model: SolveModel, curves: Sequence[SolvedCurve], title: st
     """
     import xarray as xr
 
-    branches = [each.branch for each in curves]
+    branches = [item.branch for item in curves]
 
     def joined(name: str) -> NDArray[Any]:
         return np.concatenate([np.asarray(getattr(branch, name)) for branch in branches])
 
     def errors(name: str) -> NDArray[Any]:
-        return np.concatenate([each.error(name) for each in curves])
+        return np.concatenate([item.error(name) for item in curves])
 
-    outputs = np.concatenate([np.stack([each.output(output) for output in model.outputs], axis=2) for each in curves])
+    outputs = np.concatenate([np.stack([item.output(output) for output in model.outputs], axis=2) for item in curves])
     coefficients = joined("coefficients")
     share = joined("contact_share").reshape(len(coefficients), len(model.system.joints), len(STATES))
     counts = [len(branch.angular_frequency) for branch in branches]
@@ -150,7 +150,7 @@ def response_dataset(model: SolveModel, curves: Sequence[SolvedCurve], title: st
         attrs={
             "title": title,
             "convention": "q(t) = Re sum_k q_k exp(i k Omega t)",
-            "curves": "; ".join(f"{number}: {each.curve.label}" for number, each in enumerate(curves)),
+            "curves": "; ".join(f"{number}: {item.curve.label}" for number, item in enumerate(curves)),
             "stop_reasons": "; ".join(f"{number}: {branch.stop_reason.name}" for number, branch in enumerate(branches)),
         },
     )
@@ -171,93 +171,94 @@ def response_csv(model: SolveModel, curves: Sequence[SolvedCurve]) -> str:
         ]
     head += [f"{joint.name} {state}" for joint in model.system.joints for state in state_names(joint).values()]
     write([*head, "truncation error", "sample error", "residual norm", "iterations"])
-    for each in curves:
-        branch = each.branch
+    for item in curves:
+        branch = item.branch
         columns = [branch.frequency, branch.level]
         for output in model.outputs:
             scale = SURFACE_UNIT[output.quantity][1]
-            q = each.output(output)[:, harmonic]
-            columns += [scale * np.abs(q), np.degrees(np.angle(q)), scale * each.half_range(output)]
+            q = item.output(output)[:, harmonic]
+            columns += [scale * np.abs(q), np.degrees(np.angle(q)), scale * item.half_range(output)]
         for number, joint in enumerate(model.system.joints):
             columns += [branch.contact_share[:, number, state] for state in state_names(joint)]
-        columns += [each.error("truncation_error"), each.error("sample_error"), branch.residual_norm]
+        columns += [item.error("truncation_error"), item.error("sample_error"), branch.residual_norm]
         for point, values in enumerate(zip(*columns, strict=True)):
-            shown = (f"{value:.10g}" for value in values)
-            write([each.curve.label, *shown, int(branch.iterations[point])])
+            cells = (f"{value:.10g}" for value in values)
+            write([item.curve.label, *cells, int(branch.iterations[point])])
     return stream.getvalue()
 
 
 @dataclass(frozen=True, kw_only=True)
 class Peak:
-    """What is said of one curve.
+    """Summary of one curve, as its entry of the JSON document.
 
     Parameters
     ----------
     label
         Of the curve.
-    frequency, level
+    peak_frequency_hz, peak_level
         Of its highest point [Hz, -].
-    amplitude, unit
+    peak_amplitude, unit
         Of the first output there, in the unit of the surface.
-    at_end
+    peak_at_end
         Whether it is at either end of the sweep, so that the response may be larger beyond.
     n_point
         On the curve [-].
-    truncation_error
+    peak_truncation_error
         There [-]; not a number where it is not known.
-    largest_truncation_error
-        Of all its points [-].
+    truncation_error
+        Largest of all its points [-].
     stop_reason
         In words.
     """
 
     label: str
-    frequency: float
-    level: float
-    amplitude: float
+    peak_frequency_hz: float
+    peak_level: float
+    peak_amplitude: float
     unit: str
-    at_end: bool
+    peak_at_end: bool
     n_point: int
+    peak_truncation_error: float
     truncation_error: float
-    largest_truncation_error: float
     stop_reason: str
 
 
-def peak_of(each: SolvedCurve, output: Sensor, harmonic: int) -> Peak:
+def peak_of(item: SolvedCurve, output: Sensor, harmonic: int) -> Peak:
     """The highest point of a curve."""
     unit, scale = SURFACE_UNIT[output.quantity]
-    point, branch = each.peak(output, harmonic), each.branch
+    point, branch = item.peak(output, harmonic), item.branch
     return Peak(
-        label=each.curve.label,
-        frequency=float(branch.frequency[point]),
-        level=float(branch.level[point]),
-        amplitude=scale * float(np.abs(each.output(output)[point, harmonic])),
+        label=item.curve.label,
+        peak_frequency_hz=float(branch.frequency[point]),
+        peak_level=float(branch.level[point]),
+        peak_amplitude=scale * float(np.abs(item.output(output)[point, harmonic])),
         unit=unit,
         # Elsewhere than at its last value a curve ends for a reason of its own.
-        at_end=point == 0 or (point == len(branch.frequency) - 1 and branch.stop_reason is StopReason.REACHED),
+        peak_at_end=point == 0 or (point == len(branch.frequency) - 1 and branch.stop_reason is StopReason.REACHED),
         n_point=len(branch.frequency),
-        truncation_error=float(each.error("truncation_error")[point]),
-        largest_truncation_error=float(each.error("truncation_error").max()),
+        peak_truncation_error=float(item.error("truncation_error")[point]),
+        truncation_error=float(item.error("truncation_error").max()),
         stop_reason=branch.stop_message,
     )
 
 
-def truncation_warning(peaks: Sequence[Peak], kept: int) -> str:
+def truncation_warning(peaks: Sequence[Peak], highest: int) -> str:
     """One sentence on the highest point whose estimated truncation error is largest; empty if none is too large.
 
     Parameters
     ----------
     peaks
         One for each curve.
-    kept
+    highest
         H, as the case has it [-].
     """
-    wrong = [peak for peak in peaks if peak.truncation_error > MOST_TRUNCATION]
+    wrong = [peak for peak in peaks if peak.peak_truncation_error > MOST_TRUNCATION]
     if not wrong:
         return ""
-    worst = max(wrong, key=lambda peak: peak.truncation_error)
+    worst = max(wrong, key=lambda peak: peak.peak_truncation_error)
     others = f", on {len(wrong)} of {len(peaks)} curves" if len(wrong) > 1 else ""
     return (
-        f'at the highest point of the curve "{worst.label}", {worst.frequency:.5g} Hz, the truncation error is about '
-        f"{100 * worst.truncation_error:.2g} % (above {100 * MOST_TRUNCATION:g} %{others}): raise harmonics = {kept}"
+        f'at the highest point of the curve "{worst.label}", {worst.peak_frequency_hz:.5g} Hz, the truncation error is '
+        f"about {100 * worst.peak_truncation_error:.2g} % (above {100 * MOST_TRUNCATION:g} %{others}): "
+        f"raise harmonics = {highest}"
     )

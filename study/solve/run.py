@@ -1,4 +1,4 @@
-"""``stickslip solve``: response curves of a case, each kept when it is done and continued where it was stopped."""
+"""``stickslip solve``: response curves of a case, each stored when it is done and continued where it was stopped."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -107,7 +107,7 @@ def solved_curves(model: SolveModel, stem: str, title: str, run: RunContext) -> 
     replace_file(files[1], response_csv(model, curves))
     drawn = _results(model, balance, curves, title)
     files += run.draw({f"{stem}_{name}": result for name, result in drawn.items()})
-    peaks = tuple(peak_of(each, model.outputs[0], main_harmonic(model.system)) for each in curves)
+    peaks = tuple(peak_of(item, model.outputs[0], main_harmonic(model.system)) for item in curves)
     if warning := truncation_warning(peaks, model.harmonics):
         run.warn(warning)
     return Solved(model=model, balance=balance, curves=tuple(curves), peaks=peaks, files=tuple(files))
@@ -136,12 +136,12 @@ def _results(
         unit, scale = SURFACE_UNIT[output.quantity]
         family = [
             DrawnCurve(
-                label=each.curve.label,
-                parameter=each.parameter,
-                response=scale * each.output(output)[:, harmonic],
-                group=each.curve.fixed,
+                label=item.curve.label,
+                parameter=item.parameter,
+                response=scale * item.output(output)[:, harmonic],
+                group=item.curve.fixed,
             )
-            for each in curves
+            for item in curves
         ]
         which = "" if harmonic == 1 else f" of harmonic {harmonic}"
         drawn[f"response_{number}" if len(model.outputs) > 1 else "response"] = ResponseCurves(
@@ -157,12 +157,12 @@ def _results(
     panels = [
         [
             StatePanel(
-                label=f"{model.system.joints[joint].name}, {each.curve.label}",
-                parameter=each.parameter,
+                label=f"{model.system.joints[joint].name}, {item.curve.label}",
+                parameter=item.parameter,
                 states=tuple(state_names(model.system.joints[joint], DRAWN_STATES).values()),
-                share=each.branch.contact_share[:, joint, list(state_names(model.system.joints[joint]))],
+                share=item.branch.contact_share[:, joint, list(state_names(model.system.joints[joint]))],
             )
-            for each in chosen
+            for item in chosen
         ]
         for joint in joints
     ]
@@ -179,7 +179,7 @@ def _results(
 def _busiest(curves: Sequence[SolvedCurve], n_joint: int) -> list[int]:
     """The joints that slip or part the most, in the order of the case."""
     stuck = np.array(
-        [np.mean([each.branch.contact_share[:, joint, 0].mean() for each in curves]) for joint in range(n_joint)]
+        [np.mean([item.branch.contact_share[:, joint, 0].mean() for item in curves]) for joint in range(n_joint)]
     )
     return sorted(int(joint) for joint in np.argsort(stuck, kind="stable")[:MOST_JOINTS])
 
@@ -191,15 +191,15 @@ def _spread(curves: Sequence[SolvedCurve]) -> list[SolvedCurve]:
 
 def _loops(model: SolveModel, balance: HarmonicBalance, curves: Sequence[SolvedCurve], joint: int) -> list[Loop]:
     harmonic = main_harmonic(model.system)
-    found = []
-    for each in curves:
-        point = each.peak(model.outputs[0], harmonic)
-        state = each.state(balance, point)
+    result = []
+    for item in curves:
+        point = item.peak(model.outputs[0], harmonic)
+        state = item.state(balance, point)
         motion = contact_motion(balance.at_level(state.level), state)[joint]
         law = model.system.joints[joint]
-        found.append(
+        result.append(
             Loop(
-                label=each.curve.label,
+                label=item.curve.label,
                 time=motion.time / (2 * np.pi / state.angular_frequency),
                 displacement=motion.displacement[0],
                 force=motion.force[0],
@@ -207,4 +207,4 @@ def _loops(model: SolveModel, balance: HarmonicBalance, curves: Sequence[SolvedC
                 is_stop=not law.can_slip,
             )
         )
-    return found
+    return result

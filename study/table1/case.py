@@ -61,22 +61,22 @@ class LimitTable(CaseModel):
 
 def numbers(tables: Mapping[str, Any]) -> dict[str, Any]:
     """Values of all tables but the rows, in SI, by dotted key in the order of `TABLES`; tables may be missing."""
-    found: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for name in TABLES:
         if isinstance(table := tables.get(name), CaseModel):
             without = {"pads"} if isinstance(tables.get("blade"), PlainBladeTable) else set()
-            found |= _flat(table.model_dump(exclude=without), f"{name}.")
-    return found
+            result |= _flat(table.model_dump(exclude=without), f"{name}.")
+    return result
 
 
 def _flat(table: Mapping[str, Any], prefix: str) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for key, value in table.items():
         if isinstance(value, Mapping):
-            found |= _flat(value, f"{prefix}{key}.")
+            result |= _flat(value, f"{prefix}{key}.")
         elif value is not None:
-            found[f"{prefix}{key}"] = value
-    return found
+            result[f"{prefix}{key}"] = value
+    return result
 
 
 def _number_of_the_case(key: str, info: ValidationInfo) -> str:

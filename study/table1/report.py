@@ -14,7 +14,7 @@ from study.modes.files import picture_modes
 from study.modes.shapes import Shapes
 from study.run_context import RunContext
 from study.table1.case import Table1Case
-from study.table1.page import AIM, Picture, page
+from study.table1.page import AIM, Picture, StudyPage, page
 from study.table1.study import MeshStudy, row_inputs, run_study
 
 N_PICTURED = 3
@@ -49,14 +49,14 @@ def write_report(cases: Sequence[Path], run: RunContext) -> Report:
         if "structure" in case_head(path):
             raise other_case(path, "one structure", "give a mesh study, with [[model]] tables")
     loaded = [(path, load_case(path, Table1Case)) for path in cases]
-    found = [(path, run_study(case, run, f"{case.title}: models")) for path, case in loaded]
-    if found[0][1].worst_error > AIM:
-        found.sort(key=lambda pair: pair[1].worst_error > AIM)  # a stable sort: the first that fits comes first
+    result = [(path, run_study(case, run, f"{case.title}: models")) for path, case in loaded]
+    if result[0][1].worst_error > AIM:
+        result.sort(key=lambda pair: pair[1].worst_error > AIM)  # a stable sort: the first that fits comes first
     files: list[Path] = []
     parts = []
-    for number, (path, study) in enumerate(found):
+    for number, (path, study) in enumerate(result):
         # Files of one name in two folders must not replace each other.
-        alone = path.stem != "table1" and [other.stem for other, _ in found[1:]].count(path.stem) == 1
+        alone = path.stem != "table1" and [other.stem for other, _ in result[1:]].count(path.stem) == 1
         stem = "table1" if number == 0 else path.stem if alone else f"{path.stem}_{number + 1}"
         drawn = pictures({stem: _convergence(study)})
         modes = _pictures(study, run, stem)
@@ -69,18 +69,20 @@ def write_report(cases: Sequence[Path], run: RunContext) -> Report:
             replace_file(run.output / name, content)
             files.append(run.output / name)
         files += [picture.file for picture in modes]
-        parts.append((study, path.name, drawn[stem], modes, f"{stem}.step"))
+        parts.append(
+            StudyPage(study=study, case_file=path.name, figure=drawn[stem], pictures=modes, step=f"{stem}.step")
+        )
     replace_file(run.output / "table1.html", page(parts))
-    return Report(studies=tuple(study for _, study in found), files=(*files, run.output / "table1.html"))
+    return Report(studies=tuple(study for _, study in result), files=(*files, run.output / "table1.html"))
 
 
 def _pictures(study: MeshStudy, run: RunContext, stem: str) -> list[Picture]:
     """Lowest modes of the row that is nearest to the paper among the quadratic ones, else of the first row."""
     assert run.output is not None
     quadratic = [row for row in study.rows if row.asked.element == "hex20" and row.asked.root == "full"]
-    row = min(quadratic or study.rows, key=lambda each: abs(each.error or 0.0))
-    found: Shapes = run.store.run(blade_shapes, row_inputs(study.case, row.asked), N_PICTURED)
-    files = picture_modes(found, stem, run)
+    row = min(quadratic or study.rows, key=lambda item: abs(item.error or 0.0))
+    result: Shapes = run.store.run(blade_shapes, row_inputs(study.case, row.asked), N_PICTURED)
+    files = picture_modes(result, stem, run)
     return [Picture(file=file, caption=f"{caption} (model {row.asked.model})") for file, caption in files]
 
 
@@ -99,13 +101,13 @@ def _convergence(study: MeshStudy) -> MeshConvergence:
     ]
     untuned = [
         ModelFrequency(
-            element=each.asked.element,
-            through_thickness=each.asked.elements_through_thickness,
-            frequency=float(each.result.frequency),
-            reference=each.theory,
+            element=item.asked.element,
+            through_thickness=item.asked.elements_through_thickness,
+            frequency=float(item.result.frequency),
+            reference=item.theory,
         )
-        for each in study.predictions
-        if each.asked.thickness_factor == 1
+        for item in study.predictions
+        if item.asked.thickness_factor == 1
     ]
     title = f"{study.case.title}: first natural frequency"
     return MeshConvergence(rows=rows, untuned=untuned, measured=study.case.measured, title=title)

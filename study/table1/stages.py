@@ -12,8 +12,7 @@ from fe.calculix_run import run_frequency
 from fe.element import HEX20
 from geometry.errors import InputError
 from pipeline.store import stage
-from study.kind.blade.model import BladeModel, first_frequency
-from study.kind.blade.reduction import reduce_blade
+from study.kind.blade.model import BladeModel, first_frequency, reduce_blade
 from study.kind.blade.table import mesh_any
 from study.reduce.comparison import ComparedFrequencies
 from study.table1.theory import locking_factor
@@ -31,8 +30,8 @@ class RowResult(ComparedFrequencies):
     Parameters
     ----------
     peak_natural
-        As in `study.kind.blade.reduction.Reduction` [Hz].
-    n_dof, n_held
+        As in `study.kind.blade.model.Reduction` [Hz].
+    n_dof, n_fixed
         Free degrees of freedom, fixed nodes [-].
     seconds, memory
         Wall-clock time and peak memory of the process [s, byte].
@@ -40,7 +39,7 @@ class RowResult(ComparedFrequencies):
 
     peak_natural: float
     n_dof: int
-    n_held: int
+    n_fixed: int
     seconds: float
     memory: float
 
@@ -49,21 +48,21 @@ class RowResult(ComparedFrequencies):
 def row(inputs: BladeModel) -> RowResult:
     """Compute one row of the mesh study."""
     start = time.perf_counter()
-    found = reduce_blade(inputs)
+    result = reduce_blade(inputs)
     return RowResult(
-        frequency=found.frequency,
-        rom_frequency=found.rom_frequency,
-        rom_error=found.rom_error,
-        peak_natural=found.peak_natural,
-        n_dof=found.n_dof,
-        n_held=found.n_held,
+        frequency=result.frequency,
+        rom_frequency=result.rom_frequency,
+        rom_error=result.rom_error,
+        peak_natural=result.peak_natural,
+        n_dof=result.n_dof,
+        n_fixed=result.n_fixed,
         seconds=time.perf_counter() - start,
         memory=peak_memory(),
     )
 
 
 def peak_memory() -> float:
-    """Most memory that this process has held so far [byte]."""
+    """Most memory that this process has used so far [byte]."""
     unit = 1 if sys.platform == "darwin" else 1024  # Linux counts kilobytes
     return float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit)
 

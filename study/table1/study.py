@@ -152,8 +152,8 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
     references = list(dict.fromkeys(quadratic(r) for r in untuned))
     seen_by_calculix = [
         number
-        for number, each in enumerate(rows)
-        if ask_calculix and not each.drop_every and each.through_thickness * each.rule.element.degree <= WITNESSED
+        for number, item in enumerate(rows)
+        if ask_calculix and not item.drop_every and item.through_thickness * item.rule.element.degree <= WITNESSED
     ]
     with located(case, "mesh"):  # tasks know the size of their mesh, so that one that cannot be made is refused here
         tasks = {
@@ -170,24 +170,24 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
         }
     with located(case, "limit"):
         tasks["nested"] = [_task(nested_point, r, "nested mesh", ONE_MODE, run) for r in _nested(case, rows[0])]
-    found = _run_groups(tasks, run, title)
-    quadratic_frequency = dict(zip(references, found["references"], strict=True))
-    calculix = dict(zip(seen_by_calculix, found["witness"], strict=True))
-    limit, no_limit = _limit(case, found["nested"])
+    outcome = _run_groups(tasks, run, title)
+    quadratic_frequency = dict(zip(references, outcome["references"], strict=True))
+    calculix = dict(zip(seen_by_calculix, outcome["witness"], strict=True))
+    limit, no_limit = _limit(case, outcome["nested"])
     return MeshStudy(
         case=case,
         rows=tuple(
             StudyRow(asked=asked, result=result, calculix=calculix.get(number))
-            for number, (asked, result) in enumerate(zip(case.model, found["rows"], strict=True))
+            for number, (asked, result) in enumerate(zip(case.model, outcome["rows"], strict=True))
         ),
         predictions=tuple(
             StudyPrediction(asked=asked, result=result, theory=result.factor * quadratic_frequency[quadratic(r)])
-            for asked, result, r in zip(case.prediction, found["predictions"], untuned, strict=True)
+            for asked, result, r in zip(case.prediction, outcome["predictions"], untuned, strict=True)
         ),
-        nested=tuple(found["nested"]),
+        nested=tuple(outcome["nested"]),
         limit=limit,
         no_limit=no_limit,
-        solid=found["solid"][0],
+        solid=outcome["solid"][0],
         asked_calculix=ask_calculix,
     )
 
@@ -218,11 +218,11 @@ def _run_groups(groups: Mapping[str, Sequence[Task]], run: RunContext, title: st
     return {name: [next(outcomes).value for _ in group] for name, group in groups.items()}
 
 
-def _task(found: Stage[Any, Any], model: BladeModel, label: str, cost: Cost, run: RunContext, **further: Any) -> Task:
+def _task(result: Stage[Any, Any], model: BladeModel, label: str, cost: Cost, run: RunContext, **further: Any) -> Task:
     """A task on a model, with its work and memory from the size of its mesh."""
     n_dof = run.store.run(mesh_size, model)
     return Task(
-        stage=found,
+        stage=result,
         inputs={"inputs": model, **further},
         label=label,
         weight=cost.seconds * (n_dof / 1e4) ** WORK_EXPONENT,

@@ -113,3 +113,15 @@ def test_a_file_that_does_not_do_has_its_line(case: Path, wrong: str, words: str
         open_case(case)
     (problem,) = caught.value.problems
     assert problem.line == 3
+
+
+def test_an_effect_beside_a_case_can_be_added_to_it(case: Path, tmp_path: Path) -> None:
+    stiffness = np.array([[2.0, -1.0], [-1.0, 1.0]])
+    np.savez(tmp_path / "bar.npz", M=np.eye(2), K=stiffness, part_bar_stiffness=stiffness, part_bar_mass=np.eye(2))
+    own = tmp_path / "bar.toml"
+    own.write_text(
+        'schema = 2\n[plugins]\nfiles = ["part_modulus.py"]\n[structure]\nkind = "plain"\nfile = "bar.npz"\n'
+        '[[added]]\neffect = "modulus of bar"\nmodulus_ratio = 1.1\n',
+        encoding="utf-8",
+    )
+    np.testing.assert_allclose(read_case(own).model.system.stiffness, 1.1 * stiffness, rtol=1e-14)

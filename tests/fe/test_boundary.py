@@ -52,13 +52,13 @@ def all_but(mesh: Mesh, motion: int) -> list[Support]:
 @pytest.mark.parametrize("motion", range(6), ids=MOTIONS)
 def test_a_single_motion_left_free_is_named_and_only_that(box: BoxMesher, motion: int, scale: float) -> None:
     mesh = box(HEX8, counts=(3, 2, 2), size=tuple(scale * side for side in SIZE))
-    with pytest.raises(SupportError, match=rf"leave the body free in {MOTIONS[motion]}: hold more nodes or add") as no:
+    with pytest.raises(SupportError, match=rf"leave the body free in {MOTIONS[motion]}: fix more nodes or add") as no:
         held(mesh, all_but(mesh, motion))
     assert str(no.value).count("about") + str(no.value).count("along") == 1
 
 
 def test_without_supports_all_six_motions_are_named(box: BoxMesher) -> None:
-    with pytest.raises(SupportError, match=r"the body free in " + ", ".join(MOTIONS) + ": hold nodes"):
+    with pytest.raises(SupportError, match=r"the body free in " + ", ".join(MOTIONS) + ": fix nodes"):
         held(box(HEX8))
 
 
@@ -225,7 +225,7 @@ def test_a_direction_that_does_not_exist_is_refused(directions: tuple[int, ...])
 
 def test_supports_that_name_nothing_are_refused(box: BoxMesher) -> None:
     mesh = box(HEX8, size=SIZE)
-    with pytest.raises(SupportError, match="a support holds no node"):
+    with pytest.raises(SupportError, match="a support fixes no node"):
         held(mesh, [Support(nodes=np.array([], dtype=np.int64))])
     with pytest.raises(SupportError, match="names node 64, but the mesh has the nodes 0 to 63"):
         held(mesh, [Support(nodes=np.array([3, 64]))])
@@ -237,7 +237,7 @@ def test_supports_that_name_nothing_are_refused(box: BoxMesher) -> None:
 
 def test_supports_that_hold_everything_are_refused(box: BoxMesher) -> None:
     mesh = box(HEX8)
-    with pytest.raises(SupportError, match="hold every degree of freedom"):
+    with pytest.raises(SupportError, match="fix every degree of freedom"):
         held(mesh, [Support(nodes=np.arange(mesh.n_node))])
 
 

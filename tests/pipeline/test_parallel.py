@@ -186,6 +186,21 @@ def test_a_killed_process_is_a_failed_computation_with_a_remedy_and_keeps_what_w
     assert Store(tmp_path).has(stages.square, number=3)
 
 
+def test_a_script_without_a_guard_names_it(tmp_path: Path) -> None:
+    (tmp_path / "parallel_stages.py").write_text(STAGES)
+    (tmp_path / "script.py").write_text(
+        "import parallel_stages as stages\n"
+        "from pipeline.parallel import Task, run_parallel\n"
+        "from pipeline.progress import SilentProgress\n"
+        "from pipeline.store import Store\n"
+        'task = Task(stage=stages.square, inputs={"number": 3}, label="square")\n'
+        'run_parallel([task], Store(None), SilentProgress(), "squares")\n'
+    )
+    done = subprocess.run([sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode != 0
+    assert 'if __name__ == "__main__":' in done.stderr.splitlines()[-1]
+
+
 def start(tmp_path: Path, kind: str) -> "subprocess.Popen[str]":
     (tmp_path / "run.py").write_text(RUNNER)
     return subprocess.Popen(

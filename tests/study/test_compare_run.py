@@ -87,8 +87,8 @@ def setup() -> Setup:
 
 def test_a_perfect_model_is_noise() -> None:
     found = compare(setup(), measured_from_the_model())
-    assert found.held is not None
-    for side in (found.train, found.held):
+    assert found.held_out is not None
+    for side in (found.train, found.held_out):
         # Noise is told from few repeats and numerical error is allowed for: the mean is 1 within a third, not exactly.
         assert 0.5 < whole(side).deviations < 1.33
         assert 0.5 < whole(side).whitened < 1.33

@@ -9,8 +9,7 @@ from fe.system import LinearSystem
 from geometry.rig import Rig
 from reduction.errors import RomError
 from study.case.kind import open_case
-from study.kind.blade.model import blade_model
-from study.kind.blade.reduction import reduce_blade
+from study.kind.blade.model import blade_model, reduce_blade
 from study.kind.rig.model import RigModel
 from study.kind.rig.reduction import reduction_tasks
 from study.reduce.comparison import compared_reduction
@@ -21,7 +20,7 @@ from study.shipped import BLADE
 def little(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nearly no memory, and nothing that would take any."""
     monkeypatch.setattr("reduction.memory_estimate.available_memory", lambda: 1e3)
-    monkeypatch.setattr("study.kind.blade.reduction.modes", None)
+    monkeypatch.setattr("study.kind.blade.model.modes", None)
     monkeypatch.setattr("study.reduce.comparison.craig_bampton", None)
 
 

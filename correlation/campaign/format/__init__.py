@@ -17,9 +17,9 @@ class CampaignFormat:
     Parameters
     ----------
     name
-        Of the format.
+        Name of the format.
     holds
-        What a user gives, such as "a folder with campaign.toml".
+        Description of what a user gives, such as "a folder with campaign.toml".
     recognise
         Whether a path is one of this format; it reads no more than it must, and never fails.
     read

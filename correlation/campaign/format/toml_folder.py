@@ -22,7 +22,7 @@ def read_folder(folder: Path) -> Campaign:
     Raises
     ------
     CampaignError
-        One sentence with file, line or key, value and remedy; several that do not follow from each other, a line each.
+        One sentence with file, line or key, value and remedy; several that do not follow from each other, one per line.
     """
     manifest = read_manifest(folder)
     measurement = _tables(folder, manifest)

@@ -49,7 +49,7 @@ def read_msh(path: Path) -> FileMesh:
         members[name] = [
             np.asarray(part) + start for part, start in zip(parts, starts, strict=False) if part is not None
         ]
-    # MSH 2 keeps groups as one number a cell; in MSH 4 the same array holds groups that have no name.
+    # MSH 2 keeps groups as one number per cell; in MSH 4 the same array holds groups that have no name.
     names = {(int(tag), int(dimension)): name for name, (tag, dimension) in found.field_data.items()}
     for tags, block, start in zip(found.cell_data.get("gmsh:physical", []), found.cells, starts, strict=False):
         for tag in np.unique(tags[tags > 0]).tolist():

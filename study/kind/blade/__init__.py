@@ -6,22 +6,19 @@ from study.kind.blade.table import BladeStructureTable
 from study.run_context import Answer, RunContext
 
 
-def make_structure(opened: OpenCase, run: RunContext) -> Structure:
-    """Reduce the blade unless that was done before."""
+def _structure(opened: OpenCase, run: RunContext) -> Structure:
     from study.kind.blade.reduce import blade_structure
 
     return blade_structure(opened, run)
 
 
-def run_reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
-    """Write STEP, mesh, the reduced model and the response of its tip."""
+def _reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
     from study.kind.blade.reduce import reduce_blade_case
 
     return reduce_blade_case(opened, run, checked)
 
 
-def run_modes(opened: OpenCase, run: RunContext, n_mode: int, film_of: int | None) -> Answer:
-    """Draw the mode shapes of the whole blade."""
+def _modes(opened: OpenCase, run: RunContext, n_mode: int, film_of: int | None) -> Answer:
     from study.kind.blade.reduce import blade_modes
 
     return blade_modes(opened, run, n_mode, film_of)
@@ -32,8 +29,8 @@ CASE_KINDS.register(
         name="blade",
         summary="a blade",
         table=BladeStructureTable,
-        structure=make_structure,
-        reduce=run_reduce,
-        modes=run_modes,
+        structure=_structure,
+        reduce=_reduce,
+        modes=_modes,
     )
 )

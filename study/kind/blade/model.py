@@ -1,15 +1,19 @@
 """One finite-element model of a blade: what it depends on, its clamped system, and the CAD solid behind the mesh."""
 
 import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from math import pi
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
 from numpy.typing import NDArray
 
 from casefile.table import CaseModel, located
 from fe.assembly import assemble_compact
 from fe.boundary import Support, supported_system
+from fe.damping import rayleigh_damping
 from fe.element import ELEMENTS, HEX20, REGISTRY
 from fe.material import Material
 from fe.mesh import Mesh
@@ -25,13 +29,25 @@ from geometry.blade_solid import blade_part
 from geometry.plain_blade import PlainBlade, plain_blade_part
 from geometry.step_io import write_step
 from geometry.system_library import preflight
+from hbsolve.continuation.peak import ResonancePeak, resonance_peak, undamped_from_peak
+from hbsolve.dynamic_stiffness import DynamicStiffness
+from hbsolve.forced_response import HarmonicForce, forced_response
 from pipeline.store import stage
+from reduction.craig_bampton import craig_bampton
+from reduction.memory_estimate import reduction_memory, refuse_beyond_memory
+from reduction.rom import ReducedModel, rayleigh_damped
+from reduction.rom_error import rom_error
 from study.kind.blade.table import BladeTables, mesh_any, with_thickness
+from study.reduce.comparison import N_FREQUENCY, ComparedReduction
 
 #: Nodes that stay physical in a reduced model, where the mesh has them.
 BOUNDARY = ("excitation", "response", "contact_positive", "contact_negative")
 #: The mesh that is compared: quadratic, since straight faces would lose what a curved groove holds.
 THROUGH_THICKNESS = 2
+#: Excitation and response act along y, the thickness.
+THICKNESS_DIRECTION = 1
+#: The peak is sought this far on each side of the reduced frequency; the second mode is farther.
+BAND = 0.2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,16 +144,16 @@ def blade_model(
 
 @stage("mesh size")
 def mesh_size(model: BladeModel) -> int:
-    """Degrees of freedom of the whole mesh, the held ones too [-]: what work and memory depend on."""
+    """Degrees of freedom of the whole mesh, the fixed ones too [-]: what work and memory depend on."""
     return 3 * mesh_any(model.blade, model.rule, model.pads).n_node
 
 
 def clamped(model: BladeModel) -> tuple[Mesh, LinearSystem, int]:
-    """Mesh, clamped system without damping, and the number of held nodes."""
+    """Mesh, clamped system without damping, and the number of fixed nodes."""
     mesh = mesh_any(model.blade, model.rule, model.pads)
     check_quality(mesh)
     mass, stiffness = assemble_compact(mesh, model.material)
-    nodes = held_nodes(mesh, model.drop_every)
+    nodes = fixed_nodes(mesh, model.drop_every)
     return mesh, supported_system(mesh, mass, stiffness, [Support(nodes=nodes)]), len(nodes)
 
 
@@ -147,7 +163,7 @@ def first_frequency(model: BladeModel) -> tuple[Mesh, float, int]:
     return mesh, float(modes(system, 1).frequency[0]), system.n_dof
 
 
-def held_nodes(mesh: Mesh, drop_every: int) -> NDArray[np.int64]:
+def fixed_nodes(mesh: Mesh, drop_every: int) -> NDArray[np.int64]:
     """Clamped nodes: all of the face set "clamp", or thinned."""
     nodes = mesh.nodes("clamp")
     return thin_nodes(mesh, nodes, drop_every) if drop_every else nodes
@@ -191,3 +207,74 @@ def solid_check(inputs: BladeModel) -> SolidCheck:
         at, weights = ELEMENTS[cell_type].rule
         volume += float((jacobian(ELEMENTS[cell_type], mesh.points[nodes], at)[0] @ weights).sum())
     return SolidCheck(cad_volume=part.volume, mesh_volume=volume, step=step)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reduction(ComparedReduction):
+    """A reduced blade and how good it is.
+
+    Parameters
+    ----------
+    mesh
+        Of the blade.
+    n_fixed
+        Fixed nodes [-].
+    peak_natural
+        The natural frequency that the interpolated peak of the harmonic-balance response stands for, its damping shift
+        taken out [Hz].
+    """
+
+    mesh: Mesh
+    n_fixed: int
+    peak_natural: float
+
+
+def reduce_blade(model: BladeModel, provenance: Mapping[str, str] | None = None) -> Reduction:
+    """Mesh, clamp, damp and reduce a blade, and compare with the full model.
+
+    Parameters
+    ----------
+    model
+        What is reduced.
+    provenance
+        Travels with the reduced model.
+    """
+    mesh, system, n_fixed = clamped(model)
+    rows = boundary_rows(mesh, system)
+    n_boundary = sum(len(item) for item in rows.values())
+    needed = reduction_memory(system.stiffness, n_boundary, model.n_mode)
+    refuse_beyond_memory(needed, f"reducing {system.n_dof} degrees of freedom to {n_boundary} and modes")
+    full = modes(system, N_FREQUENCY)
+    damping = rayleigh_damping(model.damping_ratio, float(full.frequency[0]))
+    rom = rayleigh_damped(craig_bampton(system, rows, model.n_mode, provenance), damping)
+    reduced = rom.modes(N_FREQUENCY)
+    peak = first_peak(rom, float(reduced.frequency[0]))
+    return Reduction(
+        mesh=mesh,
+        rom=rom,
+        n_fixed=n_fixed,
+        frequency=full.frequency,
+        rom_frequency=reduced.frequency,
+        rom_error=rom_error(system, rom, N_FREQUENCY),
+        peak_natural=undamped_from_peak(peak, model.damping_ratio) / (2 * pi),
+    )
+
+
+def first_peak(rom: ReducedModel, frequency: float) -> ResonancePeak:
+    """Peak of the tip's harmonic-balance response to a force at the excitation point, near a frequency [Hz]."""
+    structure = DynamicStiffness.of(rom)
+    force = unit_force(rom)
+    seen = rom.rows("response", THICKNESS_DIRECTION)
+
+    def amplitude(angular_frequency: Float[NDArray[np.float64], " p"]) -> Float[NDArray[np.float64], " p"]:
+        branch = forced_response(structure, force, angular_frequency)
+        return np.abs(branch.coefficients[:, 1, seen]).ravel()
+
+    return resonance_peak(amplitude, 2 * pi * frequency * (1 - BAND), 2 * pi * frequency * (1 + BAND))
+
+
+def unit_force(rom: ReducedModel) -> HarmonicForce:
+    """A harmonic force of 1 N at the excitation point; the response is linear, so any amplitude would do."""
+    coefficients = np.zeros((2, rom.n_dof), dtype=np.complex128)
+    coefficients[1, rom.rows("excitation", THICKNESS_DIRECTION)] = 1.0
+    return HarmonicForce(coefficients=coefficients)

@@ -20,14 +20,22 @@ from reduction.file.rom_hdf5 import save_rom
 from reduction.rom import ReducedModel
 from reduction.rom_error import check_fixed_interface_modes
 from study.case.kind import OpenCase
-from study.case.structure import Structure
-from study.kind.blade.model import BladeModel, blade_model, clamped, mesh_size, solid_check
-from study.kind.blade.reduction import THICKNESS_DIRECTION, Reduction, reduce_blade, unit_force
+from study.case.structure import Structure, reduced_structure
+from study.kind.blade.model import (
+    THICKNESS_DIRECTION,
+    BladeModel,
+    Reduction,
+    blade_model,
+    clamped,
+    mesh_size,
+    reduce_blade,
+    solid_check,
+    unit_force,
+)
 from study.kind.blade.table import BladeStructureTable
 from study.modes.files import MODE_SECONDS, write_shapes
 from study.modes.shapes import Shapes, shapes_of
 from study.reduce.report import reduction_answer
-from study.reduce.structure import reduced_structure
 from study.run_context import Answer, RunContext
 
 #: Frequencies of the drawn response: this many, over the first three modes.
@@ -58,20 +66,20 @@ def reduce_blade_case(opened: OpenCase, run: RunContext, checked: bool = False) 
     assert run.output is not None
     model, title, stem = model_of_case(opened, run), opened.title, opened.path.stem
     tasks = [_reduction(model, title), Task(stage=solid_check, inputs={"inputs": model}, label="CAD solid")]
-    found, solid = (outcome.value for outcome in run_parallel(tasks, run.store, run.progress, "mesh and reduction"))
-    check = run.step("check of the modes").run(checked_blade, model, found.rom) if checked else None
+    result, solid = (outcome.value for outcome in run_parallel(tasks, run.store, run.progress, "mesh and reduction"))
+    check = run.step("check of the modes").run(checked_blade, model, result.rom) if checked else None
     files = {name: run.output / f"{stem}{name}" for name in (".step", ".vtu", "_rom.h5")}
     replace_file(files[".step"], solid.step)
-    write_mesh(found.mesh, files[".vtu"])
-    save_rom(found.rom, files["_rom.h5"])
-    drawn = run.draw({f"{stem}_response": _tip_response(found, title)})
+    write_mesh(result.mesh, files[".vtu"])
+    save_rom(result.rom, files["_rom.h5"])
+    drawn = run.draw({f"{stem}_response": _tip_response(result, title)})
     return reduction_answer(
-        found,
+        result,
         model.n_mode,
         check,
         [*files.values(), *drawn],
-        notes=["", f"  first, from the peak of the harmonic-balance response: {found.peak_natural:.5f} Hz"],
-        facts={"hb_peak_hz": found.peak_natural},
+        notes=["", f"  first, from the peak of the harmonic-balance response: {result.peak_natural:.5f} Hz"],
+        facts={"hb_peak_hz": result.peak_natural},
     )
 
 
@@ -79,17 +87,17 @@ def blade_structure(opened: OpenCase, run: RunContext) -> Structure:
     """The reduced blade of a case, with the places that its mesh names and a force of 1 N at the excitation point."""
     model = model_of_case(opened, run)
     (outcome,) = run_parallel([_reduction(model, opened.title)], run.store, run.progress, "reduction")
-    found: Reduction = outcome.value
+    result: Reduction = outcome.value
     places = {}
     for name, place in PLACES.items():
-        if name in found.rom.boundary_sets:
-            places[place] = np.zeros(found.rom.n_dof)
-            places[place][found.rom.rows(name, THICKNESS_DIRECTION)] = 1.0
+        if name in result.rom.boundary_sets:
+            places[place] = np.zeros(result.rom.n_dof)
+            places[place][result.rom.rows(name, THICKNESS_DIRECTION)] = 1.0
     return reduced_structure(
-        found.rom,
-        found.mesh.points,
+        result.rom,
+        result.mesh.points,
         places=places,
-        harmonic_force=unit_force(found.rom).coefficients,
+        harmonic_force=unit_force(result.rom).coefficients,
         sensors=(Sensor(name="tip", row=places["tip"]),),
     )
 
@@ -110,13 +118,13 @@ def _reduction(model: BladeModel, title: str) -> Task:
     return Task(stage=reduced_blade, inputs={"model": model, "title": title}, label="reduction", weight=2.0)
 
 
-def _tip_response(found: Reduction, title: str) -> FrequencyResponse:
+def _tip_response(result: Reduction, title: str) -> FrequencyResponse:
     """Receptance of the tip for a force at the excitation point, over the first modes."""
-    frequency = np.linspace(0.2 * found.rom_frequency[0], 1.15 * found.rom_frequency[N_DRAWN - 1], N_POINT)
+    frequency = np.linspace(0.2 * result.rom_frequency[0], 1.15 * result.rom_frequency[N_DRAWN - 1], N_POINT)
     # The peaks are narrower than the grid: its points are joined by the resonances themselves.
-    frequency = np.union1d(frequency, found.rom_frequency[:N_DRAWN])
-    branch = forced_response(DynamicStiffness.of(found.rom), unit_force(found.rom), 2 * pi * frequency)
-    response = branch.coefficients[:, 1, found.rom.rows("response", THICKNESS_DIRECTION)[0]]
+    frequency = np.union1d(frequency, result.rom_frequency[:N_DRAWN])
+    branch = forced_response(DynamicStiffness.of(result.rom), unit_force(result.rom), 2 * pi * frequency)
+    response = branch.coefficients[:, 1, result.rom.rows("response", THICKNESS_DIRECTION)[0]]
     title = f"{title}: tip displacement for a force near the root"
     return FrequencyResponse(frequency=frequency, receptance=response, title=title)
 

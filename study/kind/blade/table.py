@@ -22,7 +22,7 @@ from study.case.tables import StructureTable
 
 def _known_element(name: str) -> str:
     if name not in REGISTRY:
-        *others, last = (f"'{each}'" for each in REGISTRY.names())
+        *others, last = (f"'{item}'" for item in REGISTRY.names())
         raise PydanticCustomError("literal_error", f"Input should be {', '.join(others)} or {last}")
     return name
 
@@ -133,6 +133,12 @@ class ReductionTable(CaseModel):
     """Craig-Bampton reduction."""
 
     modes: Annotated[int, Field(ge=1, le=2000, strict=True)] = 150
+
+
+class InteriorTable(CaseModel):
+    """Craig-Bampton reduction of a body whose boundary alone may say enough."""
+
+    modes: Annotated[int, Field(ge=0, le=2000, strict=True)] = 150
 
 
 class DampingTable(CaseModel):

@@ -6,16 +6,14 @@ from study.kind.matrices.table import MatricesTable
 from study.run_context import Answer, RunContext
 
 
-def make_structure(opened: OpenCase, run: RunContext) -> Structure:
-    """Reduce the matrices unless that was done before."""
+def _structure(opened: OpenCase, run: RunContext) -> Structure:
+    from study.case.structure import reduced_structure
     from study.kind.matrices.reduce import reduce_matrices
-    from study.reduce.structure import reduced_structure
 
     return reduced_structure(reduce_matrices(opened, run)[0].rom)
 
 
-def run_reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
-    """Write the reduced model, and compare reduced frequencies with full ones."""
+def _reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
     from study.kind.matrices.reduce import reduce_matrices_case
 
     return reduce_matrices_case(opened, run, checked)
@@ -26,8 +24,8 @@ CASE_KINDS.register(
         name="matrices",
         summary="matrices of another program",
         table=MatricesTable,
-        structure=make_structure,
-        reduce=run_reduce,
+        structure=_structure,
+        reduce=_reduce,
         modes=None,
     )
 )

@@ -96,7 +96,7 @@ def reduce_matrices(opened: OpenCase, run: RunContext) -> tuple[ComparedReductio
             dofs=dofs,
             units=UNITS[files.units],
         )
-    fixed, kept = _rows(case, read)
+    fixed, retained = _rows(case, read)
     if table.damping is not None and read.damping.nnz:
         with located(case, "structure", "damping"):
             raise MatrixFileError(
@@ -104,9 +104,9 @@ def reduce_matrices(opened: OpenCase, run: RunContext) -> tuple[ComparedReductio
             )
     with located(case, "structure", "files"):
         free = read.system(fixed)
-    boundary = {name: free.row[rows] for name, rows in kept.items()}
+    boundary = {name: free.row[rows] for name, rows in retained.items()}
     with located(case, "structure", "boundary"):
-        found = run.step("reduction").run(
+        result = run.step("reduction").run(
             reduced_matrices,
             system=free.linear,
             boundary=boundary,
@@ -118,7 +118,7 @@ def reduce_matrices(opened: OpenCase, run: RunContext) -> tuple[ComparedReductio
                 "files": repr(files),
             },
         )
-    return found, read, free
+    return result, read, free
 
 
 def reduce_matrices_case(opened: OpenCase, run: RunContext, checked: bool = False) -> Answer:
@@ -130,26 +130,26 @@ def reduce_matrices_case(opened: OpenCase, run: RunContext, checked: bool = Fals
         As `reduce_matrices`.
     """
     assert run.output is not None
-    found, read, free = reduce_matrices(opened, run)
+    result, read, free = reduce_matrices(opened, run)
     check, stem = None, opened.path.stem
     if checked:
         with located(opened.case, "structure", "boundary"):
-            check = run.step("check of the modes").run(checked_matrices, free.linear, found.rom)
+            check = run.step("check of the modes").run(checked_matrices, free.linear, result.rom)
     files = [run.output / f"{stem}_rom.h5", run.output / f"{stem}_dofs.csv"]
-    save_rom(found.rom, files[0])
+    save_rom(result.rom, files[0])
     replace_file(files[1], _full_rows(read, free))
-    return reduction_answer(found, opened.case.structure.reduction.modes, check, files)
+    return reduction_answer(result, opened.case.structure.reduction.modes, check, files)
 
 
 def _rows(case: Case[MatricesTable], read: ImportedMatrices) -> tuple[Rows, dict[str, Rows]]:
-    """Rows of the files that supports hold, and that the reduction keeps by name."""
+    """Rows of the files that supports fix, and that the reduction retains by name."""
     mistakes = Mistakes(case)
-    held = [np.zeros(0, dtype=np.int64)]
+    supported = [np.zeros(0, dtype=np.int64)]
     for number, support in enumerate(case.structure.support):
         with mistakes.at("structure", "support", number), at_key(case, "structure", "support", number, "nodes"):
-            held.append(read.dofs.rows(support.nodes, support.numbers))
-    every = np.unique(np.concatenate(held))
-    kept: dict[str, Rows] = {}
+            supported.append(read.dofs.rows(support.nodes, support.numbers))
+    every = np.unique(np.concatenate(supported))
+    retained: dict[str, Rows] = {}
     for number, table in enumerate(case.structure.boundary):
         with mistakes.at("structure", "boundary", number):
             with at_key(case, "structure", "boundary", number, "nodes"):
@@ -162,13 +162,13 @@ def _rows(case: Case[MatricesTable], read: ImportedMatrices) -> tuple[Rows, dict
                     )
             turning = read.dofs.direction[rows] >= N_TRANSLATION
             for name, own in ((table.name, rows[~turning]), (f"{table.name} rotation", rows[turning])):
-                if name in kept:
+                if name in retained:
                     with at_key(case, "structure", "boundary", number, "name"):
                         raise MatrixFileError(f'"{name}" is taken: give each boundary its own')
                 if len(own):
-                    kept[name] = own
+                    retained[name] = own
     mistakes.raise_if_any()
-    return every, kept
+    return every, retained
 
 
 def _full_rows(read: ImportedMatrices, free: ImportedSystem) -> str:
@@ -200,27 +200,26 @@ def at_file(case: Case[MatricesTable], files: Mapping[str, Path]) -> Iterator[No
     try:
         yield
     except MatrixFileError as error:
-        said = str(error)
-        spoken = {key: said.find(f'"{file}"') for key, file in files.items()}
-        found = [key for key in files if spoken[key] >= 0]
-        if not found:
+        message = str(error)
+        spoken = {key: message.find(f'"{file}"') for key, file in files.items()}
+        result = [key for key in files if spoken[key] >= 0]
+        if not result:
             with located(case, "structure", "files"):
                 raise
         # One file may hold several matrices: the one that is named then.
-        first = min(found, key=lambda key: (spoken[key], f"the {key}" not in said))
+        first = min(result, key=lambda key: (spoken[key], f"the {key}" not in message))
         with at_key(case, "structure", "files", first):
-            raise MatrixFileError(without_name(said, first, files[first])) from error
+            raise MatrixFileError(without_name(message, first, files[first])) from error
 
 
-def without_name(said: str, key: str, file: Path) -> str:
+def without_name(message: str, key: str, file: Path) -> str:
     """A message without the name of the file that it is about."""
-    said = said.removeprefix(f"the {key}: ")
+    message = message.removeprefix(f"the {key}: ")
     missing = f'there is no file "{file}": check its name and folder'
-    if said.startswith(missing):
-        return (
-            f"there is no such file: check its name and folder, which count from the case{said.removeprefix(missing)}"
-        )
+    if message.startswith(missing):
+        rest = message.removeprefix(missing)
+        return f"there is no such file: check its name and folder, which count from the case{rest}"
     for between in (": ", ", ", " "):
-        if said.startswith(f'"{file}"{between}'):
-            return said.removeprefix(f'"{file}"{between}')
-    return said.replace(f'"{file}"', "this file", 1)
+        if message.startswith(f'"{file}"{between}'):
+            return message.removeprefix(f'"{file}"{between}')
+    return message.replace(f'"{file}"', "this file", 1)

@@ -12,7 +12,7 @@ from fe.file.imported_matrices import Units
 from fe.file.matrix_file import MatrixSource
 from study.case.joint_table import Name
 from study.case.tables import StructureTable
-from study.kind.blade.table import DampingTable
+from study.kind.blade.table import DampingTable, InteriorTable
 
 FileName = Annotated[str, Field(min_length=1, examples=["stiffness.mtx"])]
 DirectionName = Literal["x", "y", "z", "rotx", "roty", "rotz"]
@@ -47,7 +47,7 @@ class FilesTable(CaseModel):
 
 
 class SupportTable(CaseModel):
-    """Nodes that are held; directions that a node has not are passed over."""
+    """Nodes that are fixed; directions that a node does not have are passed over."""
 
     nodes: Nodes
     directions: Directions = DIRECTIONS  # type: ignore[assignment]
@@ -55,28 +55,22 @@ class SupportTable(CaseModel):
     @property
     def numbers(self) -> list[int]:
         """Directions by number."""
-        return [DIRECTIONS.index(each) for each in self.directions]
+        return [DIRECTIONS.index(item) for item in self.directions]
 
 
 class BoundaryTable(SupportTable):
-    """Nodes that the reduced model keeps, under a name; rotations are kept as "NAME rotation"."""
+    """Nodes that the reduced model retains, under a name; rotations are retained as "NAME rotation"."""
 
     name: Name
     directions: Directions = DIRECTIONS[:N_TRANSLATION]  # type: ignore[assignment]
 
 
-class MatricesReductionTable(CaseModel):
-    """Craig-Bampton reduction."""
-
-    modes: Annotated[int, Field(ge=0, le=2000, strict=True)] = 150
-
-
 class MatricesTable(StructureTable):
-    """Matrices of another program and what is kept of them."""
+    """Matrices of another program and what is retained of them."""
 
     kind: Literal["matrices"]
     files: FilesTable
     support: tuple[SupportTable, ...] = ()
     boundary: Annotated[tuple[BoundaryTable, ...], Field(min_length=1)]
-    reduction: MatricesReductionTable = MatricesReductionTable()
+    reduction: InteriorTable = InteriorTable()
     damping: DampingTable | None = None

@@ -6,15 +6,13 @@ from study.kind.part.table import PartTable
 from study.run_context import Answer, RunContext
 
 
-def make_structure(opened: OpenCase, run: RunContext) -> Structure:
-    """Mesh and reduce the part unless that was done before."""
+def _structure(opened: OpenCase, run: RunContext) -> Structure:
     from study.kind.part.reduce import part_structure
 
     return part_structure(opened, run)
 
 
-def run_reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
-    """Write mesh, reduced model, tables and pictures."""
+def _reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
     from study.kind.part.reduce import reduce_part_case
 
     return reduce_part_case(opened, run, checked)
@@ -25,8 +23,8 @@ CASE_KINDS.register(
         name="part",
         summary="a part",
         table=PartTable,
-        structure=make_structure,
-        reduce=run_reduce,
+        structure=_structure,
+        reduce=_reduce,
         modes="`stickslip reduce` computes and draws the modes of a part",
     )
 )

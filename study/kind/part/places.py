@@ -23,8 +23,8 @@ from study.kind.part.table import TRANSLATIONS, LineTable, PartTable
 
 #: The face set on which points lie that name none.
 SURFACE = "the surface"
-#: The node set of all that is held, while stations look for nodes that can give up their place.
-HELD = "what is held"
+#: The node set of all that is fixed, while stations look for nodes that can give up their place.
+FIXED = "what is fixed"
 #: What the tables of a case that name a boundary are called.
 NAMING = ("point", "line", "boundary")
 
@@ -38,9 +38,9 @@ class Places:
     mesh
         With a node set for each name that stays physical: nodes, or the pivots of stations.
     to_nodes
-        Nodal displacements from coordinates; None where all that is kept are nodes.
+        Nodal displacements from coordinates; None where all that is retained are nodes.
     supports
-        What is held.
+        What is fixed.
     boundary
         What stays physical, by name.
     lines
@@ -117,11 +117,11 @@ def places(case: Case[PartTable], mesh: Mesh) -> Places:
         with mistakes.at(), at_key(case, "structure", "support", number, "on"):
             nodes = np.unique(np.concatenate([_nodes(mesh, name) for name in support.on]))
             supports.append(Support(nodes=nodes, directions=support.numbers))
-    for number, kept in enumerate(case.structure.boundary):
+    for number, retained in enumerate(case.structure.boundary):
         with mistakes.at(), at_key(case, "structure", "boundary", number, "on"):
-            nodes = _nodes(mesh, kept.on)
-            boundary[kept.name] = Support(nodes=nodes, directions=_numbers(kept.directions))
-            _check_free(kept.name, boundary[kept.name], supports)
+            nodes = _nodes(mesh, retained.on)
+            boundary[retained.name] = Support(nodes=nodes, directions=_numbers(retained.directions))
+            _check_free(retained.name, boundary[retained.name], supports)
     for number, point in enumerate(case.structure.point):
         with mistakes.at(), at_key(case, "structure", "point", number, "at"):
             faces[point.name] = point.on or SURFACE
@@ -139,15 +139,15 @@ def places(case: Case[PartTable], mesh: Mesh) -> Places:
         with mistakes.at(), at_key(case, "structure", "line", number, "to" if table.edge is None else "edge"):
             lines[table.name] = _line(mesh, table)
     mistakes.raise_if_any()
-    sets = {name: kept.nodes for name, kept in boundary.items()}
+    sets = {name: retained.nodes for name, retained in boundary.items()}
     bare = replace(mesh, node_sets=sets)
     to_nodes = None
     if lines:
-        held = np.unique(np.concatenate([each.nodes for each in supports] or [np.zeros(0, dtype=np.int64)]))
+        fixed = np.unique(np.concatenate([item.nodes for item in supports] or [np.zeros(0, dtype=np.int64)]))
         stations = {name: line.stations for name, line in lines.items()}
         with mistakes.at():
-            found = make_station_coordinates(replace(bare, node_sets={**sets, HELD: held}), stations, faces)
-            bare, to_nodes = replace(bare, node_sets={**sets, **_pivots(found.mesh, lines)}), found.to_nodes
+            result = make_station_coordinates(replace(bare, node_sets={**sets, FIXED: fixed}), stations, faces)
+            bare, to_nodes = replace(bare, node_sets={**sets, **_pivots(result.mesh, lines)}), result.to_nodes
         mistakes.raise_if_any()
         for name in lines:
             directions = next((point.directions for point in case.structure.point if point.name == name), TRANSLATIONS)
@@ -166,22 +166,22 @@ def _pivots(mesh: Mesh, lines: dict[str, ContactLine]) -> dict[str, NDArray[np.i
     return {name: mesh.node_sets[name] for name in lines}
 
 
-def _check_free(name: str, kept: Support, supports: Sequence[Support]) -> None:
-    held = [_dofs(each) for each in supports]
-    if held and np.isin(_dofs(kept), np.concatenate(held)).all():
-        along = ", ".join(TRANSLATIONS[each] for each in kept.directions)
+def _check_free(name: str, retained: Support, supports: Sequence[Support]) -> None:
+    fixed = [_dofs(item) for item in supports]
+    if fixed and np.isin(_dofs(retained), np.concatenate(fixed)).all():
+        along = ", ".join(TRANSLATIONS[item] for item in retained.directions)
         raise MeshError(
-            f'all {len(kept.nodes)} nodes of "{name}" are held along {along}: keep another set, or take what holds '
+            f'all {len(retained.nodes)} nodes of "{name}" are held along {along}: keep another set, or take what holds '
             "them out of [[structure.support]]"
         )
 
 
-def _dofs(kept: Support) -> Int[NDArray[np.int64], " k"]:
-    return np.ravel(N_TRANSLATION * kept.nodes[:, None] + np.array(kept.directions, dtype=np.int64))
+def _dofs(retained: Support) -> Int[NDArray[np.int64], " k"]:
+    return np.ravel(N_TRANSLATION * retained.nodes[:, None] + np.array(retained.directions, dtype=np.int64))
 
 
 def _numbers(directions: tuple[str, ...]) -> tuple[int, ...]:
-    return tuple(TRANSLATIONS.index(each) for each in directions)
+    return tuple(TRANSLATIONS.index(item) for item in directions)
 
 
 def _nodes(mesh: Mesh, name: str) -> NDArray[np.int64]:
@@ -198,13 +198,13 @@ def _nodes(mesh: Mesh, name: str) -> NDArray[np.int64]:
 
 
 def _single(mesh: Mesh, name: str, on: str, place: tuple[float, float, float]) -> ContactLine:
-    """One station; one beside the face is told as its user gave it, to whom a point is no station."""
+    """One station; one beside the face is reported as its user gave it, to whom a point is no station."""
     at = np.array([place])
     try:
         normal = find_station_normals(mesh, name, find_named_faces(mesh, name, on), at)
     except BesideMesh as error:
         # To a nanometre, whose rounding no tolerance sees.
-        x, y, z = (f"{round(1e3 * each, 6) + 0.0:.12g} mm" for each in error.nearest)
+        x, y, z = (f"{round(1e3 * item, 6) + 0.0:.12g} mm" for item in error.nearest)
         raise MeshError(
             f"it lies {error.distance * 1e3:.4g} mm beside the face; the nearest point there is "
             f'["{x}", "{y}", "{z}"]: give that, or another place on the face'

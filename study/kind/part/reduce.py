@@ -26,7 +26,7 @@ from reduction.file.rom_hdf5 import save_rom
 from reduction.memory_estimate import mesh_memory, refuse_beyond_memory, tetrahedra_memory
 from reduction.rom import ReducedModel
 from study.case.kind import OpenCase
-from study.case.structure import Structure
+from study.case.structure import Structure, reduced_structure
 from study.case.tables import Case
 from study.kind.part.places import Places, check_names, places
 from study.kind.part.reduce_report import face_document, face_lines, frequency_table, station_table
@@ -42,9 +42,8 @@ from study.kind.part.stages import (
     step_mesh,
 )
 from study.kind.part.table import PartTable
-from study.modes.files import picture_modes
+from study.modes.files import picture_modes, write_contents
 from study.reduce.report import reduction_answer
-from study.reduce.structure import reduced_structure
 from study.run_context import Answer, RunContext
 
 #: Until a run knows better: seconds of fTetWild for each cell, with about so many cells in the cube of their size; of
@@ -55,7 +54,7 @@ ASSEMBLY_SECONDS, REDUCTION_SECONDS = 3e-5, 2e-4
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MeshedPart:
-    """A mesh, and of a STEP file what was mended in it and which of its faces were named."""
+    """A mesh, and of a STEP file what was repaired in it and which of its faces were named."""
 
     mesh: Mesh
     notes: tuple[str, ...] = ()
@@ -97,9 +96,9 @@ def reduce_part(opened: OpenCase, run: RunContext) -> PartModel:
     with located(case, "structure", "material"):
         material = case.structure.material.material()
     meshed = (_step if case.structure.is_step else _file)(case, opened.folder, run)
-    found = places(case, meshed.mesh)
-    matrices, reduced = _reduced(case, opened.title, material, found, run)
-    return PartModel(meshed=meshed, places=found, matrices=matrices, reduced=reduced)
+    result = places(case, meshed.mesh)
+    matrices, reduced = _reduced(case, opened.title, material, result, run)
+    return PartModel(meshed=meshed, places=result, matrices=matrices, reduced=reduced)
 
 
 def part_structure(opened: OpenCase, run: RunContext) -> Structure:
@@ -121,10 +120,10 @@ def rows_along(
     rom: ReducedModel, name: str, directions: Float[NDArray[np.float64], "station 3"]
 ) -> Float[NDArray[np.float64], "station r"]:
     """Rows of the displacement of each station of a boundary set along a direction of its own."""
-    found = np.zeros((len(directions), rom.n_dof))
+    result = np.zeros((len(directions), rom.n_dof))
     for axis in range(3):
-        found[np.arange(len(directions)), rom.rows(name, axis)] = directions[:, axis]
-    return found
+        result[np.arange(len(directions)), rom.rows(name, axis)] = directions[:, axis]
+    return result
 
 
 def reduce_part_case(opened: OpenCase, run: RunContext, checked: bool = False) -> Answer:
@@ -138,17 +137,17 @@ def reduce_part_case(opened: OpenCase, run: RunContext, checked: bool = False) -
     assert run.output is not None
     case, stem = opened.case, opened.path.stem
     model = reduce_part(opened, run)
-    meshed, found, check = model.meshed, model.places, None
-    mesh, compared = found.mesh, model.reduced.compared
+    meshed, result, check = model.meshed, model.places, None
+    mesh, compared = result.mesh, model.reduced.compared
     if checked:
         with located(case, "structure"):
             step = run.step("check of the modes", expected=REDUCTION_SECONDS * 3 * mesh.n_node / 2)
-            check = step.run(checked_part, mesh, model.matrices, found.to_nodes, found.supports, compared.rom)
+            check = step.run(checked_part, mesh, model.matrices, result.to_nodes, result.supports, compared.rom)
     files = {name: run.output / f"{stem}{name}" for name in (".vtu", "_rom.h5", "_frequencies.csv", "_stations.csv")}
     write_mesh(mesh, files[".vtu"], model.reduced.shapes.fields)
     save_rom(compared.rom, files["_rom.h5"])
     replace_file(files["_frequencies.csv"], frequency_table(compared))
-    replace_file(files["_stations.csv"], station_table(found.lines))
+    replace_file(files["_stations.csv"], station_table(result.lines))
     drawn = _drawn(opened, model, run)
     worst = float(measure_cell_quality(mesh).scaled_jacobian.min())
     faces = face_lines(meshed.faces)
@@ -235,13 +234,13 @@ def _file(case: Case[PartTable], folder: Path, run: RunContext) -> MeshedPart:
 
 
 def _reduced(
-    case: Case[PartTable], title: str, material: Material, found: Places, run: RunContext
+    case: Case[PartTable], title: str, material: Material, result: Places, run: RunContext
 ) -> tuple[tuple[Symmetric, Symmetric], PartReduction]:
-    table, mesh, n_mode = case.structure, found.mesh, case.structure.reduction.modes
-    n_boundary = sum(len(kept.nodes) * len(kept.directions) for kept in found.boundary.values())
+    table, mesh, n_mode = case.structure, result.mesh, case.structure.reduction.modes
+    n_boundary = sum(len(retained.nodes) * len(retained.directions) for retained in result.boundary.values())
     n_dof = 3 * mesh.n_node
-    kept = (*found.boundary.values(), *found.supports)
-    is_compact = found.to_nodes is None and all(len(each.directions) == 3 for each in kept)
+    retained = (*result.boundary.values(), *result.supports)
+    is_compact = result.to_nodes is None and all(len(item.directions) == 3 for item in retained)
     with located(case, "structure"):
         needed = mesh_memory(mesh, n_boundary, n_mode, is_compact=is_compact)
         refuse_beyond_memory(needed, f"reducing a mesh of {n_dof} degrees of freedom to {n_boundary}")
@@ -252,9 +251,9 @@ def _reduced(
             mesh=mesh,
             material=material,
             matrices=matrices,
-            to_nodes=found.to_nodes,
-            supports=found.supports,
-            boundary=found.boundary,
+            to_nodes=result.to_nodes,
+            supports=result.supports,
+            boundary=result.boundary,
             n_mode=n_mode,
             damping_ratio=None if table.damping is None else table.damping.ratio,
             provenance={
@@ -269,24 +268,21 @@ def _reduced(
 
 def _drawn(opened: OpenCase, model: PartModel, run: RunContext) -> list[Path]:
     """Write the pictures; a machine that cannot draw has all the rest."""
-    assert run.output is not None
-    table, stem, mesh, found = opened.case.structure, opened.path.stem, model.meshed.mesh, model.places
+    table, stem, mesh, result = opened.case.structure, opened.path.stem, model.meshed.mesh, model.places
     used = [name for support in table.support for name in support.on]
     used += [name for entry in (*table.line, *table.point, *table.boundary) for name in _on(entry)]
     used += [face.name for face in table.face]
-    points = {point.name: found.lines[point.name].stations for point in table.point}
-    lines = [line.stations for name, line in found.lines.items() if name not in points]
+    points = {point.name: result.lines[point.name].stations for point in table.point}
+    lines = [line.stations for name, line in result.lines.items() if name not in points]
     stations = np.concatenate([np.zeros((0, 3)), *lines])
-    files = []
+    files: list[Path] = []
     try:
         names = list(dict.fromkeys(used))
         faces = {name: mesh.face_sets[name] for name in names if name in mesh.face_sets}
         sets = {name: mesh.node_sets[name] for name in names if name in mesh.node_sets and name not in faces}
-        nodes = {name: mesh.points[found] for name, found in sets.items()} | points
+        nodes = {name: mesh.points[result] for name, result in sets.items()} | points
         pictures = run.step("pictures of the mesh").run(face_pictures, mesh, faces, stations, opened.title, nodes)
-        for name, content in pictures.items():
-            files.append(run.output / f"{stem}_{name}")
-            replace_file(files[-1], content.tobytes())
+        files += write_contents(run, stem, pictures)
         files += [file for file, _ in picture_modes(model.reduced.shapes, stem, run)]
     except MissingSoftware as error:
         run.warn(f"there are no pictures: {error}")

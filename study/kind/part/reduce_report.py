@@ -19,9 +19,9 @@ def face_lines(faces: Mapping[str, NamedFaces]) -> list[str]:
     return [
         f"  {'face':{width}}   CAD faces   area [mm^2]   mean position [mm]",
         *(
-            f"  {name:{width}} {each['n_face']:11} {each['area_mm2']:13.2f}   "
-            f"({', '.join(f'{x:.2f}' for x in each['centre_mm'])})"
-            for name, each in face_document(faces).items()
+            f"  {name:{width}} {item['n_face']:11} {item['area_mm2']:13.2f}   "
+            f"({', '.join(f'{x:.2f}' for x in item['centre_mm'])})"
+            for name, item in face_document(faces).items()
         ),
     ]
 
@@ -30,21 +30,21 @@ def face_document(faces: Mapping[str, NamedFaces]) -> dict[str, dict[str, Any]]:
     """The same for programs."""
     return {
         name: {
-            "n_face": each.n_face,
-            "area_mm2": each.area * MILLIMETRES_PER_METRE**2,
-            # Of a symmetric face the middle is round-off, whose sign would be shown.
-            "centre_mm": (np.round(each.centre * MILLIMETRES_PER_METRE, 9) + 0.0).tolist(),
+            "n_face": item.n_face,
+            "area_mm2": item.area * MILLIMETRES_PER_METRE**2,
+            # Of a symmetric face the middle is round-off, whose sign would be written.
+            "centre_mm": (np.round(item.centre * MILLIMETRES_PER_METRE, 9) + 0.0).tolist(),
         }
-        for name, each in faces.items()
+        for name, item in faces.items()
     }
 
 
-def frequency_table(found: ComparedReduction) -> str:
+def frequency_table(result: ComparedReduction) -> str:
     """Full and reduced frequencies [Hz], and the estimated truncation error [-]."""
     lines = [
         f"{number},{full:.9g},{rom:.9g},{error:.3g}"
         for number, (full, rom, error) in enumerate(
-            zip(found.frequency, found.rom_frequency, found.rom_error, strict=True), start=1
+            zip(result.frequency, result.rom_frequency, result.rom_error, strict=True), start=1
         )
     ]
     return "\n".join(["mode,full_hz,reduced_hz,estimated_error", *lines, ""])

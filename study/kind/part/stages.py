@@ -30,6 +30,7 @@ from geometry.system_library import preflight
 from pipeline.store import stage
 from reduction.rom import ReducedModel
 from reduction.rom_error import check_fixed_interface_modes
+from study.modes.files import contents
 from study.modes.shapes import Shapes, stressed_shapes
 from study.reduce.comparison import ComparedReduction, compared_reduction
 
@@ -118,7 +119,7 @@ def named_faces(file: Path, faces: Mapping[str, Sequence[FaceSelector]]) -> dict
 
 @stage("tetrahedra of a STEP file")
 def step_mesh(file: Path, faces: Mapping[str, Sequence[FaceSelector]], rule: TetRule) -> Mesh:
-    """Mesh the solid; no two runs give the same mesh, so that the kept one is used from then on."""
+    """Mesh the solid; no two runs give the same mesh, so that the stored one is used from then on."""
     preflight("cad")
     return mesh_solid(step_part(file, faces), rule)
 
@@ -141,7 +142,7 @@ def reduced_part(
     damping_ratio: float | None,
     provenance: Mapping[str, str],
 ) -> PartReduction:
-    """Hold and reduce a part, with its stations as coordinates.
+    """Support and reduce a part, with its stations as coordinates.
 
     Parameters
     ----------
@@ -150,9 +151,9 @@ def reduced_part(
     matrices
         Its mass and stiffness, of nodal displacements.
     to_nodes
-        Nodal displacements from coordinates, see `StationCoordinates`; None if nodes alone are kept.
+        Nodal displacements from coordinates, see `StationCoordinates`; None if nodes alone are retained.
     supports
-        What is held; nothing if empty.
+        What is fixed; nothing if empty.
     boundary
         What stays physical, by name.
     n_mode, damping_ratio, provenance
@@ -167,10 +168,10 @@ def reduced_part(
     """
     place = None if to_nodes is None else StationCoordinates(mesh=mesh, to_nodes=to_nodes)
     system = _held(mesh, matrices, place, supports)
-    rows = {name: system.rows(kept.nodes, kept.directions) for name, kept in boundary.items()}
-    free = {name: found[found >= 0] for name, found in rows.items()}
-    for name, found in free.items():
-        if not len(found):
+    rows = {name: system.rows(retained.nodes, retained.directions) for name, retained in boundary.items()}
+    free = {name: result[result >= 0] for name, result in rows.items()}
+    for name, result in free.items():
+        if not len(result):
             raise SupportError(f'all nodes of "{name}" are held: take it out of the boundary or out of the support')
     compared = compared_reduction(system, free, n_mode, damping_ratio, provenance)
     if place is not None:
@@ -201,7 +202,7 @@ def _held(
     place: StationCoordinates | None,
     supports: Sequence[Support],
 ) -> LinearSystem:
-    mass, stiffness = matrices if place is None else (place.matrix(each) for each in matrices)
+    mass, stiffness = matrices if place is None else (place.matrix(item) for item in matrices)
     if supports:
         # What they leave free the boundary may hold; if it does not, the reduction says so.
         return supported_system(mesh, mass, stiffness, list(supports), may_move=True)
@@ -225,9 +226,7 @@ def face_pictures(
 ) -> dict[str, NDArray[np.uint8]]:
     """Draw "faces.png" and "faces_behind.png"; bytes of each file by name."""
     with tempfile.TemporaryDirectory(prefix="stickslip-") as name:
-        folder, found = Path(name), {}
         for file, towards_eye in VIEWS.items():
             eye = np.array(towards_eye)
-            named_faces_picture(mesh, faces, stations, folder / file, title=title, towards_eye=eye, nodes=nodes)
-            found[file] = np.frombuffer((folder / file).read_bytes(), dtype=np.uint8)
-        return found
+            named_faces_picture(mesh, faces, stations, Path(name) / file, title=title, towards_eye=eye, nodes=nodes)
+        return contents(Path(name))

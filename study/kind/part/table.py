@@ -16,7 +16,7 @@ from geometry.face_selector import FaceSelector
 from geometry.interface import N_STATION
 from study.case.joint_table import Name
 from study.case.tables import StructureTable
-from study.kind.blade.table import DampingTable, MaterialTable
+from study.kind.blade.table import DampingTable, InteriorTable, MaterialTable
 
 FileName = Annotated[str, Field(min_length=1, examples=["part.step"])]
 Place = Annotated[tuple[Length, Length, Length], Field(examples=[["10 mm", "0 mm", "5 mm"]])]
@@ -52,7 +52,7 @@ class FaceTable(CaseModel):
     area: Annotated[tuple[Area, Area] | None, Field(examples=[["70 mm^2", "71 mm^2"]])] = None
 
     def selector(self) -> FaceSelector:
-        """What it looks for; the name itself, if nothing else is said."""
+        """What it looks for; the name itself, if nothing else is given."""
         given = {"colour": self.colour, "at": self.at, "normal": self.normal, "area": self.area}
         by_name = self.step_name
         if by_name is None and not any(value is not None for value in given.values()):
@@ -61,7 +61,7 @@ class FaceTable(CaseModel):
 
 
 class PartSupportTable(CaseModel):
-    """Faces, or sets of a mesh file, that are held."""
+    """Faces, or sets of a mesh file, that are fixed."""
 
     on: Names
     directions: Directions = ("x", "y", "z")
@@ -69,7 +69,7 @@ class PartSupportTable(CaseModel):
     @property
     def numbers(self) -> tuple[int, ...]:
         """Directions by number."""
-        return tuple(TRANSLATIONS.index(each) for each in self.directions)
+        return tuple(TRANSLATIONS.index(item) for item in self.directions)
 
 
 class PointTable(CaseModel):
@@ -111,12 +111,6 @@ class WholeSetTable(CaseModel):
     directions: Directions = ("x", "y", "z")
 
 
-class PartReductionTable(CaseModel):
-    """Craig-Bampton reduction."""
-
-    modes: Annotated[int, Field(ge=0, le=2000, strict=True)] = 150
-
-
 class TetMeshTable(CaseModel):
     """How large the tetrahedra are, and at named faces."""
 
@@ -135,7 +129,7 @@ class PartTable(StructureTable):
     point: tuple[PointTable, ...] = ()
     line: tuple[LineTable, ...] = ()
     boundary: tuple[WholeSetTable, ...] = ()
-    reduction: PartReductionTable = PartReductionTable()
+    reduction: InteriorTable = InteriorTable()
     damping: DampingTable | None = None
     face: tuple[FaceTable, ...] = ()
     mesh: TetMeshTable | None = None

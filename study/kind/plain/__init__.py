@@ -6,8 +6,7 @@ from study.kind.plain.table import PlainTable
 from study.run_context import RunContext
 
 
-def make_structure(opened: OpenCase, run: RunContext) -> Structure:
-    """Read the matrices."""
+def _structure(opened: OpenCase, run: RunContext) -> Structure:
     from study.kind.plain.structure import plain_structure
 
     del run
@@ -19,7 +18,7 @@ CASE_KINDS.register(
         name="plain",
         summary="plain matrices",
         table=PlainTable,
-        structure=make_structure,
+        structure=_structure,
         reduce='its matrices are used as they are: to reduce large ones, write kind = "matrices"',
         modes=None,
     )

@@ -18,10 +18,9 @@ from reduction.errors import JointError, MatrixError
 from reduction.file.structure_file import NAMES, StructureMatrices, load_matrices
 from reduction.jointed_system import Joint
 from reduction.stuck import stuck_damping
-from study.case.structure import Structure, stuck_at_rest
+from study.case.structure import Structure, dofs_of_reduced_model, stuck_at_rest
 from study.case.tables import Case
 from study.kind.plain.table import DofTable, PlainTable, RayleighTable
-from study.reduce.structure import dofs_of_reduced_model
 
 Matrix = Float[NDArray[np.float64], "r r"]
 
@@ -47,19 +46,19 @@ def plain_structure(case: Case[PlainTable], folder: Path) -> Structure:
     CaseError
         The file cannot be used, its parts do not add up, or tables and arrays are of another length than the matrices.
     """
-    table, mistakes, found = case.structure, Mistakes(case), None
+    table, mistakes, result = case.structure, Mistakes(case), None
     with mistakes.at("structure"):
-        found = _read(folder / table.file, table.dof)
-    if found is None:
+        result = _read(folder / table.file, table.dof)
+    if result is None:
         raise CaseError(mistakes.problems)
     if table.damping is None:
-        return found
+        return result
     return Structure(
-        matrices=found.matrices,
-        dofs=found.dofs,
-        parts=found.parts,
-        stored=found.stored,
-        damped=partial(rayleigh, table.damping, found.matrices),
+        matrices=result.matrices,
+        dofs=result.dofs,
+        parts=result.parts,
+        stored=result.stored,
+        damped=partial(rayleigh, table.damping, result.matrices),
     )
 
 
@@ -70,7 +69,7 @@ def _read(file: Path, tables: Sequence[DofTable]) -> Structure:
         parts = _parts(matrices, arrays)
         dofs = _of_arrays(arrays, matrices.n_dof) or _of_rom(matrices)
     except InputError as error:
-        # Names the key, so that the line shown is that of the file's name.
+        # Names the key, so that the line of the message is that of the file's name.
         raise MatrixError(f"the file cannot be used: {error}") from error
     r = matrices.n_dof
     if tables and len(tables) != r:
@@ -93,7 +92,7 @@ def _arrays(file: Path) -> dict[str, NDArray[np.generic]]:
 
 
 def _is_matrix(name: str) -> bool:
-    return name in {each for group in NAMES.values() for each in group} or name.startswith(("part_", "dof_"))
+    return name in {item for group in NAMES.values() for item in group} or name.startswith(("part_", "dof_"))
 
 
 def _parts(matrices: StructureMatrices, arrays: Mapping[str, NDArray[np.generic]]) -> tuple[Part, ...]:
@@ -102,8 +101,8 @@ def _parts(matrices: StructureMatrices, arrays: Mapping[str, NDArray[np.generic]
         dict.fromkeys(named[1] for name in arrays if (named := re.fullmatch(r"part_(.+)_(mass|stiffness)", name)))
     )
     zero = np.zeros_like(matrices.mass)
-    found: dict[str, list[Matrix]] = {"mass": [], "stiffness": []}
-    for kind, shares in found.items():
+    result: dict[str, list[Matrix]] = {"mass": [], "stiffness": []}
+    for kind, shares in result.items():
         for name in names:
             share = np.asarray(arrays.get(f"part_{name}_{kind}", zero), dtype=np.float64)
             if share.shape != zero.shape:
@@ -116,7 +115,7 @@ def _parts(matrices: StructureMatrices, arrays: Mapping[str, NDArray[np.generic]
             raise MatrixError(f"the parts {', '.join(names)} do not add up to the {kind}: store every part, or none")
     return tuple(
         Part(name=name, mass=mass, stiffness=stiffness)
-        for name, mass, stiffness in zip(names, found["mass"], found["stiffness"], strict=True)
+        for name, mass, stiffness in zip(names, result["mass"], result["stiffness"], strict=True)
     )
 
 
@@ -128,7 +127,7 @@ def _of_arrays(arrays: Mapping[str, NDArray[np.generic]], r: int) -> tuple[Dof, 
             raise ModelDefinitionError(f"{name} has shape {array.shape}: give {wanted}, one entry a degree of freedom")
     if "dof_direction" not in given:
         return ()
-    directions = [str(each) for each in given["dof_direction"]]
+    directions = [str(item) for item in given["dof_direction"]]
     for number, direction in enumerate(directions):
         if direction not in DIRECTIONS:
             raise ModelDefinitionError(f'dof_direction[{number}] is "{direction}": give one of {", ".join(DIRECTIONS)}')

@@ -12,25 +12,22 @@ if TYPE_CHECKING:
     from study.solve.run import Solved
 
 
-def make_structure(opened: OpenCase, run: RunContext) -> Structure:
-    """Reduce the bodies unless that was done before, and let them rest under the dead weights."""
+def _structure(opened: OpenCase, run: RunContext) -> Structure:
     from study.kind.rig.structure import rig_structure
 
     return rig_structure(opened.case, run)
 
 
-def run_reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
-    """Write STEP, meshes with modes, the reduced assembly and pictures."""
+def _reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
     from study.kind.rig.reduce import reduce_rig_case
 
     return reduce_rig_case(opened, run, checked)
 
 
-def after_solve(read: "ReadCase", found: "Solved", run: RunContext) -> Extras:
-    """Contact forces, load cells and a film at the highest points."""
+def _after_solve(read: "ReadCase", result: "Solved", run: RunContext) -> Extras:
     from study.kind.rig.solve import extra_answer
 
-    return extra_answer(read, found, run)
+    return extra_answer(read, result, run)
 
 
 CASE_KINDS.register(
@@ -38,9 +35,9 @@ CASE_KINDS.register(
         name="rig",
         summary="a rig",
         table=RigTable,
-        structure=make_structure,
-        reduce=run_reduce,
+        structure=_structure,
+        reduce=_reduce,
         modes="`stickslip reduce` computes and draws the modes of a rig, with all contacts stuck",
-        solved=after_solve,
+        solved=_after_solve,
     )
 )

@@ -30,7 +30,7 @@ class WirePull:
 
 def line_pairs(case: Case[RigTable], rig: Rig) -> list[LinePair]:
     """The four pairs of lines with their stiffness, friction and gaps, as `reduction.joined.joined` takes them."""
-    found, common = [], case.structure.contact
+    result, common = [], case.structure.contact
     for name, pair in mating_pairs(rig).items():
         own: PairTable = getattr(common, name)
         with located(case, "structure", "contact"):
@@ -39,7 +39,7 @@ def line_pairs(case: Case[RigTable], rig: Rig) -> list[LinePair]:
             )
         with located(case, "structure", "contact", name):
             gaps = _gaps(own, common.crowning if own.crowning is None else own.crowning, pair.damper_line)
-        found.append(
+        result.append(
             LinePair(
                 name=name,
                 body=pair.damper,
@@ -52,7 +52,7 @@ def line_pairs(case: Case[RigTable], rig: Rig) -> list[LinePair]:
                 gaps=gaps,
             )
         )
-    return found
+    return result
 
 
 def dead_weights(case: Case[RigTable]) -> dict[str, WirePull]:
@@ -63,7 +63,7 @@ def dead_weights(case: Case[RigTable]) -> dict[str, WirePull]:
     CaseError
         A wire beside the cylinder on which it should lie.
     """
-    found, table = {}, case.structure
+    result, table = {}, case.structure
     half = table.damper.damper().cylinder_length / 2
     for side in SIDES:
         own: SideWeightTable = getattr(table.dead_weight, side)
@@ -73,12 +73,12 @@ def dead_weights(case: Case[RigTable]) -> dict[str, WirePull]:
                     f"shift = {1e3 * own.shift:g} mm lies beside the damper's cylinder, on which the wire lies: give "
                     f"{-1e3 * half:g} mm to {1e3 * half:g} mm"
                 )
-        found[side] = WirePull(
+        result[side] = WirePull(
             force=table.dead_weight.force if own.force is None else own.force,
             shift=own.shift,
             inclination=own.inclination,
         )
-    return found
+    return result
 
 
 def _gaps(table: PairTable, crowning: float, line: ContactLine) -> list[float] | None:

@@ -14,10 +14,10 @@ from figure.style import evenly
 from geometry.errors import MissingSoftware
 from geometry.rig import SIDES, mating_pairs
 from hbsolve.fourier import samples_from_coefficients
-from pipeline.output import replace_file
 from study.kind.rig.forces import RigForces
 from study.kind.rig.model import RigModel
 from study.kind.rig.pictures import rig_film
+from study.modes.files import write_contents
 from study.run_context import RunContext
 
 #: Curves that a figure of forces can show; more would hide each other.
@@ -29,10 +29,10 @@ STATION_LABEL = "station, from the damper's end [-]"
 
 def most_loaded(levels: Sequence[float], peaks: Sequence[RigForces]) -> list[int]:
     """Of each level, or some of them with the highest, the curve whose contacts come nearest to slipping as a whole."""
-    each = np.unique(levels)
-    shown = each[evenly(len(each), MOST_CURVES)]
+    distinct = np.unique(levels)
+    drawn = distinct[evenly(len(distinct), MOST_CURVES)]
     ratio = [max(line.ratio for line in peak.lines.values()) for peak in peaks]
-    return [max(np.flatnonzero(np.equal(levels, level)).tolist(), key=lambda one: ratio[one]) for level in shown]
+    return [max(np.flatnonzero(np.equal(levels, level)).tolist(), key=lambda one: ratio[one]) for level in drawn]
 
 
 def draw_forces(
@@ -59,8 +59,7 @@ def draw_forces(
     run
         Where to.
     """
-    assert run.output is not None
-    shown = chosen[-1]
+    drawn = chosen[-1]
     forces = [
         LineForce(
             name=name, label=labels[one], time=peaks[one].time, tangential=line.force.tangential,
@@ -76,7 +75,7 @@ def draw_forces(
         for one in chosen
         for pushed in (peaks[one].cells[body],)
     ]
-    last = peaks[shown].lines
+    last = peaks[drawn].lines
     states = [
         [LineStates(name=f"{side}_{other}", states=last[f"{side}_{other}"].status) for side in SIDES]
         for other in ("blade", "decoupler")
@@ -94,7 +93,7 @@ def draw_forces(
             reactions=cells, title=f"{title}: forces of the arms on their load cells", subtitle=where
         ),
         "line_states": StateHistories(
-            panels=states, title=f"{title}: what the contacts do", subtitle=f"{labels[shown]}, highest point",
+            panels=states, title=f"{title}: what the contacts do", subtitle=f"{labels[drawn]}, highest point",
             station_label=STATION_LABEL,
         ),
     }  # fmt: skip
@@ -128,20 +127,17 @@ def draw_film(
     run
         Where to.
     """
-    assert run.output is not None
     # The film is of the vibration: a mean displacement would be enlarged with it.
     moving = displacement.copy()
     moving[0] = 0.0
     status = np.concatenate([forces.lines[name].status for name in mating_pairs(model.rig)])
-    shown = status[:, np.arange(N_FRAME) * status.shape[1] // N_FRAME]
+    drawn = status[:, np.arange(N_FRAME) * status.shape[1] // N_FRAME]
     subtitle = f"{label}, {angular_frequency / (2 * np.pi):.2f} Hz"
     try:
         content = run.step("film of the deflection").run(
-            rig_film, model, samples_from_coefficients(moving, N_FRAME), shown.T.copy(), title, subtitle
+            rig_film, model, samples_from_coefficients(moving, N_FRAME), drawn.T.copy(), title, subtitle
         )
     except MissingSoftware as error:
         run.warn(f"there is no film: {error}")
         return []
-    file = run.output / f"{stem}_film.gif"
-    replace_file(file, content.tobytes())
-    return [file]
+    return write_contents(run, stem, {"film.gif": content})

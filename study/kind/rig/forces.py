@@ -16,7 +16,7 @@ from hbsolve.state import SteadyState
 from reduction.load_cell import LineReaction, along_line, blade_contact, decoupler_contact
 from study.kind.rig.structure import RestingRig
 
-#: Held faces at the ends of the arms, and whether these rise or fall away from the blade.
+#: Fixed faces at the ends of the arms, and whether these rise or fall away from the blade.
 ARMS = {"cell_upper": 1.0, "cell_lower": -1.0}
 Samples = Float[NDArray[np.float64], " n"]
 
@@ -79,10 +79,10 @@ class RigForces:
         return {name: _apart(self.measured[name], self.balanced[name]) for name in self.lines}
 
 
-def _apart(found: LineReaction, true: LineReaction) -> float:
+def _apart(result: LineReaction, true: LineReaction) -> float:
     """Largest difference of T or N over the period, beside the largest of both [-]."""
-    size = max(float(np.abs(each).max()) for each in true)
-    return max(float(np.abs(a - b).max()) for a, b in zip(found, true, strict=True)) / size
+    size = max(float(np.abs(item).max()) for item in true)
+    return max(float(np.abs(a - b).max()) for a, b in zip(result, true, strict=True)) / size
 
 
 def rig_forces(resting: RestingRig, balance: HarmonicBalance, state: SteadyState) -> RigForces:
@@ -102,7 +102,7 @@ def rig_forces(resting: RestingRig, balance: HarmonicBalance, state: SteadyState
     balanced: dict[str, LineReaction] = {}
     for name, pair in mating_pairs(rig).items():
         sign = float(np.sign(pair.damper_line.tangents[0, 0] @ _away(name)))
-        lines[name] = _line([motions[each] for each in resting.joined.lines[name]], sign)
+        lines[name] = _line([motions[item] for item in resting.joined.lines[name]], sign)
     theta, alpha = rig.damper.cone_half_angle, rig.decoupler.arm_angle
     for side, (sign, _) in SIDES.items():
         body = f"decoupler_{side}"
@@ -111,12 +111,12 @@ def rig_forces(resting: RestingRig, balance: HarmonicBalance, state: SteadyState
         cells[body] = np.array([arms[cell] @ push[cell] for cell in ARMS])
         whole = np.sum(list(push.values()), axis=0)
         weight = weights[side].force * cos(weights[side].inclination)
-        for found, own in (
+        for result, own in (
             (measured, decoupler_contact(cells[body][0], cells[body][1], theta, alpha)),
             (balanced, along_line(sign * whole[1], whole[2], theta)),
         ):
-            found[f"{side}_decoupler"] = own
-            found[f"{side}_blade"] = blade_contact(own, weight, theta)
+            result[f"{side}_decoupler"] = own
+            result[f"{side}_blade"] = blade_contact(own, weight, theta)
     time = np.arange(balance.n_sample) / balance.n_sample
     return RigForces(time=time, lines=lines, cells=cells, measured=measured, balanced=balanced)
 
@@ -139,7 +139,7 @@ def _line(motions: Sequence[ContactMotion], sign: float) -> LineMotion:
 def _reaction(
     resting: RestingRig, body: str, cell: str, balance: HarmonicBalance, state: SteadyState
 ) -> Float[NDArray[np.float64], "3 n"]:
-    """Force of a held face on a body over the period, with that at rest, shape (3, n) [N]."""
+    """Force of a fixed face on a body over the period, with that at rest, shape (3, n) [N]."""
     rows = resting.reduction.reactions[body][cell]
     omega = harmonics(state.angular_frequency, len(state.coefficients))
     q = state.coefficients

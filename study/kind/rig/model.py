@@ -26,8 +26,8 @@ from pipeline.store import Store, stage
 
 #: The bodies of a rig by name, in the order of its meshes.
 BODIES = tuple(placements(Rig()))
-#: Sets of nodes that are held, by kind of body; contact alone holds the dampers.
-HELD = {"blade": ("clamp",), "damper": (), "decoupler": ("cell_upper", "cell_lower")}
+#: Sets of nodes that are fixed, by kind of body; contact alone holds the dampers.
+FIXED_SETS = {"blade": ("clamp",), "damper": (), "decoupler": ("cell_upper", "cell_lower")}
 #: Contact lines by kind of body, each with the face that it lies on.
 LINES = {
     "blade": {"contact_positive": "groove_positive", "contact_negative": "groove_negative"},
@@ -89,11 +89,11 @@ class RigModel:
         """All bodies in their places, in the order of `BODIES`."""
         if self.tetrahedra:
             made = {body: self.tetrahedra[body] for body in BODIES if body in self.tetrahedra}
-            return MeshedRig(meshes={body: each.mesh for body, each in made.items()}, coordinates=made)
-        found = mesh_rig(self.rig, self.cells)
-        pushed = with_excitation(make_node_coordinates(found["blade"]), self.rig)
-        found["blade"] = pushed.mesh
-        return MeshedRig(meshes={body: found[body] for body in BODIES}, coordinates={"blade": pushed})
+            return MeshedRig(meshes={body: item.mesh for body, item in made.items()}, coordinates=made)
+        result = mesh_rig(self.rig, self.cells)
+        pushed = with_excitation(make_node_coordinates(result["blade"]), self.rig)
+        result["blade"] = pushed.mesh
+        return MeshedRig(meshes={body: result[body] for body in BODIES}, coordinates={"blade": pushed})
 
     def meshes(self) -> dict[str, Mesh]:
         """Their meshes alone."""
@@ -113,13 +113,13 @@ def with_excitation(place: StationCoordinates, rig: Rig) -> StationCoordinates:
     Raises
     ------
     MeshError
-        The disc is on no face, or its nodes are held or named.
+        The disc is on no face, or its nodes are fixed or named.
     """
     centre = named_points(rig)["blade"]["excitation"]
     weights = find_disc_weights(
         place.mesh, find_outer_faces(place.mesh), centre, np.array([0.0, 1.0, 0.0]), rig.excitation_radius
     )
-    return add_mean_coordinate(place, "excitation", weights, fixed=HELD["blade"])
+    return add_mean_coordinate(place, "excitation", weights, fixed=FIXED_SETS["blade"])
 
 
 def mirror_image(body: str) -> str | None:
@@ -150,13 +150,13 @@ def body_tetrahedra(rig: Rig, body: str, size: float) -> StationCoordinates:
     on = dict(LINES[kind])
     places = {name: part.contact_lines[name].stations for name in on}
     for name, point in named_points(rig)[body].items():
-        # Points that are middles of faces are told by these, and the disc about the excitation follows below.
+        # Points that are middles of faces are named by these, and the disc about the excitation follows below.
         if name not in part.faces and name != "excitation":
             places[name], on[name] = point[None], SURFACE
     whole = replace(mesh, face_sets={**mesh.face_sets, SURFACE: find_outer_faces(mesh)})
-    found = make_station_coordinates(whole, places, on, fixed=HELD[kind])
-    found = replace(found, mesh=replace(found.mesh, face_sets=mesh.face_sets))
-    return with_excitation(found, rig) if body == "blade" else found
+    result = make_station_coordinates(whole, places, on, fixed=FIXED_SETS[kind])
+    result = replace(result, mesh=replace(result.mesh, face_sets=mesh.face_sets))
+    return with_excitation(result, rig) if body == "blade" else result
 
 
 def in_tetrahedra(model: RigModel, store: Store, progress: Progress) -> RigModel:
@@ -182,11 +182,11 @@ def in_tetrahedra(model: RigModel, store: Store, progress: Progress) -> RigModel
         for body in bodies
     ]
     outcomes = run_parallel(tasks, store, progress, "tetrahedra")
-    found = {body: outcome.value for body, outcome in zip(bodies, outcomes, strict=True)}
+    result = {body: outcome.value for body, outcome in zip(bodies, outcomes, strict=True)}
     return replace(
         model,
         tetrahedra={
-            body: found[body] if body in found else mirrored_tetrahedra(found[mirror_image(body) or ""])
+            body: result[body] if body in result else mirrored_tetrahedra(result[mirror_image(body) or ""])
             for body in BODIES
         },
     )

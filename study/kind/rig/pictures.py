@@ -18,8 +18,9 @@ from figure.scene.station_picture import StationStates
 from geometry.rig import Rig, mating_pairs
 from pipeline.store import stage
 from study.kind.rig.model import RigModel
+from study.modes.files import contents
 
-#: The pair whose contact line is shown.
+#: The pair whose contact line is drawn.
 SHOWN = "right_blade"
 #: Largest deflection drawn [m]: bodies that slide on each other shall not seem to part by more than their size.
 AMPLITUDE = 0.015
@@ -38,7 +39,7 @@ def rig_pictures(model: RigModel, title: str) -> dict[str, NDArray[np.uint8]]:
         caption = Caption(title=title, subtitle="Bodies and mesh", note=note)
         bodies_picture(_kinds(meshes), folder / "assembly.png", caption)
         _contact(model.rig, meshes, folder / "contact.png", title)
-        return _contents(folder)
+        return contents(folder)
 
 
 @stage("pictures of stuck modes of a rig", ignore=("report",))
@@ -68,7 +69,7 @@ def stuck_mode_pictures(
             file, title = folder / f"mode{number}.png", f"Stuck mode {number}"
             mode_picture(whole, shape, file, frequency=float(hertz), title=title, amplitude=_amplitude(whole, shape))
             report(number, len(frequency))
-        return _contents(folder)
+        return contents(folder)
 
 
 def _amplitude(whole: Mesh, shape: Float[NDArray[np.float64], "node 3"]) -> float:
@@ -89,14 +90,10 @@ def _contact(rig: Rig, meshes: dict[str, Mesh], file: Path, title: str) -> None:
 def _kinds(meshes: dict[str, Mesh]) -> dict[str, list[Mesh]]:
     """Meshes by kind of body, as a legend calls it."""
     words = {"blade": "blade", "damper": "damper", "decoupler": "de-coupler"}
-    found: dict[str, list[Mesh]] = {}
+    result: dict[str, list[Mesh]] = {}
     for body, mesh in meshes.items():
-        found.setdefault(words[body.partition("_")[0]], []).append(mesh)
-    return found
-
-
-def _contents(folder: Path) -> dict[str, NDArray[np.uint8]]:
-    return {file.name: np.frombuffer(file.read_bytes(), dtype=np.uint8) for file in sorted(folder.iterdir())}
+        result.setdefault(words[body.partition("_")[0]], []).append(mesh)
+    return result
 
 
 @stage("film of a rig")

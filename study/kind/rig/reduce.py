@@ -35,6 +35,7 @@ from study.kind.rig.model import RigModel, in_tetrahedra
 from study.kind.rig.pictures import rig_pictures, stuck_mode_pictures
 from study.kind.rig.reduction import RigReduction, by_body, checks, reduction_tasks, together
 from study.kind.rig.table import RigTable, rig_model
+from study.modes.files import write_contents
 from study.reduce.report import check_document, check_sentence, fewer_modes_of_rig
 from study.run_context import Answer, RunContext
 
@@ -61,8 +62,8 @@ def reduce_rig_case(opened: OpenCase, run: RunContext, checked: bool = False) ->
     dead_weights(case)  # sound here, so that no later command refuses what was reduced
     with located(case, "structure", "mesh"):
         model = in_tetrahedra(model, run.store, run.progress)
-        step, found, check = _computed(case, model, run, checked)
-    assembly = found.assembly
+        step, result, check = _computed(case, model, run, checked)
+    assembly = result.assembly
     frequency, shapes = stuck_modes(assembly, pairs, case.structure.contact.sliding)
     displacement = assembly.on_whole_mesh(shapes[:, :N_DRAWN])
     files = {name: run.output / f"{stem}{name}" for name in (".step", ".vtu", "_rom.h5")}
@@ -70,7 +71,7 @@ def reduce_rig_case(opened: OpenCase, run: RunContext, checked: bool = False) ->
     named = {
         f"stuck mode {k + 1}: {f:.6g} Hz": u for k, (f, u) in enumerate(zip(frequency, displacement, strict=False))
     }
-    write_mesh(join_meshes(found.meshes), files[".vtu"], named)
+    write_mesh(join_meshes(result.meshes), files[".vtu"], named)
     save_assembly(_titled(assembly, title), files["_rom.h5"])
     pictures = _drawn(stem, title, model, frequency[:N_DRAWN], displacement, run)
     bodies = {
@@ -78,22 +79,22 @@ def reduce_rig_case(opened: OpenCase, run: RunContext, checked: bool = False) ->
             "n_dof": len(rom.free),
             "n_kept": rom.n_boundary,
             "n_mode": rom.n_dof - rom.n_boundary,
-            "least_scaled_jacobian": found.least_scaled_jacobian[body],
+            "least_scaled_jacobian": result.least_scaled_jacobian[body],
         }
         for body, rom in assembly.bodies.items()
     }
     document = {
         "bodies": bodies,
-        "n_dof": found.n_dof,
+        "n_dof": result.n_dof,
         "n_reduced": assembly.n_dof,
         "blade_frequency_hz": list(map(float, assembly.bodies["blade"].modes(N_BLADE).frequency)),
         "stuck_frequency_hz": list(map(float, frequency[:N_STUCK])),
         "energy_share": {k: list(map(float, v)) for k, v in energy_share(assembly, shapes[:, :N_STUCK]).items()},
-        **({"mode_check": {body: check_document(each) for body, each in check.items()}} if check else {}),
+        **({"mode_check": {body: check_document(item) for body, item in check.items()}} if check else {}),
         "files": [str(file) for file in (*files.values(), *pictures)],
     }
     notes = fewer_modes_of_rig(assembly, model.n_mode)
-    checks = [f"  {body}: {check_sentence(each)}" for body, each in check.items()]
+    checks = [f"  {body}: {check_sentence(item)}" for body, item in check.items()]
     return Answer(document=document, text=_text(document, notes, checks))
 
 
@@ -144,11 +145,11 @@ def energy_share(
     assembly: ReducedAssembly, shapes: Float[NDArray[np.float64], "r m"]
 ) -> dict[str, Float[NDArray[np.float64], " m"]]:
     """Parts of the kinetic energy of mass-normalised shapes, by kind of body; they add up to 1."""
-    found: dict[str, Float[NDArray[np.float64], " m"]] = {}
+    result: dict[str, Float[NDArray[np.float64], " m"]] = {}
     for body, rom in assembly.bodies.items():
         own, kind = shapes[assembly.columns(body)], body.partition("_")[0]
-        found[kind] = found.get(kind, np.zeros(shapes.shape[1])) + np.einsum("rm,rm->m", own, rom.mass @ own)
-    return found
+        result[kind] = result.get(kind, np.zeros(shapes.shape[1])) + np.einsum("rm,rm->m", own, rom.mass @ own)
+    return result
 
 
 def _computed(
@@ -186,7 +187,6 @@ def _drawn(
     run: RunContext,
 ) -> list[Path]:
     """Write the pictures; a machine that cannot draw has all the rest."""
-    assert run.output is not None
     bodies: dict[str, NDArray[np.uint8]] = {}
     modes: dict[str, NDArray[np.uint8]] = {}
     try:
@@ -195,11 +195,7 @@ def _drawn(
         modes = step.run(stuck_mode_pictures, model, frequency, displacement, step.report)
     except MissingSoftware as error:
         run.warn(f"there are no pictures{' of modes' if bodies else ''}: {error}")
-    files = []
-    for name, content in {**bodies, **modes}.items():
-        files.append(run.output / f"{stem}_{name}")
-        replace_file(files[-1], content.tobytes())
-    return files
+    return write_contents(run, stem, {**bodies, **modes})
 
 
 @stage("CAD solids of a rig")

@@ -25,7 +25,7 @@ from reduction.errors import RomError
 from reduction.memory_estimate import available_memory, mesh_memory, refuse_beyond_memory
 from reduction.rom import ReducedModel
 from reduction.rom_error import check_fixed_interface_modes
-from study.kind.rig.model import BODIES, HELD, MeshedRig, RigModel, in_tetrahedra, mirror_image
+from study.kind.rig.model import BODIES, FIXED_SETS, MeshedRig, RigModel, in_tetrahedra, mirror_image
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -39,7 +39,7 @@ class ReducedBody:
     least_scaled_jacobian
         Of its elements, 1 for a brick [-].
     reactions
-        Of each held set of nodes, over the reduced coordinates.
+        Of each fixed set of nodes, over the reduced coordinates.
     """
 
     rom: ReducedModel
@@ -49,7 +49,7 @@ class ReducedBody:
 
 @stage("reduced body of a rig")
 def reduced_body(model: RigModel, body: str) -> ReducedBody:
-    """Mesh, hold and reduce one body; every named set of its mesh stays physical."""
+    """Mesh, support and reduce one body; every named set of its mesh stays physical."""
     meshed = model.meshed()
     mesh, place = meshed.meshes[body], meshed.coordinates.get(body)
     quality = check_quality(mesh)
@@ -64,14 +64,14 @@ def reduced_body(model: RigModel, body: str) -> ReducedBody:
         raise RomError(f"{body}: {error}") from error
     if place is not None:
         rom = replace(rom, recovery=place.displacement(system, rom.recovery))
-    held = HELD[body.partition("_")[0]]
-    reactions = {name: find_reaction(stiffness, mass, mesh.nodes(name), system.free) for name in held}
+    supports = FIXED_SETS[body.partition("_")[0]]
+    reactions = {name: find_reaction(stiffness, mass, mesh.nodes(name), system.free) for name in supports}
     return ReducedBody(
         rom=rom,
         least_scaled_jacobian=float(quality.scaled_jacobian.min()),
         reactions={
-            name: SupportReaction(stiffness=each.stiffness @ rom.recovery, mass=each.mass @ rom.recovery)
-            for name, each in reactions.items()
+            name: SupportReaction(stiffness=item.stiffness @ rom.recovery, mass=item.mass @ rom.recovery)
+            for name, item in reactions.items()
         },
     )
 
@@ -92,15 +92,15 @@ def _in_coordinates(
     mesh: Mesh, body: str, mass: Symmetric, stiffness: Symmetric, place: StationCoordinates | None
 ) -> LinearSystem:
     if place is None:
-        return held_body(mesh, body, mass, stiffness)
-    return held_body(mesh, body, place.matrix(mass), place.matrix(stiffness))
+        return supported_body(mesh, body, mass, stiffness)
+    return supported_body(mesh, body, place.matrix(mass), place.matrix(stiffness))
 
 
-def held_body(mesh: Mesh, body: str, mass: Symmetric, stiffness: Symmetric) -> LinearSystem:
+def supported_body(mesh: Mesh, body: str, mass: Symmetric, stiffness: Symmetric) -> LinearSystem:
     """A body in full, on its supports."""
-    held = HELD[body.partition("_")[0]]
-    if held:
-        return supported_system(mesh, mass, stiffness, [Support(nodes=mesh.nodes(name)) for name in held])
+    supports = FIXED_SETS[body.partition("_")[0]]
+    if supports:
+        return supported_system(mesh, mass, stiffness, [Support(nodes=mesh.nodes(name)) for name in supports])
     return make_unsupported_system(mesh, mass, stiffness)
 
 
@@ -117,7 +117,7 @@ class RigReduction:
     least_scaled_jacobian
         By body [-].
     reactions
-        By body and held set of nodes, over all coordinates of the assembly.
+        By body and fixed set of nodes, over all coordinates of the assembly.
     coordinates
         By body, where some are no nodes': of stations between nodes, or of the disc that the shaker pushes.
     """
@@ -189,11 +189,13 @@ def reduction_tasks(model: RigModel, meshed: MeshedRig) -> list[Task]:
     return tasks
 
 
-def checks(model: RigModel, found: Mapping[str, ReducedBody], store: Store, progress: Progress) -> dict[str, ModeCheck]:
+def checks(
+    model: RigModel, bodies: Mapping[str, ReducedBody], store: Store, progress: Progress
+) -> dict[str, ModeCheck]:
     """Check the fixed-interface modes of reduced bodies, those that keep any, one after the other."""
     return {
-        body: ShownStep(f"check of {body.partition('_')[0]}", store, progress).run(checked_body, model, body, each.rom)
-        for body, each in found.items()
+        body: ShownStep(f"check of {body.partition('_')[0]}", store, progress).run(checked_body, model, body, own.rom)
+        for body, own in bodies.items()
         if model.modes_of(body)
     }
 
@@ -207,23 +209,23 @@ def together(
     model: RigModel, meshed: MeshedRig, tasks: list[Task], outcomes: list[Outcome[ReducedBody]]
 ) -> RigReduction:
     """What the tasks of `reduction_tasks` found, with the mirror images, and with as many modes as were asked."""
-    found = by_body(tasks, outcomes)
+    result = by_body(tasks, outcomes)
     bodies = {
-        body: found[body].rom if body in found else mirrored(found[mirror_image(body) or ""].rom, body)
+        body: result[body].rom if body in result else mirrored(result[mirror_image(body) or ""].rom, body)
         for body in BODIES
     }
     if isinstance(model.n_mode, Mapping):
-        kept = {body: min(n, len(bodies[body].fixed_interface_frequency)) for body, n in model.n_mode.items()}
-        bodies = {body: truncated(rom, kept[body]) for body, rom in bodies.items()}
+        counts = {body: min(n, len(bodies[body].fixed_interface_frequency)) for body, n in model.n_mode.items()}
+        bodies = {body: truncated(rom, counts[body]) for body, rom in bodies.items()}
     else:
         bodies = lowest_modes(bodies, model.n_mode)
     assembly = ReducedAssembly(bodies=bodies)
     return RigReduction(
         meshes=meshed.meshes,
         assembly=assembly,
-        least_scaled_jacobian={body: found[mirror_image(body) or body].least_scaled_jacobian for body in BODIES},
+        least_scaled_jacobian={body: result[mirror_image(body) or body].least_scaled_jacobian for body in BODIES},
         coordinates=meshed.coordinates,
-        reactions={body: _reactions(assembly, body, found[mirror_image(body) or body].reactions) for body in BODIES},
+        reactions={body: _reactions(assembly, body, result[mirror_image(body) or body].reactions) for body in BODIES},
     )
 
 
@@ -235,14 +237,14 @@ def _reactions(assembly: ReducedAssembly, body: str, own: Mapping[str, SupportRe
         rows[1], across = -1.0, _signs(rom)
 
     def over_all(part: NDArray[np.float64]) -> NDArray[np.float64]:
-        found = np.zeros((3, assembly.n_dof))
+        result = np.zeros((3, assembly.n_dof))
         # Modes that were left out are the last ones.
-        found[:, columns] = rows * part[:, : rom.n_dof] * across
-        return found
+        result[:, columns] = rows * part[:, : rom.n_dof] * across
+        return result
 
     return {
-        name: SupportReaction(stiffness=over_all(each.stiffness), mass=over_all(each.mass))
-        for name, each in own.items()
+        name: SupportReaction(stiffness=over_all(item.stiffness), mass=over_all(item.mass))
+        for name, item in own.items()
     }
 
 
@@ -265,6 +267,6 @@ def mirrored(rom: ReducedModel, body: str) -> ReducedModel:
 
 def _signs(rom: ReducedModel) -> Float[NDArray[np.float64], " r"]:
     """What a reflection at y = 0 multiplies the reduced coordinates by [-]."""
-    found = np.ones(rom.n_dof)
-    found[: rom.n_boundary][rom.boundary_direction == 1] = -1.0
-    return found
+    result = np.ones(rom.n_dof)
+    result[: rom.n_boundary][rom.boundary_direction == 1] = -1.0
+    return result

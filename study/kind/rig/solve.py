@@ -31,12 +31,12 @@ def extra_answer(read: ReadCase, solved: Solved, run: RunContext) -> Extras:
     resting: RestingRig = read.structure.details
     model, curves, stem, title = solved.model, solved.curves, read.opened.path.stem, read.opened.title
     harmonic, balance = main_harmonic(model.system), solved.balance
-    states = [each.state(balance, each.peak(model.outputs[0], harmonic)) for each in curves]
+    states = [item.state(balance, item.peak(model.outputs[0], harmonic)) for item in curves]
     peaks = [rig_forces(resting, balance.at_level(state.level), state) for state in states]
-    contacts = {each.name: each for each in resting.rest.contacts}
+    contacts = {item.name: item for item in resting.rest.contacts}
     friction = {line: contacts[names[0]].friction_coefficient for line, names in resting.joined.lines.items()}
-    labels = [each.curve.label for each in curves]
-    chosen = most_loaded([each.curve.fixed for each in curves], peaks)
+    labels = [item.curve.label for item in curves]
+    chosen = most_loaded([item.curve.fixed for item in curves], peaks)
     files = draw_forces(stem, title, friction, labels, peaks, chosen, run)
     # At the highest level the film shows most.
     last = chosen[-1]
@@ -55,12 +55,12 @@ def extra_answer(read: ReadCase, solved: Solved, run: RunContext) -> Extras:
         ],
         "rest": _at_rest(resting),
         "dampers": {
-            each.body: {
-                "mass_kg": each.mass,
-                "stiffness": dict(zip(MOTIONS, map(float, each.stiffness), strict=True)),
-                "frequency_hz": list(map(float, each.frequency)),
+            item.body: {
+                "mass_kg": item.mass,
+                "stiffness": dict(zip(MOTIONS, map(float, item.stiffness), strict=True)),
+                "frequency_hz": list(map(float, item.frequency)),
             }
-            for each in resting.dampers
+            for item in resting.dampers
         },
     }
     return Extras(files=tuple(files), document=document, text=_text(document, labels))
@@ -69,16 +69,16 @@ def extra_answer(read: ReadCase, solved: Solved, run: RunContext) -> Extras:
 def _at_rest(system: RestingRig) -> dict[str, dict[str, float]]:
     """Each contact line under the dead weights: forces [N], pressed stations, largest |T| / (mu N) of one [-]."""
     names = [contact.name for contact in system.joined.contacts]
-    rest, found = system.rest, {}
+    rest, result = system.rest, {}
     for line, members in system.joined.lines.items():
         rows = [names.index(name) for name in members]
-        found[line] = {
+        result[line] = {
             "normal": float(rest.normal[rows].sum()),
             "tangential": float(np.sum([rest.tangential[row][0] for row in rows])),
             "n_closed": int(np.count_nonzero(rest.normal[rows])),
             "ratio": float(rest.ratio[rows].max()),
         }
-    return found
+    return result
 
 
 def _text(document: Mapping[str, Any], labels: Sequence[str]) -> str:
@@ -104,12 +104,12 @@ def _text(document: Mapping[str, Any], labels: Sequence[str]) -> str:
         f"  {'motion':<18}" + "".join(f"{body:>24}" for body in dampers),
         *(
             f"  {motion:<18}"
-            + "".join(f"{_stiffness(each['stiffness'][motion], row):>24}" for each in dampers.values())
+            + "".join(f"{_stiffness(item['stiffness'][motion], row):>24}" for item in dampers.values())
             for row, motion in enumerate(MOTIONS)
         ),
         *(
             f"  {f'frequency {row + 1}':<18}"
-            + "".join(f"{each['frequency_hz'][row]:21.1f} Hz" for each in dampers.values())
+            + "".join(f"{item['frequency_hz'][row]:21.1f} Hz" for item in dampers.values())
             for row in range(len(MOTIONS))
         ),
         "",

@@ -123,15 +123,15 @@ def excitation(reduction: RigReduction) -> Complex[NDArray[np.complex128], "2 r"
 
 def _pulls(weights: Mapping[str, WirePull], rig: Rig, reduction: RigReduction) -> dict[str, Row]:
     """The dead weight of each side, spread over the lower half of the cylinder that its wire lies under [N]."""
-    found, points = {}, named_points(rig)
+    result, points = {}, named_points(rig)
     for side, weight in weights.items():
         body, (sign, _) = f"damper_{side}", SIDES[side]
         mesh = reduction.meshes[body]
         cylinder = mesh.nodes("cylinder")
         below = cylinder[mesh.points[cylinder, 2] < rig.damper_axis]
         place = points[body]["dead_weight"] + np.array([0.0, sign * weight.shift, 0.0])
-        found[side] = reduction.assembly.load(body, distribute_load(mesh, below, _pull(weight), place))
-    return found
+        result[side] = reduction.assembly.load(body, distribute_load(mesh, below, _pull(weight), place))
+    return result
 
 
 def _pull(weight: WirePull) -> Float[NDArray[np.float64], "3"]:
@@ -187,22 +187,22 @@ def rig_structure(case: Case[RigTable], run: RunContext) -> Structure:
 
 def measured_places(reduction: RigReduction) -> dict[str, Row]:
     """Where the tests of the rig measure, and so where an effect may act: motions along y."""
-    found = {
+    result = {
         "tip": _row(reduction, "blade", "response"),
         "excitation": _row(reduction, "blade", "excitation"),
         "slot": (_row(reduction, "blade", "laser_left") + _row(reduction, "blade", "laser_right")) / 2,
     }
-    return found | {f"damper_{side}": _row(reduction, f"damper_{side}", "laser_blade") for side in SIDES}
+    return result | {f"damper_{side}": _row(reduction, f"damper_{side}", "laser_blade") for side in SIDES}
 
 
 def suspension(reduction: RigReduction) -> Matrix:
     """Springs that the dampers hang on without contacts [N/m]: all their rigid motions have `SUSPENSION`."""
     assembly = reduction.assembly
-    found = np.zeros((assembly.n_dof, assembly.n_dof))
+    result = np.zeros((assembly.n_dof, assembly.n_dof))
     for body in (f"damper_{side}" for side in SIDES):
         own = assembly.columns(body)
-        found[own, own] = (2 * pi * SUSPENSION) ** 2 * assembly.mass[own, own]
-    return found
+        result[own, own] = (2 * pi * SUSPENSION) ** 2 * assembly.mass[own, own]
+    return result
 
 
 def friction_histories(rest: StaticState, bodies: Joined, n: int, seed: int) -> list[Row]:
@@ -228,50 +228,50 @@ def friction_histories(rest: StaticState, bodies: Joined, n: int, seed: int) -> 
 
 def _pushed(rest: StaticState, share: dict[str, float]) -> Row:
     """Sliders after a damper was pushed along its line: each contact has a share of its limit at rest."""
-    found = []
-    for each in rest.contacts:
-        first = -share[each.name] * (each.limit_at_rest / each.tangential_stiffness)
-        found.append(np.array([first, *[0.0] * (len(each.tangents) - 1)]))
-    return np.concatenate(found)
+    result = []
+    for item in rest.contacts:
+        first = -share[item.name] * (item.limit_at_rest / item.tangential_stiffness)
+        result.append(np.array([first, *[0.0] * (len(item.tangents) - 1)]))
+    return np.concatenate(result)
 
 
 def _row(reduction: RigReduction, body: str, name: str) -> Row:
-    found = np.zeros(reduction.assembly.n_dof)
-    found[reduction.assembly.rows(body, name, Y)] = 1.0
-    return found
+    result = np.zeros(reduction.assembly.n_dof)
+    result[reduction.assembly.rows(body, name, Y)] = 1.0
+    return result
 
 
 def _sensors(reduction: RigReduction) -> tuple[Sensor, ...]:
     """The tip, and how each damper moves against the blade where the differential laser looks."""
-    found = [Sensor(name="tip", row=_row(reduction, "blade", "response"))]
+    result = [Sensor(name="tip", row=_row(reduction, "blade", "response"))]
     for side in SIDES:
         relative = _row(reduction, f"damper_{side}", "laser_blade") - _row(reduction, "blade", f"laser_{side}")
-        found.append(Sensor(name=f"damper {side} against blade", row=relative))
-    return tuple(found)
+        result.append(Sensor(name=f"damper {side} against blade", row=relative))
+    return tuple(result)
 
 
 def _parts(resting: RestingRig) -> tuple[Part, ...]:
-    """Mass and stiffness of each body, and of the springs that hold the second tangents."""
+    """Mass and stiffness of each body, and of the springs that fix the second tangents."""
     assembly, n = resting.reduction.assembly, resting.reduction.assembly.n_dof
-    found = []
+    result = []
     for body in assembly.bodies:
         mass, stiffness, own = np.zeros((n, n)), np.zeros((n, n)), assembly.columns(body)
         mass[own, own], stiffness[own, own] = assembly.mass[own, own], assembly.stiffness[own, own]
-        found.append(Part(name=body, mass=mass, stiffness=stiffness))
+        result.append(Part(name=body, mass=mass, stiffness=stiffness))
     fixed = resting.joined.stiffness - resting.joined.bodies
     if fixed.any():
-        found.append(Part(name="second_tangents", mass=np.zeros((n, n)), stiffness=fixed))
-    return tuple(found)
+        result.append(Part(name="second_tangents", mass=np.zeros((n, n)), stiffness=fixed))
+    return tuple(result)
 
 
 def _dofs(reduction: RigReduction) -> tuple[Dof, ...]:
     """Body, node, direction and coordinates of each coordinate; modal ones are no motion of a point."""
-    found: list[Dof] = []
+    result: list[Dof] = []
     for body, rom in reduction.assembly.bodies.items():
         points = reduction.places(body)
-        found += [
+        result += [
             Dof(body=body, node=int(node), direction="xyz"[int(axis)], coordinates=points[node])
             for node, axis in zip(rom.boundary_node, rom.boundary_direction, strict=True)
         ]
-        found += [Dof(body=body)] * (rom.n_dof - rom.n_boundary)
-    return tuple(found)
+        result += [Dof(body=body)] * (rom.n_dof - rom.n_boundary)
+    return tuple(result)

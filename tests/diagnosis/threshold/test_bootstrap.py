@@ -37,7 +37,7 @@ def test_chance_does_as_much_as_one_candidate_alone() -> None:
 
 @pytest.mark.parametrize("n", [0, 1])
 def test_a_trial_is_no_distribution(n: int) -> None:
-    with pytest.raises(ValueError, match=f"{n} trials tell no distribution"):
+    with pytest.raises(ValueError, match=f"{n} trials give no distribution"):
         fit_thresholds(trials(np.zeros(n), np.zeros(n)))
 
 
