@@ -19,7 +19,7 @@ class Problem:
     key
         Dotted key, such as ``blade.length`` or ``excitation[1].force``; empty if there is none.
     text
-        What is wrong and what to do about it.
+        Mistake and remedy.
     """
 
     file: str

@@ -28,11 +28,11 @@ class Dimension:
     Parameters
     ----------
     name
-        In plain words, with its article.
+        Name in plain words, with its article.
     si
         The SI unit that values are converted to.
     example
-        How a user would write one.
+        Example of a value, as a user writes it.
     plausibility
         Ranges of its values, where its place is known; a value beyond all solids is refused.
     """
@@ -79,7 +79,7 @@ def read_quantity(value: object, dimension: Dimension) -> float:
     value
         Text such as "250 mm"; for a ratio a bare number too.
     dimension
-        What the value must be.
+        Dimension that the value must have.
 
     Returns
     -------
@@ -131,7 +131,7 @@ def format_quantity(value: float, unit: str, digits: int = 4) -> str:
     Parameters
     ----------
     value
-        In the SI unit of the same dimension; for ``Hz`` in Hz, for ``deg`` in rad.
+        Value in the SI unit of the same dimension; for ``Hz`` in Hz, for ``deg`` in rad.
     unit
         Any unit that a case file may use; empty for a bare number.
     digits

@@ -20,11 +20,11 @@ class CaseSource:
     Parameters
     ----------
     file
-        As the user named it.
+        File name, as the user gave it.
     text
-        Its content.
+        Content of the file.
     data
-        What `tomllib` makes of it.
+        Content as `tomllib` reads it.
     lines
         Line of each key, by path.
     """
@@ -78,7 +78,7 @@ def key_in_message(message: str, table: Any, keys: Mapping[str, str]) -> str | N
     Parameters
     ----------
     message
-        Of an error raised by a numerical room.
+        Message of an error of a numerical package.
     table
         The table as read.
     keys

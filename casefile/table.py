@@ -79,7 +79,7 @@ def load_case(path: str | Path, model: type[Case]) -> Case:
     path
         A TOML file whose first key is ``schema = 2``.
     model
-        What the file must hold.
+        Model of the file's content.
 
     Returns
     -------
@@ -278,8 +278,8 @@ def other_case(path: Path, what: str, remedy: str) -> CaseError:
     path
         The case file.
     what
-        Of what it is the case, with its article.
+        Content of the case, with its article.
     remedy
-        What the user should do, in the imperative.
+        Remedy, in the imperative.
     """
     return CaseError([Problem(file=str(path), line=0, key="", text=f"this is the case of {what}: {remedy}")])

@@ -41,7 +41,7 @@ def problems(error: ValidationError, model: type[BaseModel], source: CaseSource)
     Parameters
     ----------
     error
-        What pydantic raised.
+        Error of pydantic.
     model
         The model that was validated.
     source
@@ -65,7 +65,7 @@ def doubts(table: BaseModel, source: CaseSource, path: Path = ()) -> Iterator[Pr
     source
         The file that it came from.
     path
-        Where the table stands in it.
+        Path of the table in the file.
     """
     for name, field in type(table).model_fields.items():
         value, own = getattr(table, name), (*path, field.alias or name)

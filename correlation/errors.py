@@ -1,4 +1,4 @@
-"""What can be wrong with a model that is compared with measurements, and with the measurements."""
+"""Errors of models that are compared with measurements, and of campaigns."""
 
 from collections.abc import Callable
 from typing import TypeVar

@@ -31,7 +31,7 @@ FREE_MOTION = 1e-10
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Support:
-    """Nodes that are fixed still in the given directions.
+    """Nodes that are fixed in the given directions.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def supported_system(
     damping
         Rayleigh coefficients; none means no damping.
     may_move
-        Whether the supports may leave rigid motions, as where a reduction's boundary will hold the rest.
+        Whether the supports may leave rigid motions, as where the boundary of a reduction fixes the rest.
 
     Raises
     ------

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fe.blas_threads import on_one_blas_thread
 
-#: An eigenvalue this far below the highest is a rigid-body motion: a dense solve cannot tell it from zero.
+#: An eigenvalue this far below the highest is a rigid-body motion: a dense solve cannot distinguish it from zero.
 RIGID = 1e-13
 
 

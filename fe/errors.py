@@ -1,4 +1,4 @@
-"""What can be wrong with a mesh or its supports; the whole tree is drawn in `geometry.errors`."""
+"""Errors of meshes, supports and matrix files; the whole tree is drawn in `geometry.errors`."""
 
 from geometry.errors import InputError
 

@@ -1,4 +1,4 @@
-"""Are these the lowest modes, and all of them? Residuals, and a count of eigenvalues that knows nothing of Lanczos."""
+"""Check that modes are the lowest ones, and all: residuals, and a count of eigenvalues independent of Lanczos."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,7 +19,7 @@ PLACES = (0.5, 0.3, 0.7, 0.1, 0.9)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ModeCheck:
-    r"""What is known of modes afterwards.
+    r"""Result of a check of modes.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def check_modes(
     Raises
     ------
     UnknownInertia
-        No shift in the gap could be factorised with pivots that tell signs.
+        No shift in the gap could be factorised with pivots whose signs are known.
 
     References
     ----------

@@ -48,7 +48,7 @@ def find_disc_weights(
     Raises
     ------
     MeshError
-        No face there that looks this way, or cells that are too large to tell the disc.
+        No face there that looks this way, or cells that are too large for the disc.
     """
 
     def pressure(

@@ -90,7 +90,7 @@ def make_station_coordinates(
     Raises
     ------
     MeshError
-        A station on no face, no node for it, or more stations on a face than its shape functions can tell apart.
+        A station on no face, no node for it, or more stations on a face than its shape functions can distinguish.
     """
     taken = {int(node) for name in (*mesh.node_sets, *fixed) for node in mesh.nodes(name)}
     weights = [

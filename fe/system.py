@@ -51,7 +51,7 @@ class LinearSystem:
         return np.where(self.free[place] == dofs, place, -1)
 
     def shifted(self, shift: float) -> "LinearSystem":
-        """With the stiffness K + shift M [rad^2/s^2], which is definite where nothing holds the structure."""
+        """With the stiffness K + shift M [rad^2/s^2], which is definite for a structure without supports."""
         return replace(self, stiffness=sp.csr_array(self.stiffness.tocsr() + shift * self.mass.tocsr()))
 
     def on_mesh(self, vectors: Float[NDArray[np.float64], "n m"]) -> Float[NDArray[np.float64], "node 3 m"]:

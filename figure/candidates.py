@@ -19,7 +19,7 @@ class CandidateBar:
     Parameters
     ----------
     name
-        Of the effect.
+        Name of the effect.
     gain
         Fall of chi-squared [-].
     is_fitted
@@ -29,7 +29,7 @@ class CandidateBar:
     held_out
         Held-out error with it [-]; none if it was not fitted.
     strength
-        In words.
+        Strength in words.
     """
 
     name: str

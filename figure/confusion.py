@@ -30,7 +30,7 @@ class ConfusionMatrix(Headed):
     right
         Cells that are as they should be, shape (r, c).
     rows, columns
-        What was planted and what was named, in words.
+        Planted and named effects, in words.
     gaps
         Rows and columns before which a line parts the matrix.
     """

@@ -45,7 +45,7 @@ class ContactStates(Headed):
     panels
         Rows (contacts) of columns (curves), all rows of one length.
     parameter_label
-        Of the horizontal axes, with its unit.
+        Label of the horizontal axes, with its unit.
     """
 
     panels: Sequence[Sequence[StatePanel]]

@@ -48,9 +48,9 @@ class LineForceLimits(Headed):
     panels
         One for each force of each line, all of the same levels.
     sampled_label
-        What the points are.
+        Label of the points.
     level_label
-        Of the horizontal axes, with its unit.
+        Label of the horizontal axes, with its unit.
     """
 
     panels: Sequence[ForceLimits]

@@ -20,7 +20,7 @@ class OverlayCurve:
     level
         Number of the level among those of the figure.
     frequency, measured, deviation
-        Where and what was measured, complex, and the standard deviation of the mean, shape (f,).
+        Measured frequencies [Hz], complex values, and standard deviations of the mean, shape (f,).
     line_frequency, line
         Predicted, shape (p,).
     """
@@ -42,7 +42,7 @@ class OverlayPanel:
     label
         Above the panel.
     unit
-        Of the amplitude.
+        Unit of the amplitude.
     curves
         One per level.
     is_static
@@ -62,9 +62,9 @@ class FrfOverlay(Headed):
     Parameters
     ----------
     panels
-        In their order, row by row.
+        Panels in their order, row by row.
     levels
-        In words, rising.
+        Levels in words, ascending.
     columns
         Panels beside each other [-].
     with_phase

@@ -58,7 +58,7 @@ class LimitBands(Headed):
     bands
         One per level, at least one.
     amplitude_label
-        Of the vertical axes, with its unit.
+        Label of the vertical axes, with its unit.
     sampled_label
         What `Band.sampled` shows.
     """

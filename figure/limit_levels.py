@@ -24,11 +24,11 @@ class LimitsByLevel(Headed):
     value
         Shape (2, l) [unit of the figure]; NaN where none was found.
     frequency
-        Where it is, shape (2, l) [Hz].
+        Frequencies of these values, shape (2, l) [Hz].
     doubtful
         Points at a jump, or at an end of the frequencies, beyond which there may be more, shape (2, l).
     amplitude_label, level_label
-        Of the axes, with their units.
+        Labels of the axes, with their units.
     """
 
     level: Float[Real, " l"]

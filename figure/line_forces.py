@@ -24,9 +24,9 @@ class LineForce:
     Parameters
     ----------
     name
-        Of the line.
+        Name of the line.
     label
-        Of the curve that the motion belongs to, such as a level.
+        Label of the curve that the motion belongs to, such as a level.
     time
         Share of the period, rising from 0, its end left out, shape (n,) [-].
     tangential, normal
@@ -61,10 +61,10 @@ class LineForces(Headed):
     Parameters
     ----------
     forces
-        Of at most `MOST_ROWS` lines, each on any number of curves; rows and colours are in the order in which names and
-        labels first come.
+        Forces of at most `MOST_ROWS` lines, each on any number of curves; rows and colours are in the order in which
+        names and labels first come.
     friction_coefficient
-        Of each line by its name [-].
+        Friction coefficient of each line by its name [-].
     """
 
     forces: Sequence[LineForce]

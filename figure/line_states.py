@@ -74,7 +74,7 @@ class StateHistories(Headed):
         Rows (such as blade and de-coupler) of columns (such as sides or levels); a row may be shorter than the others,
         and a line may have as many stations and instants as it likes.
     station_label
-        Of the vertical axes; it may say where station 1 is.
+        Label of the vertical axes; it may say where station 1 is.
     """
 
     panels: Sequence[Sequence[LineStates]]

@@ -26,11 +26,11 @@ class ModelFrequency:
     through_thickness
         Elements through the thickness [-].
     frequency
-        Of this model [Hz].
+        First natural frequency of this model [Hz].
     reference
-        Of the paper, or by the closed form for an untuned model [Hz]; None if there is none.
+        Frequency of the paper, or by the closed form for an untuned model [Hz]; None if there is none.
     number
-        Of the model in the table; None for an untuned model.
+        Number of the model in the table; None for an untuned model.
     is_full
         Whether the whole root is clamped.
     """

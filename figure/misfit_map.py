@@ -50,7 +50,7 @@ class MisfitMap(Headed):
     panels
         Sensors are rows, harmonics columns.
     levels
-        In words, rising, l of them.
+        Levels in words, ascending, l of them.
     frequency
         Ascending, of all panels, shape (f,) [Hz]; drawn evenly, as points crowd at a resonance.
     """

@@ -31,9 +31,9 @@ class Reaction:
     Parameters
     ----------
     name
-        Of the de-coupler.
+        Name of the de-coupler.
     label
-        Of the curve that the motion belongs to, such as a level.
+        Label of the curve that the motion belongs to, such as a level.
     time
         Share of the period, rising from 0, its end left out, shape (n,) [-].
     upper, lower
@@ -62,10 +62,10 @@ class Reactions(Headed):
     Parameters
     ----------
     reactions
-        Of any number of de-couplers and curves; panels and colours are in the order in which names and labels first
-        come.
+        Reactions of any number of de-couplers and curves; panels and colours are in the order in which names and labels
+        first come.
     force_label
-        Of the vertical axis, with its unit; it may say which sign is tension.
+        Label of the vertical axis, with its unit; it may say which sign is tension.
     """
 
     reactions: Sequence[Reaction]

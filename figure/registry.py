@@ -26,7 +26,7 @@ class FigureKind:
     Parameters
     ----------
     name
-        Of its files, in lower case with underscores.
+        Name of its files, in lower case with underscores.
     draws
         Class of the results that it draws.
     draw
@@ -85,7 +85,7 @@ def pictures(results: Mapping[str, object]) -> dict[str, bytes]:
     Parameters
     ----------
     results
-        By name.
+        Results by name.
 
     Warns
     -----

@@ -21,7 +21,7 @@ class DrawnCurve:
     Parameters
     ----------
     label
-        In the legend.
+        Text in the legend.
     parameter
         Frequency [Hz] or level [-] along the curve, shape (p,); it may turn back.
     response
@@ -43,9 +43,9 @@ class ResponseCurves(Headed):
     Parameters
     ----------
     curves
-        In their order, at least one.
+        Curves in their order, at least one.
     parameter_label, amplitude_label
-        Of the axes, with units.
+        Labels of the axes, with units.
     """
 
     curves: Sequence[DrawnCurve]

@@ -27,7 +27,7 @@ class WaterfallStep:
     Parameters
     ----------
     name
-        In words.
+        Name in words.
     training, held_out
         Relative errors [-].
     training_chi2, held_out_chi2
@@ -51,7 +51,7 @@ class Waterfall(Headed):
     Parameters
     ----------
     steps
-        In their order.
+        Steps in their order.
     """
 
     steps: Sequence[WaterfallStep]

@@ -26,7 +26,7 @@ AT_MOST = (
 
 @dataclass(frozen=True, kw_only=True)
 class Blade:
-    """Dimensions of the rig's blade [m; rad where said].
+    """Dimensions of the rig's blade [m; rad where noted].
 
     Axes: x chord, y thickness (the direction of vibration), z span; z = 0 where the blade leaves its root block.
     It is symmetric about x = 0 and y = 0. A pad stands on each flat face; a conical groove, open downwards, takes the

@@ -17,7 +17,7 @@ SIDES = (("blade", -1.0), ("decoupler", 1.0))
 
 @dataclass(frozen=True, kw_only=True)
 class Damper:
-    """Dimensions of a damper [m; rad where said].
+    """Dimensions of a damper [m; rad where noted].
 
     Axes of its own: y along its axis, from the blade to the de-coupler; z up, to the crests that it touches; the origin
     in its middle. It is a body of revolution, symmetric about y = 0.

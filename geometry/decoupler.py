@@ -25,7 +25,7 @@ ARM = {"arm_angle": (radians(20.0), radians(70.0))}
 
 @dataclass(frozen=True, kw_only=True)
 class Decoupler:
-    """Dimensions of a de-coupler [m; rad where said].
+    """Dimensions of a de-coupler [m; rad where noted].
 
     Axes of its own: x as the blade's; y along the groove, away from the damper; z up, from the groove's axis; y = 0 at
     the face of the pad that looks towards the blade. It is symmetric about x = 0.

@@ -1,4 +1,4 @@
-"""What can be wrong with an input, as one tree of exceptions, and what may be, as one of warnings.
+"""Errors of inputs as one tree of exceptions, and doubtful inputs as one tree of warnings.
 
 ::
 

@@ -34,8 +34,8 @@ def check_no_overlap(parts: Mapping[str, Part]) -> None:
     """
     found = overlaps(parts)
     if found:
-        said = "; ".join(f"{one} and {other} by {1e9 * volume:.3g} mm^3" for (one, other), volume in found.items())
-        raise GeometryError(f"bodies overlap: {said}: move them apart or change the dimensions where they meet")
+        pairs = "; ".join(f"{one} and {other} by {1e9 * volume:.3g} mm^3" for (one, other), volume in found.items())
+        raise GeometryError(f"bodies overlap: {pairs}: move them apart or change the dimensions where they meet")
 
 
 def _boxes_apart(one: Part, other: Part) -> bool:

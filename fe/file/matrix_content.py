@@ -1,4 +1,4 @@
-"""Matrices in files of other programs: what a file says of one, and numbers as Fortran programs write them."""
+"""Content of matrix files of other programs, and numbers as Fortran programs write them."""
 
 import re
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from fe.file.dof_table import DofLabels
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FileMatrix:
-    """What a file holds.
+    """A matrix of a file.
 
     Parameters
     ----------

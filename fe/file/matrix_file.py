@@ -1,4 +1,4 @@
-"""One sparse matrix from a file of another program; the ending says which."""
+"""One sparse matrix from a file of another program, whose format follows from its suffix and content."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +13,7 @@ from fe.file.matrix_content import FileMatrix
 
 @dataclass(frozen=True, kw_only=True)
 class MatrixSource:
-    """Where a matrix stands.
+    """Source of a matrix.
 
     Parameters
     ----------

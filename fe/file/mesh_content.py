@@ -1,4 +1,4 @@
-"""What a mesh file says in its own terms, and how it becomes a mesh of solid cells with named sets."""
+"""Content of a mesh file, and its conversion to a mesh of solid cells with named sets."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

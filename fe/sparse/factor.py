@@ -1,4 +1,4 @@
-"""What a symmetric matrix and its factor can do, whichever library made it."""
+"""Interfaces of symmetric matrices and of their factors, for all libraries."""
 
 from enum import Enum
 from typing import Any, Protocol
@@ -28,7 +28,7 @@ class SingularMatrix(ArithmeticError):
 
 
 class Symmetric(Protocol):
-    """What solvers need of a mass or a stiffness: a sparse matrix, or a part of one that nothing has copied."""
+    """Interface of a mass or a stiffness: a sparse matrix, or a part of one without a copy."""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -75,7 +75,7 @@ class Factor(Protocol):
 
 
 class Factorisation(Factor, Protocol):
-    """A factor that can be made anew, and tells the signs of its pivots."""
+    """A factor that can be computed again for other values, and gives the signs of its pivots."""
 
     def renew(self, matrix: Symmetric) -> None:
         """Factorise other values in the same places; what is known about the places is not found out again.
@@ -107,7 +107,7 @@ class Factorisation(Factor, Protocol):
 
 
 class UnknownInertia(ArithmeticError):
-    """The pivots of this factorisation do not tell how many eigenvalues are negative."""
+    """The pivots of this factorisation do not give the number of negative eigenvalues."""
 
 
 def singular(n: int, reason: str = "") -> SingularMatrix:
@@ -167,7 +167,7 @@ def other_places() -> ValueError:
 
 
 class _Stored(Protocol):
-    """A matrix that tells its entries."""
+    """A matrix with a known number of entries."""
 
     @property
     def shape(self) -> tuple[int, int]: ...

@@ -38,13 +38,13 @@ class Marks:
     Parameters
     ----------
     label
-        In the legend.
+        Text in the legend.
     places
         Shape (n, 3) [m].
     colour, size
-        Of the dots [pixels].
+        Colour and size of the dots [pixels].
     seen_through
-        How much is seen of those that the body hides [-].
+        Opacity of the dots that the body hides [-].
     """
 
     label: str
@@ -88,7 +88,7 @@ def cut_picture(
     bodies, path, caption
         As in `bodies_picture`.
     stations
-        Of the contact line, shape (n_station, 3) [m].
+        Stations of the contact line, shape (n_station, 3) [m].
     """
     halves = {name: [behind(mesh, x=0.0) for mesh in group] for name, group in bodies.items()}
     low, high = stations.min(axis=0) - AROUND, stations.max(axis=0) + AROUND

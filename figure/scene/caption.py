@@ -36,9 +36,9 @@ class Colouring:
     limits
         Values at the ends of the colour bar [same unit].
     colour_map
-        Its name in matplotlib, or its colours.
+        Colour map by its name in matplotlib, or its colours.
     label
-        Of the colour bar, with its unit.
+        Label of the colour bar, with its unit.
     """
 
     values: Float[NDArray[np.float64], " node"]
@@ -54,7 +54,7 @@ class Layout:
     Parameters
     ----------
     width, height
-        Of the whole picture.
+        Size of the whole picture.
     """
 
     width: int
@@ -90,7 +90,7 @@ class Blank:
     Parameters
     ----------
     layout, caption
-        Of the picture.
+        Layout and words of the picture.
     """
 
     def __init__(self, layout: Layout, caption: Caption) -> None:

@@ -89,7 +89,7 @@ def save_exact_gif(frames: list[Image], file: Path, keep: Iterable[str]) -> None
     Parameters
     ----------
     frames
-        Of one size.
+        Frames of one size.
     file
         The file.
     keep

@@ -44,7 +44,7 @@ class ModeColour:
     values
         At the nodes, shape (n_node,); by default the magnitude of the displacement.
     unit
-        Of the values. By default they are drawn relative to their largest magnitude, since a mode shape has no scale.
+        Unit of the values. By default they are relative to their largest magnitude, since a mode shape has no scale.
     """
 
     field: Field = "displacement"
@@ -81,7 +81,7 @@ def mode_picture(
     title
         First line of the caption, such as "Mode 1".
     colour
-        What the colour is.
+        Quantity that the colour represents.
     amplitude
         Largest deflection drawn [m]; by default a tenth of the body's largest dimension.
     window_size

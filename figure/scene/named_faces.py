@@ -50,9 +50,9 @@ def named_faces_picture(
     title
         First line above.
     towards_eye
-        From the body.
+        Direction from the body towards the eye, shape (3,) [-].
     nodes
-        Where the nodes or points of each name are [m], marked like stations.
+        Positions of the nodes or points of each name [m], marked like stations.
 
     Raises
     ------

@@ -40,7 +40,7 @@ class StationStates:
     Parameters
     ----------
     node
-        Of the mesh, where each station is, shape (station,) [-].
+        Node of the mesh at each station, shape (station,) [-].
     states
         0 stuck, 1 slipping, 2 separated, shape (frame, station) [-].
 
@@ -80,11 +80,11 @@ def station_pictures(
     mesh
         The bodies at rest.
     places
-        Of the nodes at each frame, shape (n_frame, n_node, 3) [m].
+        Positions of the nodes at each frame, shape (n_frame, n_node, 3) [m].
     colouring
-        Of the bodies.
+        Colouring of the bodies.
     stations
-        Their nodes and states.
+        Nodes and states of the stations.
     box
         Left, top, width and height [pixels].
     scale
@@ -127,7 +127,7 @@ class _Dots:
     drawn
         The scene to add them to.
     view
-        Its own.
+        View of the scene.
     points
         The stations at rest, shape (station, 3) [m].
     """

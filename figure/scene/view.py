@@ -44,7 +44,7 @@ class View:
     towards_eye, up
         Unit vectors, shape (3,) [-].
     half_width, half_height
-        Of the smallest rectangle around the points [m].
+        Half sizes of the smallest rectangle around the points [m].
     depth
         Radius around the centre that holds all points [m].
     """
@@ -92,7 +92,7 @@ class Scene:
     plotter, surface, lines
         PyVista's window and the two sets of geometry that move.
     skin
-        Of the mesh.
+        Skin of the mesh.
     lift
         Shift of the lines towards the eye, which a parallel projection does not show but which keeps them in front,
         shape (3,) [m].
@@ -130,9 +130,9 @@ def scene(mesh: Mesh, colouring: Colouring, view: View, size: tuple[int, int]) -
     mesh
         The body at rest.
     colouring
-        What its colours show.
+        Values, limits and colours of the body.
     view
-        From where.
+        Projection of the scene.
     size
         Width and height of the images [pixels].
 

@@ -75,13 +75,13 @@ def added_effects(
     Parameters
     ----------
     case
-        As read.
+        Case, as it was read.
     model
         Without them.
     files
         With effects of one's own.
     mistakes
-        Of the case so far.
+        Mistakes of the case so far.
     """
     if not case.added:
         return ()

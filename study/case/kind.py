@@ -49,16 +49,16 @@ class CaseKind:
     name
         Value of the key ``kind`` in ``[structure]``.
     summary
-        What such a structure is, after "a case of".
+        Name of such a structure, after "a case of".
     table
         Model of ``[structure]``.
     structure
         Makes the structure; it may take minutes, in stages that are stored.
     reduce
-        What `stickslip reduce` does, with or without a check of the modes: writes files, and answers. Or the sentence
+        Function of `stickslip reduce`, with or without a check of the modes: it writes files. Or the sentence
         that says why it does nothing.
     modes
-        How `stickslip modes` draws the modes, for a number of modes and the number of the one that is filmed. None for
+        Function of `stickslip modes`, for a number of modes and the number of the one that is filmed. None for
         a table of natural frequencies in place of pictures. Or a sentence that says why there are none.
     solved
         What is added to the answer of `stickslip solve`, of a `study.case.setup.ReadCase` and a
@@ -95,11 +95,11 @@ class OpenCase:
     Parameters
     ----------
     path
-        Of the file.
+        Path of the file.
     case
-        Its validated tables.
+        Validated tables.
     kind
-        Of its structure.
+        Kind of its structure.
     """
 
     path: Path

@@ -256,9 +256,9 @@ def joints_of_table(case: Case[StructureTable], number: int, finder: PlaceFinder
     case
         Names file and line of a mistake.
     number
-        Of the table among ``[[joint]]``.
+        Number of the table among ``[[joint]]``.
     finder
-        What its places are looked up in.
+        Finder of its places.
 
     Raises
     ------

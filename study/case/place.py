@@ -106,13 +106,13 @@ class PlaceFinder:
     Parameters
     ----------
     matrices
-        Of the structure, and the reduced model if they come from one.
+        Matrices of the structure, and the reduced model if they come from one.
     dofs
-        What each degree of freedom is, r of them.
+        Description of each degree of freedom, r of them.
     stored
         Rows that the structure stores, shape (r,) or (n, r), by name.
     places
-        Of the structure and of the case, by name.
+        Rows of the structure and of the case, shape (r,), by name.
     """
 
     matrices: StructureMatrices

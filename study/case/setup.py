@@ -27,11 +27,11 @@ class Setup:
     Parameters
     ----------
     title
-        Of the case.
+        Title of the case.
     model
         Structure, joints, loads at level 1, sensors: as drawn, without what was calibrated or added.
     accepted
-        What every fit calibrates, with its priors.
+        Calibration parameters, with their priors.
     budget
         Numerical error of the model.
     effects
@@ -81,9 +81,9 @@ class ReadCase:
     opened
         The case as its file says it.
     structure
-        Of its kind.
+        Structure that the kind made.
     setup
-        What the numerical rooms take.
+        Model and test set-up for the numerical packages.
     """
 
     opened: OpenCase
@@ -102,11 +102,11 @@ def read_case(path: Path | str | OpenCase, campaign: Campaign | None = None, run
     Parameters
     ----------
     path
-        Of the case file, as ``docs/case.md`` describes it; or the case itself.
+        Path of the case file, as ``docs/case.md`` describes it; or the case itself.
     campaign
-        Whose sensors the model has as well.
+        Campaign whose sensors the model has as well.
     run
-        Where the stages of the structure are stored and reported; nowhere by default.
+        Store and progress of the stages of the structure; none by default.
 
     Raises
     ------

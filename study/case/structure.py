@@ -29,7 +29,7 @@ class Structure:
     matrices
         Mass, damping and stiffness of r degrees of freedom, and the reduced model if they come from one.
     dofs
-        What each degree of freedom is; unknown if empty.
+        Description of each degree of freedom; unknown if empty.
     parts
         Named shares of mass and stiffness; none if they are not known.
     stored
@@ -43,9 +43,9 @@ class Structure:
     harmonic_force
         At level 1, shape (n, r) [N]; None where the case must say it.
     sensors
-        What a response shows if the case names no sensor.
+        Sensors of a case that names none.
     dead_weights
-        What presses lines.
+        Dead weights that press lines, by name.
     suspension
         Stiffness that holds the structure when its contacts are taken away for a test, shape (r, r) [N/m].
     damped
@@ -53,7 +53,7 @@ class Structure:
     histories
         Draws slider positions for a number of friction histories by a seed; None where rest is not known.
     details
-        What the kind needs again for its own tables and figures.
+        Data that the kind needs again for its own tables and figures.
     """
 
     matrices: StructureMatrices
@@ -89,13 +89,13 @@ def reduced_structure(
     Parameters
     ----------
     rom
-        Of one body.
+        Reduced model of one body.
     points
         Coordinates of the mesh's nodes [m]; None if they are not known.
     stations
         Coordinates of boundary sets whose stations lie between nodes [m], by name.
     more
-        What else the kind knows, as in `Structure`.
+        Further fields of `Structure`.
     """
     matrices = StructureMatrices(mass=rom.mass, damping=rom.damping, stiffness=rom.stiffness, rom=rom)
     return Structure(matrices=matrices, dofs=dofs_of_reduced_model(rom, points, stations or {}), **more)

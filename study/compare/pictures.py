@@ -47,7 +47,7 @@ def pictures(
     Parameters
     ----------
     model
-        What was predicted with.
+        Model of the prediction.
     train, held_out
         Misfits; of what is held out, levels are drawn that training does not have.
     prediction

@@ -55,17 +55,17 @@ class Compared:
     Parameters
     ----------
     title
-        Of the case.
+        Title of the case.
     campaign
-        What was measured.
+        Measured campaign.
     model, prediction
-        What was compared, with every sensor of the campaign, and its steady states at the training data.
+        Model with every sensor of the campaign, and its steady states at the training data.
     train, held_out
         Misfit to the measurements that a model may be fitted to, and to those that test it; none if none is held out.
     peaks
         Errors of the resonances, of all levels.
     suspicions
-        What looks wrong in the campaign.
+        Suspicious data of the campaign.
     calibrated
         Calibration parameters, if they were calibrated first.
     files
@@ -94,7 +94,7 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
     folder
         A campaign.
     run
-        Where to write.
+        Output folder, store and progress of the run.
     calibrate
         Whether the calibration parameters are fitted to the training data first.
 
@@ -139,9 +139,9 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
     Parameters
     ----------
     setup
-        Of a case.
+        Set-up of a case.
     campaign
-        As read.
+        Campaign, as it was read.
     calibrate
         Whether the calibration parameters are fitted to the training data first.
 
@@ -206,7 +206,7 @@ def beside(
     model
         With their sensors.
     budget
-        Its numerical error.
+        Numerical error of the model.
     before
         A prediction of the same model at other points.
     """

@@ -28,7 +28,7 @@ def all_suspicions(campaign: Campaign, model: Model, before: Prediction | None =
     Parameters
     ----------
     campaign
-        What was measured.
+        Measured campaign.
     model
         With the campaign's sensors on it.
     before

@@ -35,7 +35,7 @@ class SearchProgress:
     Parameters
     ----------
     report
-        Of the step that is shown.
+        Function that reports the progress of the step.
     """
 
     def __init__(self, report: Callable[[float, float], None]) -> None:
@@ -66,10 +66,10 @@ class FoundLimits:
     Parameters
     ----------
     limits
-        Of the objective.
+        Limits of the objective.
     amplitude
-        Of the output where the loss factor is extreme, first where it is largest, shape (2, l, f) [m]; None for other
-        objectives.
+        Amplitude of the output where the loss factor is extreme, first where it is largest, shape (2, l, f) [m]; None
+        for other objectives.
     """
 
     limits: ResponseLimits
@@ -88,7 +88,7 @@ def found_limits(
     Parameters
     ----------
     search
-        What is asked for.
+        Request of the case.
     tasks
         Results of those that are done.
     executor

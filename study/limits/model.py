@@ -44,12 +44,12 @@ class LimitSearch:
     harmonics, n_sample
         H, and samples a period, 0 for the solver's choice [-].
     objective
-        What is bounded.
+        Quantity whose limits are computed.
     harmonic
         The one that amplitudes are of [-].
     row
-        Of the output whose amplitude is bounded, or, for the loss factor, given where that is extreme, shape (r,); None
-        for forces.
+        Row of the output whose amplitude is bounded, or, for the loss factor, given where that is extreme, shape (r,);
+        None for forces.
     angular_frequency, levels
         Ascending [rad/s, -].
     nominal
@@ -57,7 +57,7 @@ class LimitSearch:
     reach
         w_max [m]; None for the default.
     settings
-        How hard to search.
+        Effort of the search.
     """
 
     system: JointedSystem
@@ -105,11 +105,11 @@ def limit_search(
     case
         Names file and line of a mistake.
     table
-        Its [limits].
+        Table [limits] of the case.
     sweep
-        Its [sweep], for what the table leaves out; None if there is none.
+        Table [sweep] of the case, for what [limits] leaves out; None if there is none.
     model
-        What is bounded; the box lies around its rest.
+        Model of the case; the box lies around its rest.
 
     Raises
     ------

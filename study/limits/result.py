@@ -26,9 +26,9 @@ class LimitCurves:
     Parameters
     ----------
     limits
-        As found.
+        Limits in SI units.
     quantity, unit
-        What is bounded, in words, and its unit.
+        Quantity in words, and its unit.
     has_peaks
         Whether a level is summed up by the highest points of both limits, as of an amplitude; a static
         force is summed up by its range.
@@ -82,13 +82,13 @@ def limit_curves(table: LimitsTable, output: Sensor | None, harmonic: int, resul
     Parameters
     ----------
     table
-        What was asked.
+        Request of the case.
     output
-        Whose amplitude it is; None for forces.
+        Sensor whose amplitude it is; None for forces.
     harmonic
-        Of the amplitude [-].
+        Harmonic of the amplitude [-].
     result
-        In SI.
+        Result of the search in SI units.
     """
     limits = result.limits
     order, has_peaks, value, sampled = (0, 1), True, limits.value, limits.sampled

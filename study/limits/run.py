@@ -39,7 +39,7 @@ class Limited:
     curves
         The limits.
     objective
-        As the case calls it.
+        Objective, as the case names it.
     files
         Written ones.
     """
@@ -57,7 +57,7 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
     path
         Case file.
     run
-        Where to.
+        Output folder, store and progress of the run.
     executor
         Runs the tasks of the search, such as dask's; a process for each core by default. The limits are the same.
 

@@ -98,11 +98,11 @@ def write_shapes(shapes: Shapes, stem: str, film_of: int | None, run: RunContext
     shapes
         The modes.
     stem
-        What the files are called.
+        Stem of the files.
     film_of
         Mode that moves, counted from 1; None for the first elastic one.
     run
-        Where to.
+        Output folder, store and progress of the run.
     """
     assert run.output is not None
     files = [file for file, _ in picture_modes(shapes, stem, run, None if film_of is None else film_of - 1)]

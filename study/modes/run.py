@@ -23,14 +23,14 @@ def run_modes(source: Path, own: OwnMesh, n_mode: int, film_of: int | None, run:
     own
         For a mesh file.
     n_mode, film_of
-        How many modes [-], and which of them moves, counted from 1; None for the first elastic one.
+        Number of modes [-], and number of the one that moves, counted from 1; None for the first elastic one.
     run
         Output folder, store and progress.
 
     Raises
     ------
     InputError
-        What is asked cannot be done; one sentence.
+        Options that cannot be used; one sentence.
     """
     if n_mode < 1:
         raise InputError(f"--n-modes {n_mode} is no number of modes: give 1 or more")

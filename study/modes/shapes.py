@@ -31,7 +31,7 @@ class Shapes:
     displacement
         Mass-normalised, shape (m, n_node, 3) [kg^-1/2].
     von_mises
-        Of the same shapes, shape (m, n_node) [Pa m^-1 kg^-1/2]; only its distribution means anything.
+        Von Mises stress of the same shapes, shape (m, n_node) [Pa m^-1 kg^-1/2]; only its distribution has a meaning.
     """
 
     mesh: Mesh

@@ -27,9 +27,9 @@ def modes_table(opened: OpenCase, run: RunContext, n_mode: int) -> Answer:
     opened
         The case; what was calibrated and added counts.
     run
-        Where to.
+        Output folder, store and progress of the run.
     n_mode
-        How many modes [-]; all of a structure that has fewer.
+        Number of modes [-]; all of a structure that has fewer.
     """
     assert run.output is not None
     system = read_case(opened, run=run).model.system

@@ -73,13 +73,13 @@ def compared_reduction(
     Parameters
     ----------
     system
-        What the supports leave free.
+        System of the free degrees of freedom.
     boundary
-        Its rows by name.
+        Retained rows of the system, by name.
     n_mode
         Fixed-interface modes [-].
     damping_ratio
-        Of Rayleigh damping on the first elastic mode [-]; None keeps the damping of the system.
+        Ratio of Rayleigh damping on the first elastic mode [-]; None keeps the damping of the system.
     provenance
         Travels with the reduced model.
 

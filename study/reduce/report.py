@@ -32,13 +32,13 @@ def reduction_answer(
     n_asked
         Fixed-interface modes that the case asks for [-].
     check
-        Of these modes, if it was asked for.
+        Check of these modes, if there is one.
     files
         Written ones.
     head, notes
         Lines above and below the table.
     facts
-        What the document says besides.
+        Further entries of the document.
     """
     names = [str(file) for file in files]
     table = zip(result.frequency, result.rom_frequency, result.rom_error, strict=True)
@@ -102,7 +102,7 @@ def fewer_modes(n_mode: int, n_asked: int, body: str = "the interior", key: str 
     n_mode, n_asked
         Kept, and as the case has it [-].
     body, key
-        What has these modes, and what the case calls their number.
+        Owner of these modes, and the key of their number in the case.
     """
     if n_mode >= n_asked:
         return []

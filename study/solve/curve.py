@@ -30,9 +30,9 @@ class Curve:
     Parameters
     ----------
     parameter
-        What varies along it, "frequency" or "level".
+        Parameter that varies along it, "frequency" or "level".
     first, last
-        Its ends [rad/s, or - for levels].
+        Ends of the curve [rad/s, or - for levels].
     fixed
         The other one of the two.
     step
@@ -40,7 +40,7 @@ class Curve:
     label
         For people: "level 3", "40 Hz".
     slider
-        Where the sliders begin, shape (s,) [m]; springs without tension by default.
+        Slider positions at its start, shape (s,) [m]; springs without tension by default.
     """
 
     parameter: str
@@ -68,11 +68,11 @@ def response_curve(
     system
         With its loads at level 1.
     curve
-        What is asked for.
+        Request of the case.
     harmonics, n_sample
         H, and samples a period, 0 for the solver's choice [-].
     checkpoint
-        Where points are saved now and then, and found again.
+        Store of the points that are computed so far.
     report
         Progress along the curve.
 

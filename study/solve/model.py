@@ -25,11 +25,11 @@ class SolveModel:
     outputs
         Sensors of motion in the order of the case, their gains in their rows.
     curves
-        In the order of the case.
+        Curves in the order of the case.
     harmonics, n_sample
         H, and samples per period [-].
     slider
-        Where the sliders rest under dead weights, shape (s,) [m]; None where rest is that under the static load.
+        Slider positions at rest under dead weights, shape (s,) [m]; None where rest is that under the static load.
     lines
         Joints of each contact line, by name.
     in_newtons

@@ -41,9 +41,9 @@ class SolvedCurve:
     Parameters
     ----------
     curve
-        What was asked.
+        Request of the case.
     branch
-        Its points.
+        Points of the curve.
     """
 
     curve: Curve
@@ -194,11 +194,11 @@ class Peak:
     Parameters
     ----------
     label
-        Of the curve.
+        Label of the curve.
     peak_frequency_hz, peak_level
-        Of its highest point [Hz, -].
+        Frequency and level of its highest point [Hz, -].
     peak_amplitude, unit
-        Of the first output there, in the unit of the surface.
+        Amplitude of the first output there, and its unit.
     peak_at_end
         Whether it is at either end of the sweep, so that the response may be larger beyond.
     n_point
@@ -208,7 +208,7 @@ class Peak:
     truncation_error
         Largest of all its points [-].
     stop_reason
-        In words.
+        Reason in words.
     """
 
     label: str

@@ -44,9 +44,9 @@ class Solved:
     Parameters
     ----------
     model, balance
-        What was solved.
+        Model of the case, and its harmonic balance.
     curves
-        In the order of the case.
+        Curves in the order of the case.
     peaks
         One for each curve.
     files
@@ -86,11 +86,11 @@ def solved_curves(model: SolveModel, stem: str, title: str, run: RunContext) -> 
     Parameters
     ----------
     model
-        What is solved.
+        Model of the case.
     stem, title
-        What files and figures are called.
+        Stem of the files, and title of the figures.
     run
-        Where to.
+        Output folder, store and progress of the run.
 
     Raises
     ------

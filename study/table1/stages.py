@@ -74,11 +74,11 @@ class Prediction:
     Parameters
     ----------
     frequency
-        By our elements [Hz].
+        Frequency by the elements of the program [Hz].
     factor
         Closed-form ratio of the frequency to the quadratic model's [-].
     calculix
-        By CalculiX on the same mesh [Hz]; None if it is not installed.
+        Frequency by CalculiX on the same mesh [Hz]; None if it is not installed.
     n_dof
         Free degrees of freedom [-].
     """
@@ -179,7 +179,7 @@ def richardson(frequencies: list[float], ratio: float, degree: int) -> Limit:
     frequencies
         Coarse, medium, fine [Hz].
     ratio
-        Of element sizes [-], above 1.
+        Ratio of element sizes [-], above 1.
     degree
         Polynomial degree p of the element [-].
 

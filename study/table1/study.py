@@ -97,9 +97,9 @@ class MeshStudy:
     Parameters
     ----------
     case
-        What was asked.
+        Request of the case.
     rows, predictions
-        In the order of the case.
+        Results in the order of the case.
     nested, limit
         Frequencies of the nested meshes, and what they tend to; none if the case asks for none.
     no_limit
@@ -135,7 +135,7 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
     run
         Store and progress.
     title
-        Of the progress step.
+        Title of the progress step.
 
     Raises
     ------

@@ -44,9 +44,9 @@ def locking_factor(blade: Blade | PlainBlade, material: Material, mesh: Mesh, th
     Parameters
     ----------
     blade, material
-        What is modelled; pads are ignored.
+        Blade without its pads, and its material.
     mesh
-        Its mesh, from which the element lengths are read.
+        Mesh of the blade, from which the element lengths are read.
     through_thickness
         Elements through the thickness [-].
     """

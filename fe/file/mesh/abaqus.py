@@ -80,7 +80,8 @@ def read_inp(path: Path) -> FileMesh:
     Raises
     ------
     MeshError
-        The deck is cut short, damaged, built of several parts, or generates nodes by rule; the message says what to do.
+        The deck is cut short, damaged, built of several parts, or generates nodes by rule; the message names the
+        remedy.
     """
     deck = _Deck(path=path)
     readers = {"NODE": _nodes, "ELEMENT": _elements, "NSET": _set, "ELSET": _set, "SURFACE": _surface}

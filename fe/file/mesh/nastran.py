@@ -35,7 +35,7 @@ def read_bdf(path: Path) -> FileMesh:
     ------
     MeshError
         The file cannot be read, holds solid elements in fields of 16 characters, or grid points in coordinate systems
-        of their own; the message says what to do.
+        of their own; the message names the remedy.
     """
     text = path.read_text(encoding="latin-1")
     lines = text.splitlines()

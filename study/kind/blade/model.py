@@ -57,7 +57,7 @@ class BladeModel:
     Parameters
     ----------
     blade, material
-        What is meshed.
+        Dimensions and material of the blade.
     element, through_thickness, length_ratio, length_cap, subdivisions, pads
         How: the name of the element and the numbers of `fe.mesher.mesh_rule.MeshRule` and `fe.mesher.blade.PadMesh`.
     drop_every
@@ -108,11 +108,11 @@ def blade_model(
     case
         As `load_case` returned it.
     table, path
-        Its tables of the blade, and where they stand in it.
+        Tables of the blade, and their path in the case.
     element, through_thickness, drop_every
         As in `BladeModel`.
     thickness_factor
-        Of the blade, as in `with_thickness` [-].
+        Factor on the thickness, as in `with_thickness` [-].
 
     Raises
     ------
@@ -216,7 +216,7 @@ class Reduction(ComparedReduction):
     Parameters
     ----------
     mesh
-        Of the blade.
+        Mesh of the blade.
     n_fixed
         Fixed nodes [-].
     peak_natural
@@ -235,7 +235,7 @@ def reduce_blade(model: BladeModel, provenance: Mapping[str, str] | None = None)
     Parameters
     ----------
     model
-        What is reduced.
+        Blade that is reduced.
     provenance
         Travels with the reduced model.
     """

@@ -190,7 +190,7 @@ def at_file(case: Case[MatricesTable], files: Mapping[str, Path]) -> Iterator[No
     case
         The case.
     files
-        By their keys in `[structure.files]`.
+        Files by their keys in `[structure.files]`.
 
     Raises
     ------

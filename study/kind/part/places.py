@@ -40,9 +40,9 @@ class Places:
     to_nodes
         Nodal displacements from coordinates; None where all that is retained are nodes.
     supports
-        What is fixed.
+        Fixed nodes and directions.
     boundary
-        What stays physical, by name.
+        Retained nodes and directions, by name.
     lines
         Stations with their frames, by name; of a point, its one station has no tangents (zeros) and no length.
     """
@@ -64,7 +64,7 @@ def check_names(case: Case[PartTable], known: frozenset[str], what: str) -> None
     known
         Sets that there are.
     what
-        Whose they are, such as "the case names".
+        Owner of these sets as a clause, such as "the case names".
 
     Raises
     ------

@@ -68,9 +68,9 @@ class PartModel:
     Parameters
     ----------
     meshed
-        Its mesh, as it was made or read.
+        Mesh of the part, as it was made or read.
     places
-        What the case names, on the mesh.
+        Supports, points, lines and sets of the case on the mesh.
     matrices
         Mass and stiffness of all nodes.
     reduced

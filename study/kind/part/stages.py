@@ -49,9 +49,9 @@ class SolidSummary:
     Parameters
     ----------
     volume, longest
-        Of the solid, and the longest side of the box around it [m^3, m].
+        Volume of the solid, and longest side of the box around it [m^3, m].
     healing
-        What was mended, a clause each.
+        Repairs, one clause each.
     """
 
     volume: float
@@ -66,11 +66,11 @@ class NamedFaces:
     Parameters
     ----------
     n_face
-        How many [-].
+        Number of faces [-].
     area
-        Of all of them [m^2].
+        Area of all of them [m^2].
     centre
-        Their mean position, by area, shape (3,) [m].
+        Mean position, weighted by area, shape (3,) [m].
     """
 
     n_face: int
@@ -149,13 +149,13 @@ def reduced_part(
     mesh, material
         The part.
     matrices
-        Its mass and stiffness, of nodal displacements.
+        Mass and stiffness of all nodal displacements [kg, N/m].
     to_nodes
         Nodal displacements from coordinates, see `StationCoordinates`; None if nodes alone are retained.
     supports
-        What is fixed; nothing if empty.
+        Fixed nodes and directions; nothing is fixed if empty.
     boundary
-        What stays physical, by name.
+        Retained nodes and directions, by name.
     n_mode, damping_ratio, provenance
         As in `compared_reduction`.
 

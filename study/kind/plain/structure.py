@@ -36,9 +36,9 @@ def plain_structure(case: Case[PlainTable], folder: Path) -> Structure:
     Parameters
     ----------
     case
-        As it was read.
+        Case, as it was read.
     folder
-        What the file's name is relative to: ``.npz``, ``.mat`` or ``.h5``; an ``.npz`` file may hold parts, degrees of
+        Folder of the file: ``.npz``, ``.mat`` or ``.h5``; an ``.npz`` file may hold parts, degrees of
         freedom and rows as well.
 
     Raises
@@ -162,7 +162,7 @@ def rayleigh(table: RayleighTable, matrices: StructureMatrices, joints: Sequence
     table
         The factors, or the ratio on the first mode with all contacts stuck.
     matrices
-        Of the structure.
+        Matrices of the structure.
     joints
         All joints on it.
 

@@ -49,15 +49,15 @@ def draw_forces(
     Parameters
     ----------
     stem, title
-        What files and figures are called.
+        Stem of the files, and title of the figures.
     friction_coefficient
-        By pair [-].
+        Friction coefficient of each pair, by name [-].
     labels, peaks
-        Of each curve.
+        Label, and forces at the highest point, of each curve.
     chosen
         Places of those to show.
     run
-        Where to.
+        Output folder, store and progress of the run.
     """
     drawn = chosen[-1]
     forces = [
@@ -115,17 +115,17 @@ def draw_film(
     Parameters
     ----------
     stem, title
-        What file and film are called.
+        Stem of the file, and title of the film.
     model
         The rig.
     label, angular_frequency
-        Of the curve, and of the state [rad/s].
+        Label of the curve, and angular frequency of the state [rad/s].
     displacement
         Coefficients on the nodes of all bodies in their order [m].
     forces
-        Of the state.
+        Forces of the state.
     run
-        Where to.
+        Output folder, store and progress of the run.
     """
     # The film is of the vibration: a mean displacement would be enlarged with it.
     moving = displacement.copy()

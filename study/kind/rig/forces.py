@@ -53,7 +53,7 @@ class RigForces:
     time
         Share of the period, shape (n,) [-].
     lines
-        By pair.
+        Motion of each contact line, by pair.
     cells
         Push of each arm on its load cell, by de-coupler: upper, then lower, shape (2, n) [N].
     measured

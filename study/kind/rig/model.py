@@ -60,9 +60,9 @@ class RigModel:
     Parameters
     ----------
     rig
-        Its dimensions.
+        Dimensions of the rig.
     material
-        Of all bodies.
+        Material of all bodies.
     element
         Name of the element, "hex8", "hex20" or "tet10".
     size
@@ -135,11 +135,11 @@ def body_tetrahedra(rig: Rig, body: str, size: float) -> StationCoordinates:
     Parameters
     ----------
     rig
-        Its dimensions.
+        Dimensions of the rig.
     body
         Which, as `geometry.rig.placements` names it.
     size
-        Of the cells [m].
+        Edge length of the cells [m].
     """
     preflight("cad")
     part, kind = rig_parts(rig)[body], body.partition("_")[0]

@@ -56,9 +56,9 @@ def stuck_mode_pictures(
     model
         The rig.
     frequency
-        Of the modes [Hz].
+        Natural frequencies of the modes [Hz].
     displacement
-        Of their shapes, at any scale, on the nodes of all bodies in their order.
+        Mode shapes at any scale, on the nodes of all bodies in their order.
     report
         Progress.
     """

@@ -35,11 +35,11 @@ class ReducedBody:
     Parameters
     ----------
     rom
-        In its place in the rig.
+        Reduced model of the body, in its place in the rig.
     least_scaled_jacobian
-        Of its elements, 1 for a brick [-].
+        Least scaled Jacobian of its elements, 1 for a brick [-].
     reactions
-        Of each fixed set of nodes, over the reduced coordinates.
+        Reaction of each fixed set of nodes, over the reduced coordinates.
     """
 
     rom: ReducedModel
@@ -111,15 +111,15 @@ class RigReduction:
     Parameters
     ----------
     meshes
-        By body.
+        Mesh of each body.
     assembly
         The reduced bodies.
     least_scaled_jacobian
-        By body [-].
+        Least scaled Jacobian of each body [-].
     reactions
-        By body and fixed set of nodes, over all coordinates of the assembly.
+        Reactions by body and fixed set of nodes, over all coordinates of the assembly.
     coordinates
-        By body, where some are no nodes': of stations between nodes, or of the disc that the shaker pushes.
+        Coordinates by body that are no nodes': of stations between nodes, or of the disc that the shaker pushes.
     """
 
     meshes: Mapping[str, Mesh]
@@ -144,7 +144,7 @@ def reduce_rig(model: RigModel, store: Store, progress: Progress, title: str = "
     Parameters
     ----------
     model
-        What is reduced.
+        Rig that is reduced.
     store, progress, title
         As in `run_parallel`.
 

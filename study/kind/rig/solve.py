@@ -24,9 +24,9 @@ def extra_answer(read: ReadCase, solved: Solved, run: RunContext) -> Extras:
     read
         The case of a rig.
     solved
-        Its curves.
+        Curves of the case.
     run
-        Where to.
+        Output folder, store and progress of the run.
     """
     resting: RestingRig = read.structure.details
     model, curves, stem, title = solved.model, solved.curves, read.opened.path.stem, read.opened.title

@@ -48,17 +48,17 @@ class RestingRig:
     Parameters
     ----------
     model, reduction
-        Its dimensions and meshes, and its reduced bodies.
+        Dimensions and meshes of the rig, and its reduced bodies.
     weights
-        Of each side.
+        Pull of the wire on each side.
     joined
         Bodies and contacts, unloaded.
     pull
-        Of the dead weight of each side, over all coordinates, shape (r,) [N].
+        Force of the dead weight of each side, over all coordinates, shape (r,) [N].
     rest
-        How the dead weights press the contacts.
+        Static state of the contacts under the dead weights.
     dampers
-        How the contacts hold them, as rigid bodies.
+        Dampers as rigid bodies on their contacts.
     """
 
     model: RigModel
@@ -144,9 +144,9 @@ def rig_structure(case: Case[RigTable], run: RunContext) -> Structure:
     Parameters
     ----------
     case
-        As it was read.
+        Case, as it was read.
     run
-        Where its reduced bodies are stored.
+        Store of the reduced bodies, and progress.
 
     Raises
     ------
@@ -213,7 +213,7 @@ def friction_histories(rest: StaticState, bodies: Joined, n: int, seed: int) -> 
     rest, bodies
         The rig under its dead weights.
     n
-        How many histories [-]; the first is that of the dead weights alone, in the others each line was left with a
+        Number of histories [-]; the first is that of the dead weights alone, in the others each line was left with a
         share of its friction limit.
     seed
         Draws the shares.
