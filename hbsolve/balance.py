@@ -162,8 +162,8 @@ class HarmonicBalance:
     def _shared(self, **changes: Any) -> "HarmonicBalance":
         # Copied, not built again: the modal decomposition is the work.
         other = copy(self)
-        for retained in ("sampling", "joint_of_direction"):
-            other.__dict__.pop(retained, None)
+        for cached in ("sampling", "joint_of_direction"):
+            other.__dict__.pop(cached, None)
         for name, value in changes.items():
             object.__setattr__(other, name, value)
         other._check()

@@ -94,9 +94,9 @@ class ReducedModel:
             return rows
         directions = self.boundary_direction[rows]
         if direction not in directions:
-            retained = ", ".join(str(d) for d in np.unique(directions))
+            available = ", ".join(str(d) for d in np.unique(directions))
             raise RomError(
-                f'boundary set "{name}" has no degree of freedom in direction {direction}: it has {retained}'
+                f'boundary set "{name}" has no degree of freedom in direction {direction}: it has {available}'
             )
         return np.asarray(rows[directions == direction])
 

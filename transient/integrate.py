@@ -80,17 +80,17 @@ def integrate(
         raise TransientError(f"keep = {keep} must lie between 1 and n_period = {n_period}")
     stepper = Stepper(system, angular_frequency, steps_per_period, start, level)
     rows = _checked_rows(outputs or {}, system.n_dof)
-    retained = n_period if keep is None else keep
-    for _ in range(n_period - retained):
+    n_stored = n_period if keep is None else keep
+    for _ in range(n_period - n_stored):
         stepper.advance()
     parts: list[dict[str, Matrix]] = []
     matrix = np.array(list(rows.values())).reshape(len(rows), system.n_dof) @ stepper.structure.mode_shapes
-    for _ in range(retained):
+    for _ in range(n_stored):
         record = stepper.record()
         seen, rates = matrix @ record.modal_displacement.T, matrix @ record.modal_velocity.T
         parts.append({**record.joints, "outputs": seen, "rates": rates})
     joined = {name: np.concatenate([part[name] for part in parts], axis=1) for name in parts[0]}
-    first = (n_period - retained) * steps_per_period
+    first = (n_period - n_stored) * steps_per_period
     return Motion(
         angular_frequency=angular_frequency,
         steps_per_period=steps_per_period,
