@@ -17,9 +17,9 @@ from diagnosis.fit.arrangement import Added, Arrangement, arrange
 from diagnosis.fit.calibration_parameter import CalibrationParameter
 from diagnosis.fit.problem import Problem, Refit
 from diagnosis.fit.refit import baseline_fit, choose_finalists, is_lost, multistart_fits, quick_fit, refit, shortlist
-from diagnosis.keep import Keep, computed
 from diagnosis.localisation import Place, localise
 from diagnosis.screening import Score, screen
+from diagnosis.step import RunStep, compute_step
 from diagnosis.threshold.parametric_bootstrap import widen_intervals
 from diagnosis.threshold.thresholds import NO_THRESHOLDS, Thresholds, compute_linear_thresholds
 from fe.blas_threads import on_one_blas_thread
@@ -87,7 +87,7 @@ class Diagnosis(Generic[P]):
 
 
 def screen_and_refit(
-    problem: Problem, effects: Sequence[Effect], keep: Keep, report: Report, shares: Shares
+    problem: Problem, effects: Sequence[Effect], run_step: RunStep, report: Report, shares: Shares
 ) -> tuple[list[Score], Refit, list[Refit]]:
     """Screen effects, fit the promising ones and test the best, for any kind of data.
 
@@ -97,7 +97,7 @@ def screen_and_refit(
         Data beside a model, with its first fit.
     effects
         Candidates.
-    keep, report
+    run_step, report
         As in `diagnose`.
     shares
         Shares of the round that are done when its parts begin.
@@ -112,16 +112,16 @@ def screen_and_refit(
     def report_screening(done: int, total: int) -> None:
         report("screening", shares.between("screening", "fits", done / total))
 
-    scores = keep("scores", lambda: screen(problem, effects, report_screening))
-    before = keep("held-out error", lambda: baseline_fit(problem))
+    scores = run_step("scores", lambda: screen(problem, effects, report_screening))
+    before = run_step("held-out error", lambda: baseline_fit(problem))
     fits, chosen = [], shortlist(scores, problem.effort, lost=lost)
     for number, score in enumerate(chosen):
         report(f"fit of {score.effect.name}", shares.between("fits", "tests", number / len(chosen)))
-        fits.append((score, keep(f"fit of {score.effect.name}", partial(quick_fit, problem, score))))
-    refits, last = [], choose_finalists(multistart_fits(problem, fits, keep), problem.effort)
+        fits.append((score, run_step(f"fit of {score.effect.name}", partial(quick_fit, problem, score))))
+    refits, last = [], choose_finalists(multistart_fits(problem, fits, run_step), problem.effort)
     for number, (score, fit) in enumerate(last):
         report(f"test of {score.effect.name}", shares.between("tests", "places", number / len(last)))
-        refits.append(keep(f"refit of {score.effect.name}", partial(refit, problem, score, fit)))
+        refits.append(run_step(f"refit of {score.effect.name}", partial(refit, problem, score, fit)))
     return scores, before, refits
 
 
@@ -136,7 +136,7 @@ def diagnose(
     without: Collection[str] = (),
     extra: Sequence[Extra] = (),
     thresholds: Thresholds | None = None,
-    keep: Keep = computed,
+    run_step: RunStep = compute_step,
     report: Report | None = None,
 ) -> Diagnosis[Arrangement]:
     """Diagnose which effect is missing from a model: one round.
@@ -157,7 +157,7 @@ def diagnose(
         Kinds of effects to leave out, and the user's own effects, see `diagnosis.candidate.catalogue`.
     thresholds
         Detection thresholds from a bootstrap of this layout; those of the linear theory with a margin by default.
-    keep
+    run_step
         Looks up the stored result of a step, or computes it.
     report
         Called with the name of a step and the share of the round that is done [-].
@@ -175,25 +175,25 @@ def diagnose(
     catalogue = replace(catalogue, candidates=tuple(each for each in catalogue.candidates if each.name not in names))
     report("calibration", 0.0)
     find_catalogue = partial(list_campaign_effects, campaign, extra=extra)
-    arrangement = keep(
+    arrangement = run_step(
         "arrangement", lambda: arrange(campaign, base, calibration, budget, added=added, catalogue_of=find_catalogue)
     )
     shares = LONG if is_lost(arrangement, arrangement.fit) else USUAL
-    scores, before, refits = screen_and_refit(arrangement, catalogue.candidates, keep, report, shares)
+    scores, before, refits = screen_and_refit(arrangement, catalogue.candidates, run_step, report, shares)
     thresholds = thresholds or compute_linear_thresholds(scores)
     report("unknown forces", shares.places)
-    places = keep("places", lambda: localise(arrangement))
+    places = run_step("places", lambda: localise(arrangement))
     report("what is left", shares.left)
     criteria = Criteria(catalogue=catalogue, scores=scores, thresholds=thresholds)
-    judgement = judge(arrangement, before, refits, places, criteria, keep)
+    judgement = judge(arrangement, before, refits, places, criteria, run_step)
     if judgement.verdict.finding is Finding.UNKNOWN and worse_than_noise(arrangement):
         report_left = partial(_report_at, report, shares.left)
-        judgement = second_look(campaign, judgement, criteria, find_catalogue, keep, report_left)
+        judgement = second_look(campaign, judgement, criteria, find_catalogue, run_step, report_left)
     arrangement, before, verdict = judgement.arrangement, judgement.before, judgement.verdict
     report("intervals", shares.intervals)
     best, fits = (*verdict.effects, before)[0], [before, *judgement.refits]
     where = judgement.weighed or best.name
-    widened = keep(f"intervals beside {where}", lambda: widen_intervals(campaign, arrangement, best, fits))
+    widened = run_step(f"intervals beside {where}", lambda: widen_intervals(campaign, arrangement, best, fits))
     # By name: stored fits may be in another order, which depends on the thresholds.
     by_name = {fit.name: fit for fit in widened}
     before, ranked = by_name[before.name], [by_name[refit.name] for refit in judgement.refits]

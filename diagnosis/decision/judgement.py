@@ -13,9 +13,9 @@ from diagnosis.decision.verdict import Finding, Verdict
 from diagnosis.fit.arrangement import Arrangement, weigh_beside
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit, refit_anew
-from diagnosis.keep import Keep
 from diagnosis.localisation import Place, localise
 from diagnosis.screening import Score
+from diagnosis.step import RunStep
 from diagnosis.threshold.thresholds import Thresholds
 
 T = TypeVar("T")
@@ -49,7 +49,12 @@ class Judgement:
 
 
 def judge(
-    arrangement: Arrangement, before: Refit, refits: Sequence[Refit], places: Sequence[Place], by: Criteria, keep: Keep
+    arrangement: Arrangement,
+    before: Refit,
+    refits: Sequence[Refit],
+    places: Sequence[Place],
+    by: Criteria,
+    run_step: RunStep,
 ) -> Judgement:
     """Rank refits and decide: effects that pass the thresholds come first."""
 
@@ -57,7 +62,7 @@ def judge(
         return not passes(arrangement, before, refit, by.thresholds), -support(arrangement, before, refit)
 
     ranked = sorted(refits, key=rank)
-    verdict = decide(arrangement, by.catalogue, by.scores, before, ranked, places, by.thresholds, keep)
+    verdict = decide(arrangement, by.catalogue, by.scores, before, ranked, places, by.thresholds, run_step)
     return Judgement(
         arrangement=arrangement, before=before, refits=tuple(ranked), places=tuple(places), verdict=verdict
     )
@@ -68,7 +73,7 @@ def second_look(
     first: Judgement,
     criteria: Criteria,
     catalogue_of: Callable[[Model], Catalogue],
-    keep: Keep,
+    run_step: RunStep,
     report: Callable[[str], None],
 ) -> Judgement:
     """Judge again with the weights of the model that has each effect in turn; the first judgement if none is confirmed.
@@ -86,7 +91,7 @@ def second_look(
         Candidates, scores and thresholds.
     catalogue_of
         Effects of a finer model.
-    keep, report
+    run_step, report
         As in `diagnosis.diagnose.diagnose`; `report` takes the name of the step alone.
     """
     confirmed = []
@@ -94,7 +99,7 @@ def second_look(
         if refit.effect is None or not passes(first.arrangement, first.before, refit, criteria.thresholds):
             continue
         report(f"weights beside {refit.name}")
-        inner = _with_prefix(keep, f"weighed beside {refit.name}: ")
+        inner = _with_prefix(run_step, f"weighed beside {refit.name}: ")
         weigh = partial(weigh_beside, campaign, first.arrangement, refit.effect, refit.fit, catalogue_of)
         beside = inner("arrangement", weigh)
         before = inner("held-out error", partial(baseline_fit, beside))
@@ -111,10 +116,10 @@ def second_look(
     return replace(best, verdict=replace(best.verdict, finding=finding, effects=effects))
 
 
-def _with_prefix(keep: Keep, prefix: str) -> Keep:
+def _with_prefix(run_step: RunStep, prefix: str) -> RunStep:
     """The same store, with a prefix to the names of steps."""
 
     def keep_prefixed(name: str, make: Callable[[], T]) -> T:
-        return keep(f"{prefix}{name}", make)
+        return run_step(f"{prefix}{name}", make)
 
     return keep_prefixed

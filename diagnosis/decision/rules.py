@@ -19,9 +19,9 @@ from diagnosis.decision.verdict import Finding, Verdict, smallest_detectable
 from diagnosis.fit.arrangement import Arrangement
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import fit_effect
-from diagnosis.keep import Keep
 from diagnosis.localisation import Place, localise
 from diagnosis.screening import Score, compute_slope_gains, screen
+from diagnosis.step import RunStep
 from diagnosis.threshold.thresholds import Thresholds
 
 #: Largest distance of an effect's falls of chi^2 behind the best for it to be named as well: odds of 20 to 1.
@@ -153,7 +153,7 @@ def decide(
     refits: Sequence[Refit],
     places: Sequence[Place],
     thresholds: Thresholds,
-    keep: Keep,
+    run_step: RunStep,
 ) -> Verdict:
     """Verdict.
 
@@ -163,10 +163,10 @@ def decide(
         See `diagnosis.diagnose.Diagnosis`.
     refits
         Refits, best first, see `diagnosis.diagnose.Diagnosis`.
-    keep
+    run_step
         Looks up the stored result of a step, or computes it.
     """
-    gate = _ChanceGate(arrangement, catalogue, before, places, thresholds, keep)
+    gate = _ChanceGate(arrangement, catalogue, before, places, thresholds, run_step)
     finding, effects = find(gate, refits)
     return Verdict(
         finding=finding, effects=effects, before=before, threshold=thresholds.gain,
@@ -185,13 +185,13 @@ class _ChanceGate:
     before: Refit
     places: Sequence[Place]
     thresholds: Thresholds
-    keep: Keep
+    run_step: RunStep
 
     def passes(self, refit: Refit) -> bool:
         return passes(self.arrangement, self.before, refit, self.thresholds)
 
     def explains(self, refit: Refit) -> bool:
-        rest = self.keep(
+        rest = self.run_step(
             f"what is left beside {refit.name}, limit {self.thresholds.gain:.6g}",
             lambda: find_leftover(
                 with_effect(self.arrangement, refit), self.catalogue.candidates, self.thresholds.gain

@@ -11,8 +11,8 @@ import numpy as np
 from diagnosis.effect import EFFECTS
 from diagnosis.fit.calibration import Fit, Matrix, calibrate
 from diagnosis.fit.problem import Effort, Problem, Refit
-from diagnosis.keep import Keep, computed
 from diagnosis.screening import Score
+from diagnosis.step import RunStep, compute_step
 
 #: An effect beside the best few is refitted if it is this parallel to one of them and has this share of its gain.
 PARALLEL, PROMISING = 0.6, 0.5
@@ -95,7 +95,7 @@ def multistart_fit(problem: Problem, score: Score, quick: Fit) -> Fit:
 
 
 def multistart_fits(
-    problem: Problem, fits: Sequence[tuple[Score, Fit]], keep: Keep = computed
+    problem: Problem, fits: Sequence[tuple[Score, Fit]], run_step: RunStep = compute_step
 ) -> list[tuple[Score, Fit]]:
     """Quick fits of several effects, each by `multistart_fit`, best first, until one is not lost.
 
@@ -108,14 +108,14 @@ def multistart_fits(
         Measurements and model.
     fits
         Effects with their `quick_fit`.
-    keep
+    run_step
         Looks up the stored result of a step, or computes it.
     """
     ranked = sorted(fits, key=lambda pair: pair[1].chi2)
     for number, (score, fit) in enumerate(ranked):
         if not all(is_lost(problem, other) for _, other in ranked):
             break
-        wider = keep(f"wider fit of {score.effect.name}", partial(multistart_fit, problem, score, fit))
+        wider = run_step(f"wider fit of {score.effect.name}", partial(multistart_fit, problem, score, fit))
         ranked[number] = (score, wider)
     return ranked
 

@@ -10,9 +10,9 @@ from diagnosis.candidate.effect import Effect
 from diagnosis.decision.verdict import Finding
 from diagnosis.diagnose import Diagnosis, Report, Shares, screen_and_refit
 from diagnosis.fit.arrangement import Added
-from diagnosis.keep import computed
 from diagnosis.record.arrangement import RecordArrangement, arrange_records, record_level
 from diagnosis.record.gate import judge_records
+from diagnosis.step import compute_step
 
 #: As timed on records of some thousand samples.
 SHARES = Shares(screening=0.4, fits=0.6, tests=0.9, places=1.0, left=1.0, intervals=1.0)
@@ -93,7 +93,7 @@ def diagnose_records(
     listed = list_effects(base, without=without, extra=extra, level=record_level(base, records))
     report_step("selection of the effects that the records can show", 0.2)
     effects, left = arrangement.testable([each for each in listed.candidates if each.name not in there])
-    scores, before, refits = screen_and_refit(arrangement, effects, computed, report_step, SHARES)
+    scores, before, refits = screen_and_refit(arrangement, effects, compute_step, report_step, SHARES)
     refits.sort(key=lambda refit: refit.held_error)
     return Diagnosis(
         arrangement=arrangement, catalogue=Catalogue(candidates=effects, untestable=(*listed.untestable, *left)),

@@ -25,7 +25,9 @@ def joined_misfit(result: Round, stage: Stage) -> tuple[Misfit, set[float]]:
     arrangement = result.diagnosis.arrangement
     train = result.misfit(stage.refit)
     fit = stage.refit.fit
-    predicted = result.keep(f"held out, {stage.name}", lambda: arrangement.held_out.predict(fit.model, fit.prediction))
+    predicted = result.run_step(
+        f"held out, {stage.name}", lambda: arrangement.held_out.predict(fit.model, fit.prediction)
+    )
     held_out = Side(comparison=arrangement.held_out, prediction=predicted).misfit
     return joined(train, held_out)
 
@@ -115,7 +117,7 @@ def maps(result: Round, shown: Sequence[Stage]) -> list[dict[str, Any]]:
 
 def _lines(result: Round, stage: Stage, fine: Points, name: str) -> NDArray[np.complex128]:
     fit = stage.refit.fit
-    return result.keep(
+    return result.run_step(
         f"curves, {stage.name}, {name}", lambda: Predictor(points=fine).predict(fit.model, fit.prediction).value
     )
 

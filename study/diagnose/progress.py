@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from typing import TypeVar
 
-from diagnosis.keep import Keep
+from diagnosis.step import RunStep
 from pipeline.progress import Progress, Report
 
 T = TypeVar("T")
@@ -61,7 +61,7 @@ class Phases:
         if self._is_stored and not self._is_computed:
             self._progress.stored(self._name)
 
-    def watched(self, keep: Keep) -> Keep:
+    def watched(self, run_step: RunStep) -> RunStep:
         """A store of steps whose use shows as progress."""
 
         def look_up(name: str, make: Callable[[], T]) -> T:
@@ -71,7 +71,7 @@ class Phases:
                     self._inner.enter_context(self._progress.step(self._name))
                 return make()
 
-            value = keep(name, compute)
+            value = run_step(name, compute)
             self._is_stored = True
             return value
 

@@ -16,7 +16,7 @@ from diagnosis.diagnose import Diagnosis, diagnose
 from diagnosis.fit.arrangement import Added, Arrangement, arrange
 from diagnosis.fit.problem import Refit
 from diagnosis.fit.refit import baseline_fit
-from diagnosis.keep import Keep
+from diagnosis.step import RunStep
 from diagnosis.threshold.simulation import Simulation
 from diagnosis.threshold.thresholds import Thresholds
 from pipeline import fingerprint
@@ -45,7 +45,7 @@ class Round:
         Its result.
     drawn
         The case without anything that was calibrated or added.
-    keep
+    run_step
         Looks up or computes further steps of this round.
     """
 
@@ -53,7 +53,7 @@ class Round:
     campaign: Campaign
     diagnosis: Diagnosis[Arrangement]
     drawn: Refit
-    keep: Keep
+    run_step: RunStep
 
     @property
     def best(self) -> Refit | None:
@@ -105,11 +105,11 @@ def diagnose_case(
     setup = beside(setup, campaign)
     without = tuple(sorted({*setup.without, *without}))
     store, progress = store or Store(None), progress or SilentProgress()
-    keep = Steps(store, setup, campaign, without)
+    run_step = Steps(store, setup, campaign, without)
     thresholds = shipped_thresholds(setup, campaign, without)
     if thresholds is None and trials:
-        thresholds = bootstrap(setup, campaign, without, trials, keep, store, progress, announce)
-    with phases(progress, keep.is_stored, len(setup.added) + 1) as shown:
+        thresholds = bootstrap(setup, campaign, without, trials, run_step, store, progress, announce)
+    with phases(progress, run_step.is_stored, len(setup.added) + 1) as shown:
         diagnosis = diagnose(
             campaign,
             setup.model,
@@ -119,11 +119,11 @@ def diagnose_case(
             without=without,
             extra=setup.effects,
             thresholds=thresholds,
-            keep=shown.watched(keep),
+            run_step=shown.watched(run_step),
             report=shown.report,
         )
-        drawn = keep("as drawn", lambda: as_drawn(diagnosis.arrangement, setup.model))
-    return Round(setup=setup, campaign=campaign, diagnosis=diagnosis, drawn=drawn, keep=keep)
+        drawn = run_step("as drawn", lambda: as_drawn(diagnosis.arrangement, setup.model))
+    return Round(setup=setup, campaign=campaign, diagnosis=diagnosis, drawn=drawn, run_step=run_step)
 
 
 def bootstrap(
@@ -131,7 +131,7 @@ def bootstrap(
     campaign: Campaign,
     without: Sequence[str],
     trials: int,
-    keep: Keep,
+    run_step: RunStep,
     store: Store,
     progress: Progress,
     announce: Callable[[str], None] | None,
@@ -149,7 +149,7 @@ def bootstrap(
             "without a missing effect; an interrupted run goes on, and --trials 0 uses linear theory instead"
         )
     with progress.step("calibration"):
-        arrangement = keep(
+        arrangement = run_step(
             "arrangement",
             lambda: arrange(campaign, setup.model, setup.accepted, setup.budget, added=setup.added, catalogue_of=finer),
         )
@@ -218,7 +218,7 @@ class Steps:
             self._key = fingerprint.key("diagnosis", inputs, __name__)
 
     def __call__(self, name: str, make: Callable[[], T]) -> T:
-        """See `diagnosis.keep.Keep`."""
+        """See `diagnosis.step.RunStep`."""
         if name not in self._results:
             self._results[name] = self._store.run(step, self._key, name, make)
         value: T = self._results[name]

@@ -115,9 +115,9 @@ def diagnose_file(
     require_repeats(campaign, folder)
     setup = require_loads(read_case(case, campaign, run)).setup
     if run is not None:  # before what takes minutes: it may be in vain
-        keep = Steps(run.store, setup, campaign, without)
+        run_step = Steps(run.store, setup, campaign, without)
         model = with_sensors(setup.complete, campaign)
-        for suspicion in keep("suspicions", partial(all_suspicions, campaign, model)):
+        for suspicion in run_step("suspicions", partial(all_suspicions, campaign, model)):
             run.warn(str(suspicion))
     rounds: list[Round] = []
     while True:

@@ -33,7 +33,7 @@ def stages(result: Round) -> list[Stage]:
     before, best = result.diagnosis.before, result.best
     listed = [Stage(name="as drawn", refit=result.drawn)]
     if result.setup.added or result.setup.calibrated:
-        as_it_is = result.keep("as it is", lambda: as_drawn(result.diagnosis.arrangement, result.setup.complete))
+        as_it_is = result.run_step("as it is", lambda: as_drawn(result.diagnosis.arrangement, result.setup.complete))
         listed += [Stage(name="as the case says", refit=as_it_is), Stage(name="fitted anew", refit=before)]
     else:
         listed.append(Stage(name="calibrated", refit=before))

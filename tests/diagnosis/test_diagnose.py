@@ -82,7 +82,7 @@ def told() -> list[tuple[str, float]]:
 @pytest.fixture(scope="module")
 def heavy(bench: Bench, kept: Kept, told: list[tuple[str, float]]) -> Diagnosis:
     return bench.diagnose(
-        bench.campaign((WHERE, MASS)), keep=kept, report=lambda what, share: told.append((what, share))
+        bench.campaign((WHERE, MASS)), run_step=kept, report=lambda what, share: told.append((what, share))
     )
 
 
@@ -151,7 +151,7 @@ def test_a_second_run_computes_nothing(heavy: Diagnosis, kept: Kept, bench: Benc
         del make
         return pickle.loads(kept.results[name])
 
-    again = bench.diagnose(bench.campaign((WHERE, MASS)), keep=stored)
+    again = bench.diagnose(bench.campaign((WHERE, MASS)), run_step=stored)
     assert again.verdict.sentence == heavy.verdict.sentence
     for one, other in zip(heavy.refits, again.refits, strict=True):
         np.testing.assert_array_equal(one.fit.values, other.fit.values)
@@ -166,7 +166,7 @@ def test_an_interrupted_run_goes_on_where_it_was(heavy: Diagnosis, kept: Kept, b
             return make()
         return pickle.loads(kept.results[name])
 
-    again = bench.diagnose(bench.campaign((WHERE, MASS)), keep=after)
+    again = bench.diagnose(bench.campaign((WHERE, MASS)), run_step=after)
     assert made == ["places", left_of(heavy)]
     assert again.verdict.sentence == heavy.verdict.sentence
 
@@ -181,7 +181,7 @@ def test_intervals_that_were_kept_in_another_order_stay_with_their_effects(
         result = pickle.loads(kept.results[name])
         return result[::-1] if name.startswith("intervals") else result
 
-    again = bench.diagnose(bench.campaign((WHERE, MASS)), keep=turned)
+    again = bench.diagnose(bench.campaign((WHERE, MASS)), run_step=turned)
     assert again.verdict.sentence == heavy.verdict.sentence
     assert [each.name for each in again.refits] == [each.name for each in heavy.refits]
     for one, other in zip(heavy.refits, again.refits, strict=True):
@@ -267,10 +267,12 @@ def test_limits_that_are_given_judge(bench: Bench, kept: Kept, heavy: Diagnosis)
         return pickle.loads(kept.results[name]) if name in kept.results else make()
 
     enormous = Thresholds(gain=1e9, misfit=1e9)
-    found = bench.diagnose(bench.campaign((WHERE, MASS)), thresholds=enormous, keep=stored)
+    found = bench.diagnose(bench.campaign((WHERE, MASS)), thresholds=enormous, run_step=stored)
     assert found.thresholds is enormous
     assert found.verdict.finding is Finding.NOTHING
-    unknown = bench.diagnose(bench.campaign((WHERE, MASS)), thresholds=Thresholds(gain=1e9, misfit=100.0), keep=stored)
+    unknown = bench.diagnose(
+        bench.campaign((WHERE, MASS)), thresholds=Thresholds(gain=1e9, misfit=100.0), run_step=stored
+    )
     assert unknown.verdict.finding is Finding.UNKNOWN
     assert unknown.verdict.place is not None
     assert unknown.verdict.place.name == "tip z"

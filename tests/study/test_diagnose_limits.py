@@ -9,7 +9,7 @@ import pytest
 
 from correlation.campaign.measurement import HeldOut
 from correlation.campaign.read_campaign import read_campaign
-from diagnosis.keep import computed
+from diagnosis.step import compute_step
 from diagnosis.threshold.thresholds import Thresholds
 from pipeline.progress import SilentProgress
 from pipeline.store import Store
@@ -91,7 +91,7 @@ def test_effects_of_ones_own_are_found_in_finer_models(two_masses: TwoMasses, mo
     setup, asked = replace(setup, effects=(OWN,)), {}
     monkeypatch.setattr(diagnose_round, "arrange", lambda *_, **options: asked.update(options))
     monkeypatch.setattr(diagnose_round, "simulated_thresholds", lambda *_: Thresholds(gain=1.0, misfit=1.0))
-    bootstrap(setup, campaign, (), 2, computed, Store(None), SilentProgress(), None)
+    bootstrap(setup, campaign, (), 2, compute_step, Store(None), SilentProgress(), None)
     finer = setup.model.with_system(mass=1.001 * setup.model.system.mass)
     known, expected = asked["catalogue_of"](finer), replace(setup, model=finer).candidates(campaign)
     assert "third harmonic of the exciter" in known.names

@@ -28,11 +28,11 @@ def shown(known: dict[str, float], found: set[str]) -> list[str]:
     """Lines of a round whose steps take so long [s], some of them kept; each is a fifth of it."""
     clock, stream = Clock(), io.StringIO()
 
-    def keep(name: str, make: Callable[[], Any]) -> Any:
+    def run_step(name: str, make: Callable[[], Any]) -> Any:
         return None if name in found else make()
 
     with phases(LineProgress(stream, clock=clock), found.__contains__) as of:
-        look = of.watched(keep)
+        look = of.watched(run_step)
         for number, (name, seconds) in enumerate(known.items()):
             of.report(name, number / len(known))
 

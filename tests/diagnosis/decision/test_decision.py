@@ -68,7 +68,7 @@ def decided(
     scores: tuple[Score, ...] = (),
     before: Refit = BEFORE,
 ) -> Verdict:
-    def keep(name: str, make: Callable[[], Any]) -> Any:
+    def run_step(name: str, make: Callable[[], Any]) -> Any:
         del make  # the catalogue and the model of these refits are nothing that could be computed with
         if asked is not None:
             asked.append(name)
@@ -76,7 +76,7 @@ def decided(
 
     ranked = sorted(refits, key=lambda each: -support(ARRANGEMENT, before, each))
     catalogue: Any = SimpleNamespace(candidates=())
-    return decide(ARRANGEMENT, catalogue, scores, before, ranked, places, LIMITS, keep)
+    return decide(ARRANGEMENT, catalogue, scores, before, ranked, places, LIMITS, run_step)
 
 
 def named(verdict: Verdict) -> list[str]:

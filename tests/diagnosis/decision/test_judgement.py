@@ -17,9 +17,9 @@ from diagnosis.decision.verdict import Finding
 from diagnosis.fit.arrangement import Added, Arrangement, arrange, weigh_beside
 from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
 from diagnosis.fit.refit import baseline_fit, refit
-from diagnosis.keep import computed
 from diagnosis.localisation import localise
 from diagnosis.screening import Score, screen
+from diagnosis.step import compute_step
 from diagnosis.threshold.thresholds import compute_linear_thresholds
 
 BUDGET = Budget(frequency=0.0, compliance=0.0)
@@ -58,7 +58,7 @@ def known(campaign: Any, small: Model, scores: list[Score]) -> Criteria:
 @pytest.fixture(scope="module")
 def first(arrangement: Arrangement, scores: list[Score], known: Criteria) -> Judgement:
     refits = [refit(arrangement, score) for score in scores]
-    return judge(arrangement, baseline_fit(arrangement), refits, localise(arrangement), known, computed)
+    return judge(arrangement, baseline_fit(arrangement), refits, localise(arrangement), known, compute_step)
 
 
 def doubted(first: Judgement) -> Judgement:
@@ -91,7 +91,7 @@ def test_weights_beside_an_effect_are_those_of_an_arrangement_that_has_it(
 def test_what_is_hidden_holds_by_its_own_weights(campaign: Any, first: Judgement, known: Criteria) -> None:
     told: list[str] = []
     listed = partial(list_campaign_effects, campaign)
-    found = second_look(campaign, doubted(first), known, listed, computed, told.append)
+    found = second_look(campaign, doubted(first), known, listed, compute_step, told.append)
     assert (found.verdict.finding, found.weighed) == (Finding.MISSING, TRUE)
     assert [each.name for each in found.verdict.effects] == [TRUE]
     assert found.verdict.effects[0].strength == pytest.approx(MASS, abs=3 * found.verdict.effects[0].deviation)
@@ -101,5 +101,5 @@ def test_what_is_hidden_holds_by_its_own_weights(campaign: Any, first: Judgement
 def test_what_is_not_hidden_does_not_hold_by_its_own_weights(campaign: Any, first: Judgement, known: Criteria) -> None:
     alone = doubted(replace(first, refits=tuple(each for each in first.refits if each.name == FALSE)))
     told: list[str] = []
-    assert second_look(campaign, alone, known, partial(list_campaign_effects, campaign), computed, told.append) is alone
+    assert second_look(campaign, alone, known, partial(list_campaign_effects, campaign), compute_step, told.append) is alone
     assert told == [f"weights beside {FALSE}"]  # it was asked, since it passes as long as nothing else does

@@ -1,4 +1,4 @@
-"""Where the steps of a long computation are stored, so that an interrupted one goes on."""
+"""Steps of a long computation: each runs by its name, so that a store can take its result and go on after a stop."""
 
 from collections.abc import Callable
 from typing import Protocol, TypeVar
@@ -6,7 +6,7 @@ from typing import Protocol, TypeVar
 T = TypeVar("T")
 
 
-class Keep(Protocol):
+class RunStep(Protocol):
     """Looks up the stored result of a step, or computes and stores it."""
 
     def __call__(self, name: str, make: Callable[[], T]) -> T:
@@ -14,6 +14,6 @@ class Keep(Protocol):
         ...
 
 
-def computed(name: str, make: Callable[[], T]) -> T:  # noqa: ARG001  # the signature of Keep
-    """Store nothing."""
+def compute_step(name: str, make: Callable[[], T]) -> T:  # noqa: ARG001  # the signature of RunStep
+    """Compute a step, and store nothing."""
     return make()
