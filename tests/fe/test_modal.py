@@ -15,7 +15,7 @@ from fe.errors import SupportError
 from fe.mac import modal_assurance_criterion
 from fe.material import STEEL, Material
 from fe.mesh import Mesh
-from fe.modal import ModeSet, modes
+from fe.modal import effective_masses, modes
 from fe.sparse.solver import Backend, Definiteness, factorise, is_available
 from fe.system import LinearSystem
 from geometry.errors import InputError
@@ -36,12 +36,6 @@ def unsupported(mesh: Mesh) -> LinearSystem:
     mass, stiffness = assemble(mesh, STEEL)
     n = mass.shape[0]
     return LinearSystem(mass=mass, damping=0 * mass, stiffness=stiffness, free=np.arange(n), n_node=mesh.n_node)
-
-
-def effective_masses(system: LinearSystem, found: ModeSet) -> NDArray[np.float64]:
-    """(phi^T M r)^2 for motions of the support along x, y and z: Clough and Penzien, Dynamics of Structures, 26-2."""
-    uniform = (system.free[:, None] % 3 == np.arange(3)).astype(np.float64)
-    return np.asarray((found.mode_shapes.T @ (system.mass @ uniform)) ** 2)
 
 
 def test_a_bar_between_sliding_sides_has_the_pressure_waves_of_the_closed_form(box: BoxMesher) -> None:

@@ -101,5 +101,8 @@ def test_what_is_hidden_holds_by_its_own_weights(campaign: Any, first: Judgement
 def test_what_is_not_hidden_does_not_hold_by_its_own_weights(campaign: Any, first: Judgement, known: Criteria) -> None:
     alone = doubted(replace(first, refits=tuple(each for each in first.refits if each.name == FALSE)))
     told: list[str] = []
-    assert second_look(campaign, alone, known, partial(list_campaign_effects, campaign), compute_step, told.append) is alone
+    assert (
+        second_look(campaign, alone, known, partial(list_campaign_effects, campaign), compute_step, told.append)
+        is alone
+    )
     assert told == [f"weights beside {FALSE}"]  # it was asked, since it passes as long as nothing else does

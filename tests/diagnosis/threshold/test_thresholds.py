@@ -62,4 +62,4 @@ def test_limits_travel() -> None:
 
 def test_by_default_nothing_is_kept() -> None:
     made = iter(range(5))
-    assert [computed("step", lambda: next(made)) for _ in range(3)] == [0, 1, 2]
+    assert [compute_step("step", lambda: next(made)) for _ in range(3)] == [0, 1, 2]
