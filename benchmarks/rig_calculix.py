@@ -23,11 +23,11 @@ from pipeline.store import Store, default_folder
 from reduction.line_contact import station_stiffness
 from study.case.kind import open_case
 from study.case.tables import Case
-from study.kind.rig.contact import line_pairs
+from study.kind.rig.contact import make_line_pairs
 from study.kind.rig.model import BODIES, FIXED_SETS
 from study.kind.rig.reduce import stuck_modes
 from study.kind.rig.reduction import reduce_rig
-from study.kind.rig.table import RigTable, rig_model
+from study.kind.rig.table import RigTable, make_rig_model
 from study.shipped import RIG
 
 #: Frequencies that are compared.
@@ -38,7 +38,7 @@ def contact_springs(case: Case[RigTable], rig: Rig, whole: Mesh) -> list[NodeSpr
     """Normal and both tangents of every station."""
     found = []
     pairs = mating_pairs(rig)
-    for pair in line_pairs(case, rig):
+    for pair in make_line_pairs(case, rig):
         line, other = pairs[pair.name].damper_line, pairs[pair.name].other_line
         nodes = whole.node_sets[f"{pair.body}.{line.name}"]
         others = whole.node_sets[f"{pair.other}.{other.name}"]
@@ -70,9 +70,11 @@ def main(sizes: list[float]) -> None:
     """A table for each size of the elements [mm]."""
     case = open_case(RIG).case
     for size in sizes:
-        model = replace(rig_model(case), size=1e-3 * size)
+        model = replace(make_rig_model(case), size=1e-3 * size)
         reduction = reduce_rig(model, Store(default_folder()), LineProgress())
-        ours = stuck_modes(reduction.assembly, line_pairs(case, model.rig), case.structure.contact.sliding)[0][:N_MODE]
+        ours = stuck_modes(reduction.assembly, make_line_pairs(case, model.rig), case.structure.contact.sliding)[0][
+            :N_MODE
+        ]
         whole = join_meshes(reduction.meshes)
         start = time.perf_counter()
         theirs = run_frequency(whole, model.material, held(whole), N_MODE, contact_springs(case, model.rig, whole))

@@ -19,7 +19,7 @@ from study.case.kind import open_case
 from study.case.tables import Case
 from study.kind.rig.reduction import RigReduction, reduce_rig
 from study.kind.rig.structure import Row, excitation, measured_places, resting_rig, suspension
-from study.kind.rig.table import RigTable, rig_model
+from study.kind.rig.table import RigTable, make_rig_model
 from transient.bench.campaign import (
     FREQUENCY_JITTER,
     HISTORY,
@@ -87,7 +87,7 @@ def specimen(case: Case[RigTable], random: np.random.Generator) -> Specimen:
         Of its parameters.
     """
     run = stored_run()
-    reduction = reduce_rig(rig_model(case), run.store, run.progress)
+    reduction = reduce_rig(make_rig_model(case), run.store, run.progress)
     factors = {name: 1 + sigma * random.standard_normal() for name, sigma in PARAMETER_DEVIATION.items()}
     return Specimen(case=case, reduction=reduction, factors=factors)
 
@@ -109,7 +109,7 @@ def systems(of: Specimen, effect: HiddenEffect, load: float) -> tuple[JointedSys
             "left": weight.left.model_copy(update={"force": left * load}),
         },
     )
-    resting = resting_rig(case, rig_model(of.case), of.reduction)
+    resting = resting_rig(case, make_rig_model(of.case), of.reduction)
     system = vibrating(
         resting.joined, resting.rest, drawn.damping.ratio * factors["damping_ratio"], excitation(of.reduction)
     )

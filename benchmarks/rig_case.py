@@ -12,7 +12,7 @@ from study.case.tables import Case
 from study.kind.rig.structure import RestingRig
 from study.kind.rig.table import RigTable
 from study.run_context import RunContext, silent_run
-from study.solve.model import SolveModel, solve_model
+from study.solve.model import SolveModel, make_solve_model
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -49,4 +49,4 @@ def stored_run() -> RunContext:
 def prepared(opened: OpenCase, **tables: Mapping[str, Any]) -> PreparedRig:
     """The rig of a case, with other values in tables of ``[structure]``."""
     read: ReadCase = read_case(replace(opened, case=with_tables(opened.case, **tables)), run=stored_run())
-    return PreparedRig(case=read.opened.case, resting=read.structure.details, model=solve_model(read))
+    return PreparedRig(case=read.opened.case, resting=read.structure.details, model=make_solve_model(read))

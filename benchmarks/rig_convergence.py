@@ -32,10 +32,10 @@ from reduction.assembly_error import assembly_error
 from reduction.joined import joined
 from study.case.kind import open_case
 from study.case.tables import Case
-from study.kind.rig.contact import line_pairs
+from study.kind.rig.contact import make_line_pairs
 from study.kind.rig.model import BODIES, RigModel
 from study.kind.rig.reduction import reduce_rig, supported_body
-from study.kind.rig.table import RigTable, rig_model
+from study.kind.rig.table import RigTable, make_rig_model
 from study.shipped import RIG
 from study.table1.stages import richardson
 
@@ -104,7 +104,7 @@ def reduced_rig(case: Case[RigTable], model: RigModel) -> None:
     systems = {
         body: supported_body(mesh, body, *assemble(mesh, model.material)) for body, mesh in reduction.meshes.items()
     }
-    springs = joined(assembly, line_pairs(case, model.rig), tangents=case.structure.contact.sliding).springs
+    springs = joined(assembly, make_line_pairs(case, model.rig), tangents=case.structure.contact.sliding).springs
     found = assembly_error(systems, assembly, springs, N_MODE, np.array(BAND))
     print(f"\n{reduction.n_dof} degrees of freedom reduced to {assembly.n_dof}, all contacts stuck\n")
     print("| mode | full [Hz] | error of the reduced frequency | 1 - MAC |\n|---|---|---|---|")
@@ -118,7 +118,7 @@ def reduced_rig(case: Case[RigTable], model: RigModel) -> None:
 
 def main() -> None:
     case = open_case(RIG).case
-    model = rig_model(case)
+    model = make_rig_model(case)
     free_blade(model)
     stuck_rig(case, model)
     reduced_rig(case, model)

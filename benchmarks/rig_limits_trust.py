@@ -35,7 +35,7 @@ from hbsolve.limits.result import ResponseLimits  # noqa: E402
 from hbsolve.limits.search import LimitSettings  # noqa: E402
 from hbsolve.limits.task import StageProgress  # noqa: E402
 from study.case.kind import open_case  # noqa: E402
-from study.limits.model import limit_search  # noqa: E402
+from study.limits.model import make_limit_search  # noqa: E402
 from study.limits.table import LimitsTable  # noqa: E402
 from study.shipped import RIG  # noqa: E402
 
@@ -50,7 +50,7 @@ def rig_problem(spacing: float) -> tuple[LimitProblem, Real, tuple[float, ...]]:
     """The shipped case's search, on frequencies of that step [Hz]."""
     rig = prepared(open_case(RIG), contact={"tangents": "along"})
     table = LimitsTable.model_validate({"step": f"{spacing} Hz"})
-    search = limit_search(rig.case, table, rig.case.sweep, rig.model)
+    search = make_limit_search(rig.case, table, rig.case.sweep, rig.model)
     return search.problem(), np.array(search.angular_frequency), search.levels
 
 

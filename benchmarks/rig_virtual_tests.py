@@ -31,7 +31,7 @@ from hbsolve.limits.result import ResponseLimits  # noqa: E402
 from hbsolve.limits.search import LimitSettings  # noqa: E402
 from study.case.kind import open_case  # noqa: E402
 from study.kind.rig.structure import measured_places  # noqa: E402
-from study.limits.model import limit_search  # noqa: E402
+from study.limits.model import make_limit_search  # noqa: E402
 from study.limits.table import LimitsTable  # noqa: E402
 from study.shipped import RIG  # noqa: E402
 from transient.bench.campaign import CampaignLayout, CampaignPoints, Sweep, write_campaign  # noqa: E402
@@ -90,7 +90,7 @@ def main() -> None:
     first, last, step = asked.frequencies
     frequencies = np.arange(first, last + step / 2, step)
     rig = prepared(open_case(RIG), contact={"tangents": "along"})
-    search = limit_search(rig.case, LimitsTable(), rig.case.sweep, rig.model)
+    search = make_limit_search(rig.case, LimitsTable(), rig.case.sweep, rig.model)
     problem = search.problem()
     # The bench knows a line by the first word of its contacts' names.
     joints = [replace(each, name=each.name.replace(".", " ")) for each in rig.model.system.joints]

@@ -13,10 +13,10 @@ import time
 import numpy as np
 
 from casefile.table import load_case
-from study.kind.blade.model import first_frequency
+from study.kind.blade.model import compute_first_frequency
 from study.shipped import TABLE1
 from study.table1.case import Table1Case
-from study.table1.study import row_inputs
+from study.table1.study import make_row_inputs
 
 #: What is searched: key, step of the walk, digits of the result (SI, or the bare number).
 STEPS = {
@@ -63,7 +63,7 @@ def current(case: Table1Case) -> dict[str, float]:
 
 def errors(case: Table1Case) -> np.ndarray:
     """Full FE frequency minus the published one, for each row [Hz]."""
-    return np.array([first_frequency(row_inputs(case, row))[1] - row.paper for row in case.model])
+    return np.array([compute_first_frequency(make_row_inputs(case, row))[1] - row.paper for row in case.model])
 
 
 def main() -> None:

@@ -34,10 +34,10 @@ from reduction.joined import joined
 from reduction.rom import ReducedModel
 from study.case.kind import open_case
 from study.case.tables import Case
-from study.kind.rig.contact import line_pairs
-from study.kind.rig.model import BODIES, FIXED_SETS, LINES, RigModel, mirror_image, with_excitation
+from study.kind.rig.contact import make_line_pairs
+from study.kind.rig.model import BODIES, FIXED_SETS, LINES, RigModel, find_mirror_image, with_excitation
 from study.kind.rig.reduction import mirrored, supported_body
-from study.kind.rig.table import RigTable, rig_model
+from study.kind.rig.table import RigTable, make_rig_model
 from study.shipped import RIG
 
 #: Cells at the contact lines and the root, in parts of the size elsewhere.
@@ -57,7 +57,9 @@ def from_mapped(model: RigModel) -> Bodies:
     """Meshes with stations on nodes."""
     made = model.meshed()
     return {
-        body: (mesh, made.coordinates.get(body)) for body, mesh in made.meshes.items() if mirror_image(body) is None
+        body: (mesh, made.coordinates.get(body))
+        for body, mesh in made.meshes.items()
+        if find_mirror_image(body) is None
     }
 
 
@@ -65,7 +67,7 @@ def from_tetwild(model: RigModel, size: float) -> Bodies:
     """Meshes of the CAD solids, with a line on what was checked of each."""
     found: Bodies = {}
     for body, part in rig_parts(model.rig).items():
-        if mirror_image(body) is not None:
+        if find_mirror_image(body) is not None:
             continue
         start = time.perf_counter()
         near = {name: part_of * size for name, part_of in FINER.items() if name in part.faces}
@@ -109,9 +111,11 @@ def blade_frequencies(model: RigModel, mesh: Mesh) -> NDArray[np.float64]:
 def stuck_frequencies(case: Case[RigTable], model: RigModel, bodies: Bodies) -> tuple[NDArray[np.float64], int]:
     """Of the rig with all contacts stuck [Hz], and the place of the first one that a force on the blade drives."""
     roms = {body: reduced(model, body, *bodies[body]) for body in bodies}
-    every = {body: roms[body] if body in roms else mirrored(roms[mirror_image(body) or ""], body) for body in BODIES}
+    every = {
+        body: roms[body] if body in roms else mirrored(roms[find_mirror_image(body) or ""], body) for body in BODIES
+    }
     assembly = ReducedAssembly(bodies=every)
-    stuck = joined(assembly, line_pairs(case, model.rig)).stuck
+    stuck = joined(assembly, make_line_pairs(case, model.rig)).stuck
     found = compute_dense_modes(assembly.mass, stuck)
     frequency = np.sqrt(found.lambda_.clip(min=0)) / (2 * np.pi)
     driven = np.abs(found.shapes[assembly.rows("blade", "excitation", 1)] / np.sqrt(found.mu))[0]
@@ -121,7 +125,7 @@ def stuck_frequencies(case: Case[RigTable], model: RigModel, bodies: Bodies) -> 
 
 def main(size: float) -> None:
     case = open_case(RIG).case
-    bricks = rig_model(case)
+    bricks = make_rig_model(case)
     kinds: Mapping[str, Callable[[], Bodies]] = {
         "hex20": lambda: from_mapped(bricks),
         "tet10 cut from them": lambda: from_mapped(replace(bricks, element="tet10")),

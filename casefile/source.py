@@ -40,7 +40,7 @@ class CaseSource:
         while known not in self.lines:
             known = known[:-1]
         key = dotted(path)
-        written = value_text(self.data, path) if show_value else ""
+        written = format_value(self.data, path) if show_value else ""
         label = f"{key}{written}: " if key else ""
         return Problem(file=self.file, line=self.lines[known], key=key, text=label + text)
 
@@ -51,9 +51,9 @@ def dotted(path: Path) -> str:
     return text.removeprefix(".")
 
 
-def value_text(data: Any, path: Path) -> str:
+def format_value(data: Any, path: Path) -> str:
     """`` = "250 kg"`` for a value, nothing for a table or a key that is not there."""
-    value = value_at(data, path)
+    value = find_value(data, path)
     is_list_of_tables = isinstance(value, list) and any(isinstance(item, Mapping) for item in value)
     if value is None or isinstance(value, Mapping) or is_list_of_tables:
         return ""
@@ -61,7 +61,7 @@ def value_text(data: Any, path: Path) -> str:
     return f" = {text if len(text) <= LONGEST_VALUE else text[: LONGEST_VALUE - 3] + '...'}"
 
 
-def value_at(data: Any, path: Path) -> Any:
+def find_value(data: Any, path: Path) -> Any:
     """What stands at a path, None if nothing does (TOML has no null of its own)."""
     for part in path:
         in_table = isinstance(data, Mapping) and part in data
@@ -72,7 +72,7 @@ def value_at(data: Any, path: Path) -> Any:
     return data
 
 
-def key_in_message(message: str, table: Any, keys: Mapping[str, str]) -> str | None:
+def find_key_in_message(message: str, table: Any, keys: Mapping[str, str]) -> str | None:
     """Key of the table that a message speaks of first, whether it writes ``root_height`` or "root height".
 
     Parameters

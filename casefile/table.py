@@ -44,7 +44,7 @@ from pydantic import BaseModel, ConfigDict, PrivateAttr, ValidationError
 
 from casefile import toml_position, validation
 from casefile.errors import CaseError, Problem
-from casefile.source import CaseSource, key_in_message, value_at
+from casefile.source import CaseSource, find_key_in_message, find_value
 from geometry.errors import InputError, InputWarning
 
 SCHEMA = 2
@@ -135,7 +135,7 @@ def located(case: CaseModel, *table: str | int, keys: Mapping[str, str] | None =
     """
 
     def problem(source: CaseSource, message: str) -> Problem:
-        key = key_in_message(message, value_at(source.data, table), keys or {})
+        key = find_key_in_message(message, find_value(source.data, table), keys or {})
         path = table if key is None else (*table, key)
         return source.problem(path, message, show_value=key is not None)
 
@@ -262,7 +262,7 @@ class Mistakes:
             raise CaseError(list(dict.fromkeys(self.problems)))
 
 
-def case_head(path: Path) -> dict[str, Any]:
+def read_case_head(path: Path) -> dict[str, Any]:
     """All that a case file says; nothing of one that cannot be read, for `casefile.table.load_case` tells why."""
     try:
         return tomllib.loads(path.read_text(encoding="utf-8").removeprefix("\ufeff"))
@@ -270,7 +270,7 @@ def case_head(path: Path) -> dict[str, Any]:
         return {}
 
 
-def other_case(path: Path, what: str, remedy: str) -> CaseError:
+def refuse_other_case(path: Path, what: str, remedy: str) -> CaseError:
     """The refusal of a whole file.
 
     Parameters

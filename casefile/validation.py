@@ -13,7 +13,7 @@ from pydantic_core import ErrorDetails
 
 from casefile.errors import Problem
 from casefile.quantity import dimensions
-from casefile.source import CaseSource, dotted, value_at
+from casefile.source import CaseSource, dotted, find_value
 from casefile.toml_position import Path
 
 Item = TypeVar("Item")
@@ -77,7 +77,7 @@ def doubts(table: BaseModel, source: CaseSource, path: Path = ()) -> Iterator[Pr
                     yield from doubts(item, source, (*own, number))
         elif isinstance(value, float):
             for plausibility in (dimension.plausibility for dimension in dimensions(field)):
-                doubt = plausibility.doubt(value, value_at(source.data, own)) if plausibility else ""
+                doubt = plausibility.doubt(value, find_value(source.data, own)) if plausibility else ""
                 if doubt:
                     yield source.problem(own, doubt)
 
@@ -89,7 +89,7 @@ def did_you_mean(word: str, known: Sequence[str]) -> str:
     return f'; did you mean "{by_lower[close[0]]}"?' if close else ""
 
 
-def all_different(values: tuple[Item, ...]) -> tuple[Item, ...]:
+def require_different(values: tuple[Item, ...]) -> tuple[Item, ...]:
     """The values of a list, none of which stands there twice.
 
     Raises
@@ -113,7 +113,7 @@ def _problem(details: ErrorDetails, model: type[BaseModel], source: CaseSource) 
         return source.problem(path, _unknown_key(path, model, source), show_value=False)
     if details["type"] == "union_tag_invalid":
         return _unknown_kind(path, details, source)
-    value = value_at(source.data, path)
+    value = find_value(source.data, path)
     if details["type"] in {"model_type", "model_attributes_type", "dict_type"}:
         return source.problem(path, f"must be a table; write [{dotted(path)}] and its keys below it")
     if details["type"] in {"list_type", "tuple_type"} and _models_at(model, path):
@@ -151,7 +151,7 @@ def _path_in_file(location: Sequence[str | int], data: Any, *, keep_last: bool) 
     """Pydantic's location without the names of validators and union branches, which no file contains."""
     path: Path = ()
     for position, part in enumerate(location):
-        here = value_at(data, path)
+        here = find_value(data, path)
         in_mapping = isinstance(here, Mapping) and part in here
         in_list = isinstance(here, list) and isinstance(part, int)
         if in_mapping and _is_branch(here, part, location[position + 1 :], keep_last=keep_last):
@@ -194,18 +194,18 @@ def _si_unit(path: Path, model: type[BaseModel], data: Any) -> str:
 
 def _fields_at(path: Path, model: type[BaseModel], data: Any) -> list[FieldInfo]:
     """Fields that may describe the key at a path; two kinds of tables may use one name for different quantities."""
-    table = value_at(data, path[:-1])
+    table = find_value(data, path[:-1])
     parents = [parent for parent in _models_at(model, path[:-1]) if _is_of_kind(parent, table)] if path else []
     fields = [_fields(parent).get(str(path[-1])) for parent in parents]
     return [field for field in fields if field is not None]
 
 
 def _unknown_key(path: Path, model: type[BaseModel], source: CaseSource) -> str:
-    table = value_at(source.data, path[:-1])
+    table = find_value(source.data, path[:-1])
     parents = [parent for parent in _models_at(model, path[:-1]) if _is_of_kind(parent, table)]
     known = [name for parent in parents for name in _fields(parent)]
     key = str(path[-1])
-    kind = "table" if isinstance(value_at(source.data, path), Mapping) else "key"
+    kind = "table" if isinstance(find_value(source.data, path), Mapping) else "key"
     hint = did_you_mean(key, known)
     if hint:
         return f"unknown {kind}{hint}"

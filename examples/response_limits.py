@@ -20,14 +20,14 @@ from hbsolve.limits.response_limits import limit_problem, response_limits
 from hbsolve.limits.search import LimitSettings
 from study.case.setup import read_case
 from study.shipped import LIMITS
-from study.solve.model import solve_model
+from study.solve.model import make_solve_model
 
 LEVELS, FREQUENCIES, RESONANCE = [0.1, 0.4, 1.0, 4.0], np.linspace(259, 295, 13), 283.0
 SETTINGS = LimitSettings(population=8, sample=60)
 
 
 def main() -> None:
-    system = solve_model(read_case(LIMITS)).system
+    system = make_solve_model(read_case(LIMITS)).system
     balance = HarmonicBalance(system=system, n_harmonic=4, n_sample=64)
     problem = limit_problem(balance, OutputHarmonic(row=0))
     limits = response_limits(problem, 2 * np.pi * FREQUENCIES, LEVELS, settings=SETTINGS)

@@ -13,12 +13,12 @@ from figure.style import png
 from pipeline.store import Store, default_folder
 from study.case.kind import open_case
 from study.case.setup import read_case
-from study.kind.rig.contact import line_pairs
+from study.kind.rig.contact import make_line_pairs
 from study.kind.rig.reduce import stuck_modes
 from study.run_context import silent_run
 from study.shipped import RIG
 from study.solve.curve import response_curve
-from study.solve.model import solve_model
+from study.solve.model import make_solve_model
 
 
 def main() -> None:
@@ -28,14 +28,14 @@ def main() -> None:
     Path("coarse_rig.toml").write_text(text.replace("histories = 3", "histories = 2"), encoding="utf-8")
     opened = open_case("coarse_rig.toml")
     read = read_case(opened, run=replace(silent_run(), store=Store(default_folder())))
-    resting, pairs = read.structure.details, line_pairs(opened.case, read.structure.details.model.rig)
+    resting, pairs = read.structure.details, make_line_pairs(opened.case, read.structure.details.model.rig)
     reduction, tangents = resting.reduction, opened.case.structure.contact.sliding
     frequency = stuck_modes(reduction.assembly, pairs, tangents)[0]
     print(f"{reduction.n_dof} degrees of freedom reduced to {reduction.assembly.n_dof}")
     print("all contacts stuck:", ", ".join(f"{hertz:.1f}" for hertz in frequency[:4]), "Hz")
 
     print("normal force of a line at rest:", np.split(resting.rest.normal, 4)[0].sum().round(2), "N")
-    solved = solve_model(read)
+    solved = make_solve_model(read)
     tip, drawn, highest = solved.outputs[0].row, [], {}
     for curve in solved.curves:
         branch = response_curve(solved.system, curve, solved.harmonics, solved.n_sample)

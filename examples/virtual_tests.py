@@ -18,7 +18,7 @@ from hbsolve.limits.response_limits import limit_problem, response_limits
 from hbsolve.limits.search import LimitSettings
 from study.case.setup import read_case
 from study.shipped import LIMITS
-from study.solve.model import solve_model
+from study.solve.model import make_solve_model
 from transient.bench.campaign import CampaignLayout, CampaignPoints, write_campaign
 from transient.bench.repeats import repeated_tests
 
@@ -30,7 +30,7 @@ BETWEEN_THEM = 0.01
 
 
 def main() -> None:
-    model = solve_model(read_case(LIMITS))
+    model = make_solve_model(read_case(LIMITS))
     tests = list(
         repeated_tests(
             model.system, {"blade": model.outputs[0].row}, FREQUENCIES.tolist(), LEVELS, n_repeat=REPEATS, seed=1,

@@ -8,7 +8,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import INK, Axes, Figure, Headed, add_heading, family_colours, new_figure, open_box
+from figure.style import INK, Axes, Figure, Headed, add_heading, choose_family_colours, new_figure, open_box
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -87,7 +87,7 @@ def frf_overlay_figure(result: FrfOverlay) -> Figure:
     figure = new_figure(max(5.6 * result.columns, 8.0), 1.3 + height * rows)
     ratios = [2.1, 1.0] * rows if result.with_phase else [1.0] * rows
     axes = figure.subplots(len(ratios), result.columns, squeeze=False, sharex=True, height_ratios=ratios)
-    colours, step = family_colours(len(result.levels)), 2 if result.with_phase else 1
+    colours, step = choose_family_colours(len(result.levels)), 2 if result.with_phase else 1
     for number in range(rows * result.columns):
         row, column = step * (number // result.columns), number % result.columns
         if number >= len(result.panels):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from figure.period_axis import Samples, closed
 from figure.registry import draws
-from figure.style import LONGEST_LEGEND, Axes, Figure, Headed, add_title, family_colours, new_figure, open_box
+from figure.style import LONGEST_LEGEND, Axes, Figure, Headed, add_title, choose_family_colours, new_figure, open_box
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -58,7 +58,7 @@ def hysteresis_figure(result: HysteresisLoops) -> Figure:
     figure = new_figure(3.9 * columns, 0.9 + 3.1 * len(result.joints))
     grid = figure.subplots(len(result.joints), columns, squeeze=False)
     for row, (name, loops) in enumerate(result.joints):
-        for loop, colour in zip(loops, family_colours(len(loops)), strict=True):
+        for loop, colour in zip(loops, choose_family_colours(len(loops)), strict=True):
             _draw(grid[row], loop, colour)
         grid[row, 0].set_title(f"{name}: loop", fontsize=10, loc="left")
         grid[row, 0].set_xlabel("displacement [um]")

@@ -7,7 +7,17 @@ import numpy as np
 
 from figure.period_axis import Samples, closed, name_period, over_one_period, refuse_unequal
 from figure.registry import draws
-from figure.style import INK, LONGEST_LEGEND, Axes, Figure, Headed, add_heading, family_colours, new_figure, open_box
+from figure.style import (
+    INK,
+    LONGEST_LEGEND,
+    Axes,
+    Figure,
+    Headed,
+    add_heading,
+    choose_family_colours,
+    new_figure,
+    open_box,
+)
 from geometry.errors import InputError
 
 #: Rows that still can be read on one page.
@@ -89,7 +99,7 @@ def line_forces_figure(result: LineForces) -> Figure:
         raise InputError(f"forces of {len(names)} lines cannot be drawn in one figure: give 1 to {MOST_ROWS}")
     if missing := [name for name in names if name not in result.friction_coefficient]:
         raise InputError(f'friction_coefficient has none for "{missing[0]}": give one for each line')
-    colours = dict(zip(labels, family_colours(len(labels)), strict=True))
+    colours = dict(zip(labels, choose_family_colours(len(labels)), strict=True))
     legend_rows = -(-len(labels) // LONGEST_LEGEND)
     figure = new_figure(11.7, 1.2 + 0.25 * legend_rows + 2.2 * len(names), hspace=0.04, wspace=0.03)
     grid = figure.subplots(len(names), 3, squeeze=False, sharex=True, sharey="col")

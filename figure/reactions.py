@@ -13,7 +13,7 @@ from figure.style import (
     Figure,
     Headed,
     add_heading,
-    family_colours,
+    choose_family_colours,
     new_figure,
     open_box,
 )
@@ -87,7 +87,7 @@ def reactions_figure(result: Reactions) -> Figure:
     labels = list(dict.fromkeys(reaction.label for reaction in result.reactions))
     if not names:
         raise InputError("reactions are those of 0 de-couplers: give at least one")
-    colours = dict(zip(labels, family_colours(len(labels)), strict=True))
+    colours = dict(zip(labels, choose_family_colours(len(labels)), strict=True))
     # The end of one axis shall not run into the start of the next.
     figure = new_figure(max(7.5, 1.0 + 4.2 * len(names)), 4.6, wspace=0.04)
     (row,) = figure.subplots(1, len(names), squeeze=False, sharey=True)

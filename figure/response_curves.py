@@ -8,7 +8,7 @@ from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
 from figure.registry import draws
-from figure.style import LONGEST_LEGEND, Axes, Figure, Headed, add_title, family_colours, new_figure, open_box
+from figure.style import LONGEST_LEGEND, Axes, Figure, Headed, add_title, choose_family_colours, new_figure, open_box
 
 #: Lines of the curves of one group.
 LINES = ("-", "--", ":", "-.")
@@ -87,7 +87,7 @@ def _looks(curves: Sequence[DrawnCurve]) -> list[tuple[str, str]]:
     """Colour and line of each curve."""
     groups = [number if curve.group is None else (curve.group,) for number, curve in enumerate(curves)]
     distinct = list(dict.fromkeys(groups))
-    colour = dict(zip(distinct, family_colours(len(distinct)), strict=True))
+    colour = dict(zip(distinct, choose_family_colours(len(distinct)), strict=True))
     return [(colour[group], LINES[groups[:number].count(group) % len(LINES)]) for number, group in enumerate(groups)]
 
 

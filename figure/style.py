@@ -52,7 +52,7 @@ def open_box(axes: Axes, grid: Literal["x", "y", "both"] = "both") -> None:
     axes.set_axisbelow(True)
 
 
-def family_colours(count: int) -> list[str]:
+def choose_family_colours(count: int) -> list[str]:
     """Colours of an ordered family of curves, apart for colour-blind readers too."""
     from matplotlib import colormaps
     from matplotlib.colors import to_hex
@@ -78,7 +78,7 @@ def add_title(figure: Figure, title: str) -> None:
     figure.suptitle(title, x=0.01, ha="left", fontweight="bold")
 
 
-def three_digits(value: float) -> str:
+def format_three_digits(value: float) -> str:
     """A number to be read in a figure, without an exponent."""
     return f"{float(f'{value:.3g}'):,.10g}"
 

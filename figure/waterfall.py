@@ -7,7 +7,7 @@ from textwrap import fill
 import numpy as np
 
 from figure.registry import draws
-from figure.style import INK, PALE, Axes, Figure, Headed, add_heading, new_figure, open_box, three_digits
+from figure.style import INK, PALE, Axes, Figure, Headed, add_heading, format_three_digits, new_figure, open_box
 
 #: Training and held-out data.
 TRAINING, HELD_OUT = "#9fb3c8", "#1f4e79"
@@ -120,6 +120,6 @@ def _labels(axes: Axes, pairs: Sequence[tuple[float, float]], feet: Sequence[tup
     for place, (pair, foot) in enumerate(zip(pairs, feet or pairs, strict=True)):
         for side, (value, at) in enumerate(zip(pair, foot, strict=True)):
             axes.annotate(
-                three_digits(value), (place + (side - 0.5) * WIDTH, at), xytext=(0, 3), textcoords="offset points",
-                ha="center", va="bottom", fontsize=8, color=INK, zorder=3,
+                format_three_digits(value), (place + (side - 0.5) * WIDTH, at), xytext=(0, 3),
+                textcoords="offset points", ha="center", va="bottom", fontsize=8, color=INK, zorder=3,
             )  # fmt: skip

@@ -9,9 +9,9 @@ import numpy as np
 
 from fe.mesh import Mesh
 from fe.mesher.body import join_meshes
-from figure.scene.caption import Blank, Caption, Colouring, Layout, layout_for
+from figure.scene.caption import Blank, Caption, Colouring, Layout, choose_layout
 from figure.scene.film import Image, save_picture
-from figure.scene.view import OVERSAMPLING, TOWARDS_EYE, Scene, Vectors, View, behind, scene, view_of
+from figure.scene.view import OVERSAMPLING, TOWARDS_EYE, Scene, Vectors, View, behind, choose_view, scene
 from figure.style import INK
 
 #: Colours of the bodies in the order in which they are given.
@@ -71,7 +71,7 @@ def bodies_picture(bodies: Mapping[str, list[Mesh]], path: str | PathLike[str], 
     MissingSoftware
         No picture can be drawn on this machine.
     """
-    view = view_of(np.concatenate([mesh.points for group in bodies.values() for mesh in group]), TOWARDS_EYE)
+    view = choose_view(np.concatenate([mesh.points for group in bodies.values() for mesh in group]), TOWARDS_EYE)
     return _drawn(bodies, Path(path), view, caption)
 
 
@@ -93,7 +93,7 @@ def cut_picture(
     halves = {name: [behind(mesh, x=0.0) for mesh in group] for name, group in bodies.items()}
     low, high = stations.min(axis=0) - AROUND, stations.max(axis=0) + AROUND
     corners = np.array([[0.0, y, z] for y in (low[1], high[1]) for z in (low[2], high[2])])
-    near = view_of(corners, TOWARDS_CUT)
+    near = choose_view(corners, TOWARDS_CUT)
     everything = np.concatenate([mesh.points for group in halves.values() for mesh in group])
     depth = float(np.linalg.norm(everything - near.centre, axis=1).max())
     return _drawn(halves, Path(path), replace(near, depth=depth), caption, stations)
@@ -106,7 +106,7 @@ def _drawn(
     caption: Caption,
     stations: Vectors = NO_STATIONS,
 ) -> Path:
-    layout = layout_for(view.half_width / view.half_height)
+    layout = choose_layout(view.half_width / view.half_height)
     colours = list(COLOURS[: len(bodies)])
     mesh = join_meshes({f"{name} {k}": item for name, group in bodies.items() for k, item in enumerate(group)})
     # Of the colour of each node.

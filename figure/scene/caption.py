@@ -72,7 +72,7 @@ class Layout:
         return left, top, self.width - left - right, self.height - top - bottom
 
 
-def layout_for(aspect: float, height: int = HEIGHT) -> Layout:
+def choose_layout(aspect: float, height: int = HEIGHT) -> Layout:
     """Layout for a body whose picture has the given ratio of width to height; even numbers, as films want them."""
     scale = height / HEIGHT
     body_height = height - (TOP + BOTTOM) * scale
@@ -114,7 +114,7 @@ class Blank:
         return np.asarray(self._canvas.buffer_rgba())[..., :3].copy()
 
 
-def furniture(layout: Layout, caption: Caption, colouring: Colouring) -> NDArray[np.uint8]:
+def draw_furniture(layout: Layout, caption: Caption, colouring: Colouring) -> NDArray[np.uint8]:
     """The picture without the body: words and a colour bar, shape (height, width, 3)."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from fe.mesh import Mesh
 from figure.line_states import STATES
-from figure.scene.caption import Caption, Colouring, Layout, furniture, layout_for
+from figure.scene.caption import Caption, Colouring, Layout, choose_layout, draw_furniture
 from figure.scene.film import Image, Part, file_to_write, pasted, save_exact_gif
 from figure.scene.mode_picture import FILM_HEIGHT
-from figure.scene.station_picture import StationStates, station_pictures
-from figure.scene.view import enlargement, scene, view_of
-from figure.style import three_digits
+from figure.scene.station_picture import StationStates, draw_station_pictures
+from figure.scene.view import choose_view, enlargement, scene
+from figure.style import format_three_digits
 from geometry.errors import InputError
 
 Motion = Float[NDArray[np.float64], "frame node 3"]
@@ -84,7 +84,7 @@ def deflection_film(
         colour_map=COLOUR_MAP,
         label=f"Largest displacement in the period [{unit}]",
     )
-    note = f"Deflection drawn {three_digits(enlarged)} times as large; grey lines: the bodies at rest"
+    note = f"Deflection drawn {format_three_digits(enlarged)} times as large; grey lines: the bodies at rest"
     caption = Caption(title=title, subtitle=subtitle, note=note)
     film = _frames(mesh, mesh.points + enlarged * motion, colouring, caption, stations)
     save_exact_gif(film, file, keep=("white", *STATES.values()))
@@ -94,8 +94,8 @@ def deflection_film(
 def _frames(
     mesh: Mesh, places: Motion, colouring: Colouring, caption: Caption, stations: StationStates | None
 ) -> list[Image]:
-    view = view_of(places.reshape(-1, 3))
-    layout = layout_for(view.half_width / max(view.half_height, np.finfo(float).tiny), FILM_HEIGHT)
+    view = choose_view(places.reshape(-1, 3))
+    layout = choose_layout(view.half_width / max(view.half_height, np.finfo(float).tiny), FILM_HEIGHT)
     left, top, width, height = layout.body
     with scene(mesh, colouring, view, (width, height)) as drawn:
         parts: list[list[Part]] = [[(left, top, drawn.image(nodes))] for nodes in places]
@@ -104,12 +104,12 @@ def _frames(
         near, gap = round(NEAR * layout.scale), round(GAP * layout.scale)
         box = (left + width + gap, top, near, height)
         for own, more in zip(
-            parts, station_pictures(mesh, places, colouring, stations, box, layout.scale), strict=True
+            parts, draw_station_pictures(mesh, places, colouring, stations, box, layout.scale), strict=True
         ):
             own.extend(more)
-        # Even, as `layout_for` makes it.
+        # Even, as `choose_layout` makes it.
         whole = Layout(width=layout.width + 2 * ((near + 2 * gap) // 2), height=layout.height)
-    canvas = furniture(whole, caption, colouring)
+    canvas = draw_furniture(whole, caption, colouring)
     return [pasted(canvas, own) for own in parts]
 
 

@@ -12,9 +12,9 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from fe.mesh import Mesh
-from figure.scene.caption import HEIGHT, Caption, Colouring, Layout, furniture, layout_for
+from figure.scene.caption import HEIGHT, Caption, Colouring, Layout, choose_layout, draw_furniture
 from figure.scene.film import Image, file_to_write, pasted, require_film_writer, save_film, save_gif, save_picture
-from figure.scene.view import Scene, Vectors, enlargement, scene, view_of
+from figure.scene.view import Scene, Vectors, choose_view, enlargement, scene
 from geometry.errors import InputError
 
 Field = Literal["displacement", "von_mises"]
@@ -168,16 +168,16 @@ def _stage(
     height: int,
 ) -> Iterator[tuple[Image, tuple[int, int], Scene]]:
     """The picture without its body, where the body goes (left, top), and the scene that draws it."""
-    view = view_of(reached)
+    view = choose_view(reached)
     if window_size is None:
-        layout = layout_for(view.half_width / max(view.half_height, np.finfo(float).tiny), height)
+        layout = choose_layout(view.half_width / max(view.half_height, np.finfo(float).tiny), height)
     else:
         layout = Layout(width=window_size[0], height=window_size[1])
     left, top, width, body_height = layout.body
     if min(width, body_height) < SMALLEST:
         raise InputError(f"window_size = {window_size} pixels is too small for the body: give at least 300 x 300")
     with scene(mesh, colouring, view, (width, body_height)) as drawn:
-        yield furniture(layout, caption, colouring), (left, top), drawn
+        yield draw_furniture(layout, caption, colouring), (left, top), drawn
 
 
 def _caption(frequency: float, title: str, deflection: Vectors) -> Caption:

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from fe.mesh import Mesh
 from figure.scene.body_picture import THROUGH, Marks, save_with_legend
-from figure.scene.caption import Caption, Colouring, layout_for
-from figure.scene.skin import patterned_faces
-from figure.scene.view import TOWARDS_EYE, Vectors, scene, view_of
+from figure.scene.caption import Caption, Colouring, choose_layout
+from figure.scene.skin import find_patterned_faces
+from figure.scene.view import TOWARDS_EYE, Vectors, choose_view, scene
 
 Faces = Int[NDArray[np.int64], "_ 2"]
 
@@ -59,8 +59,8 @@ def named_faces_picture(
     MissingSoftware
         No picture can be drawn on this machine.
     """
-    view = view_of(mesh.points, towards_eye)
-    layout = layout_for(view.half_width / view.half_height)
+    view = choose_view(mesh.points, towards_eye)
+    layout = choose_layout(view.half_width / view.half_height)
     nodes = nodes or {}
     colours = [PLAIN, *(COLOURS[k % len(COLOURS)] for k in range(len(faces)))]
     marks = [
@@ -86,7 +86,7 @@ def _numbers(mesh: Mesh, faces: Mapping[str, Faces]) -> Float[NDArray[np.float64
             corners = np.sort(cells[:, element.corner_faces[local]], axis=1)
             name_of.update(dict.fromkeys(map(tuple, corners.tolist()), number))
     result = []
-    for pattern, nodes in patterned_faces(mesh):
+    for pattern, nodes in find_patterned_faces(mesh):
         keys = np.sort(nodes[:, : len(pattern.rims)], axis=1).tolist()
         result.append(np.repeat([float(name_of.get(tuple(key), 0)) for key in keys], len(pattern.value)))
     return np.concatenate(result)

@@ -51,7 +51,7 @@ class FacePattern:
 
 
 @cache
-def face_pattern(element: Element, local: int, n: int) -> FacePattern:
+def make_face_pattern(element: Element, local: int, n: int) -> FacePattern:
     """The pattern of a face with `n` facets along its sides, an even number for triangles."""
     face = list(element.faces[local])
     at, facets, rims = (_triangle if len(element.corner_faces[local]) == 3 else _square)(n)
@@ -119,9 +119,9 @@ class Skin:
         return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny))
 
 
-def skin_of(mesh: Mesh) -> Skin:
+def make_skin(mesh: Mesh) -> Skin:
     """Find the faces that belong to one cell only, and sample them."""
-    faces = patterned_faces(mesh)
+    faces = find_patterned_faces(mesh)
     samples: list[sp.csr_array] = []
     along_u: list[sp.csr_array] = []
     along_v: list[sp.csr_array] = []
@@ -155,7 +155,7 @@ def skin_of(mesh: Mesh) -> Skin:
     )
 
 
-def patterned_faces(mesh: Mesh) -> list[tuple[FacePattern, Int[NDArray[np.int64], "face node"]]]:
+def find_patterned_faces(mesh: Mesh) -> list[tuple[FacePattern, Int[NDArray[np.int64], "face node"]]]:
     """Nodes of the outer faces, corners first and anticlockwise from outside, with the pattern of each kind of face."""
     groups: dict[tuple[Element, int], list[tuple[int, NDArray[np.int64]]]] = {}
     for _, element, local, cells in mesh.face_groups(find_outer_faces(mesh)):
@@ -165,7 +165,7 @@ def patterned_faces(mesh: Mesh) -> list[tuple[FacePattern, Int[NDArray[np.int64]
     # One number of facets for all, so that all edges have one number of points; a linear quadrilateral needs no more.
     n = 1 if all(n_node == 4 for _, n_node in groups) else FACETS
     return [
-        (face_pattern(element, group[0][0], n), np.concatenate([nodes for _, nodes in group]))
+        (make_face_pattern(element, group[0][0], n), np.concatenate([nodes for _, nodes in group]))
         for (element, _), group in groups.items()
     ]
 

@@ -13,7 +13,7 @@ from figure.line_states import STATES, refuse_unknown_states
 from figure.scene.caption import DPI, Colouring
 from figure.scene.film import Image, Part
 from figure.scene.off_screen import pyvista_off_screen
-from figure.scene.view import OVERSAMPLING, Scene, Vectors, View, behind, scene, view_of
+from figure.scene.view import OVERSAMPLING, Scene, Vectors, View, behind, choose_view, scene
 from figure.style import INK
 from geometry.errors import InputError
 
@@ -65,7 +65,7 @@ class StationStates:
         object.__setattr__(self, "states", states)
 
 
-def station_pictures(
+def draw_station_pictures(
     mesh: Mesh,
     places: Float[NDArray[np.float64], "frame node 3"],
     colouring: Colouring,
@@ -154,7 +154,7 @@ class _Dots:
 
 def _view(everything: Vectors, reached: Vectors) -> View:
     """Look at all that the stations reach, and a little around it."""
-    tight = view_of(reached, TOWARDS_EYE)
+    tight = choose_view(reached, TOWARDS_EYE)
     around = max(2 * AROUND * max(tight.half_width, tight.half_height), LEAST_AROUND)
     return replace(
         tight,

@@ -13,7 +13,7 @@ from fe.mesh import Mesh
 from figure.scene.caption import Colouring
 from figure.scene.film import Image
 from figure.scene.off_screen import pyvista_off_screen
-from figure.scene.skin import Skin, skin_of
+from figure.scene.skin import Skin, make_skin
 from geometry.errors import InputError
 
 Vectors = Float[NDArray[np.float64], "node 3"]
@@ -57,7 +57,7 @@ class View:
     depth: float
 
 
-def view_of(points: Vectors, towards_eye: Float[NDArray[np.float64], "3"] = TOWARDS_EYE) -> View:
+def choose_view(points: Vectors, towards_eye: Float[NDArray[np.float64], "3"] = TOWARDS_EYE) -> View:
     """Look at points from a direction, with z upwards."""
     eye = towards_eye / np.linalg.norm(towards_eye)
     right = np.cross([0.0, 0.0, 1.0], eye)
@@ -142,7 +142,7 @@ def scene(mesh: Mesh, colouring: Colouring, view: View, size: tuple[int, int]) -
         No picture can be drawn on this machine.
     """
     pyvista = pyvista_off_screen()
-    skin = skin_of(mesh)
+    skin = make_skin(mesh)
     rest = skin.sample @ mesh.points
     surface = pyvista.PolyData.from_regular_faces(rest, skin.quads)
     surface.point_data["value"] = skin.sample @ colouring.values

@@ -67,7 +67,7 @@ def find_effect(result: Catalogue, name: str) -> Effect:
     raise EffectError(f'there is no effect "{name}"; {remedy}')
 
 
-def added_effects(
+def read_added_effects(
     case: Case[StructureTable], model: Model, files: Sequence[Path], mistakes: Mistakes
 ) -> tuple[Added, ...]:
     """Effects of a case's ``[[added]]`` tables with their values; mistakes are noted with their lines.

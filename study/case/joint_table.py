@@ -33,14 +33,14 @@ DIRECTION = "direction"
 
 def joint_table() -> Any:
     """The type of an entry of ``[[joint]]``: the tables of all laws that are registered, distinguished by ``kind``."""
-    tables = [table_of_law(law) for law in LAWS]
+    tables = [make_law_table(law) for law in LAWS]
     union: Any = tables[0]
     for table in tables[1:]:
         union |= table
     return Annotated[union, Field(discriminator="kind")]
 
 
-def table_of_law(law: type[Joint]) -> type[CaseModel]:
+def make_law_table(law: type[Joint]) -> type[CaseModel]:
     """The model of a law's table: its name, its places, and its numbers with units, bounds and defaults."""
     fields: dict[str, Any] = {"kind": (Literal[law.kind], ...), "name": (Name, ...)}
     is_single = set(law.places) == {DIRECTION}

@@ -12,7 +12,7 @@ from typing import Annotated, Any, cast
 from pydantic import AfterValidator, ConfigDict, Field, create_model, model_validator
 
 from casefile.errors import CaseError, Problem
-from casefile.table import CaseModel, at_key, case_head, load_case
+from casefile.table import CaseModel, at_key, load_case, read_case_head
 from casefile.validation import did_you_mean
 from geometry.registry import Registry, load_plugin
 from study.case.joint_table import joint_table
@@ -141,16 +141,16 @@ def open_case(path: Path | str) -> OpenCase:
     """
     path = Path(path)
     _load_plugins(path)
-    structure = case_head(path).get("structure")
+    structure = read_case_head(path).get("structure")
     name = structure.get("kind") if isinstance(structure, Mapping) else None
     if not isinstance(name, str) or name not in CASE_KINDS:
         load_case(path, _AnyCase)  # says what is wrong with the file
         raise AssertionError(f"{path}: the kind {name!r} was accepted")
     kind = CASE_KINDS[name]
-    return OpenCase(path=path, case=load_case(path, case_model(kind)), kind=kind)
+    return OpenCase(path=path, case=load_case(path, make_case_model(kind)), kind=kind)
 
 
-def case_model(kind: CaseKind) -> type[Case[Any]]:
+def make_case_model(kind: CaseKind) -> type[Case[Any]]:
     """The model of a whole case of a kind, with the joint laws that are registered now."""
     base: Any = Case[kind.table]  # type: ignore[name-defined]
     joints: Any = (tuple[joint_table(), ...], ())  # type: ignore[misc]
@@ -160,7 +160,7 @@ def case_model(kind: CaseKind) -> type[Case[Any]]:
 
 def _load_plugins(path: Path) -> None:
     """Register the members of the user's files that a case names, before anything of it is looked up by name."""
-    if "plugins" not in case_head(path):
+    if "plugins" not in read_case_head(path):
         return
     case = load_case(path, _Plugins)
     for number, file in enumerate(case.plugins.files):

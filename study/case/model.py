@@ -52,7 +52,7 @@ def model_of_case(case: Case[StructureTable], structure: Structure) -> Model:
                 static += np.sum([contact.preload * contact.normal for contact in contacts], axis=0)
     for number in range(len(case.joint)):
         with mistakes.at("joint", number):
-            joints += joints_of_table(case, number, finder)
+            joints += make_joints(case, number, finder)
     harmonic = _loads(case, structure, finder, static, mistakes)
     sensors = _sensors(case, structure, finder, lines, mistakes)
     weights = _dead_weights(case, structure, finder, lines, mistakes)
@@ -248,7 +248,7 @@ def _pressed_together(case: Case[StructureTable], mistakes: Mistakes) -> tuple[t
     return tuple(tuple(lines) for lines in result.values())
 
 
-def joints_of_table(case: Case[StructureTable], number: int, finder: PlaceFinder) -> list[Joint]:
+def make_joints(case: Case[StructureTable], number: int, finder: PlaceFinder) -> list[Joint]:
     """Joints of one table.
 
     Parameters

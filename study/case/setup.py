@@ -13,7 +13,7 @@ from correlation.sensor_placement import with_sensors
 from diagnosis.candidate.catalogue import Catalogue, list_campaign_effects
 from diagnosis.fit.arrangement import Added
 from diagnosis.fit.calibration_parameter import CalibrationParameter, list_calibration_parameters
-from study.case.added import added_effects, apply_all, apply_by_name
+from study.case.added import apply_all, apply_by_name, read_added_effects
 from study.case.kind import OpenCase, open_case
 from study.case.model import model_of_case
 from study.case.structure import Structure
@@ -158,7 +158,7 @@ def _setup(opened: OpenCase, own: Model, campaign: Campaign | None, run: RunCont
         known = list_calibration_parameters(model, deviation=case.accepted.given, finer=refined)
     mistakes.raise_if_any()
     files = tuple(folder / file for file in case.effects.files)
-    added = added_effects(case, model, files, mistakes)
+    added = read_added_effects(case, model, files, mistakes)
     for name in case.calibrated.given:
         with mistakes.at("calibrated"):
             if name not in {item.name for item in known}:

@@ -73,12 +73,12 @@ class Structure:
     details: Any = None
 
 
-def stuck_at_rest(stiffness: Matrix, joints: Sequence[Joint]) -> Matrix:
+def stick_at_rest(stiffness: Matrix, joints: Sequence[Joint]) -> Matrix:
     """Stiffness of the structure with the springs of all sliders and of the contacts that are closed at rest [N/m]."""
     return stuck_stiffness(stiffness, [joint for joint in joints if not joint.open_at_rest])
 
 
-def reduced_structure(
+def make_reduced_structure(
     rom: ReducedModel,
     points: Float[NDArray[np.float64], "node 3"] | None = None,
     stations: Mapping[str, Float[NDArray[np.float64], "station 3"]] | None = None,
@@ -98,10 +98,10 @@ def reduced_structure(
         Further fields of `Structure`.
     """
     matrices = StructureMatrices(mass=rom.mass, damping=rom.damping, stiffness=rom.stiffness, rom=rom)
-    return Structure(matrices=matrices, dofs=dofs_of_reduced_model(rom, points, stations or {}), **more)
+    return Structure(matrices=matrices, dofs=list_reduced_dofs(rom, points, stations or {}), **more)
 
 
-def dofs_of_reduced_model(
+def list_reduced_dofs(
     rom: ReducedModel,
     points: Float[NDArray[np.float64], "node 3"] | None = None,
     stations: Mapping[str, Float[NDArray[np.float64], "station 3"]] | None = None,

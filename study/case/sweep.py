@@ -7,7 +7,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag,
 
 from casefile.quantity import Frequency, Ratio
 from casefile.table import CaseModel
-from casefile.validation import all_different, did_you_mean
+from casefile.validation import did_you_mean, require_different
 
 #: Levels beyond these are mistakes; the arithmetic of a motion would overflow far beyond them.
 LEAST_LEVEL, MOST_LEVEL = 1e-12, 1e12
@@ -40,7 +40,7 @@ class FrequencySweepTable(CaseModel):
     first: Annotated[Frequency, Field(alias="from", gt=0, examples=["20 Hz"])]
     last: Annotated[Frequency, Field(alias="to", gt=0, examples=["60 Hz"])]
     step: Annotated[Frequency, Field(gt=0)] | None = None
-    levels: Annotated[tuple[Level, ...], Field(min_length=1), AfterValidator(all_different)] = (1.0,)
+    levels: Annotated[tuple[Level, ...], Field(min_length=1), AfterValidator(require_different)] = (1.0,)
     histories: Annotated[int, Field(ge=1, le=100, strict=True)] = 1
     seed: Annotated[int, Field(ge=0, strict=True)] = 0
 
@@ -60,7 +60,7 @@ class LevelSweepTable(CaseModel):
     frequencies: Annotated[
         tuple[Annotated[Frequency, Field(gt=0)], ...],
         Field(min_length=1, examples=[["40 Hz"]]),
-        AfterValidator(all_different),
+        AfterValidator(require_different),
     ]
 
     @model_validator(mode="after")

@@ -145,7 +145,7 @@ def _map(misfit: Misfit, levels: Frequencies, words: Sequence[str], title: str) 
 def _panels(
     model: Model, misfit: Misfit, levels: Frequencies, prediction: Prediction
 ) -> list[tuple[Key, OverlayPanel]]:
-    fine = fine_points(misfit.points)
+    fine = refine_points(misfit.points)
     lines = Predictor(points=fine).predict(model, prediction).value
     sensors = {sensor.name: sensor for sensor in model.sensors}
     panels = []
@@ -154,10 +154,10 @@ def _panels(
         per_level = harmonic == 1 and isinstance(sensors[sensor], Sensor)
         all_rows = np.flatnonzero((misfit.points.sensor == sensor) & (misfit.points.harmonic == harmonic))
         size = np.abs(misfit.measured[all_rows]) / (misfit.points.level[all_rows] if per_level else 1.0)
-        unit, factor = unit_of(sensors[sensor], float(size.max()))
+        unit, factor = choose_unit(sensors[sensor], float(size.max()))
         curves = []
         for number, level in enumerate(levels.tolist()):
-            rows, drawn = (rows_of(points, sensor, harmonic, level) for points in (misfit.points, fine))
+            rows, drawn = (find_rows(points, sensor, harmonic, level) for points in (misfit.points, fine))
             if not len(rows):
                 continue
             scale = factor / level if per_level else factor
@@ -183,26 +183,26 @@ def _panels(
     return panels
 
 
-def unit_of(sensor: Sensor | LineSensor, largest: float) -> tuple[str, float]:
+def choose_unit(sensor: Sensor | LineSensor, largest: float) -> tuple[str, float]:
     """Unit that a sensor's largest value is drawn in, and its factor."""
     units = SHOWN["contact force" if isinstance(sensor, LineSensor) else sensor.quantity]
     return next((item for item in units if largest * item[1] >= LARGEST), units[-1])
 
 
-def rows_of(points: Points, sensor: str, harmonic: int, level: float) -> NDArray[np.int64]:
+def find_rows(points: Points, sensor: str, harmonic: int, level: float) -> NDArray[np.int64]:
     """Rows of one curve by ascending frequency."""
     rows = np.flatnonzero((points.sensor == sensor) & (points.harmonic == harmonic) & (points.level == level))
     return rows[np.argsort(points.frequency[rows], kind="stable")]
 
 
-def fine_points(points: Points) -> Points:
+def refine_points(points: Points) -> Points:
     """The same curves at more frequencies, the measured ones among them."""
     columns: dict[str, list[NDArray[np.generic]]] = {
         name: [] for name in ("free", "level", "frequency", "sensor", "harmonic")
     }
     for sensor, harmonic in dict.fromkeys(zip(map(str, points.sensor), points.harmonic.tolist(), strict=True)):
         for level in np.unique(points.level).tolist():
-            rows = rows_of(points, sensor, harmonic, level)
+            rows = find_rows(points, sensor, harmonic, level)
             if not len(rows):
                 continue
             measured = points.frequency[rows]

@@ -29,7 +29,7 @@ from pipeline.store import stage
 from study.case.kind import open_case
 from study.case.setup import Setup, read_case, require_loads
 from study.compare.pictures import pictures
-from study.compare.suspicions import all_suspicions, require_repeats
+from study.compare.suspicions import find_all_suspicions, require_repeats
 from study.run_context import RunContext
 
 COLUMNS = (
@@ -119,7 +119,7 @@ def run_compare(case: Path, folder: Path, run: RunContext, *, calibrate: bool = 
     with run.progress.step("figures", expected=10):
         drawn = pictures(compared.model, compared.train, compared.held_out, compared.prediction, title)
     stem = f"{case.stem}_compare"
-    files = {run.output / f"{stem}.csv": misfit_csv(campaign, compared.train, compared.held_out).encode()}
+    files = {run.output / f"{stem}.csv": format_misfit_csv(campaign, compared.train, compared.held_out).encode()}
     files |= {run.output / f"{stem}_{name}.png": picture for name, picture in drawn.items()}
     for file, content in files.items():
         replace_file(file, content)
@@ -163,7 +163,7 @@ def compare(setup: Setup, campaign: Campaign, *, calibrate: bool = False) -> Com
         train=train,
         held_out=rest[0] if rest else None,
         peaks=_peaks(sides),
-        suspicions=all_suspicions(campaign, model, sides[0].prediction),
+        suspicions=find_all_suspicions(campaign, model, sides[0].prediction),
         calibrated=calibrated,
     )
 
@@ -252,7 +252,7 @@ def _peaks(sides: Sequence[Side]) -> tuple[PeakError, ...]:
     return tuple(result[key] for key in sorted(result))
 
 
-def misfit_csv(campaign: Campaign, train: Misfit, held_out: Misfit | None) -> str:
+def format_misfit_csv(campaign: Campaign, train: Misfit, held_out: Misfit | None) -> str:
     """One line a point of the training data and of what is held out; what does not exist is empty.
 
     Parameters

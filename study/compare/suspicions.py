@@ -16,13 +16,13 @@ from correlation.suspicion.jump import find_jump_suspicions
 from correlation.suspicion.model import find_conjugate_tests, find_model_suspicions, find_swapped_sensors
 from correlation.suspicion.unit import find_wrong_units
 from fe.dense_modes import compute_dense_modes
-from study.case.structure import stuck_at_rest
+from study.case.structure import stick_at_rest
 
 #: Resonances that a test may be meant to show, of the stuck and of the free structure.
 N_MODE = 3
 
 
-def all_suspicions(campaign: Campaign, model: Model, before: Prediction | None = None) -> tuple[Suspicion, ...]:
+def find_all_suspicions(campaign: Campaign, model: Model, before: Prediction | None = None) -> tuple[Suspicion, ...]:
     """What looks wrong.
 
     Parameters
@@ -47,7 +47,7 @@ def all_suspicions(campaign: Campaign, model: Model, before: Prediction | None =
     predicted = Predictor(points=points).predict(model, before).value
     return (
         *campaign.suspicions,
-        *find_model_suspicions(campaign, model_frequencies(model)),
+        *find_model_suspicions(campaign, compute_model_frequencies(model)),
         *find_jump_suspicions(campaign),
         *find_conjugate_tests(campaign, table, predicted),
         *find_swapped_sensors(campaign, table, predicted),
@@ -55,12 +55,12 @@ def all_suspicions(campaign: Campaign, model: Model, before: Prediction | None =
     )
 
 
-def model_frequencies(model: Model) -> Float[NDArray[np.float64], " m"]:
+def compute_model_frequencies(model: Model) -> Float[NDArray[np.float64], " m"]:
     """Lowest resonances, with the contacts stuck and without those of the lines [Hz]."""
     result = []
     for item in (model, model.free()):
         system = item.system
-        modes = compute_dense_modes(system.mass, stuck_at_rest(system.stiffness, system.joints))
+        modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
         frequency = np.sqrt(np.maximum(modes.lambda_, 0.0)) / (2 * np.pi)
         result.append(frequency[frequency > 0][:N_MODE])
     return np.concatenate(result)

@@ -11,8 +11,8 @@ from correlation.metric.misfit import CLEAR, Misfit, configuration
 from correlation.model import LineSensor
 from correlation.prediction import Points, Predictor
 from figure.misfit_map import STEPS
-from figure.style import family_colours
-from study.compare.pictures import fine_points, joined, keys, rows_of, unit_of
+from figure.style import choose_family_colours
+from study.compare.pictures import choose_unit, find_rows, joined, keys, refine_points
 from study.compare.run import Side
 from study.diagnose.round import Round
 from study.diagnose.stages import Stage
@@ -40,20 +40,20 @@ def curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
     panels = []
     for free in np.unique(misfit.points.free):
         part = misfit.where(np.asarray(misfit.points.free == free))
-        fine = fine_points(part.points)
+        fine = refine_points(part.points)
         lines = [_lines(result, stage, fine, configuration(bool(free))) for stage in shown]
         for sensor, harmonic in keys(part):
             all_rows = (part.points.sensor == sensor) & (part.points.harmonic == harmonic)
             per_level = harmonic == 1 and not isinstance(sensors[sensor], LineSensor)
             size = np.abs(part.measured[all_rows]) / (part.points.level[all_rows] if per_level else 1.0)
-            unit, factor = unit_of(sensors[sensor], float(size.max()))
+            unit, factor = choose_unit(sensors[sensor], float(size.max()))
             groups = []
             for number, level in enumerate(levels.tolist()):
-                rows = rows_of(part.points, sensor, harmonic, level)
+                rows = find_rows(part.points, sensor, harmonic, level)
                 if not len(rows):
                     continue
                 scale = factor / level if per_level else factor
-                at = rows_of(fine, sensor, harmonic, level)
+                at = find_rows(fine, sensor, harmonic, level)
                 groups.append(_group(part, rows, scale, fine.frequency[at], [line[at] for line in lines], number))
             words = f"harmonic {harmonic}" if harmonic > 1 else "fundamental" if harmonic else "static"
             panels.append(
@@ -69,7 +69,7 @@ def curves(result: Round, shown: Sequence[Stage]) -> dict[str, Any]:
             )
     return {
         "levels": [f"{level:g} N{' (held out)' if level in new else ''}" for level in levels.tolist()],
-        "colours": family_colours(len(levels)),
+        "colours": choose_family_colours(len(levels)),
         "stages": [stage.name for stage in shown],
         "panels": panels,
     }
@@ -90,7 +90,7 @@ def maps(result: Round, shown: Sequence[Stage]) -> list[dict[str, Any]]:
             words = f"{sensor} · {harmonic}" if harmonic else f"{sensor} · static"
             groups.append({"label": words, "first": row, "last": row + len(levels) - 1})
             for level in levels:
-                rows = rows_of(points, sensor, harmonic, level)
+                rows = find_rows(points, sensor, harmonic, level)
                 at = np.searchsorted(frequency, points.frequency[rows])
                 for image, part in zip(images, chosen, strict=True):
                     line = np.full(len(frequency), np.nan)

@@ -15,7 +15,7 @@ from diagnosis.decision.verdict import Finding
 from pipeline.output import replace_file
 from study.case.kind import open_case
 from study.case.setup import read_case, require_loads
-from study.compare.suspicions import all_suspicions, require_held_out, require_repeats
+from study.compare.suspicions import find_all_suspicions, require_held_out, require_repeats
 from study.console import plain
 from study.diagnose.add import add
 from study.diagnose.history import ADD, DIAGNOSIS, UNDO, History, Step, case_key, history_of, read_text
@@ -117,7 +117,7 @@ def diagnose_file(
     if run is not None:  # before what takes minutes: it may be in vain
         run_step = Steps(run.store, setup, campaign, without)
         model = with_sensors(setup.complete, campaign)
-        for suspicion in run_step("suspicions", partial(all_suspicions, campaign, model)):
+        for suspicion in run_step("suspicions", partial(find_all_suspicions, campaign, model)):
             run.warn(str(suspicion))
     rounds: list[Round] = []
     while True:

@@ -6,7 +6,7 @@ from math import pi
 import numpy as np
 
 from fe.dense_modes import compute_dense_modes
-from study.case.structure import stuck_at_rest
+from study.case.structure import stick_at_rest
 from study.limits.model import LimitSearch
 from study.limits.table import MOST_POINTS
 
@@ -39,7 +39,7 @@ class NarrowResonance:
         )
 
 
-def narrow_resonance(search: LimitSearch) -> NarrowResonance | None:
+def find_narrow_resonance(search: LimitSearch) -> NarrowResonance | None:
     """The resonance within the band that its frequencies fit worst; None where all are wide enough.
 
     Parameters
@@ -50,7 +50,7 @@ def narrow_resonance(search: LimitSearch) -> NarrowResonance | None:
     omega, system = np.array(search.angular_frequency), search.system
     if search.row is None or len(omega) < 2:
         return None
-    modes = compute_dense_modes(system.mass, stuck_at_rest(system.stiffness, system.joints))
+    modes = compute_dense_modes(system.mass, stick_at_rest(system.stiffness, system.joints))
     # Harmonic h drives a mode at the h-th part of its frequency.
     own = np.sqrt(modes.lambda_.clip(min=0)) / search.harmonic
     shapes = modes.mode_shapes

@@ -23,7 +23,7 @@ from reduction.jointed_system import JointedSystem
 from study.case.sweep import FrequencySweepTable, LevelSweepTable
 from study.limits.table import FORCES, MOST_POINTS, LimitsTable
 from study.solve.model import SolveModel
-from study.solve.result import main_harmonic
+from study.solve.result import find_main_harmonic
 
 Real = NDArray[np.float64]
 Sweep: TypeAlias = FrequencySweepTable | LevelSweepTable | None
@@ -92,7 +92,7 @@ class LimitSearch:
             raise ComputationFailed(f"limits: {error}") from error
 
 
-def limit_search(
+def make_limit_search(
     case: CaseModel,
     table: LimitsTable,
     sweep: Sweep,
@@ -116,7 +116,7 @@ def limit_search(
     CaseError
         An output, contact, frequency or level that there is not, or contacts whose limits cannot be searched for.
     """
-    omega, levels = limit_points(case, table, sweep)
+    omega, levels = list_limit_points(case, table, sweep)
     with located(case, "limits"):
         output = None if table.objective in FORCES else _output(table, model.outputs)
         search = LimitSearch(
@@ -124,7 +124,7 @@ def limit_search(
             harmonics=model.harmonics,
             n_sample=model.n_sample,
             objective=_objective(table, output, model),
-            harmonic=main_harmonic(model.system),
+            harmonic=find_main_harmonic(model.system),
             row=None if output is None else output.row,
             angular_frequency=omega,
             levels=levels,
@@ -142,7 +142,7 @@ def limit_search(
     return replace(search, nominal=problem.box.nominal, reach=problem.box.reach)
 
 
-def limit_points(case: CaseModel, table: LimitsTable, sweep: Sweep) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def list_limit_points(case: CaseModel, table: LimitsTable, sweep: Sweep) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Angular frequencies [rad/s] and levels [-], both ascending.
 
     Raises
@@ -173,7 +173,7 @@ def _objective(table: LimitsTable, output: Sensor | None, model: SolveModel) -> 
     if table.objective == "loss factor":
         return LossFactor()
     if output is not None:
-        return OutputHarmonic(row=output.row, harmonic=main_harmonic(model.system))
+        return OutputHarmonic(row=output.row, harmonic=find_main_harmonic(model.system))
     assert table.contact is not None
     known = {joint.name: (joint.name,) for joint in model.system.joints} | {
         name: tuple(item) for name, item in model.lines.items()
@@ -184,7 +184,7 @@ def _objective(table: LimitsTable, output: Sensor | None, model: SolveModel) -> 
     return ContactForceHarmonic(
         joints=known[table.contact],
         direction=DIRECTION[table.direction or "tangential"],
-        harmonic=0 if table.objective == "static force" else main_harmonic(model.system),
+        harmonic=0 if table.objective == "static force" else find_main_harmonic(model.system),
     )
 
 

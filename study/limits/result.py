@@ -76,7 +76,7 @@ class LimitCurves:
         return int(np.nanargmax(values) if self.has_peaks or side == 1 else np.nanargmin(values))
 
 
-def limit_curves(table: LimitsTable, output: Sensor | None, harmonic: int, result: FoundLimits) -> LimitCurves:
+def convert_limits(table: LimitsTable, output: Sensor | None, harmonic: int, result: FoundLimits) -> LimitCurves:
     """What a search found, in the unit of the surface.
 
     Parameters
@@ -110,7 +110,7 @@ def limit_curves(table: LimitsTable, output: Sensor | None, harmonic: int, resul
     )
 
 
-def limits_csv(curves: LimitCurves) -> str:
+def format_limits_csv(curves: LimitCurves) -> str:
     """One line a level and frequency, with what is known about both limits."""
     stream = io.StringIO()
     write = csv.writer(stream, lineterminator="\n").writerow

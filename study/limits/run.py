@@ -18,12 +18,12 @@ from pipeline.parallel import process_pool
 from study.case.kind import open_case
 from study.case.setup import read_case
 from study.limits.curve import FoundLimits, found_limits
-from study.limits.grid import narrow_resonance
-from study.limits.model import LimitSearch, limit_points, limit_search
-from study.limits.result import SIDES, LimitCurves, limit_curves, limits_csv
+from study.limits.grid import find_narrow_resonance
+from study.limits.model import LimitSearch, list_limit_points, make_limit_search
+from study.limits.result import SIDES, LimitCurves, convert_limits, format_limits_csv
 from study.limits.table import FORCES
 from study.run_context import RunContext
-from study.solve.model import require_sweep, vibrating_model
+from study.solve.model import make_vibrating_model, require_sweep
 from study.solve.result import DRAWN_STATES
 
 #: Columns of the figure of states that can still be read.
@@ -74,20 +74,20 @@ def run_limits(path: Path, run: RunContext, executor: Executor | None = None) ->
     sweep, table = case.sweep, case.limits
     if sweep is None and table.frequencies is None and table.first is None and table.last is None:
         require_sweep(opened)
-    limit_points(case, table, sweep)  # before a structure is reduced, which takes minutes
-    model = vibrating_model(read_case(opened, run=run))
-    search = limit_search(case, table, sweep, model)
-    narrow = narrow_resonance(search)
+    list_limit_points(case, table, sweep)  # before a structure is reduced, which takes minutes
+    model = make_vibrating_model(read_case(opened, run=run))
+    search = make_limit_search(case, table, sweep, model)
+    narrow = find_narrow_resonance(search)
     if narrow is not None:
         run.warn(narrow.sentence(listed=table.frequencies is not None))
     rows = _found(search, path.stem, run, executor)
     output = None
     if table.objective not in FORCES:
         output = next(item for item in model.outputs if table.sensor in {None, item.name})
-    curves = limit_curves(table, output, search.harmonic, rows)
+    curves = convert_limits(table, output, search.harmonic, rows)
     files = [run.output / f"{path.stem}_limits.{suffix}" for suffix in ("nc", "csv")]
     _save(curves.limits, files[0])
-    replace_file(files[1], limits_csv(curves))
+    replace_file(files[1], format_limits_csv(curves))
     drawn = _results(curves, opened.title, in_newtons=model.in_newtons)
     files += run.draw({f"{path.stem}_{name}": result for name, result in drawn.items()})
     return Limited(curves=curves, objective=table.objective, files=tuple(files))

@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from casefile.quantity import Dimension, Frequency
 from casefile.table import CaseModel
-from casefile.validation import all_different
+from casefile.validation import require_different
 from study.case.sweep import Level
 
 #: Points of one level; more are a mistake in the step.
@@ -57,7 +57,7 @@ class LimitsTable(CaseModel):
     @field_validator("frequencies", "levels", mode="after")
     @classmethod
     def _ascending(cls, values: tuple[float, ...] | None) -> tuple[float, ...] | None:
-        return None if values is None else tuple(sorted(all_different(values)))
+        return None if values is None else tuple(sorted(require_different(values)))
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:

@@ -8,8 +8,8 @@ from geometry.errors import InputError
 from study.case.kind import open_case
 from study.modes.files import MODE_SECONDS, write_shapes
 from study.modes.own_mesh import OwnMesh
-from study.modes.shapes import mesh_shapes
-from study.modes.table import modes_table
+from study.modes.shapes import compute_mesh_shapes
+from study.modes.table import write_modes_table
 from study.run_context import Answer, RunContext
 
 
@@ -49,14 +49,14 @@ def run_modes(source: Path, own: OwnMesh, n_mode: int, film_of: int | None, run:
         if draw is None:
             if film_of is not None:
                 raise InputError(f"--film {film_of}: {summary} have no mesh that could be filmed: leave it out")
-            return modes_table(opened, run, n_mode)
+            return write_modes_table(opened, run, n_mode)
         require_egl()
         return draw(opened, run, n_mode, film_of)
     require_egl()
     mesh, material = own.read(source)
     try:
         step = run.step("modes", expected=MODE_SECONDS * 3 * mesh.n_node / 1e4)
-        shapes = step.run(mesh_shapes, mesh, material, own.fix, n_mode)
+        shapes = step.run(compute_mesh_shapes, mesh, material, own.fix, n_mode)
     except SupportError as error:
         raise SupportError(f"{source} with --fix {' --fix '.join(own.fix)}: {error}") from None
     return write_shapes(shapes, source.stem, film_of, run)

@@ -47,22 +47,22 @@ class Shapes:
 
 
 @stage("mode shapes of a mesh")
-def mesh_shapes(mesh: Mesh, material: Material, fixed: tuple[str, ...], n_mode: int) -> Shapes:
+def compute_mesh_shapes(mesh: Mesh, material: Material, fixed: tuple[str, ...], n_mode: int) -> Shapes:
     """Compute the lowest modes of a mesh, fixed at the named sets, or free if there are none."""
     mass, stiffness = assemble_compact(mesh, material)
     if fixed:
         system = supported_system(mesh, mass, stiffness, [Support(nodes=mesh.nodes(name)) for name in fixed])
-        return shapes_of(mesh, material, system, modes(system, n_mode))
+        return make_shapes(mesh, material, system, modes(system, n_mode))
     system = make_unsupported_system(mesh, mass, stiffness)
-    return shapes_of(mesh, material, system, compute_free_modes(system, mesh, material, n_mode))
+    return make_shapes(mesh, material, system, compute_free_modes(system, mesh, material, n_mode))
 
 
-def shapes_of(mesh: Mesh, material: Material, system: LinearSystem, result: ModeSet) -> Shapes:
+def make_shapes(mesh: Mesh, material: Material, system: LinearSystem, result: ModeSet) -> Shapes:
     """Modes of a system on its mesh, with their stress."""
-    return stressed_shapes(mesh, material, system.n_dof, result.frequency, system.on_mesh(result.mode_shapes))
+    return add_stress(mesh, material, system.n_dof, result.frequency, system.on_mesh(result.mode_shapes))
 
 
-def stressed_shapes(
+def add_stress(
     mesh: Mesh,
     material: Material,
     n_dof: int,

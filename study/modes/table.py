@@ -12,14 +12,14 @@ from pipeline.output import replace_file
 from reduction.jointed_system import JointedSystem
 from study.case.kind import OpenCase
 from study.case.setup import read_case
-from study.case.structure import stuck_at_rest
+from study.case.structure import stick_at_rest
 from study.run_context import Answer, RunContext
 
 Values = Float[NDArray[np.float64], " m"]
 Matrix = Float[NDArray[np.float64], "r r"]
 
 
-def modes_table(opened: OpenCase, run: RunContext, n_mode: int) -> Answer:
+def write_modes_table(opened: OpenCase, run: RunContext, n_mode: int) -> Answer:
     """Write the table of the lowest modes, without joints and with all contacts that are closed at rest stuck.
 
     Parameters
@@ -33,7 +33,7 @@ def modes_table(opened: OpenCase, run: RunContext, n_mode: int) -> Answer:
     """
     assert run.output is not None
     system = read_case(opened, run=run).model.system
-    columns = frequency_columns(system, n_mode)
+    columns = compute_frequency_columns(system, n_mode)
     file = run.output / f"{opened.path.stem}_modes.csv"
     names = list(columns)
     rows = [[value if np.isfinite(value) else None for value in row] for row in zip(*columns.values(), strict=True)]
@@ -57,14 +57,14 @@ def modes_table(opened: OpenCase, run: RunContext, n_mode: int) -> Answer:
     )
 
 
-def frequency_columns(system: JointedSystem, n_mode: int) -> dict[str, Values]:
+def compute_frequency_columns(system: JointedSystem, n_mode: int) -> dict[str, Values]:
     """Natural frequencies [Hz], and damping ratios [-] if there is damping; "stuck_" ones if there are joints.
 
     A damping ratio is that of an undamped mode shape, phi^T C phi / (2 omega); NaN for a rigid motion.
     """
     stiffnesses = {"": system.stiffness}
     if system.joints:
-        stiffnesses["stuck_"] = stuck_at_rest(system.stiffness, system.joints)
+        stiffnesses["stuck_"] = stick_at_rest(system.stiffness, system.joints)
     columns: dict[str, Values] = {}
     for prefix, stiffness in stiffnesses.items():
         frequency, ratio = _modes(system.mass, system.damping, stiffness, n_mode)

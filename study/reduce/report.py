@@ -13,7 +13,7 @@ from study.reduce.comparison import ComparedReduction
 from study.run_context import Answer
 
 
-def reduction_answer(
+def report_reduction(
     result: ComparedReduction,
     n_asked: int,
     check: ModeCheck | None,
@@ -45,7 +45,7 @@ def reduction_answer(
     lines = [
         *head,
         f"{result.n_dof} degrees of freedom reduced to {result.rom.n_dof}",
-        *fewer_modes(len(result.rom.fixed_interface_frequency), n_asked),
+        *report_fewer_modes(len(result.rom.fixed_interface_frequency), n_asked),
         "",
         "  mode      full [Hz]   reduced [Hz]   estimated truncation error",
         *(
@@ -54,7 +54,7 @@ def reduction_answer(
         ),
         "",
         "  The error is that of the modes left out alone: what the full model errs, as by its mesh, is not in it.",
-        *([] if check is None else ["", f"  {check_sentence(check)}"]),
+        *([] if check is None else ["", f"  {describe_check(check)}"]),
         *notes,
         "",
         *names,
@@ -66,14 +66,14 @@ def reduction_answer(
         "frequency_hz": list(map(float, result.frequency)),
         "rom_frequency_hz": list(map(float, result.rom_frequency)),
         "rom_error": list(map(float, result.rom_error)),
-        **({} if check is None else {"mode_check": check_document(check)}),
+        **({} if check is None else {"mode_check": document_check(check)}),
         **facts,
         "files": names,
     }
     return Answer(document=document, text="\n".join(lines))
 
 
-def check_sentence(check: ModeCheck) -> str:
+def describe_check(check: ModeCheck) -> str:
     """One sentence: residuals, and whether all modes are there."""
     below = f"below {np.sqrt(check.shift) / (2 * np.pi):.6g} Hz"
     counted = f"{check.n_found} fixed-interface modes {below}, residuals of at most {check.residual.max():.0e}"
@@ -84,7 +84,7 @@ def check_sentence(check: ModeCheck) -> str:
     return f"{counted}, none missed"
 
 
-def check_document(check: ModeCheck) -> dict[str, Any]:
+def document_check(check: ModeCheck) -> dict[str, Any]:
     """The same for programs."""
     return {
         "largest_residual": float(check.residual.max()),
@@ -94,7 +94,7 @@ def check_document(check: ModeCheck) -> dict[str, Any]:
     }
 
 
-def fewer_modes(n_mode: int, n_asked: int, body: str = "the interior", key: str = "modes") -> list[str]:
+def report_fewer_modes(n_mode: int, n_asked: int, body: str = "the interior", key: str = "modes") -> list[str]:
     """One sentence if there are fewer modes than were asked for, none else.
 
     Parameters
@@ -109,9 +109,9 @@ def fewer_modes(n_mode: int, n_asked: int, body: str = "the interior", key: str 
     return [f"all {n_mode} fixed-interface modes of {body} are kept: there are no more, though {key} = {n_asked}"]
 
 
-def fewer_modes_of_rig(assembly: ReducedAssembly, asked: int | Mapping[str, int]) -> list[str]:
+def report_fewer_rig_modes(assembly: ReducedAssembly, asked: int | Mapping[str, int]) -> list[str]:
     """The same of a rig, whose modes are asked for of all bodies together or of each: a sentence for each number."""
     counts = {body: len(rom.fixed_interface_frequency) for body, rom in assembly.bodies.items()}
     if isinstance(asked, Mapping):
-        return [sentence for body, n in asked.items() for sentence in fewer_modes(counts[body], n, body, body)]
-    return fewer_modes(sum(counts.values()), asked, "the bodies")
+        return [sentence for body, n in asked.items() for sentence in report_fewer_modes(counts[body], n, body, body)]
+    return report_fewer_modes(sum(counts.values()), asked, "the bodies")

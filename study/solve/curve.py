@@ -81,7 +81,7 @@ def response_curve(
     ComputationFailed
         No steady state at the first point.
     """
-    continuation = continuation_of(system, curve, harmonics, n_sample)
+    continuation = make_continuation(system, curve, harmonics, n_sample)
     done = 0.0
 
     def share(reached: float, way: float) -> None:
@@ -101,7 +101,7 @@ def response_curve(
         raise ComputationFailed(f"{curve.label}: {error}") from error
 
 
-def continuation_of(system: JointedSystem, curve: Curve, harmonics: int, n_sample: int) -> Continuation:
+def make_continuation(system: JointedSystem, curve: Curve, harmonics: int, n_sample: int) -> Continuation:
     """The continuation that a curve is made by."""
     balance = HarmonicBalance(system=system, n_harmonic=harmonics + 1, n_sample=n_sample)
     path: FrequencyPath | LevelPath

@@ -62,7 +62,7 @@ def require_sweep(opened: OpenCase) -> None:
         )
 
 
-def solve_model(read: ReadCase) -> SolveModel:
+def make_solve_model(read: ReadCase) -> SolveModel:
     """What a case asks `stickslip solve` for, with what was calibrated and added.
 
     Raises
@@ -71,11 +71,11 @@ def solve_model(read: ReadCase) -> SolveModel:
         The case lacks a sweep, a load or a sensor of motion.
     """
     require_sweep(read.opened)
-    model = vibrating_model(read)
+    model = make_vibrating_model(read)
     return replace(model, curves=_curves(read, "N" if model.in_newtons else ""))
 
 
-def vibrating_model(read: ReadCase) -> SolveModel:
+def make_vibrating_model(read: ReadCase) -> SolveModel:
     """The same without curves: a case that lacks a sweep has such a model too.
 
     Raises

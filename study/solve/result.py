@@ -91,17 +91,17 @@ class SolvedCurve:
         return int(np.argmax(np.abs(self.output(output)[:, harmonic])))
 
 
-def state_names(joint: Joint, names: Sequence[str] = STATES) -> dict[int, str]:
+def list_state_names(joint: Joint, names: Sequence[str] = STATES) -> dict[int, str]:
     """Names of a joint's states by their place in `STATES`: a stop has no friction, and so neither sticks nor slips."""
     return dict(enumerate(names)) if joint.can_slip else {0: "closed", 2: "separated"}
 
 
-def main_harmonic(system: JointedSystem) -> int:
+def find_main_harmonic(system: JointedSystem) -> int:
     """The lowest harmonic that the load acts at: the one that amplitudes and phases are reported of [-]."""
     return int(np.flatnonzero(system.dynamic.any(axis=1))[0])
 
 
-def response_dataset(model: SolveModel, curves: Sequence[SolvedCurve], title: str) -> "xr.Dataset":
+def make_response_dataset(model: SolveModel, curves: Sequence[SolvedCurve], title: str) -> "xr.Dataset":
     """All curves in one dataset, point after point, with the curve that each belongs to; SI units.
 
     Complex numbers are pairs of real and imaginary parts, since netCDF has none of its own.
@@ -156,9 +156,9 @@ def response_dataset(model: SolveModel, curves: Sequence[SolvedCurve], title: st
     )
 
 
-def response_csv(model: SolveModel, curves: Sequence[SolvedCurve]) -> str:
+def format_response_csv(model: SolveModel, curves: Sequence[SolvedCurve]) -> str:
     """All curves as a table, one line a point."""
-    harmonic = main_harmonic(model.system)
+    harmonic = find_main_harmonic(model.system)
     stream = io.StringIO()
     write = csv.writer(stream, lineterminator="\n").writerow
     head = ["curve", "frequency [Hz]", "level"]
@@ -169,7 +169,7 @@ def response_csv(model: SolveModel, curves: Sequence[SolvedCurve]) -> str:
             f"{output.name} phase [deg]",
             f"{output.name} half range [{unit}]",
         ]
-    head += [f"{joint.name} {state}" for joint in model.system.joints for state in state_names(joint).values()]
+    head += [f"{joint.name} {state}" for joint in model.system.joints for state in list_state_names(joint).values()]
     write([*head, "truncation error", "sample error", "residual norm", "iterations"])
     for item in curves:
         branch = item.branch
@@ -179,7 +179,7 @@ def response_csv(model: SolveModel, curves: Sequence[SolvedCurve]) -> str:
             q = item.output(output)[:, harmonic]
             columns += [scale * np.abs(q), np.degrees(np.angle(q)), scale * item.half_range(output)]
         for number, joint in enumerate(model.system.joints):
-            columns += [branch.contact_share[:, number, state] for state in state_names(joint)]
+            columns += [branch.contact_share[:, number, state] for state in list_state_names(joint)]
         columns += [item.error("truncation_error"), item.error("sample_error"), branch.residual_norm]
         for point, values in enumerate(zip(*columns, strict=True)):
             cells = (f"{value:.10g}" for value in values)

@@ -19,17 +19,17 @@ from study.case.kind import Extras, open_case
 from study.case.setup import read_case
 from study.run_context import RunContext
 from study.solve.curve import response_curve
-from study.solve.model import SolveModel, require_sweep, solve_model
+from study.solve.model import SolveModel, make_solve_model, require_sweep
 from study.solve.result import (
     DRAWN_STATES,
     SURFACE_UNIT,
     Peak,
     SolvedCurve,
-    main_harmonic,
+    find_main_harmonic,
+    format_response_csv,
+    list_state_names,
+    make_response_dataset,
     peak_of,
-    response_csv,
-    response_dataset,
-    state_names,
     truncation_warning,
 )
 
@@ -75,7 +75,7 @@ def run_solve(path: Path, run: RunContext) -> tuple[Solved, Extras | None]:
     read = read_case(opened, run=run)
     with located(opened.case, "structure"):
         # Refuses what no case key shows, such as a body that nothing holds.
-        solved = solved_curves(solve_model(read), path.stem, opened.title, run)
+        solved = solved_curves(make_solve_model(read), path.stem, opened.title, run)
     extend = opened.kind.solved
     return solved, None if extend is None else extend(read, solved, run)
 
@@ -103,11 +103,11 @@ def solved_curves(model: SolveModel, stem: str, title: str, run: RunContext) -> 
     balance = HarmonicBalance(system=model.system, n_harmonic=model.harmonics + 1, n_sample=model.n_sample)
     curves = [_solved(model, number, stem, run) for number in range(len(model.curves))]
     files = [run.output / f"{stem}_response.nc", run.output / f"{stem}_response.csv"]
-    replace_file(files[0], bytes(response_dataset(model, curves, title).to_netcdf(engine="h5netcdf")))
-    replace_file(files[1], response_csv(model, curves))
+    replace_file(files[0], bytes(make_response_dataset(model, curves, title).to_netcdf(engine="h5netcdf")))
+    replace_file(files[1], format_response_csv(model, curves))
     drawn = _results(model, balance, curves, title)
     files += run.draw({f"{stem}_{name}": result for name, result in drawn.items()})
-    peaks = tuple(peak_of(item, model.outputs[0], main_harmonic(model.system)) for item in curves)
+    peaks = tuple(peak_of(item, model.outputs[0], find_main_harmonic(model.system)) for item in curves)
     if warning := truncation_warning(peaks, model.harmonics):
         run.warn(warning)
     return Solved(model=model, balance=balance, curves=tuple(curves), peaks=peaks, files=tuple(files))
@@ -128,7 +128,7 @@ def _results(
     model: SolveModel, balance: HarmonicBalance, curves: Sequence[SolvedCurve], title: str
 ) -> dict[str, object]:
     """What is drawn, by name."""
-    harmonic = main_harmonic(model.system)
+    harmonic = find_main_harmonic(model.system)
     over_frequency = curves[0].curve.parameter == "frequency"
     label = "frequency [Hz]" if over_frequency else "level of the harmonic force [-]"
     drawn: dict[str, object] = {}
@@ -159,8 +159,8 @@ def _results(
             StatePanel(
                 label=f"{model.system.joints[joint].name}, {item.curve.label}",
                 parameter=item.parameter,
-                states=tuple(state_names(model.system.joints[joint], DRAWN_STATES).values()),
-                share=item.branch.contact_share[:, joint, list(state_names(model.system.joints[joint]))],
+                states=tuple(list_state_names(model.system.joints[joint], DRAWN_STATES).values()),
+                share=item.branch.contact_share[:, joint, list(list_state_names(model.system.joints[joint]))],
             )
             for item in chosen
         ]
@@ -190,7 +190,7 @@ def _spread(curves: Sequence[SolvedCurve]) -> list[SolvedCurve]:
 
 
 def _loops(model: SolveModel, balance: HarmonicBalance, curves: Sequence[SolvedCurve], joint: int) -> list[Loop]:
-    harmonic = main_harmonic(model.system)
+    harmonic = find_main_harmonic(model.system)
     result = []
     for item in curves:
         point = item.peak(model.outputs[0], harmonic)

@@ -4,18 +4,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from casefile.table import case_head, load_case, other_case
+from casefile.table import load_case, read_case_head, refuse_other_case
 from figure.mesh_study import MeshConvergence, ModelFrequency
 from figure.registry import pictures
 from figure.scene.off_screen import require_egl
 from pipeline.output import replace_file
-from study.kind.blade.reduce import blade_shapes
+from study.kind.blade.reduce import compute_blade_shapes
 from study.modes.files import picture_modes
 from study.modes.shapes import Shapes
 from study.run_context import RunContext
 from study.table1.case import Table1Case
 from study.table1.page import AIM, Picture, StudyPage, page
-from study.table1.study import MeshStudy, row_inputs, run_study
+from study.table1.study import MeshStudy, make_row_inputs, run_study
 
 N_PICTURED = 3
 #: Columns of the CSV file, and how each number is written.
@@ -46,8 +46,8 @@ def write_report(cases: Sequence[Path], run: RunContext) -> Report:
     assert run.output is not None
     require_egl()  # before anything is computed: the page needs its pictures
     for path in cases:
-        if "structure" in case_head(path):
-            raise other_case(path, "one structure", "give a mesh study, with [[model]] tables")
+        if "structure" in read_case_head(path):
+            raise refuse_other_case(path, "one structure", "give a mesh study, with [[model]] tables")
     loaded = [(path, load_case(path, Table1Case)) for path in cases]
     result = [(path, run_study(case, run, f"{case.title}: models")) for path, case in loaded]
     if result[0][1].worst_error > AIM:
@@ -81,7 +81,7 @@ def _pictures(study: MeshStudy, run: RunContext, stem: str) -> list[Picture]:
     assert run.output is not None
     quadratic = [row for row in study.rows if row.asked.element == "hex20" and row.asked.root == "full"]
     row = min(quadratic or study.rows, key=lambda item: abs(item.error or 0.0))
-    result: Shapes = run.store.run(blade_shapes, row_inputs(study.case, row.asked), N_PICTURED)
+    result: Shapes = run.store.run(compute_blade_shapes, make_row_inputs(study.case, row.asked), N_PICTURED)
     files = picture_modes(result, stem, run)
     return [Picture(file=file, caption=f"{caption} (model {row.asked.model})") for file, caption in files]
 

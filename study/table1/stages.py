@@ -12,10 +12,10 @@ from fe.calculix_run import run_frequency
 from fe.element import HEX20
 from geometry.errors import InputError
 from pipeline.store import stage
-from study.kind.blade.model import BladeModel, first_frequency, reduce_blade
+from study.kind.blade.model import BladeModel, compute_first_frequency, reduce_blade
 from study.kind.blade.table import mesh_any
 from study.reduce.comparison import ComparedFrequencies
-from study.table1.theory import locking_factor
+from study.table1.theory import compute_locking_factor
 
 #: The quadratic model that stands for the exact bending of a blade: model 5 of the table.
 REFERENCE_THROUGH_THICKNESS = 4
@@ -97,16 +97,16 @@ def quadratic(inputs: BladeModel) -> BladeModel:
 @stage("mesh-study reference")
 def reference(inputs: BladeModel) -> float:
     """First frequency [Hz] of a quadratic model, to which the closed form is applied."""
-    return first_frequency(inputs)[1]
+    return compute_first_frequency(inputs)[1]
 
 
 @stage("mesh-study prediction")
 def prediction(inputs: BladeModel, ask_calculix: bool) -> Prediction:
     """Compute a prediction of an 8-node model with a full clamp."""
-    mesh, frequency, n_dof = first_frequency(inputs)
+    mesh, frequency, n_dof = compute_first_frequency(inputs)
     return Prediction(
         frequency=frequency,
-        factor=locking_factor(inputs.blade, inputs.material, mesh, inputs.through_thickness),
+        factor=compute_locking_factor(inputs.blade, inputs.material, mesh, inputs.through_thickness),
         calculix=calculix_frequency(inputs) if ask_calculix else None,
         n_dof=n_dof,
     )
@@ -167,7 +167,7 @@ class Limit:
 @stage("mesh-study limit")
 def nested_point(inputs: BladeModel) -> NestedPoint:
     """First frequency of one nested mesh."""
-    _, frequency, n_dof = first_frequency(inputs)
+    _, frequency, n_dof = compute_first_frequency(inputs)
     return NestedPoint(frequency=frequency, n_dof=n_dof)
 
 

@@ -10,7 +10,7 @@ from fe.element import REGISTRY
 from geometry.errors import InputError
 from pipeline.parallel import Task, run_parallel
 from pipeline.store import Stage
-from study.kind.blade.model import BladeModel, SolidCheck, blade_model, mesh_size, solid_check
+from study.kind.blade.model import BladeModel, SolidCheck, count_mesh_dofs, make_blade_model, solid_check
 from study.run_context import RunContext
 from study.table1.case import ModelTable, PredictionTable, Table1Case
 from study.table1.stages import (
@@ -143,11 +143,11 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
         The blade, its material or its mesh cannot be built as the case says.
     """
     ask_calculix = find_ccx() is not None
-    rows = [row_inputs(case, asked) for asked in case.model]
+    rows = [make_row_inputs(case, asked) for asked in case.model]
     untuned = []
     for number, asked in enumerate(case.prediction):
         with located(case, "prediction", number):
-            untuned.append(row_inputs(case, asked))
+            untuned.append(make_row_inputs(case, asked))
     # Predictions of one thickness share their reference.
     references = list(dict.fromkeys(quadratic(r) for r in untuned))
     seen_by_calculix = [
@@ -192,7 +192,7 @@ def run_study(case: Table1Case, run: RunContext, title: str) -> MeshStudy:
     )
 
 
-def row_inputs(case: Table1Case, asked: ModelTable | PredictionTable) -> BladeModel:
+def make_row_inputs(case: Table1Case, asked: ModelTable | PredictionTable) -> BladeModel:
     """What a row of the case depends on.
 
     Raises
@@ -201,7 +201,7 @@ def row_inputs(case: Table1Case, asked: ModelTable | PredictionTable) -> BladeMo
         The blade, its material or its mesh cannot be built as the case says.
     """
     relaxed = isinstance(asked, ModelTable) and asked.root == "relaxed"
-    return blade_model(
+    return make_blade_model(
         case,
         case,
         element=asked.element,
@@ -220,7 +220,7 @@ def _run_groups(groups: Mapping[str, Sequence[Task]], run: RunContext, title: st
 
 def _task(result: Stage[Any, Any], model: BladeModel, label: str, cost: Cost, run: RunContext, **further: Any) -> Task:
     """A task on a model, with its work and memory from the size of its mesh."""
-    n_dof = run.store.run(mesh_size, model)
+    n_dof = run.store.run(count_mesh_dofs, model)
     return Task(
         stage=result,
         inputs={"inputs": model, **further},

@@ -38,7 +38,7 @@ SIGMA = (cosh(FIRST_MODE) + cos(FIRST_MODE)) / (sinh(FIRST_MODE) + sin(FIRST_MOD
 SAME = 1e-9
 
 
-def locking_factor(blade: Blade | PlainBlade, material: Material, mesh: Mesh, through_thickness: int) -> float:
+def compute_locking_factor(blade: Blade | PlainBlade, material: Material, mesh: Mesh, through_thickness: int) -> float:
     """Ratio f / f_0 that parasitic strains of 8-node bricks give the first bending frequency [-].
 
     Parameters
@@ -53,8 +53,8 @@ def locking_factor(blade: Blade | PlainBlade, material: Material, mesh: Mesh, th
     nu = material.poisson
     area, inertia = section(blade)
     slenderness = area / (12 * inertia)
-    span = span_stations(blade, mesh)
-    chord = chord_stations(blade, mesh)
+    span = find_span_stations(blade, mesh)
+    chord = find_chord_stations(blade, mesh)
     energy = bending_energy(span / blade.length)
     along = float(energy @ np.diff(span) ** 2)
     width = np.diff(chord)
@@ -76,14 +76,14 @@ def section(blade: Blade | PlainBlade) -> tuple[float, float]:
     return area, inertia
 
 
-def span_stations(blade: Blade | PlainBlade, mesh: Mesh) -> Float[NDArray[np.float64], " k"]:
+def find_span_stations(blade: Blade | PlainBlade, mesh: Mesh) -> Float[NDArray[np.float64], " k"]:
     """Heights z of the element boundaries along the blade's edge, from root to tip [m]."""
     corners = mesh.points[mesh.corner_nodes()]
     edge = (np.abs(corners[:, 0] - blade.chord / 2) < SAME) & (corners[:, 2] > -SAME)
     return _distinct(corners[edge, 2])
 
 
-def chord_stations(blade: Blade | PlainBlade, mesh: Mesh) -> Float[NDArray[np.float64], " k"]:
+def find_chord_stations(blade: Blade | PlainBlade, mesh: Mesh) -> Float[NDArray[np.float64], " k"]:
     """Chordwise positions x of the element boundaries at the tip [m]."""
     corners = mesh.points[mesh.corner_nodes()]
     return _distinct(corners[corners[:, 2] > blade.length - SAME, 0])

@@ -4,14 +4,14 @@ from matplotlib.figure import Figure
 
 from figure.registry import REGISTRY, FigureKind
 from figure.response_curves import ResponseCurves
-from figure.style import add_title, family_colours, open_box
+from figure.style import add_title, choose_family_colours, open_box
 
 
 def nyquist_figure(of: ResponseCurves) -> Figure:
     """Draw the imaginary part over the real part."""
     figure = Figure(figsize=(6, 6), layout="constrained")
     axes = figure.subplots()
-    for curve, colour in zip(of.curves, family_colours(len(of.curves)), strict=True):
+    for curve, colour in zip(of.curves, choose_family_colours(len(of.curves)), strict=True):
         axes.plot(curve.response.real, curve.response.imag, color=colour, label=curve.label)
     unit = of.amplitude_label.partition("[")[2]
     axes.set_xlabel(f"real part [{unit}")

@@ -19,10 +19,10 @@ from fe.file.mesh_file import read_mesh, write_mesh
 from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
 from fe.modal import modes
-from figure.scene.skin import skin_of
+from figure.scene.skin import make_skin
 from geometry.errors import RegistryError
 from study.case.kind import open_case
-from study.kind.blade.model import blade_model, clamped
+from study.kind.blade.model import clamped, make_blade_model
 from study.shipped import BLADE
 from tests.extension.sweep import sweeps
 from tests.fe import (
@@ -146,7 +146,7 @@ def joined(first: Element, second: Element) -> Mesh:
 
 def test_its_skin_is_closed_and_curved_and_its_edges_are_drawn_once(element: Element, box: BoxMesher) -> None:
     mesh = box(element, counts=(2, 1, 6))
-    skin = skin_of(mesh)
+    skin = make_skin(mesh)
     points, normals = skin.sample @ mesh.points, skin.normals(mesh.points)
     assert ((points - mesh.points.mean(axis=0)) * normals).sum(axis=1).min() > 0
     # Four sides of 6 or 12 quadrilaterals, two ends of 4 triangles; each edge belongs to two faces.
@@ -161,7 +161,7 @@ def test_a_case_file_names_it_and_the_blade_is_meshed_with_it(element: Element, 
         (tmp_path / "blade.toml").write_text(text.replace('"hex20"', f'"{name}"'), encoding="utf-8")
         case = open_case(tmp_path / "blade.toml").case
         table = case.structure
-        model = blade_model(case, table, "structure", element=table.mesh.element, through_thickness=1)
+        model = make_blade_model(case, table, "structure", element=table.mesh.element, through_thickness=1)
         mesh, system, _ = clamped(model)
         assert [ELEMENTS[cell_type].name for cell_type in mesh.cells] == [name]
         found[name] = integrate_volume(mesh), modes(system, 3).frequency

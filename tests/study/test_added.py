@@ -13,7 +13,7 @@ from study.beam.model import beam_model
 from study.case.added import apply_by_name, case_catalogue, key_of, text_of, value_of
 from study.case.setup import read_case
 from study.shipped import BEAM
-from study.solve.model import solve_model
+from study.solve.model import make_solve_model
 
 
 def case_with(folder: Path, tables: str) -> Path:
@@ -137,17 +137,17 @@ def test_every_command_sees_the_model_that_add_has_mended_and_undo_gives_the_ear
     np.savez(at_home / "chain.npz", M=np.diag([1.0, 0.5]), C=2e-5 * stiffness, K=stiffness, **dofs)
     case = at_home / "chain.toml"
     case.write_text(RUBBING, encoding="utf-8")
-    drawn = solve_model(read_case(case)).system
+    drawn = make_solve_model(read_case(case)).system
     assert drawn.mass[1, 1] == 0.5
     assert cli.main(["add", "mass at tip", "--value", "5 g", "--quiet"]) == 0
     read = read_case(case)
-    mended = solve_model(read)
+    mended = make_solve_model(read)
     np.testing.assert_allclose(mended.system.mass - drawn.mass, np.diag([0, 5e-3]), atol=1e-15)
     # What is drawn stays to be seen, and all else is the same.
     assert read.setup.model.system.mass[1, 1] == 0.5
     np.testing.assert_array_equal(mended.system.stiffness, drawn.stiffness)
     case.write_text(case.read_text(encoding="utf-8") + "[calibrated]\nzeta = 1.2\n", encoding="utf-8")
-    calibrated = solve_model(read_case(case)).system
+    calibrated = make_solve_model(read_case(case)).system
     np.testing.assert_allclose(calibrated.damping, 1.2 * drawn.damping, rtol=1e-12)
     assert calibrated.mass[1, 1] == mended.system.mass[1, 1]
     # An edit elsewhere survives the step back.
@@ -156,6 +156,6 @@ def test_every_command_sees_the_model_that_add_has_mended_and_undo_gives_the_ear
     assert left.rstrip("\n") == RUBBING.rstrip("\n")
     case.write_text(RUBBING, encoding="utf-8")
     assert cli.main(["add", "spring at tip", "--value", "1 N/mm", "--quiet"]) == 0
-    assert solve_model(read_case(case)).system.stiffness[1, 1] == pytest.approx(2.1e4, rel=1e-12)
+    assert make_solve_model(read_case(case)).system.stiffness[1, 1] == pytest.approx(2.1e4, rel=1e-12)
     assert cli.main(["undo", "--quiet"]) == 0
     assert case.read_bytes() == RUBBING.encode()

@@ -20,7 +20,7 @@ from study import cli
 from study.case.setup import Setup, read_case
 from study.compare.report import in_words
 from study.compare.run import compare
-from study.compare.suspicions import all_suspicions
+from study.compare.suspicions import find_all_suspicions
 from study.shipped import BEAM
 from transient.bench.campaign import CampaignPoints
 from transient.bench.hidden_effect import make_campaign
@@ -180,7 +180,7 @@ def test_millimetres_in_one_test_are_flagged() -> None:
     table = campaign.measurement
     value = np.where((table.test == 1) & (table.sensor == 1), 1e3, 1.0) * table.value
     spoilt = replace(campaign, measurement=replace(table, value=value))
-    (found,) = all_suspicions(spoilt, setup().model)
+    (found,) = find_all_suspicions(spoilt, setup().model)
     assert found.where == 'test "free", sensor "mid"'
     # Three digits, of the median of noise of half a per cent.
     one = r"(0\.99\d|1|1\.01) times"

@@ -9,7 +9,7 @@ import pytest
 from geometry.errors import ComputationFailed
 from study import cli
 from study.kind.rig.model import BODIES
-from study.reduce.report import fewer_modes_of_rig
+from study.reduce.report import report_fewer_rig_modes
 
 SWEEP = """\
 [sweep]
@@ -45,11 +45,11 @@ REDUCTION = Reduction(Assembly({body: Body(np.arange(1.0, 9.0)) for body in BODI
 
 def test_only_numbers_that_are_not_reached_are_told() -> None:
     of = REDUCTION.assembly
-    assert fewer_modes_of_rig(of, 40) == []  # type: ignore[arg-type]
-    (said,) = fewer_modes_of_rig(of, 41)  # type: ignore[arg-type]
+    assert report_fewer_rig_modes(of, 40) == []  # type: ignore[arg-type]
+    (said,) = report_fewer_rig_modes(of, 41)  # type: ignore[arg-type]
     assert said == "all 40 fixed-interface modes of the bodies are kept: there are no more, though modes = 41"
     asked = {**dict.fromkeys(BODIES, 8), "blade": 9, "damper_right": 7}
-    (said,) = fewer_modes_of_rig(of, asked)  # type: ignore[arg-type]
+    (said,) = report_fewer_rig_modes(of, asked)  # type: ignore[arg-type]
     assert said == "all 8 fixed-interface modes of blade are kept: there are no more, though blade = 9"
 
 

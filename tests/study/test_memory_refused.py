@@ -9,9 +9,9 @@ from fe.system import LinearSystem
 from geometry.rig import Rig
 from reduction.errors import RomError
 from study.case.kind import open_case
-from study.kind.blade.model import blade_model, reduce_blade
+from study.kind.blade.model import make_blade_model, reduce_blade
 from study.kind.rig.model import RigModel
-from study.kind.rig.reduction import reduction_tasks
+from study.kind.rig.reduction import list_reduction_tasks
 from study.reduce.comparison import compared_reduction
 from study.shipped import BLADE
 
@@ -26,7 +26,7 @@ def little(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_blade_is_refused() -> None:
     case = open_case(BLADE).case
-    model = blade_model(case, case.structure, "structure", element="hex8", through_thickness=1)
+    model = make_blade_model(case, case.structure, "structure", element="hex8", through_thickness=1)
     with pytest.raises(RomError, match=r"reducing \d+ degrees of freedom to 48 and modes takes about .* GB are free"):
         reduce_blade(model)
 
@@ -34,7 +34,7 @@ def test_a_blade_is_refused() -> None:
 def test_a_rig_is_refused_by_its_body() -> None:
     model = RigModel(rig=Rig(), material=STEEL, element="hex8", size=0.006, n_mode=10)
     with pytest.raises(RomError, match=r"reducing the blade of \d+ degrees of freedom takes about .* GB are free"):
-        reduction_tasks(model, model.meshed())
+        list_reduction_tasks(model, model.meshed())
 
 
 def test_matrices_are_refused() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fe.mode_check import ModeCheck
-from study.reduce.report import check_document, check_sentence
+from study.reduce.report import describe_check, document_check
 
 
 @pytest.mark.parametrize(
@@ -12,7 +12,7 @@ from study.reduce.report import check_document, check_sentence
 )
 def test_missed_modes_are_told(below: int, words: str) -> None:
     check = ModeCheck(residual=np.array([1e-12, 3e-10]), shift=(2 * np.pi * 500) ** 2, n_below=below, n_found=12)
-    sentence = check_sentence(check)
+    sentence = describe_check(check)
     assert sentence.startswith("12 fixed-interface modes below 500 Hz, residuals of at most 3e-10, ")
     assert sentence.endswith(words)
-    assert check_document(check)["counted_below_hz"] == pytest.approx(500)
+    assert document_check(check)["counted_below_hz"] == pytest.approx(500)

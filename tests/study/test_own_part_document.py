@@ -6,7 +6,7 @@ from pathlib import Path
 
 from geometry.step_part import step_part
 from study.case.kind import open_case
-from study.kind.part.reduce_report import face_lines
+from study.kind.part.reduce_report import format_face_lines
 from study.kind.part.stages import NamedFaces
 
 ROOT = Path(__file__).parents[2]
@@ -30,5 +30,5 @@ def test_the_table_of_faces_is_that_of_the_example() -> None:
         name: NamedFaces(n_face=len(region.faces), area=region.area, centre=region.centre)
         for name, region in part.faces.items()
     }
-    table = textwrap.dedent("\n".join([*face_lines(faces), ""]))
+    table = textwrap.dedent("\n".join([*format_face_lines(faces), ""]))
     assert table in [block.lstrip("\n") for block in blocks()]

@@ -8,7 +8,7 @@ import numpy as np
 from fe.element import HEX8
 from fe.mesher.block import Block, mesh_blocks
 from figure.response_curves import DrawnCurve, _looks
-from study.kind.rig.force_pictures import MOST_CURVES, most_loaded
+from study.kind.rig.force_pictures import MOST_CURVES, choose_most_loaded
 from study.kind.rig.pictures import AMPLITUDE, SHARE, _amplitude
 
 
@@ -18,9 +18,9 @@ def peak(*ratio: float) -> Any:
 
 def test_of_each_level_the_most_loaded_curve_is_drawn() -> None:
     peaks = [peak(0.2, 0.1), peak(0.1, 0.3), peak(0.7, 0.2), peak(0.5, 0.6)]
-    assert most_loaded([1.0, 1.0, 3.0, 3.0], peaks) == [1, 2]
+    assert choose_most_loaded([1.0, 1.0, 3.0, 3.0], peaks) == [1, 2]
     many = [float(level) for level in range(9)]
-    shown = most_loaded(many, [peak(0.5)] * 9)
+    shown = choose_most_loaded(many, [peak(0.5)] * 9)
     assert len(shown) == MOST_CURVES
     assert (shown[0], shown[-1]) == (0, 8)
 

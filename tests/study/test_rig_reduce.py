@@ -29,20 +29,20 @@ from reduction.jointed_system import FrictionContact
 from reduction.stuck import stuck_stiffness
 from study.case.kind import open_case
 from study.case.setup import read_case
-from study.kind.rig.contact import dead_weights, line_pairs
+from study.kind.rig.contact import dead_weights, make_line_pairs
 from study.kind.rig.model import BODIES, RigModel
 from study.kind.rig.reduce import reduce_rig_case
 from study.kind.rig.reduction import (
     ReducedBody,
     RigReduction,
     checks,
+    list_reduction_tasks,
     mirrored,
     reduced_body,
-    reduction_tasks,
     together,
 )
-from study.kind.rig.table import rig_model
-from study.reduce.report import fewer_modes_of_rig
+from study.kind.rig.table import make_rig_model
+from study.reduce.report import report_fewer_rig_modes
 from study.run_context import RunContext, silent_run
 from study.shipped import BLADE, RIG
 
@@ -68,7 +68,7 @@ def document(folder: Path, rig_command: RigCommand) -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def model(folder: Path) -> RigModel:
-    return rig_model(open_case(folder / "my.toml").case)
+    return make_rig_model(open_case(folder / "my.toml").case)
 
 
 @pytest.fixture(scope="module")
@@ -218,7 +218,7 @@ def test_a_second_run_and_one_with_other_contacts_start_no_process(
     springs = {name: Springs(normal=4e6) if name == "left_blade" else Springs() for name in mating_pairs(Rig())}
     assembly = load_assembly(output / "other_rom.h5")
     by_hand = frequencies(assembly.mass, stuck_by_hand(assembly, springs))[:6]
-    (sentence,) = fewer_modes_of_rig(assembly, 41)
+    (sentence,) = report_fewer_rig_modes(assembly, 41)
     assert "all 40 fixed-interface modes of the bodies are kept" in sentence
     np.testing.assert_allclose(changed.document["stuck_frequency_hz"], by_hand, rtol=1e-7)
     assert (np.array(changed.document["stuck_frequency_hz"]) < frequency * (1 - 1e-6)).any()
@@ -229,7 +229,7 @@ def test_a_second_run_and_one_with_other_contacts_start_no_process(
 
 def outcomes(model: RigModel, by_body: dict[str, ReducedBody]) -> RigReduction:
     meshed = model.meshed()
-    tasks = reduction_tasks(model, meshed)
+    tasks = list_reduction_tasks(model, meshed)
     found = [Outcome(value=by_body[task.inputs["body"]], seconds=0.0, cached=True) for task in tasks]
     return together(model, meshed, tasks, found)
 
@@ -285,7 +285,7 @@ def test_the_modes_of_all_bodies_can_be_checked(model: RigModel, by_body: dict[s
 
 def test_a_short_case_is_the_shipped_one(folder: Path, model: RigModel) -> None:
     shipped = open_case(RIG).case
-    full = rig_model(shipped)
+    full = make_rig_model(shipped)
     # The shipped rig is shaken where its contacts slip, and its lines are crowned; all else is the default.
     like = replace(full.rig, blade=replace(full.rig.blade, excitation_height=model.rig.blade.excitation_height))
     for body in ("blade", "damper", "decoupler"):
@@ -300,7 +300,7 @@ def test_a_short_case_is_the_shipped_one(folder: Path, model: RigModel) -> None:
 
 
 def test_the_blade_of_the_rig_is_the_shipped_blade() -> None:
-    blade, rig = open_case(BLADE).case.structure, rig_model(open_case(RIG).case)
+    blade, rig = open_case(BLADE).case.structure, make_rig_model(open_case(RIG).case)
     own = replace(rig.rig.blade, excitation_height=blade.blade.excitation_height)
     assert own == blade.blade.blade()
     assert rig.material == blade.material.material()
@@ -313,7 +313,7 @@ def test_a_pair_and_a_side_override_what_is_common(tmp_path: Path, short_rig: st
     )
     (tmp_path / "a.toml").write_text(short_rig + more, encoding="utf-8")
     case = open_case(tmp_path / "a.toml").case
-    pairs, weights = {pair.name: pair for pair in line_pairs(case, Rig())}, dead_weights(case)
+    pairs, weights = {pair.name: pair for pair in make_line_pairs(case, Rig())}, dead_weights(case)
     assert tuple(pairs) == tuple(mating_pairs(Rig()))
     own = pairs["right_decoupler"]
     assert (own.stiffness.normal, own.stiffness.tangential, own.friction_coefficient) == (8.5e6, 2e6, 0.5)
@@ -322,7 +322,7 @@ def test_a_pair_and_a_side_override_what_is_common(tmp_path: Path, short_rig: st
     angle = f'gap_angle = "{np.rad2deg(np.arctan(3e-6 / 12e-3 * np.cos(np.deg2rad(8.53)))):.12g} deg"'
     (tmp_path / "b.toml").write_text(short_rig + more.replace('gap_end = "3 um"', angle), encoding="utf-8")
     other = next(
-        pair for pair in line_pairs(open_case(tmp_path / "b.toml").case, Rig()) if pair.name == "right_decoupler"
+        pair for pair in make_line_pairs(open_case(tmp_path / "b.toml").case, Rig()) if pair.name == "right_decoupler"
     )
     assert other.gaps == pytest.approx(own.gaps, abs=1e-15)
     assert pairs["left_blade"].gaps is None
@@ -410,7 +410,7 @@ def test_a_mistake_is_one_sentence_with_file_line_key_value_and_remedy(
 
 def read_all(file: Path) -> None:
     case = open_case(file).case
-    line_pairs(case, rig_model(case).rig)
+    make_line_pairs(case, make_rig_model(case).rig)
     dead_weights(case)
 
 

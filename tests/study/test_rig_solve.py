@@ -20,10 +20,10 @@ from hbsolve.steady_state import steady_state
 from pipeline import parallel
 from pipeline.store import Store
 from study.case.setup import read_case
-from study.kind.rig.forces import rig_forces
+from study.kind.rig.forces import compute_rig_forces
 from study.kind.rig.structure import RestingRig
 from study.run_context import silent_run
-from study.solve.model import SolveModel, solve_model
+from study.solve.model import SolveModel, make_solve_model
 
 RigCommand = Callable[..., "subprocess.CompletedProcess[str]"]
 SWEEP = """\
@@ -56,7 +56,7 @@ def solved(store: Path, text: str) -> Solved:
     file = store / "case.toml"
     file.write_text(text, encoding="utf-8")
     read = read_case(file, run=replace(silent_run(), store=Store(store / "cache")))
-    return Solved(read.structure.details, solve_model(read))
+    return Solved(read.structure.details, make_solve_model(read))
 
 
 @pytest.fixture(scope="module")
@@ -120,13 +120,13 @@ def test_load_cells_feel_the_contact_forces(plain: Solved) -> None:
     balance = HarmonicBalance(system=model.system, n_harmonic=4, n_sample=64, level=2.0)
     # So slow that nothing has inertia: then eqs 1 and 2 are the balance of forces.
     state = steady_state(balance, 2 * np.pi * 0.5, slider=model.curves[0].slider)
-    found = rig_forces(plain.resting, balance, state)
+    found = compute_rig_forces(plain.resting, balance, state)
     # Rows of reactions and contacts go through different products of the same reduced matrices.
     assert max(found.inertia_error.values()) < 1e-4
     # The axes of the arms meet on the contact line, so that they carry all but 1.5 % along themselves, coarse or fine.
     assert max(found.bending_error.values()) < 0.03
     state = steady_state(balance, 2 * np.pi * 150.0, slider=model.curves[0].slider)
-    fast = rig_forces(plain.resting, balance, state)
+    fast = compute_rig_forces(plain.resting, balance, state)
     assert max(fast.inertia_error.values()) > 10 * max(found.inertia_error.values())
 
 

@@ -12,7 +12,7 @@ from study.case.kind import open_case
 from study.kind.blade.model import clamped
 from study.shipped import BEAM, BLADE, CASES, LIMITS, RIG, SOLVE, TABLE1
 from study.table1.case import Table1Case
-from study.table1.study import row_inputs
+from study.table1.study import make_row_inputs
 
 BOTH = pytest.mark.parametrize("path", TABLE1, ids=lambda path: path.stem)
 AIM = 0.3  # Hz
@@ -55,7 +55,7 @@ def test_the_rows_are_those_of_the_paper(path: Path) -> None:
 def test_a_cheap_row_is_within_its_aim_and_its_second_mode_above_twice_the_first(path: Path, model: int) -> None:
     case = load_case(path, Table1Case)
     (asked,) = (row for row in case.model if row.model == model)
-    _, system, _ = clamped(row_inputs(case, asked))
+    _, system, _ = clamped(make_row_inputs(case, asked))
     first, second = modes(system, 2).frequency
     assert asked.paper is not None
     assert first == pytest.approx(asked.paper, abs=AIM)
@@ -93,7 +93,7 @@ def test_what_was_not_tuned_is_the_rig_in_every_file() -> None:
 @BOTH
 def test_one_blade_one_mesh_rule_and_one_thinning_rule_make_all_rows(path: Path) -> None:
     case = load_case(path, Table1Case)
-    models = [row_inputs(case, asked) for asked in case.model]
+    models = [make_row_inputs(case, asked) for asked in case.model]
     for name in ("blade", "material", "length_ratio", "length_cap", "pads", "n_mode", "damping_ratio", "subdivisions"):
         assert len({getattr(model, name) for model in models}) == 1, name
     assert {model.drop_every for model in models} == {0, case.root.drop_every}
@@ -107,6 +107,6 @@ def test_the_relaxed_clamp_of_every_mesh_is_the_full_one_with_the_same_share_fre
     case = load_case(path, Table1Case)
     for asked in case.model:
         if asked.model in (2, 10):
-            mesh, _, n_held = clamped(row_inputs(case, asked))
+            mesh, _, n_held = clamped(make_row_inputs(case, asked))
             vertices = np.intersect1d(mesh.nodes("clamp"), mesh.corner_nodes())
             assert n_held == len(vertices) - len(vertices) // case.root.drop_every

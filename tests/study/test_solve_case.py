@@ -20,8 +20,8 @@ from reduction.jointed_system import (
 )
 from reduction.rom import ReducedModel
 from study.case.setup import read_case
-from study.case.structure import stuck_at_rest
-from study.solve.model import SolveModel, solve_model
+from study.case.structure import stick_at_rest
+from study.solve.model import SolveModel, make_solve_model
 
 K = 1e6 * np.array([[2.0, -1, 0, 0], [-1, 2, -1, 0], [0, -1, 1, 0], [0, 0, 0, 5]])
 M = np.diag([1.0, 1, 1, 0.5])
@@ -96,7 +96,7 @@ def model_of(folder: Path, text: str) -> SolveModel:
     if not (folder / "chain.npz").exists():
         np.savez(folder / "chain.npz", M=M, K=K)
     (folder / "my.toml").write_text(text)
-    return solve_model(read_case(folder / "my.toml"))
+    return make_solve_model(read_case(folder / "my.toml"))
 
 
 def test_the_system_is_what_the_file_says(tmp_path: Path) -> None:
@@ -128,7 +128,7 @@ def test_the_system_is_what_the_file_says(tmp_path: Path) -> None:
 
 def test_the_damping_ratio_is_met_on_the_first_stuck_mode(tmp_path: Path) -> None:
     system = model_of(tmp_path, CASE).system
-    stuck = stuck_at_rest(system.stiffness, system.joints)
+    stuck = stick_at_rest(system.stiffness, system.joints)
     values, shapes = np.linalg.eigh(np.diag(np.diag(M) ** -0.5) @ stuck @ np.diag(np.diag(M) ** -0.5))
     shape = shapes[:, 0] / np.sqrt(np.diag(M))
     ratio = shape @ system.damping @ shape / (2 * np.sqrt(values[0]))

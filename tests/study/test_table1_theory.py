@@ -14,9 +14,9 @@ from fe.mesher.mesh_rule import MeshRule
 from fe.mesher.plain_blade import mesh_plain_blade
 from geometry.blade import Blade
 from geometry.plain_blade import PlainBlade
-from study.kind.blade.model import BladeModel, first_frequency
+from study.kind.blade.model import BladeModel, compute_first_frequency
 from study.table1 import theory
-from study.table1.theory import bending_energy, chord_stations, locking_factor, section, span_stations
+from study.table1.theory import bending_energy, compute_locking_factor, find_chord_stations, find_span_stations, section
 from tests.fe.cell_matrices import element_matrices
 
 
@@ -64,13 +64,13 @@ def test_the_three_parasitic_strains_are_those_of_the_element_itself(
 def test_the_factor_of_a_mesh_is_the_derivation_weighted_by_the_bending_energy_of_its_elements() -> None:
     blade = PlainBlade(root_chord=0.024)
     mesh = mesh_plain_blade(blade, MeshRule(element=HEX8, through_thickness=3, length_ratio=2.4, length_cap=0.004))
-    span, chord = span_stations(blade, mesh), chord_stations(blade, mesh)
+    span, chord = find_span_stations(blade, mesh), find_chord_stations(blade, mesh)
     h_x, h_z = np.diff(chord), np.diff(span)
     assert np.ptp(h_z) < 1e-9 > np.ptp(h_x)  # one size each, so that the weights do not matter
     t, nu = blade.thickness, STEEL.poisson
     expected = 1 + ((h_z[0] / t) ** 2 + nu**2 * (h_x[0] / t) ** 2) / (2 * (1 + nu))
     expected += nu**2 * (STEEL.lame + 2 * STEEL.shear) / STEEL.young / 3**2
-    assert locking_factor(blade, STEEL, mesh, 3) ** 2 == pytest.approx(expected, rel=1e-9)
+    assert compute_locking_factor(blade, STEEL, mesh, 3) ** 2 == pytest.approx(expected, rel=1e-9)
 
 
 def test_long_elements_count_where_the_blade_bends() -> None:
@@ -89,8 +89,8 @@ def test_long_elements_count_where_the_blade_bends() -> None:
             counts=(2, 3, 20),
         )
         mesh = mesh_blocks([block], HEX8)
-        np.testing.assert_allclose(span_stations(blade, mesh), stations, atol=1e-12)
-        factors.append(locking_factor(blade, STEEL, mesh, 3))
+        np.testing.assert_allclose(find_span_stations(blade, mesh), stations, atol=1e-12)
+        factors.append(compute_locking_factor(blade, STEEL, mesh, 3))
     assert factors == sorted(factors)
     assert factors[2] - factors[0] > 0.01
 
@@ -114,9 +114,9 @@ def test_the_closed_form_tells_the_frequency_of_linear_bricks_from_that_of_quadr
             damping_ratio=0.0,
         )
 
-    mesh, linear, _ = first_frequency(model("hex8", n))
-    _, quadratic, _ = first_frequency(model("hex20", 2))
-    factor = locking_factor(PlainBlade(root_height=0.005), STEEL, mesh, n)
+    mesh, linear, _ = compute_first_frequency(model("hex8", n))
+    _, quadratic, _ = compute_first_frequency(model("hex20", 2))
+    factor = compute_locking_factor(PlainBlade(root_height=0.005), STEEL, mesh, n)
     # Left out: that strains across relax, so that c falls from nu^2 (lambda + 2 mu) / E = 0.12 towards
     # nu^2 / (1 - nu^2) = 0.10, which is 0.3 % of f at n = 2, and the clamp's own error in the linear model.
     assert linear / quadratic == pytest.approx(factor, rel=0.007)
@@ -183,7 +183,7 @@ def test_stations_of_the_rig_are_those_of_its_elements_outside_the_pads() -> Non
     blade = Blade()
     rule = MeshRule(element=HEX20, through_thickness=1, length_ratio=2.3, length_cap=0.008)
     mesh = mesh_blade(blade, rule)
-    span, chord = span_stations(blade, mesh), chord_stations(blade, mesh)
+    span, chord = find_span_stations(blade, mesh), find_chord_stations(blade, mesh)
     assert (span[0], span[-1]) == (pytest.approx(0, abs=1e-12), pytest.approx(blade.length))
     assert (chord[0], chord[-1]) == (pytest.approx(-blade.chord / 2), pytest.approx(blade.chord / 2))
     for stations in (span, chord):

@@ -7,9 +7,9 @@ from study.run_context import Answer, RunContext
 
 
 def _structure(opened: OpenCase, run: RunContext) -> Structure:
-    from study.kind.blade.reduce import blade_structure
+    from study.kind.blade.reduce import make_blade_structure
 
-    return blade_structure(opened, run)
+    return make_blade_structure(opened, run)
 
 
 def _reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
@@ -19,9 +19,9 @@ def _reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
 
 
 def _modes(opened: OpenCase, run: RunContext, n_mode: int, film_of: int | None) -> Answer:
-    from study.kind.blade.reduce import blade_modes
+    from study.kind.blade.reduce import draw_blade_modes
 
-    return blade_modes(opened, run, n_mode, film_of)
+    return draw_blade_modes(opened, run, n_mode, film_of)
 
 
 CASE_KINDS.register(

@@ -92,7 +92,7 @@ class BladeModel:
         )
 
 
-def blade_model(
+def make_blade_model(
     case: CaseModel,
     table: BladeTables,
     *path: str,
@@ -143,7 +143,7 @@ def blade_model(
 
 
 @stage("mesh size")
-def mesh_size(model: BladeModel) -> int:
+def count_mesh_dofs(model: BladeModel) -> int:
     """Degrees of freedom of the whole mesh, the fixed ones too [-]: what work and memory depend on."""
     return 3 * mesh_any(model.blade, model.rule, model.pads).n_node
 
@@ -157,7 +157,7 @@ def clamped(model: BladeModel) -> tuple[Mesh, LinearSystem, int]:
     return mesh, supported_system(mesh, mass, stiffness, [Support(nodes=nodes)]), len(nodes)
 
 
-def first_frequency(model: BladeModel) -> tuple[Mesh, float, int]:
+def compute_first_frequency(model: BladeModel) -> tuple[Mesh, float, int]:
     """Mesh, first frequency [Hz] and free degrees of freedom of a model, nothing else."""
     mesh, system, _ = clamped(model)
     return mesh, float(modes(system, 1).frequency[0]), system.n_dof

@@ -20,22 +20,22 @@ from reduction.file.rom_hdf5 import save_rom
 from reduction.rom import ReducedModel
 from reduction.rom_error import check_fixed_interface_modes
 from study.case.kind import OpenCase
-from study.case.structure import Structure, reduced_structure
+from study.case.structure import Structure, make_reduced_structure
 from study.kind.blade.model import (
     THICKNESS_DIRECTION,
     BladeModel,
     Reduction,
-    blade_model,
     clamped,
-    mesh_size,
+    count_mesh_dofs,
+    make_blade_model,
     reduce_blade,
     solid_check,
     unit_force,
 )
 from study.kind.blade.table import BladeStructureTable
 from study.modes.files import MODE_SECONDS, write_shapes
-from study.modes.shapes import Shapes, shapes_of
-from study.reduce.report import reduction_answer
+from study.modes.shapes import Shapes, make_shapes
+from study.reduce.report import report_reduction
 from study.run_context import Answer, RunContext
 
 #: Frequencies of the drawn response: this many, over the first three modes.
@@ -73,7 +73,7 @@ def reduce_blade_case(opened: OpenCase, run: RunContext, checked: bool = False) 
     write_mesh(result.mesh, files[".vtu"])
     save_rom(result.rom, files["_rom.h5"])
     drawn = run.draw({f"{stem}_response": _tip_response(result, title)})
-    return reduction_answer(
+    return report_reduction(
         result,
         model.n_mode,
         check,
@@ -83,7 +83,7 @@ def reduce_blade_case(opened: OpenCase, run: RunContext, checked: bool = False) 
     )
 
 
-def blade_structure(opened: OpenCase, run: RunContext) -> Structure:
+def make_blade_structure(opened: OpenCase, run: RunContext) -> Structure:
     """The reduced blade of a case, with the places that its mesh names and a force of 1 N at the excitation point."""
     model = model_of_case(opened, run)
     (outcome,) = run_parallel([_reduction(model, opened.title)], run.store, run.progress, "reduction")
@@ -93,7 +93,7 @@ def blade_structure(opened: OpenCase, run: RunContext) -> Structure:
         if name in result.rom.boundary_sets:
             places[place] = np.zeros(result.rom.n_dof)
             places[place][result.rom.rows(name, THICKNESS_DIRECTION)] = 1.0
-    return reduced_structure(
+    return make_reduced_structure(
         result.rom,
         result.mesh.points,
         places=places,
@@ -106,11 +106,11 @@ def model_of_case(opened: OpenCase, run: RunContext) -> BladeModel:
     """What is reduced, its mesh tried."""
     table: BladeStructureTable = opened.case.structure
     mesh = table.mesh
-    model = blade_model(
+    model = make_blade_model(
         opened.case, table, "structure", element=mesh.element, through_thickness=mesh.elements_through_thickness
     )
     with located(opened.case, "structure", "mesh"):
-        run.store.run(mesh_size, model)
+        run.store.run(count_mesh_dofs, model)
     return model
 
 
@@ -130,15 +130,15 @@ def _tip_response(result: Reduction, title: str) -> FrequencyResponse:
 
 
 @stage("mode shapes of a blade")
-def blade_shapes(model: BladeModel, n_mode: int) -> Shapes:
+def compute_blade_shapes(model: BladeModel, n_mode: int) -> Shapes:
     """Compute the lowest modes of a clamped blade."""
     mesh, system, _ = clamped(model)
-    return shapes_of(mesh, model.material, system, modes(system, n_mode))
+    return make_shapes(mesh, model.material, system, modes(system, n_mode))
 
 
-def blade_modes(opened: OpenCase, run: RunContext, n_mode: int, film_of: int | None) -> Answer:
+def draw_blade_modes(opened: OpenCase, run: RunContext, n_mode: int, film_of: int | None) -> Answer:
     """Compute and draw the lowest modes of a case."""
     model = model_of_case(opened, run)
-    n_dof = run.store.run(mesh_size, model)
-    shapes = run.step("modes", expected=MODE_SECONDS * n_dof / 1e4).run(blade_shapes, model, n_mode)
+    n_dof = run.store.run(count_mesh_dofs, model)
+    shapes = run.step("modes", expected=MODE_SECONDS * n_dof / 1e4).run(compute_blade_shapes, model, n_mode)
     return write_shapes(shapes, opened.path.stem, film_of, run)

@@ -7,10 +7,10 @@ from study.run_context import Answer, RunContext
 
 
 def _structure(opened: OpenCase, run: RunContext) -> Structure:
-    from study.case.structure import reduced_structure
+    from study.case.structure import make_reduced_structure
     from study.kind.matrices.reduce import reduce_matrices
 
-    return reduced_structure(reduce_matrices(opened, run)[0].rom)
+    return make_reduced_structure(reduce_matrices(opened, run)[0].rom)
 
 
 def _reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:

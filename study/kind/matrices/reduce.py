@@ -23,7 +23,7 @@ from study.case.kind import OpenCase
 from study.case.tables import Case
 from study.kind.matrices.table import UNITS, MatricesTable
 from study.reduce.comparison import ComparedReduction, compared_reduction
-from study.reduce.report import reduction_answer
+from study.reduce.report import report_reduction
 from study.run_context import Answer, RunContext
 
 
@@ -138,7 +138,7 @@ def reduce_matrices_case(opened: OpenCase, run: RunContext, checked: bool = Fals
     files = [run.output / f"{stem}_rom.h5", run.output / f"{stem}_dofs.csv"]
     save_rom(result.rom, files[0])
     replace_file(files[1], _full_rows(read, free))
-    return reduction_answer(result, opened.case.structure.reduction.modes, check, files)
+    return report_reduction(result, opened.case.structure.reduction.modes, check, files)
 
 
 def _rows(case: Case[MatricesTable], read: ImportedMatrices) -> tuple[Rows, dict[str, Rows]]:

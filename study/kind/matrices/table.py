@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field
 
 from casefile.table import CaseModel
-from casefile.validation import all_different
+from casefile.validation import require_different
 from fe.file.dof_table import DIRECTIONS, LARGEST_LABEL, N_TRANSLATION
 from fe.file.imported_matrices import Units
 from fe.file.matrix_file import MatrixSource
@@ -21,11 +21,11 @@ UNITS = {"m, kg, s": Units.SI, "mm, tonne, s": Units.MILLIMETRE}
 
 Nodes = Annotated[
     tuple[Annotated[int, Field(ge=0, le=LARGEST_LABEL, strict=True)], ...],
-    AfterValidator(all_different),
+    AfterValidator(require_different),
     Field(min_length=1, examples=[[1, 2, 3]]),
 ]
 Directions = Annotated[
-    tuple[DirectionName, ...], AfterValidator(all_different), Field(min_length=1, examples=[["x", "y", "z"]])
+    tuple[DirectionName, ...], AfterValidator(require_different), Field(min_length=1, examples=[["x", "y", "z"]])
 ]
 
 

@@ -7,9 +7,9 @@ from study.run_context import Answer, RunContext
 
 
 def _structure(opened: OpenCase, run: RunContext) -> Structure:
-    from study.kind.part.reduce import part_structure
+    from study.kind.part.reduce import make_part_structure
 
-    return part_structure(opened, run)
+    return make_part_structure(opened, run)
 
 
 def _reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:

@@ -26,10 +26,15 @@ from reduction.file.rom_hdf5 import save_rom
 from reduction.memory_estimate import mesh_memory, refuse_beyond_memory, tetrahedra_memory
 from reduction.rom import ReducedModel
 from study.case.kind import OpenCase
-from study.case.structure import Structure, reduced_structure
+from study.case.structure import Structure, make_reduced_structure
 from study.case.tables import Case
 from study.kind.part.places import Places, check_names, places
-from study.kind.part.reduce_report import face_document, face_lines, frequency_table, station_table
+from study.kind.part.reduce_report import (
+    document_faces,
+    format_face_lines,
+    format_frequency_table,
+    format_station_table,
+)
 from study.kind.part.stages import (
     NamedFaces,
     PartReduction,
@@ -43,7 +48,7 @@ from study.kind.part.stages import (
 )
 from study.kind.part.table import PartTable
 from study.modes.files import picture_modes, write_contents
-from study.reduce.report import reduction_answer
+from study.reduce.report import report_reduction
 from study.run_context import Answer, RunContext
 
 #: Until a run knows better: seconds of fTetWild for each cell, with about so many cells in the cube of their size; of
@@ -101,7 +106,7 @@ def reduce_part(opened: OpenCase, run: RunContext) -> PartModel:
     return PartModel(meshed=meshed, places=result, matrices=matrices, reduced=reduced)
 
 
-def part_structure(opened: OpenCase, run: RunContext) -> Structure:
+def make_part_structure(opened: OpenCase, run: RunContext) -> Structure:
     """The reduced part of a case; normals and tangents of its contact lines are stored rows."""
     model = reduce_part(opened, run)
     rom, lines = model.reduced.compared.rom, model.places.lines
@@ -111,12 +116,12 @@ def part_structure(opened: OpenCase, run: RunContext) -> Structure:
             continue  # a point
         along, across = np.moveaxis(line.tangents, 1, 0)
         for word, directions in (("normal", line.normal), ("along", along), ("across", across)):
-            stored[f"{name} {word}"] = rows_along(rom, name, directions)
+            stored[f"{name} {word}"] = make_rows_along(rom, name, directions)
     stations = {name: line.stations for name, line in lines.items()}
-    return reduced_structure(rom, model.places.mesh.points, stations, stored=stored)
+    return make_reduced_structure(rom, model.places.mesh.points, stations, stored=stored)
 
 
-def rows_along(
+def make_rows_along(
     rom: ReducedModel, name: str, directions: Float[NDArray[np.float64], "station 3"]
 ) -> Float[NDArray[np.float64], "station r"]:
     """Rows of the displacement of each station of a boundary set along a direction of its own."""
@@ -146,12 +151,12 @@ def reduce_part_case(opened: OpenCase, run: RunContext, checked: bool = False) -
     files = {name: run.output / f"{stem}{name}" for name in (".vtu", "_rom.h5", "_frequencies.csv", "_stations.csv")}
     write_mesh(mesh, files[".vtu"], model.reduced.shapes.fields)
     save_rom(compared.rom, files["_rom.h5"])
-    replace_file(files["_frequencies.csv"], frequency_table(compared))
-    replace_file(files["_stations.csv"], station_table(result.lines))
+    replace_file(files["_frequencies.csv"], format_frequency_table(compared))
+    replace_file(files["_stations.csv"], format_station_table(result.lines))
     drawn = _drawn(opened, model, run)
     worst = float(measure_cell_quality(mesh).scaled_jacobian.min())
-    faces = face_lines(meshed.faces)
-    return reduction_answer(
+    faces = format_face_lines(meshed.faces)
+    return report_reduction(
         compared,
         case.structure.reduction.modes,
         check,
@@ -162,7 +167,7 @@ def reduce_part_case(opened: OpenCase, run: RunContext, checked: bool = False) -
             "n_element": mesh.n_cell,
             "least_scaled_jacobian": worst,
             "mended": list(meshed.notes),
-            **({"faces": face_document(meshed.faces)} if meshed.faces else {}),
+            **({"faces": document_faces(meshed.faces)} if meshed.faces else {}),
             "boundary": {name: len(rows) for name, rows in compared.rom.boundary_sets.items()},
         },
     )
@@ -191,7 +196,7 @@ def _step(case: Case[PartTable], folder: Path, run: RunContext) -> MeshedPart:
         run.note(f"{file}: {note}")
     with _at_selector(case):
         faces = run.store.run(named_faces, file, selectors)
-    for line in face_lines(faces):  # before the mesher takes its minutes
+    for line in format_face_lines(faces):  # before the mesher takes its minutes
         run.note(line)
     n_boundary = 3 * (len(table.point) + sum(line.stations for line in table.line))
     with at_key(case, "structure", "mesh", "size"):

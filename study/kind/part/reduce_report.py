@@ -11,7 +11,7 @@ from study.kind.part.stages import NamedFaces
 from study.reduce.comparison import ComparedReduction
 
 
-def face_lines(faces: Mapping[str, NamedFaces]) -> list[str]:
+def format_face_lines(faces: Mapping[str, NamedFaces]) -> list[str]:
     """A line for each name, so that faces which a loose selector took together are seen; none without names."""
     if not faces:
         return []
@@ -21,12 +21,12 @@ def face_lines(faces: Mapping[str, NamedFaces]) -> list[str]:
         *(
             f"  {name:{width}} {item['n_face']:11} {item['area_mm2']:13.2f}   "
             f"({', '.join(f'{x:.2f}' for x in item['centre_mm'])})"
-            for name, item in face_document(faces).items()
+            for name, item in document_faces(faces).items()
         ),
     ]
 
 
-def face_document(faces: Mapping[str, NamedFaces]) -> dict[str, dict[str, Any]]:
+def document_faces(faces: Mapping[str, NamedFaces]) -> dict[str, dict[str, Any]]:
     """The same for programs."""
     return {
         name: {
@@ -39,7 +39,7 @@ def face_document(faces: Mapping[str, NamedFaces]) -> dict[str, dict[str, Any]]:
     }
 
 
-def frequency_table(result: ComparedReduction) -> str:
+def format_frequency_table(result: ComparedReduction) -> str:
     """Full and reduced frequencies [Hz], and the estimated truncation error [-]."""
     lines = [
         f"{number},{full:.9g},{rom:.9g},{error:.3g}"
@@ -50,7 +50,7 @@ def frequency_table(result: ComparedReduction) -> str:
     return "\n".join(["mode,full_hz,reduced_hz,estimated_error", *lines, ""])
 
 
-def station_table(lines: Mapping[str, ContactLine]) -> str:
+def format_station_table(lines: Mapping[str, ContactLine]) -> str:
     """Place, normal out of the body, tangents along and across, and tributary length of each station [m, -]."""
     axes = "xyz"
     head = ["name", "station", *axes]

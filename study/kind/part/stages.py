@@ -31,7 +31,7 @@ from pipeline.store import stage
 from reduction.rom import ReducedModel
 from reduction.rom_error import check_fixed_interface_modes
 from study.modes.files import contents
-from study.modes.shapes import Shapes, stressed_shapes
+from study.modes.shapes import Shapes, add_stress
 from study.reduce.comparison import ComparedReduction, compared_reduction
 
 #: Modes that are drawn.
@@ -213,7 +213,7 @@ def _shapes(mesh: Mesh, material: Material, compared: ComparedReduction) -> Shap
     rom = compared.rom
     n_drawn = min(N_DRAWN, len(compared.rom_frequency))
     displacement = np.asarray(rom.displacement(rom.modes(n_drawn).mode_shapes).real, dtype=np.float64)
-    return stressed_shapes(mesh, material, compared.n_dof, compared.rom_frequency[:n_drawn], displacement)
+    return add_stress(mesh, material, compared.n_dof, compared.rom_frequency[:n_drawn], displacement)
 
 
 @stage("pictures of a part")

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from casefile.quantity import LENGTH, Area, Length
 from casefile.table import CaseModel
-from casefile.validation import all_different
+from casefile.validation import require_different
 from fe.file.dof_table import DIRECTIONS, N_TRANSLATION
 from geometry.face_selector import FaceSelector
 from geometry.interface import N_STATION
@@ -31,10 +31,10 @@ def _unit(value: object) -> float:
     return LENGTH.read(f"1 {value}")
 
 
-Names = Annotated[tuple[Name, ...], AfterValidator(all_different), Field(min_length=1, examples=[["clamp"]])]
+Names = Annotated[tuple[Name, ...], AfterValidator(require_different), Field(min_length=1, examples=[["clamp"]])]
 Directions = Annotated[
     tuple[Literal["x", "y", "z"], ...],
-    AfterValidator(all_different),
+    AfterValidator(require_different),
     Field(min_length=1, examples=[["x", "y", "z"]]),
 ]
 LengthUnit = Annotated[float, BeforeValidator(_unit), Field(gt=0, examples=["mm"])]

@@ -7,10 +7,10 @@ from study.run_context import RunContext
 
 
 def _structure(opened: OpenCase, run: RunContext) -> Structure:
-    from study.kind.plain.structure import plain_structure
+    from study.kind.plain.structure import read_plain_structure
 
     del run
-    return plain_structure(opened.case, opened.folder)
+    return read_plain_structure(opened.case, opened.folder)
 
 
 CASE_KINDS.register(

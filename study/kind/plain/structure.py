@@ -18,7 +18,7 @@ from reduction.errors import JointError, MatrixError
 from reduction.file.structure_file import NAMES, StructureMatrices, load_matrices
 from reduction.jointed_system import Joint
 from reduction.stuck import stuck_damping
-from study.case.structure import Structure, dofs_of_reduced_model, stuck_at_rest
+from study.case.structure import Structure, list_reduced_dofs, stick_at_rest
 from study.case.tables import Case
 from study.kind.plain.table import DofTable, PlainTable, RayleighTable
 
@@ -30,7 +30,7 @@ DOF_ARRAYS = ("dof_body", "dof_node", "dof_direction", "dof_coordinates")
 ROUND_OFF = 1e-9
 
 
-def plain_structure(case: Case[PlainTable], folder: Path) -> Structure:
+def read_plain_structure(case: Case[PlainTable], folder: Path) -> Structure:
     """The structure of a case.
 
     Parameters
@@ -146,7 +146,7 @@ def _of_arrays(arrays: Mapping[str, NDArray[np.generic]], r: int) -> tuple[Dof, 
 
 
 def _of_rom(matrices: StructureMatrices) -> tuple[Dof, ...]:
-    return () if matrices.rom is None else dofs_of_reduced_model(matrices.rom)
+    return () if matrices.rom is None else list_reduced_dofs(matrices.rom)
 
 
 def _of_table(table: DofTable) -> Dof:
@@ -179,5 +179,5 @@ def rayleigh(table: RayleighTable, matrices: StructureMatrices, joints: Sequence
         )
     mass, stiffness = matrices.mass, matrices.stiffness
     if table.ratio is not None:
-        return stuck_damping(mass, stiffness, stuck_at_rest(stiffness, joints), table.ratio)
+        return stuck_damping(mass, stiffness, stick_at_rest(stiffness, joints), table.ratio)
     return np.asarray((table.mass_factor or 0.0) * mass + (table.stiffness_factor or 0.0) * stiffness)

@@ -13,9 +13,9 @@ if TYPE_CHECKING:
 
 
 def _structure(opened: OpenCase, run: RunContext) -> Structure:
-    from study.kind.rig.structure import rig_structure
+    from study.kind.rig.structure import make_rig_structure
 
-    return rig_structure(opened.case, run)
+    return make_rig_structure(opened.case, run)
 
 
 def _reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
@@ -25,9 +25,9 @@ def _reduce(opened: OpenCase, run: RunContext, checked: bool) -> Answer:
 
 
 def _after_solve(read: "ReadCase", result: "Solved", run: RunContext) -> Extras:
-    from study.kind.rig.solve import extra_answer
+    from study.kind.rig.solve import report_rig_extras
 
-    return extra_answer(read, result, run)
+    return report_rig_extras(read, result, run)
 
 
 CASE_KINDS.register(

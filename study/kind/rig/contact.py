@@ -28,7 +28,7 @@ class WirePull:
     inclination: float
 
 
-def line_pairs(case: Case[RigTable], rig: Rig) -> list[LinePair]:
+def make_line_pairs(case: Case[RigTable], rig: Rig) -> list[LinePair]:
     """The four pairs of lines with their stiffness, friction and gaps, as `reduction.joined.joined` takes them."""
     result, common = [], case.structure.contact
     for name, pair in mating_pairs(rig).items():

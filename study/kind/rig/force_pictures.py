@@ -27,7 +27,7 @@ N_FRAME = 24
 STATION_LABEL = "station, from the damper's end [-]"
 
 
-def most_loaded(levels: Sequence[float], peaks: Sequence[RigForces]) -> list[int]:
+def choose_most_loaded(levels: Sequence[float], peaks: Sequence[RigForces]) -> list[int]:
     """Of each level, or some of them with the highest, the curve whose contacts come nearest to slipping as a whole."""
     distinct = np.unique(levels)
     drawn = distinct[evenly(len(distinct), MOST_CURVES)]
@@ -44,7 +44,7 @@ def draw_forces(
     chosen: Sequence[int],
     run: RunContext,
 ) -> list[Path]:
-    """Write the figures of the highest points of some curves, see `most_loaded`; states are those of the last.
+    """Write the figures of the highest points of some curves, see `choose_most_loaded`; states are those of the last.
 
     Parameters
     ----------

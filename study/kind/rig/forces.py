@@ -85,7 +85,7 @@ def _apart(result: LineReaction, true: LineReaction) -> float:
     return max(float(np.abs(a - b).max()) for a, b in zip(result, true, strict=True)) / size
 
 
-def rig_forces(resting: RestingRig, balance: HarmonicBalance, state: SteadyState) -> RigForces:
+def compute_rig_forces(resting: RestingRig, balance: HarmonicBalance, state: SteadyState) -> RigForces:
     """Forces of all lines and load cells in a steady state.
 
     Parameters

@@ -122,7 +122,7 @@ def with_excitation(place: StationCoordinates, rig: Rig) -> StationCoordinates:
     return add_mean_coordinate(place, "excitation", weights, fixed=FIXED_SETS["blade"])
 
 
-def mirror_image(body: str) -> str | None:
+def find_mirror_image(body: str) -> str | None:
     """The body on the right of which a body on the left is the mirror image; None for all others."""
     kind, _, side = body.partition("_")
     return f"{kind}_right" if side == "left" else None
@@ -171,7 +171,7 @@ def in_tetrahedra(model: RigModel, store: Store, progress: Progress) -> RigModel
     """
     if model.element != TET10.name or model.tetrahedra:
         return model
-    bodies = [body for body in BODIES if mirror_image(body) is None]
+    bodies = [body for body in BODIES if find_mirror_image(body) is None]
     tasks = [
         Task(
             stage=body_tetrahedra,
@@ -186,7 +186,7 @@ def in_tetrahedra(model: RigModel, store: Store, progress: Progress) -> RigModel
     return replace(
         model,
         tetrahedra={
-            body: result[body] if body in result else mirrored_tetrahedra(result[mirror_image(body) or ""])
+            body: result[body] if body in result else mirrored_tetrahedra(result[find_mirror_image(body) or ""])
             for body in BODIES
         },
     )

@@ -30,13 +30,13 @@ from reduction.line_contact import Tangents
 from reduction.memory_estimate import available_memory
 from study.case.kind import OpenCase
 from study.case.tables import Case
-from study.kind.rig.contact import dead_weights, line_pairs
+from study.kind.rig.contact import dead_weights, make_line_pairs
 from study.kind.rig.model import RigModel, in_tetrahedra
 from study.kind.rig.pictures import rig_pictures, stuck_mode_pictures
-from study.kind.rig.reduction import RigReduction, by_body, checks, reduction_tasks, together
-from study.kind.rig.table import RigTable, rig_model
+from study.kind.rig.reduction import RigReduction, by_body, checks, list_reduction_tasks, together
+from study.kind.rig.table import RigTable, make_rig_model
 from study.modes.files import write_contents
-from study.reduce.report import check_document, check_sentence, fewer_modes_of_rig
+from study.reduce.report import describe_check, document_check, report_fewer_rig_modes
 from study.run_context import Answer, RunContext
 
 #: Modes of the free blade and of the stuck rig that are reported, and stuck ones that are drawn.
@@ -57,8 +57,8 @@ def reduce_rig_case(opened: OpenCase, run: RunContext, checked: bool = False) ->
     """
     assert run.output is not None
     case, stem, title = opened.case, opened.path.stem, opened.title
-    model = rig_model(case)
-    pairs = line_pairs(case, model.rig)
+    model = make_rig_model(case)
+    pairs = make_line_pairs(case, model.rig)
     dead_weights(case)  # sound here, so that no later command refuses what was reduced
     with located(case, "structure", "mesh"):
         model = in_tetrahedra(model, run.store, run.progress)
@@ -90,11 +90,11 @@ def reduce_rig_case(opened: OpenCase, run: RunContext, checked: bool = False) ->
         "blade_frequency_hz": list(map(float, assembly.bodies["blade"].modes(N_BLADE).frequency)),
         "stuck_frequency_hz": list(map(float, frequency[:N_STUCK])),
         "energy_share": {k: list(map(float, v)) for k, v in energy_share(assembly, shapes[:, :N_STUCK]).items()},
-        **({"mode_check": {body: check_document(item) for body, item in check.items()}} if check else {}),
+        **({"mode_check": {body: document_check(item) for body, item in check.items()}} if check else {}),
         "files": [str(file) for file in (*files.values(), *pictures)],
     }
-    notes = fewer_modes_of_rig(assembly, model.n_mode)
-    checks = [f"  {body}: {check_sentence(item)}" for body, item in check.items()]
+    notes = report_fewer_rig_modes(assembly, model.n_mode)
+    checks = [f"  {body}: {describe_check(item)}" for body, item in check.items()]
     return Answer(document=document, text=_text(document, notes, checks))
 
 
@@ -157,7 +157,7 @@ def _computed(
 ) -> tuple[str, RigReduction, dict[str, ModeCheck]]:
     """Text of the STEP file, the reduction, and the checks of its bodies if they are wanted."""
     meshed = model.meshed()
-    reductions = reduction_tasks(model, meshed)
+    reductions = list_reduction_tasks(model, meshed)
     solid = Task(stage=rig_solid, inputs={"rig": model.rig}, label="CAD solids", weight=SOLID_WORK)
     try:
         *bodies, step = run_parallel(

@@ -25,7 +25,7 @@ from reduction.errors import RomError
 from reduction.memory_estimate import available_memory, mesh_memory, refuse_beyond_memory
 from reduction.rom import ReducedModel
 from reduction.rom_error import check_fixed_interface_modes
-from study.kind.rig.model import BODIES, FIXED_SETS, MeshedRig, RigModel, in_tetrahedra, mirror_image
+from study.kind.rig.model import BODIES, FIXED_SETS, MeshedRig, RigModel, find_mirror_image, in_tetrahedra
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -155,12 +155,12 @@ def reduce_rig(model: RigModel, store: Store, progress: Progress, title: str = "
     """
     model = in_tetrahedra(model, store, progress)
     meshed = model.meshed()
-    tasks = reduction_tasks(model, meshed)
+    tasks = list_reduction_tasks(model, meshed)
     outcomes = run_parallel(tasks, store, progress, title, memory=available_memory())
     return together(model, meshed, tasks, outcomes)
 
 
-def reduction_tasks(model: RigModel, meshed: MeshedRig) -> list[Task]:
+def list_reduction_tasks(model: RigModel, meshed: MeshedRig) -> list[Task]:
     """One task for each body that is no mirror image; the sizes of the meshes tell how long each takes.
 
     Raises
@@ -170,7 +170,7 @@ def reduction_tasks(model: RigModel, meshed: MeshedRig) -> list[Task]:
     """
     tasks = []
     for body in BODIES:
-        if mirror_image(body) is not None:
+        if find_mirror_image(body) is not None:
             continue
         mesh, kind = meshed.meshes[body], body.partition("_")[0]
         n_boundary = 3 * sum(len(nodes) for nodes in mesh.node_sets.values())
@@ -201,17 +201,17 @@ def checks(
 
 
 def by_body(tasks: Sequence[Task], outcomes: Sequence[Outcome[ReducedBody]]) -> dict[str, ReducedBody]:
-    """What the tasks of `reduction_tasks` found."""
+    """What the tasks of `list_reduction_tasks` found."""
     return {str(task.inputs["body"]): outcome.value for task, outcome in zip(tasks, outcomes, strict=True)}
 
 
 def together(
     model: RigModel, meshed: MeshedRig, tasks: list[Task], outcomes: list[Outcome[ReducedBody]]
 ) -> RigReduction:
-    """What the tasks of `reduction_tasks` found, with the mirror images, and with as many modes as were asked."""
+    """What the tasks of `list_reduction_tasks` found, with the mirror images, and with as many modes as were asked."""
     result = by_body(tasks, outcomes)
     bodies = {
-        body: result[body].rom if body in result else mirrored(result[mirror_image(body) or ""].rom, body)
+        body: result[body].rom if body in result else mirrored(result[find_mirror_image(body) or ""].rom, body)
         for body in BODIES
     }
     if isinstance(model.n_mode, Mapping):
@@ -223,9 +223,11 @@ def together(
     return RigReduction(
         meshes=meshed.meshes,
         assembly=assembly,
-        least_scaled_jacobian={body: result[mirror_image(body) or body].least_scaled_jacobian for body in BODIES},
+        least_scaled_jacobian={body: result[find_mirror_image(body) or body].least_scaled_jacobian for body in BODIES},
         coordinates=meshed.coordinates,
-        reactions={body: _reactions(assembly, body, result[mirror_image(body) or body].reactions) for body in BODIES},
+        reactions={
+            body: _reactions(assembly, body, result[find_mirror_image(body) or body].reactions) for body in BODIES
+        },
     )
 
 
@@ -233,7 +235,7 @@ def _reactions(assembly: ReducedAssembly, body: str, own: Mapping[str, SupportRe
     """Reactions of a body over the assembly's coordinates; a mirror image has other signs along y."""
     rom, columns = assembly.bodies[body], assembly.columns(body)
     rows, across = np.ones((3, 1)), np.ones(rom.n_dof)
-    if mirror_image(body) is not None:
+    if find_mirror_image(body) is not None:
         rows[1], across = -1.0, _signs(rom)
 
     def over_all(part: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -8,15 +8,15 @@ import numpy as np
 from reduction.rigid_body import MOTIONS
 from study.case.kind import Extras
 from study.case.setup import ReadCase
-from study.kind.rig.force_pictures import draw_film, draw_forces, most_loaded
-from study.kind.rig.forces import rig_forces
+from study.kind.rig.force_pictures import choose_most_loaded, draw_film, draw_forces
+from study.kind.rig.forces import compute_rig_forces
 from study.kind.rig.structure import RestingRig
 from study.run_context import RunContext
-from study.solve.result import main_harmonic
+from study.solve.result import find_main_harmonic
 from study.solve.run import Solved
 
 
-def extra_answer(read: ReadCase, solved: Solved, run: RunContext) -> Extras:
+def report_rig_extras(read: ReadCase, solved: Solved, run: RunContext) -> Extras:
     """Contact forces and load cells at the highest points of solved curves; writes their figures and a film.
 
     Parameters
@@ -30,13 +30,13 @@ def extra_answer(read: ReadCase, solved: Solved, run: RunContext) -> Extras:
     """
     resting: RestingRig = read.structure.details
     model, curves, stem, title = solved.model, solved.curves, read.opened.path.stem, read.opened.title
-    harmonic, balance = main_harmonic(model.system), solved.balance
+    harmonic, balance = find_main_harmonic(model.system), solved.balance
     states = [item.state(balance, item.peak(model.outputs[0], harmonic)) for item in curves]
-    peaks = [rig_forces(resting, balance.at_level(state.level), state) for state in states]
+    peaks = [compute_rig_forces(resting, balance.at_level(state.level), state) for state in states]
     contacts = {item.name: item for item in resting.rest.contacts}
     friction = {line: contacts[names[0]].friction_coefficient for line, names in resting.joined.lines.items()}
     labels = [item.curve.label for item in curves]
-    chosen = most_loaded([item.curve.fixed for item in curves], peaks)
+    chosen = choose_most_loaded([item.curve.fixed for item in curves], peaks)
     files = draw_forces(stem, title, friction, labels, peaks, chosen, run)
     # At the highest level the film shows most.
     last = chosen[-1]

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.typing import NDArray
 
-from casefile.source import value_at
+from casefile.source import find_value
 from casefile.table import located
 from correlation.model import DeadWeight, Dof, Part, Sensor
 from fe.distributed_load import distribute_load
@@ -22,11 +22,11 @@ from reduction.seat import seated
 from reduction.static_contact import StaticState
 from study.case.structure import Structure
 from study.case.tables import Case
-from study.kind.rig.contact import WirePull, dead_weights, line_pairs
+from study.kind.rig.contact import WirePull, dead_weights, make_line_pairs
 from study.kind.rig.model import RigModel, in_tetrahedra
 from study.kind.rig.reduction import RigReduction, reduce_rig
-from study.kind.rig.table import RigTable, rig_model
-from study.reduce.report import fewer_modes_of_rig
+from study.kind.rig.table import RigTable, make_rig_model
+from study.reduce.report import report_fewer_rig_modes
 from study.run_context import RunContext
 
 Row = Float[NDArray[np.float64], " r"]
@@ -81,7 +81,7 @@ def resting_rig(case: Case[RigTable], model: RigModel, reduction: RigReduction) 
     assembly, table, rig = reduction.assembly, case.structure, model.rig
     weights = dead_weights(case)
     with located(case, "structure", "contact"):
-        bodies = joined(assembly, line_pairs(case, rig), tangents=table.contact.sliding)
+        bodies = joined(assembly, make_line_pairs(case, rig), tangents=table.contact.sliding)
     dampers = tuple(
         rigid_body(assembly, f"damper_{side}", reduction.places(f"damper_{side}"), bodies.springs) for side in SIDES
     )
@@ -102,7 +102,7 @@ def resting_rig(case: Case[RigTable], model: RigModel, reduction: RigReduction) 
 
 def _side_at_fault(case: Case[RigTable], message: str) -> tuple[str, ...]:
     """The table of the side that a message on a contact line speaks of, if the case has one."""
-    given = value_at({} if case.source is None else case.source.data, ("structure", "dead_weight")) or {}
+    given = find_value({} if case.source is None else case.source.data, ("structure", "dead_weight")) or {}
     return tuple(side for side in SIDES if f'"{side}_' in message and side in given)[:1]
 
 
@@ -138,7 +138,7 @@ def _pull(weight: WirePull) -> Float[NDArray[np.float64], "3"]:
     return weight.force * np.array([0.0, sin(weight.inclination), cos(weight.inclination)])
 
 
-def rig_structure(case: Case[RigTable], run: RunContext) -> Structure:
+def make_rig_structure(case: Case[RigTable], run: RunContext) -> Structure:
     """The rig of a case, at rest under its dead weights.
 
     Parameters
@@ -153,12 +153,12 @@ def rig_structure(case: Case[RigTable], run: RunContext) -> Structure:
     CaseError
         Bodies that cannot be built or do not mate; a damper that nothing holds, leaves its groove or finds no rest.
     """
-    model = rig_model(case)
+    model = make_rig_model(case)
     dead_weights(case)  # what is wrong with them is found before minutes of reduction
     with located(case, "structure", "mesh"):
         model = in_tetrahedra(model, run.store, run.progress)
         reduction = reduce_rig(model, run.store, run.progress)
-    for sentence in fewer_modes_of_rig(reduction.assembly, model.n_mode):
+    for sentence in report_fewer_rig_modes(reduction.assembly, model.n_mode):
         run.note(sentence)
     resting = resting_rig(case, model, reduction)
     force = excitation(reduction)

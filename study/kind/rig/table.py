@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
 from casefile.quantity import Angle, Force, Length, Ratio, Stiffness
-from casefile.source import key_in_message, value_at
+from casefile.source import find_key_in_message, find_value
 from casefile.table import CaseModel, located
 from geometry.blade import Blade
 from geometry.damper import Damper
@@ -194,7 +194,7 @@ class RigTable(StructureTable):
     damping: DampingTable = DampingTable()
 
 
-def rig_model(case: Case[RigTable]) -> RigModel:
+def make_rig_model(case: Case[RigTable]) -> RigModel:
     """What is reduced, checked.
 
     Raises
@@ -228,8 +228,8 @@ def rig_model(case: Case[RigTable]) -> RigModel:
 
 def _table_at_fault(case: Case[RigTable], message: str) -> tuple[str, ...]:
     """The table of the file with a key that a message on bodies which do not mate speaks of."""
-    given = value_at({} if case.source is None else case.source.data, ("structure",))
+    given = find_value({} if case.source is None else case.source.data, ("structure",))
     for table in ("damper", "decoupler", "blade"):
-        if key_in_message(message, value_at(given, (table,)), {}):
+        if find_key_in_message(message, find_value(given, (table,)), {}):
             return (table,)
     return ()

@@ -15,7 +15,7 @@ from fe.mesh import Mesh
 from fe.mesher.block import Block, mesh_blocks
 from figure.scene.mode_picture import ModeColour, mode_animation, mode_picture
 from figure.scene.off_screen import require_egl
-from figure.scene.skin import skin_of
+from figure.scene.skin import make_skin
 from geometry.errors import InputError, MissingSoftware, OutputError
 
 EVERY = pytest.mark.parametrize("element", list(ELEMENTS.values()), ids=lambda element: element.name)
@@ -47,7 +47,7 @@ def pixels(path: Path) -> NDArray[np.int64]:
 @EVERY
 def test_a_box_has_its_six_sides_and_twelve_edges(element: Element) -> None:
     mesh = beam(element)
-    skin = skin_of(mesh)
+    skin = make_skin(mesh)
     counts = (2, 1, 6)
     sides = 2 * (counts[0] * counts[1] + counts[1] * counts[2] + counts[0] * counts[2])
     # Tetrahedra cut each side of a brick into two triangles, wedges those that they stand on.
@@ -62,7 +62,7 @@ def test_a_box_has_its_six_sides_and_twelve_edges(element: Element) -> None:
 @EVERY
 def test_a_linear_field_is_sampled_exactly_and_normals_point_outwards(element: Element) -> None:
     mesh = beam(element)
-    skin = skin_of(mesh)
+    skin = make_skin(mesh)
     points = skin.sample @ mesh.points
     # A sum of at most eight products near 0.1.
     np.testing.assert_allclose(skin.sample @ (mesh.points @ [1, 2, 3]), points @ [1, 2, 3], atol=1e-15)
@@ -81,7 +81,7 @@ def test_quadratic_faces_follow_a_circle_closely(element: Element) -> None:
         return (1 + v) * np.cos(angle), (1 + v) * np.sin(angle), w
 
     mesh = mesh_blocks([Block(shape=shape, counts=(2, 1, 1))], element)
-    skin = skin_of(mesh)
+    skin = make_skin(mesh)
     radius = np.hypot(*(skin.sample @ mesh.points).T[:2])[np.unique(skin.edges)]
     outer = radius[np.abs(radius - 2) < 0.2]
     # The parabola through both ends and the middle of an arc of 45 degrees, sampled at its quarter points.
