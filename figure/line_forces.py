@@ -118,7 +118,7 @@ def line_forces_figure(result: LineForces) -> Figure:
     ratios = np.concatenate(
         [force.utilisation for force in result.forces] + [[result.friction_coefficient[n]] for n in names]
     )
-    # Above the highest limit there is room for its value.
+    # Above the highest limit there is space for its value.
     _from_zero(grid[0, 2], float(np.nanmax(ratios)), 1.25)
     for axes in grid[-1]:
         over_one_period(axes)
@@ -149,6 +149,6 @@ def _limit(axes: Axes, friction_coefficient: float) -> None:
     )
 
 
-def _from_zero(axes: Axes, largest: float, room: float) -> None:
-    top = room * largest if largest > 0 else 1.0
+def _from_zero(axes: Axes, largest: float, margin: float) -> None:
+    top = margin * largest if largest > 0 else 1.0
     axes.set_ylim(-0.03 * top, top)

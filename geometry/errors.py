@@ -27,7 +27,7 @@
     └── InputWarning          the input is taken as it is, but may not be meant
         └── hbsolve.errors.DampingWarning
 
-It lives in the lowest room, so that every other room can derive from it.
+It is in the lowest package, so that every other package can derive from it.
 """
 
 

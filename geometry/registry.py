@@ -232,7 +232,7 @@ class Registry(Generic[M]):
                 warnings.warn(f"a {self.kind} is left out: {failure}", InputWarning, stacklevel=3)
 
 
-def load_file(path: str | Path, what: str = "member") -> Path:
+def load_file(path: str | Path, what: str = "registered extension") -> Path:
     """Import a user's Python file that registers members of any kinds; a file is run once per process.
 
     Parameters
@@ -291,8 +291,8 @@ def _attempt(load: Callable[[], object], origin: str) -> None:
             }
         if isinstance(error, RegistryError) and ", line " in str(error):
             raise
-        rooms = {"geometry", *(registry.package.partition(".")[0] for registry in REGISTRIES)}
-        ours = tuple(sys.modules[room].__path__[0] for room in sorted(rooms) if room in sys.modules)
+        packages = {"geometry", *(registry.package.partition(".")[0] for registry in REGISTRIES)}
+        ours = tuple(sys.modules[name].__path__[0] for name in sorted(packages) if name in sys.modules)
         raise RegistryError(_sentence(error, origin, ours)) from error
 
 
@@ -312,7 +312,8 @@ def _sentence(error: BaseException, origin: str, ours: tuple[str, ...]) -> str:
     place = f"{theirs[-1].filename}, line {theirs[-1].lineno}" if theirs else origin
     if isinstance(error, SyntaxError) and error.filename:
         place = f"{error.filename}, line {error.lineno}"
-    what = " ".join(str(error).split()) or "no message"
+    message = error.msg if isinstance(error, SyntaxError) else str(error)
+    what = " ".join(message.split()) or "no message"
     if isinstance(error, RegistryError):
         return f"{place}: {what}"
     named = "" if origin in place else f" ({origin})"

@@ -138,7 +138,7 @@ def _failed(error: Exception, words: Sequence[str], output: console.Output) -> i
         return output.error(
             ExitCode.FAILED, "computation", "out of memory; take fewer elements, or a machine with more memory"
         )
-    # Imported here because the room that holds InputError may import numpy, which help has no use for.
+    # Imported here because the package of InputError may import numpy, which help has no use for.
     from casefile.errors import CaseError
     from geometry.errors import ComputationFailed, InputError
     from pipeline.output import disk_failure

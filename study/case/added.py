@@ -31,6 +31,9 @@ LINEAR = ("kg", "kg m^2", "N/m", "N m", "m", "-")
 #: Digits of a value in a case file: far more than any fit knows.
 DIGITS = 6
 
+#: Largest number of effects that a message lists.
+LISTED = 8
+
 
 def case_catalogue(model: Model, files: Sequence[Path], **options: Any) -> Catalogue:
     """All effects of a model, its case's own and those of installed packages among them.
@@ -63,8 +66,14 @@ def find_effect(result: Catalogue, name: str) -> Effect:
         if left.name.casefold() == wanted:
             raise EffectError(f'the effect "{left.name}" cannot act here: {left.reason}')
     near = _near(wanted, result.names)
-    remedy = f"did you mean {near}?" if near else f"there are {', '.join(result.names) or 'none'}"
+    remedy = f"did you mean {near}?" if near else _listed(result.names)
     raise EffectError(f'there is no effect "{name}"; {remedy}')
+
+
+def _listed(names: Sequence[str]) -> str:
+    if len(names) <= LISTED:
+        return f"there are {', '.join(names) or 'none'}"
+    return f"there are {len(names)}, such as {', '.join(names[:LISTED])}: a diagnosis lists them all"
 
 
 def read_added_effects(

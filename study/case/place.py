@@ -184,7 +184,7 @@ class PlaceFinder:
         moving = [(n, dof) for n, dof in moving if place.body in {None, dof.body}]
         same = [(number, dof) for number, dof in moving if dof.node == place.node]
         result = [number for number, dof in same if dof.direction == place.direction]
-        where = f"node = {place.node}" if place.body is None else f'body = "{place.body}", node = {place.node}'
+        where = f"node = {place.node}" if place.body is None else f'node = {place.node} of body = "{place.body}"'
         if not same:
             nodes = sorted({dof.node for _, dof in moving})
             there = f"nodes {nodes[0]} to {nodes[-1]}" if nodes else "none"
@@ -194,7 +194,7 @@ class PlaceFinder:
             )
         if not result:
             has = ", ".join(dof.direction for _, dof in same)
-            raise ModelDefinitionError(f'direction = "{place.direction}" is not kept at {where}: it has {has}')
+            raise ModelDefinitionError(f'direction = "{place.direction}" does not exist at {where}: it has {has}')
         if len(result) > 1:
             raise ModelDefinitionError(
                 f"{where} stands for degrees of freedom {result[0]} and {result[1]}: give the body, too"

@@ -12,11 +12,11 @@ app = command_app(
     "limits",
     """Lower and upper limit of the steady response over all friction histories.
 
-    Takes any case with joints that slide, and searches for the smallest and largest amplitude of an output, or
-    force of a contact, that the sliders' unknown start can lead to, at each frequency and level, in a process for each
-    core. Random histories test the limits. Writes netCDF, CSV and figures: the band, contact states, limits against
-    level. Each task is stored when it is done: after Ctrl-C or a crash the same command goes on from there. What
-    [limits] may hold stands in docs/case.md. Without a case file: a blade with a wedge damper.""",
+    Takes any case with joints that slide, and searches for the smallest and largest amplitude of a sensor, or force
+    of a contact, over all initial slider positions, at each frequency and level, in one process per core. Random
+    histories test the limits. Writes netCDF, CSV and figures: the band, contact states, limits against level. Each task
+    is stored when it is done: after Ctrl-C or a crash the same command goes on from there. The keys of [limits] are
+    described in docs/case.md. Without a case file: a blade with a wedge damper.""",
     examples=["stickslip limits --out limited", "stickslip limits rig.toml --out limited --json"],
 )
 

@@ -25,6 +25,6 @@ def undo(*, case: Case = None, options: Options = DEFAULTS) -> Answer:
     del options
     file = case if case is not None else find_case(Path())
     if not file.is_file():
-        raise LoopError(f"{file}: there is no such case file: check its name and folder")
+        raise LoopError(f"{file}: there is no such case file; check the spelling and the folder")
     step = take_back(file)
     return Answer(document={"case": str(file), **step_document(step)}, text=step_in_words(step, file))

@@ -27,6 +27,9 @@ from study.diagnose.history import (
 )
 from study.run_context import RunContext
 
+#: Largest number of case files that a message lists.
+LISTED = 5
+
 
 class LoopError(InputError):
     """A step that cannot be taken, or taken back."""
@@ -147,8 +150,9 @@ def find_case(folder: Path) -> Path:
         files = [file for file in files if history_of(file).steps] or files
     if len(files) == 1:
         return files[0]
-    listed = ", ".join(file.name for file in files)
-    raise LoopError(f"there is {listed or 'no case'} in {folder.resolve()}: name the case with --case")
+    listed = ", ".join(file.name for file in files[:LISTED]) + (", ..." if len(files) > LISTED else "")
+    found = f"{len(files)} cases ({listed})" if files else "no case"
+    raise LoopError(f"there {'are' if files else 'is'} {found} in {folder.resolve()}: name the case with --case")
 
 
 def _diagnosed(case: Path, history: History, text: str, name: str, run: RunContext | None) -> dict[str, Any]:

@@ -23,7 +23,7 @@ class OwnMesh:
     fix: Annotated[
         tuple[str, ...], Parameter(help="Node or face set that is fixed; may be repeated.", negative="")
     ] = ()
-    free: Annotated[bool, Parameter(help="Nothing holds the mesh.", negative="")] = False
+    free: Annotated[bool, Parameter(help="The mesh has no support.", negative="")] = False
     length_unit: Annotated[str | None, Parameter(help="Unit of the mesh file's coordinates, such as mm.")] = None
     young: Annotated[str, Parameter(help="Young's modulus of the mesh.", allow_leading_hyphen=True)] = "210 GPa"
     poisson: Annotated[float, Parameter(help="Poisson's ratio of the mesh.")] = 0.3
@@ -47,8 +47,12 @@ class OwnMesh:
         from fe.file.mesh_file import read_mesh
         from fe.material import Material
 
+        if not source.is_file():
+            raise InputError(
+                f"mesh file {source} cannot be read: there is no such file; check the spelling and the folder"
+            )
         if self.length_unit is None:
-            raise InputError(f"{source} holds numbers without a unit: say which, such as --length-unit mm")
+            raise InputError(f"{source}: the unit of its coordinates is not given: add it, such as --length-unit mm")
         unit = _typed("--length-unit", self.length_unit, LENGTH, number="1 ")
         young = _typed("--young", self.young, YOUNGS_MODULUS)
         density = _typed("--density", self.density, MATERIAL_DENSITY)
@@ -62,7 +66,7 @@ class OwnMesh:
         if self.free and self.fix:
             raise SupportError("--free and --fix contradict each other: leave one out")
         if not self.free and not self.fix:
-            raise SupportError(f"{source} is held nowhere: name a set with --fix (it has {known}), or say --free")
+            raise SupportError(f"{source} has no support: name a set with --fix (it has {known}), or give --free")
         for name in self.fix:
             if name not in mesh.node_sets and name not in mesh.face_sets:
                 raise SupportError(f"--fix {name}: {source} has no such set, it has {known}")

@@ -194,10 +194,10 @@ modes = 3
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--fix", "CLAMP"], "part.inp holds numbers without a unit: say which, such as --length-unit mm"),
+        (["--fix", "CLAMP"], "part.inp: the unit of its coordinates is not given: add it, such as --length-unit mm"),
         (["--fix", "CLAMP", "--length-unit", "milimeter"], '--length-unit "milimeter": unknown unit "milimeter"'),
         (["--fix", "CLAMP", "--length-unit", "kg"], '--length-unit "kg": "kg" makes it a mass, but a length is needed'),
-        (["--length-unit", "mm"], "part.inp is held nowhere: name a set with --fix (it has CLAMP, ONE, TWO), or say"),
+        (["--length-unit", "mm"], "part.inp has no support: name a set with --fix (it has CLAMP, ONE, TWO), or give"),
         (["--length-unit", "mm", "--fix", "CLAMP", "--free"], "--free and --fix contradict each other: leave one out"),
         (["--length-unit", "mm", "--fix", "CLAMPS"], "--fix CLAMPS: part.inp has no such set, it has CLAMP, ONE, TWO"),
         (["--length-unit", "mm", "--fix", "ONE"], "part.inp with --fix ONE: the supports leave the body free in rotat"),

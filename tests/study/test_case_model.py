@@ -223,7 +223,7 @@ MISTAKES = {
     "direction not kept": (
         'direction = "z"\n[[place]]',
         'direction = "ry"\n[[place]]',
-        "is not kept at node = 7: it has",
+        "does not exist at node = 7: it has",
     ),
     "no stored row": ('name = "middle"\nrow = "rows"', 'name = "middle"\nrow = "row"', 'did you mean "rows"?'),
     "no place": ('place = "end"', 'place = "start"', 'place = "start" is none of the case'),

@@ -243,7 +243,9 @@ def test_one_case_of_a_folder_is_found(two_masses: TwoMasses) -> None:
     case = two_masses({})
     assert find_case(Path()).resolve() == case
     case.with_name("second.toml").write_text(read_text(case), encoding="utf-8")
-    with pytest.raises(Exception, match=r"there is chain.toml, second.toml in .*: name the case with --case"):
+    with pytest.raises(
+        Exception, match=r"there are 2 cases \(chain.toml, second.toml\) in .*: name the case with --case"
+    ):
         find_case(Path())
     add(case, "mass at tip", ["5 g"])
     assert find_case(Path()).resolve() == case

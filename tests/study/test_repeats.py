@@ -72,4 +72,4 @@ def test_a_suspicion_is_told_before_the_diagnosis(
 def test_a_step_back_in_a_case_that_is_not_there_says_so(at_home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     del at_home
     assert cli.main(["undo", "--case", "other.toml"]) == 2
-    assert "other.toml: there is no such case file: check its name and folder" in capsys.readouterr().err
+    assert "other.toml: there is no such case file; check the spelling and the folder" in capsys.readouterr().err
